@@ -79,11 +79,12 @@ def test_a_half_turn_leaves_the_field_as_it_is(field: Field):
 
 @every_field
 def test_every_landmark_can_be_seen(field: Field):
-    """It lies on a marking, or is one by itself."""
+    """It is painted, or two markings cross there, or a post or a wall meets one."""
     painted = {mark["at"] for mark in field.extras.get("marks", [])} | {"centre"}
     for name, mark in field.landmarks.items():
-        on = min(distance(m, mark.position) for m in (*field.lines.values(), *field.arcs.values()))
-        assert name in painted or on < 2.0, f"{name} is {on:.0f} mm from every line"
+        near = [m.name for m in (*field.lines.values(), *field.arcs.values()) if distance(m, mark.position) < 2.0]
+        wanted = 0 if name in painted else 1 if "post" in name or "cut" in name else 2
+        assert len(near) >= wanted, f"{name} lies only on {near}"
 
 
 @every_field
