@@ -1,0 +1,7 @@
+"""What a fit is worth: residuals, distortion, cross-validation, and the report that says it in millimetres.
+
+    residuals.py         how far each observed point lies from its line, in px and mm
+    distortion.py        how far a border bows from straight, Eq. (9)
+    cross_validation.py  the same residuals, of points that the fit had not seen
+    report.py            all of it as one plain record, with a verdict in a sentence
+"""

@@ -1,0 +1,62 @@
+"""Residuals of points that the fit had not seen: the only ones that say what the next place will be like."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.errors import FitFailed
+from app.evaluate.residuals import feature_residuals
+from app.field import Field, Region
+from app.geometry import ImageSize
+from app.models import CameraModel, Progress, no_progress
+from app.records import Fit, Observation, Observations
+
+MAX_FOLDS = 48  # with more points than that, several are left out at a time
+
+
+def held_out_mm(model_class: type[CameraModel], fit: Fit, observations: Observations, field: Field, region: Region,
+                image_size: ImageSize, options: Mapping[str, Any] | None, progress: Progress = no_progress,
+                ) -> tuple[NDArray[np.float64], ...]:
+    """Leave points out, fit the rest, and measure where the left-out ones land: mm per point.
+
+    The choices of the fit (degrees, strays) are kept, so this is the error of the curves, not of choosing them.
+    Strays are not measured; points the others cannot predict, and features the fit does not rest on, are NaN.
+    """
+    clean = tuple(replace(o, points=o.points[fine]) for o, fine in zip(observations, fit.inliers, strict=True))
+    result = tuple(np.full(len(o.points), np.nan) for o in observations)
+    places = [(i, k) for i, o in enumerate(clean) if fit.used[i] for k in range(len(o.points))]
+    folds = min(len(places), MAX_FOLDS)
+    kept = {**(options or {}), **_choices(fit), "robust": False}
+    for fold in range(folds):
+        progress(fold / folds, "Checking with points left out")
+        out = places[fold::folds]  # strided, so that neighbours are not left out together
+        try:
+            model = model_class.fit(_without(clean, out), field, region, image_size, kept).model
+        except FitFailed:
+            continue
+        for i, k in out:
+            alone = replace(clean[i], points=clean[i].points[k:k + 1])
+            original = np.flatnonzero(fit.inliers[i])[k]
+            result[i][original] = feature_residuals(model, alone, field, region).mm[0]
+    return result
+
+
+def _choices(fit: Fit) -> dict[str, Any]:
+    """What the fit chose by itself and a refit should not choose anew."""
+    degree = fit.notes.get("degree")
+    return {} if degree is None else {"degree": {name: chosen["degree"] for name, chosen in degree.items()},
+                                      "relation_degree": fit.notes["relation"]["degree"]}
+
+
+def _without(observations: Observations, out: list[tuple[int, int]]) -> Observations:
+    gone: dict[int, list[int]] = {}
+    for i, k in out:
+        gone.setdefault(i, []).append(k)
+    kept: list[Observation] = []
+    for i, observation in enumerate(observations):
+        points = np.delete(observation.points, gone.get(i, []), axis=0)
+        kept.append(replace(observation, points=points))
+    return tuple(kept)

@@ -1,0 +1,100 @@
+"""The report: everything a fit is worth, as plain JSON, headed by one length in millimetres and one sentence."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from app.evaluate.distortion import distortion_report
+from app.evaluate.residuals import FeatureResiduals, feature_residuals, rms
+from app.field import BORDERS, Field, Region
+from app.records import Fit, Observations, Warning
+
+GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
+FAIR_MM = 15.0  # robots still meet the ball
+
+
+def report(fit: Fit, observations: Observations, field: Field, region: Region, held_out: tuple | None) -> dict[str, Any]:
+    """Put the figures together. held_out: mm per point from cross-validation, or None while dragging."""
+    residuals = [feature_residuals(fit.model, o, field, region) for o in observations]
+    inside = [r.px[fine] for r, fine in zip(residuals, fit.inliers, strict=True)]
+    inside_mm = [r.mm[fine] for r, fine in zip(residuals, fit.inliers, strict=True)]
+    rests = [i for i, used in enumerate(fit.used) if used]
+    checks = [i for i, used in enumerate(fit.used) if not used]
+    held = _joined([held_out[i] for i in rests]) if held_out is not None else np.empty(0)
+    check_mm = rms(_joined([inside_mm[i] for i in checks]))
+    cv_rms_mm = rms(held)
+    warnings = [*fit.warnings, *_blind_spots(fit, observations, check_mm)]
+    return {
+        "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
+        "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": _max(_joined([inside_mm[i] for i in rests])),
+        "cv_rms_mm": cv_rms_mm, "check_rms_mm": check_mm,
+        "inliers": int(sum(fine.sum() for fine in fit.inliers)),
+        "outliers": int(sum((~fine).sum() for fine in fit.inliers)),
+        "sigma_mm": None,  # no covariance is known for borders that are curves of their own
+        "distortion": distortion_report(fit.model, region, _border_clicks(fit, observations)),
+        "per_feature": [_feature_json(r, fine, used) for r, fine, used
+                        in zip(residuals, fit.inliers, fit.used, strict=True)],
+        "verdict": _verdict(cv_rms_mm, check_mm, knows_inside=_knows_inside(fit, observations)),
+        "warnings": [w.to_json() for w in warnings],
+        **{key: value for key, value in fit.notes.items() if key in ("degree", "relation")},
+    }
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.empty(0), *parts])
+
+
+def _max(values: np.ndarray) -> float | None:
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if finite.size else None
+
+
+def _border_clicks(fit: Fit, observations: Observations) -> Mapping[str, np.ndarray]:
+    return {name: np.concatenate([np.empty((0, 2)), *(o.points[fine] for o, fine in
+                                                      zip(observations, fit.inliers, strict=True) if o.feature == name)])
+            for name in BORDERS}
+
+
+def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> dict[str, Any]:
+    feature = r.observation.feature
+    return {"feature": feature if isinstance(feature, str) else list(feature), "kind": r.observation.kind,
+            "n": len(r.px), "used": used, "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]),
+            "max_mm": _max(r.mm[fine]),
+            "residuals": [{"point": point.tolist(), "foot": foot.tolist() if np.isfinite(foot).all() else None,
+                           "px": _number(px), "mm": _number(mm), "outlier": not ok}
+                          for point, foot, px, mm, ok in zip(r.observation.points, r.foot, r.px, r.mm, fine.tolist(),
+                                                             strict=True)]}
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _knows_inside(fit: Fit, observations: Observations) -> bool:
+    return any(o.feature not in BORDERS and len(o.points) for o in observations)
+
+
+def _verdict(cv_mm: float | None, check_mm: float | None, knows_inside: bool) -> dict[str, Any]:
+    """One length, one level, one sentence. The worse of the two held-out figures counts."""
+    known = [mm for mm in (cv_mm, check_mm) if mm is not None]
+    if not known:
+        return {"mm": None, "level": "unknown", "sentence": "Nothing was held out, so nothing is known of the error."}
+    mm = max(known)
+    if not knows_inside:
+        return {"mm": mm, "level": "unknown",
+                "sentence": f"The borders hold to {mm:.1f} mm. Nothing inside the field was clicked, so the error "
+                            "there is not known; a strong lens leaves centimetres."}
+    level = "good" if mm <= GOOD_MM else "fair" if mm <= FAIR_MM else "poor"
+    words = {"good": "Good enough for ball and robots.", "fair": "Robots will find the ball, with some play.",
+             "poor": "Too coarse for play: positions inside the field are off by centimetres."}[level]
+    where = "on lines the fit has not used" if check_mm is not None and mm == check_mm else "on points left out"
+    return {"mm": mm, "level": level, "sentence": f"{words} {mm:.1f} mm {where}."}
+
+
+def _blind_spots(fit: Fit, observations: Observations, check_mm: float | None) -> list[Warning]:
+    """What these figures cannot see."""
+    if _knows_inside(fit, observations):
+        return []
+    return [Warning("inside-not-checked", "Only the borders were clicked; nothing tells how well the inside fits.",
+                    "Click a few points on a line or landmark inside the field, such as the centre circle.")]

@@ -1,0 +1,242 @@
+"""The paper's model: two one-dimensional corrections that pull the four borders straight.
+
+Horizontal, rows stay:      x_c = (x - x_initial(y)) · I_width / (x_final(y) - x_initial(y))          # Eq. (4)
+Vertical, columns stay:     y_c = (y - y_initial(x_c)) · I_height / (y_final(x_c) - y_initial(x_c))   # Eq. (8)
+with I_width = W_max_rectangle · N_rectangles (Eq. 3), I_height likewise (Eq. 7), then the model relation: field
+millimetres linear in x_c, polynomial in y_c. Both ways are explicit, so one map does what two passes did.
+
+"A Study on Image Calibration Technique for Autonomous Robot", ICEEI 2009, section III. Errata kept here: Eq. (4)
+and (8) are printed with the fraction upside down, which sends the far border to
+(x_final - x_initial)² / I_width instead of I_width; and "length" in Eq. (7) is a height.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from app.errors import BadInput
+from app.field import Field, Region
+from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.models import Option, Progress, no_progress
+from app.models.border import MAX_DEGREE, Curve
+from app.records import Fit, Observations
+
+REACH = 1.0  # how far beyond the picture a border is still believed, as a share of the picture's extent
+MIN_EXTENT_PX = 1.0  # borders nearer than this have met
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """Borders as polynomials, and the field's place behind them.
+
+    left, right: x of the raw row y. top, bottom: raw y of the *corrected* column x_c.
+    width_px, height_px: I_width and I_height; the borders lie on columns 0 and I_width, rows 0 and I_height.
+    across_mm: u = a + b·x_c. down_mm: v = Σ c_k (y_c / I_height)^k; both in the region's frame.
+    """
+
+    NAME: ClassVar[str] = "polynomial"
+    TITLE: ClassVar[str] = "Boundary polynomials"
+    HELP: ClassVar[str] = ("Straightens the four borders exactly and needs no lens model. "
+                           "Under a strong lens, centimetres remain inside the field.")
+    OPTIONS: ClassVar[tuple[Option, ...]] = (
+        Option("degree", "int-or-auto", "auto", "Degree of each border's curve.", (1, MAX_DEGREE)),
+        Option("relation_degree", "int-or-auto", "auto",
+               "Degree of the relation from corrected rows to millimetres; above 1 it needs known points inside.",
+               (1, 5)),
+        Option("w_max_rectangle_px", "float", None, "Width of the widest calibration rectangle; the same for all "
+               "cameras of a rig. Empty: from the field and the picture.", (1, 10_000), "px"),
+        Option("h_max_rectangle_px", "float", None, "Height of the highest calibration rectangle.", (1, 10_000), "px"),
+        Option("n_rectangles_x", "int", None, "Rectangles between the left and the right border.", (1, 1000)),
+        Option("n_rectangles_y", "int", None, "Rectangles between the top and the bottom border.", (1, 1000)),
+        Option("robust", "bool", True, "Name stray clicks and leave them out of the fit."),
+    )
+
+    left: Curve
+    right: Curve
+    top: Curve
+    bottom: Curve
+    width_px: float
+    height_px: float
+    n_rectangles_x: int
+    n_rectangles_y: int
+    across_mm: tuple[float, float]
+    down_mm: tuple[float, ...]
+    region: Region
+    image_size: ImageSize
+
+    @property
+    def corrected_size(self) -> ImageSize:
+        """One more than I_width × I_height, so that the far borders are in the picture too."""
+        return ImageSize(round(self.width_px) + 1, round(self.height_px) + 1)
+
+    def corrected_from_raw(self, points: Points) -> Points:
+        """Raw pixels (..., 2) to corrected ones; NaN where the borders have met or far outside the picture."""
+        x, y = points[..., 0], points[..., 1]
+        with np.errstate(all="ignore"):
+            x_initial = self.left(y)
+            extent_x = self.right(y) - x_initial
+            x_c = (x - x_initial) * self.width_px / extent_x  # Eq. (4), as the text means it
+            y_initial = self.top(x_c)
+            extent_y = self.bottom(x_c) - y_initial
+            y_c = (y - y_initial) * self.height_px / extent_y  # Eq. (8), likewise
+            return unreachable_where(self._beyond(y, x_c, extent_x, extent_y), np.stack([x_c, y_c], axis=-1))
+
+    def raw_from_corrected(self, points: Points) -> Points:
+        """Corrected pixels (..., 2) to raw ones, in one pass; NaN as in corrected_from_raw."""
+        return np.stack(self.raw_from_corrected_grid(points[..., 0], points[..., 1]), axis=-1)
+
+    def raw_from_corrected_grid(self, x_c: np.ndarray, y_c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The same with coordinates apart, which may broadcast: a grid's columns (w,) and rows (h, 1) cost half."""
+        with np.errstate(all="ignore"):
+            y_initial = self.top(x_c)
+            extent_y = self.bottom(x_c) - y_initial
+            y = y_initial + y_c * (extent_y / self.height_px)  # Eq. (8) solved for y
+            x_initial = self.left(y)
+            extent_x = self.right(y) - x_initial
+            x = x_initial + (x_c / self.width_px) * extent_x  # Eq. (4) solved for x
+            bad = self._beyond(y, x_c, extent_x, extent_y)
+            if bad.any():
+                x, y = np.where(bad, np.nan, x), np.where(bad, np.nan, y)
+            return x, y
+
+    def _beyond(self, y, x_c, extent_x, extent_y):
+        """Where a border would have to be guessed: past its reach, or past the place where two borders meet.
+
+        Both ways read each curve at the same place, so the test is the same both ways. NaN counts as beyond.
+        """
+        width, (height, middle) = self.width_px, (self.image_size.height, self.image_size.centre[1])
+        near_columns = (extent_y >= MIN_EXTENT_PX) & (np.abs(x_c - width / 2) <= (0.5 + REACH) * width)
+        return ~(near_columns & (extent_x >= MIN_EXTENT_PX) & (np.abs(y - middle) <= (0.5 + REACH) * height))
+
+    def field_from_corrected(self, points: Points) -> Points:
+        """Corrected pixels to field mm: the model relation; NaN where it turns back on itself."""
+        a, b = self.across_mm
+        rows = points[..., 1] / self.height_px
+        low, high = self._rising
+        with np.errstate(all="ignore"):
+            region = np.stack([a + b * points[..., 0], polynomial.polyval(rows, self.down_mm)], axis=-1)
+            return self.region.field_from_region(unreachable_where(~((rows >= low) & (rows <= high)), region))
+
+    def corrected_from_field(self, points: Points) -> Points:
+        """Field mm to corrected pixels, the exact inverse; NaN where no row has that place."""
+        a, b = self.across_mm
+        region = self.region.region_from_field(points)
+        rows = self._rows_from_down(region[..., 1])
+        corrected = np.stack([(region[..., 0] - a) / b, rows * self.height_px], axis=-1)
+        return unreachable_where(np.isnan(rows), corrected)
+
+    @cached_property
+    def _rising(self) -> tuple[float, float]:
+        """The widest interval of y_c / I_height around the field on which the relation only rises."""
+        slope = polynomial.polyder(self.down_mm)
+        limits = (-1e3, 1e3)  # a linear relation rises for ever; nobody looks a thousand fields away
+        while len(slope) > 1 and abs(slope[-1]) < 1e-12 * np.abs(slope).max():
+            slope = slope[:-1]
+        if len(slope) < 2:
+            return limits
+        turns = polynomial.polyroots(slope)
+        turns = turns[np.abs(turns.imag) < 1e-9].real
+        below, above = turns[turns < 0.5], turns[turns > 0.5]
+        return (float(below.max()) if below.size else limits[0], float(above.min()) if above.size else limits[1])
+
+    def _rows_from_down(self, v: np.ndarray) -> np.ndarray:
+        """Solve v = Σ c_k s^k for s in the rising interval: Newton's method, bisection where it would leave."""
+        c = np.asarray(self.down_mm)
+        if c.size == 2:
+            return (v - c[0]) / c[1]
+        low_end, high_end = self._rising
+        value = np.asarray(v, float)
+        slope = polynomial.polyder(c)
+        with np.errstate(all="ignore"):
+            reachable = (value >= polynomial.polyval(low_end, c)) & (value <= polynomial.polyval(high_end, c))
+            value = np.where(reachable, value, c[0])
+            low, high = np.full(value.shape, low_end), np.full(value.shape, high_end)
+            s = np.clip(value / self.region.height_mm, low_end, high_end)
+            for _ in range(100):  # Newton ends it after about 5; bisection alone would need 60
+                error = polynomial.polyval(s, c) - value
+                low, high = np.where(error <= 0, s, low), np.where(error >= 0, s, high)
+                step = s - error / polynomial.polyval(s, slope)
+                following = np.where((step >= low) & (step <= high), step, (low + high) / 2)
+                moved = np.abs(following - s).max(initial=0.0)
+                s = following
+                if moved <= 1e-15:
+                    break
+        return np.where(reachable, s, np.nan)
+
+    @classmethod
+    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
+            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
+        """Fit the four borders, then the relation; see polynomial_fit.py."""
+        from app.models.polynomial_fit import fit_polynomial
+        return fit_polynomial(observations, field, region, image_size, options, progress)
+
+    @classmethod
+    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+        degree = (options or {}).get("degree", "auto")
+        if isinstance(degree, int):
+            return f"{degree + 1} points on each of the four borders; {degree + 3} let it check itself."
+        return "3 points on each of the four borders; 9 are good."
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
+        """Read what asdict() wrote; BadInput for anything else."""
+        try:
+            p = dict(parameters)
+            names = {f.name for f in fields(cls)}
+            if set(p) != names:
+                raise ValueError(f"expected {', '.join(sorted(names))}")
+            region = Region(str(p["region"]["name"]), tuple(map(float, p["region"]["x_mm"])),
+                            tuple(map(float, p["region"]["y_mm"])), int(p["region"]["rotate_deg"]))
+            size = p["image_size"]
+            model = cls(
+                **{name: _curve(p[name]) for name in ("left", "right", "top", "bottom")},
+                width_px=float(p["width_px"]), height_px=float(p["height_px"]),
+                n_rectangles_x=int(p["n_rectangles_x"]), n_rectangles_y=int(p["n_rectangles_y"]),
+                across_mm=tuple(map(float, p["across_mm"])), down_mm=tuple(map(float, p["down_mm"])),
+                region=region.rotated(region.rotate_deg), image_size=ImageSize.of((size["width"], size["height"])))
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise BadInput(f"These are no parameters of a polynomial model: {error}.",
+                           "Give what Touchline exported as json.", reason="bad-parameters") from None
+        model._refuse_nonsense()
+        return model
+
+    def _refuse_nonsense(self) -> None:
+        """Parameters from outside may be any numbers; those that no fit makes are refused here."""
+        numbers = [self.width_px, self.height_px, *self.across_mm, *self.down_mm, *self.region.x_mm, *self.region.y_mm]
+        for curve in (self.left, self.right, self.top, self.bottom):
+            numbers += [curve.centre, curve.scale, *curve.coefficients]
+        curves_ok = all(1 <= len(c.coefficients) <= MAX_DEGREE + 1 and c.scale > 0
+                        for c in (self.left, self.right, self.top, self.bottom))
+        if not (np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE * 1e3 and curves_ok
+                and 1 <= self.width_px <= 65535 and 1 <= self.height_px <= 65535
+                and self.width_px * self.height_px <= 2e8 and len(self.across_mm) == 2 and self.across_mm[1] > 0
+                and 2 <= len(self.down_mm) <= 9 and self.down_mm[1:] != (0.0,) * (len(self.down_mm) - 1)
+                and self.region.width_mm > 0 and self.region.height_mm > 0):
+            raise BadInput("These parameters describe no camera over a field.",
+                           "Give what Touchline exported as json.", reason="bad-parameters")
+
+    @classmethod
+    def examples(cls) -> Iterable[Self]:
+        """A strong barrel lens over half a field, a mild pincushion, and a tilted camera with a cubic relation."""
+        size = ImageSize(780, 580)
+        half = Region("half", (0.0, 3025.0), (-2025.0, 2025.0), 90)
+        full = Region("full", (-2000.0, 2000.0), (-1500.0, 1500.0), 0)
+        y, x = (size.height - 1) / 2, 360.0
+        yield cls(Curve((62.0, 2.0, 11.0, 0.5), y, 290.0), Curve((703.0, -1.5, -12.0), y, 290.0),
+                  Curve((48.0, -8.0, 9.0, 0.4, 1.0), x, x), Curve((524.0, -7.0, -13.0), x, x),
+                  720.0, 538.0, 10, 7, (0.0, 5.625), (0.0, 3025.0), half, size)
+        size, y, x = ImageSize(1280, 1024), 511.5, 580.0
+        yield cls(Curve((70.0, 0.0, -6.0), y, 512.0), Curve((1210.0, 3.0, 7.0), y, 512.0),
+                  Curve((80.0, 1.0, -5.0), x, x), Curve((935.0, -2.0, 6.0), x, x),
+                  1160.0, 870.0, 8, 6, (0.0, 3.4482758620689653), (0.0, 3000.0), full, size)
+        yield cls(Curve((120.0, -60.0, 4.0), y, 512.0), Curve((1160.0, 55.0, -5.0), y, 512.0),
+                  Curve((90.0, 3.0, 8.0), x, x), Curve((930.0, -4.0, -9.0), x, x),
+                  1160.0, 870.0, 8, 6, (3.0, 3.44), (0.0, 3600.0, -900.0, 300.0), full, size)
+
+
+def _curve(value: Mapping[str, Any]) -> Curve:
+    return Curve(tuple(float(c) for c in value["coefficients"]), float(value["centre"]), float(value["scale"]))

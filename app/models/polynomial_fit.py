@@ -1,0 +1,281 @@
+"""Fitting the paper's model: rows first, then columns on the horizontally corrected clicks, then millimetres."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from app.errors import BadInput, FitFailed
+from app.field import BORDERS, Arc, Field, Landmark, Line, Region
+from app.geometry import ImageSize, Points
+from app.models import Progress, read_options
+from app.models.border import CurveFit, fit_curve
+from app.models.polynomial import Polynomial
+from app.records import Fit, Observation, Observations, Warning
+
+RECTANGLES = 10  # between the far apart borders, unless the rig says otherwise
+MIN_HULL_SHARE = 0.01  # of the picture; clicks that enclose less are on one line
+MAX_CORRECTED_PX = 50e6
+EXTRAPOLATED_SHARE = 0.08  # of a border's length; a curve is not believed further past its last click
+KNOWN_NOISE_SHARE = 0.02  # a known point further from the relation than this share of the field is a stray
+
+
+@dataclass(frozen=True, eq=False)
+class _Border:
+    """All clicks on one border, gathered from its observations."""
+
+    name: str
+    points: Points
+    owners: tuple[tuple[int, int], ...]  # (observation, point) of each
+
+
+def fit_polynomial(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+                   options: Mapping[str, Any] | None, progress: Progress) -> Fit:
+    """Fit Polynomial to clicks on the four borders, and to known points inside where there are any.
+
+    "degree" may also be a mapping with one entry a border. Landmarks and lines parallel to a border refine the
+    relation to millimetres when there are enough of them; arcs and other lines only check.
+    """
+    degrees = _degrees(options)
+    settings = read_options(Polynomial.OPTIONS, {k: v for k, v in (options or {}).items() if k != "degree"})
+    borders = {name: _gather(name, observations) for name in BORDERS}
+    _check_clicks(borders, image_size)
+    robust = settings["robust"]
+    progress(0.1, "Fitting the left and right borders")
+    rows = (-0.5, image_size.height - 0.5)
+    fits = {name: fit_curve(borders[name].points[:, 1], borders[name].points[:, 0], degrees[name], rows,
+                            f"the {name} border", robust=robust) for name in ("left", "right")}
+    _refuse_crossing("left", "right", fits, _span_of_clicks(borders, 1))
+    width_px, height_px, n_x, n_y = _rectangles(settings, region, image_size)
+
+    progress(0.4, "Fitting the top and bottom borders")
+    for name in ("top", "bottom"):  # clicked on the raw picture, carried over to the horizontally corrected one
+        x, y = borders[name].points[:, 0], borders[name].points[:, 1]
+        x_initial = fits["left"].curve(y)
+        x_c = (x - x_initial) * width_px / (fits["right"].curve(y) - x_initial)  # Eq. (4)
+        fits[name] = fit_curve(x_c, y, degrees[name], (0.0, width_px), f"the {name} border", robust=robust)
+    _refuse_crossing("top", "bottom", fits, (0.0, width_px))
+
+    straight = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
+                          (0.0, region.width_mm / width_px), (0.0, region.height_mm), region, image_size)
+    _refuse_crossing("left", "right", fits, _rows_of_the_field(straight))
+    progress(0.7, "Relating pixels to millimetres")
+    across, down, relation, used, stray_known = _relation(straight, observations, field, settings)
+    model = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
+                       across, down, region, image_size)
+    inliers = _inliers(observations, borders, fits, stray_known)
+    warnings = (*_strays(observations, borders, fits, inliers), *_extrapolations(borders, fits, straight))
+    notes = {"degree": {n: {"degree": f.curve.degree, "reason": f.reason} for n, f in fits.items()},
+             "held_out_px": {n: f.held_out_rms for n, f in fits.items()}, "relation": relation}
+    return Fit(model, inliers, used, warnings, notes)
+
+
+def _degrees(options: Mapping[str, Any] | None) -> dict[str, Any]:
+    degree = (options or {}).get("degree")
+    option = next(o for o in Polynomial.OPTIONS if o.name == "degree")
+    if isinstance(degree, Mapping):
+        unknown = set(degree) - set(BORDERS)
+        if unknown:
+            raise BadInput(f"There is no border called {sorted(map(str, unknown))[0]!r}.",
+                           f"Use one of: {', '.join(BORDERS)}.", reason="bad-option")
+        return {name: option.read(degree.get(name)) for name in BORDERS}
+    return dict.fromkeys(BORDERS, option.read(degree))
+
+
+def _gather(name: str, observations: Observations) -> _Border:
+    chosen = [(i, o) for i, o in enumerate(observations) if o.feature == name]
+    points = np.concatenate([np.empty((0, 2)), *(o.points for _, o in chosen)])
+    return _Border(name, points, tuple((i, k) for i, o in chosen for k in range(len(o.points))))
+
+
+def _check_clicks(borders: Mapping[str, _Border], image_size: ImageSize) -> None:
+    for border in borders.values():
+        if not len(border.points):
+            raise FitFailed(f"The {border.name} border has no points.",
+                            f"Click points along the {border.name} border.", reason="too-few-points",
+                            feature=border.name)
+        outside = np.flatnonzero(((border.points < -1) | (border.points > np.array(tuple(image_size)))).any(axis=1))
+        if outside.size:
+            x, y = border.points[outside[0]]
+            raise FitFailed(f"Point {outside[0] + 1} of the {border.name} border, ({x:.6g}, {y:.6g}), is outside the "
+                            f"picture of {image_size.width} × {image_size.height} px.",
+                            "Remove it, or choose the picture it was clicked on.", reason="outside-picture",
+                            feature=border.name, index=int(outside[0]))
+    points = np.concatenate([b.points for b in borders.values()])
+    spread = np.linalg.svd((points - points.mean(axis=0)) / np.sqrt(len(points)), compute_uv=False)
+    if 12 * spread[0] * spread[1] < MIN_HULL_SHARE * image_size.width * image_size.height:  # a rectangle's area
+        raise FitFailed("The points of all four borders lie nearly on one line.",
+                        "Click each border along its own line.", reason="collinear-points")
+
+
+def _span_of_clicks(borders: Mapping[str, _Border], axis: int) -> tuple[float, float]:
+    values = np.concatenate([b.points[:, axis] for b in borders.values()])
+    return float(values.min()), float(values.max())
+
+
+def _rows_of_the_field(model: Polynomial) -> tuple[float, float]:
+    x_c = np.linspace(0, model.width_px, 64)
+    return float(model.top(x_c).min()), float(model.bottom(x_c).max())
+
+
+def _refuse_crossing(first: str, second: str, fits: Mapping[str, CurveFit], span: tuple[float, float]) -> None:
+    position = np.linspace(*span, 256)
+    gap = fits[second].curve(position) - fits[first].curve(position)
+    if gap.max() <= 0:
+        raise FitFailed(f"The {first} border lies on the far side of the {second} border.",
+                        f"Swap the points of the {first} and {second} borders, or turn the region.",
+                        reason="borders-swapped", feature=first)
+    if gap.min() < 0.02 * gap.max():
+        where = f"near {'row' if first == 'left' else 'corrected column'} {position[np.argmin(gap)]:.0f}"
+        raise FitFailed(f"The {first} and {second} borders cross {where}.",
+                        f"Check the points of both; click nearer to the corners, or choose a lower degree.",
+                        reason="borders-cross", feature=first)
+
+
+def _rectangles(settings: Mapping[str, Any], region: Region, image_size: ImageSize) -> tuple[float, float, int, int]:
+    """I_width and I_height with their numbers of rectangles, Eq. (3) and (7).
+
+    Defaults depend on the field and the picture size alone, never on the clicks, so that cameras of one rig agree:
+    the region, square-pixelled, as large as fits into the picture.
+    """
+    longer = max(region.width_mm, region.height_mm)
+    n_x = settings["n_rectangles_x"] or max(1, round(RECTANGLES * region.width_mm / longer))
+    n_y = settings["n_rectangles_y"] or max(1, round(RECTANGLES * region.height_mm / longer))
+    px_per_mm = min(image_size.width / region.width_mm, image_size.height / region.height_mm)
+    width = settings["w_max_rectangle_px"] * n_x if settings["w_max_rectangle_px"] else round(region.width_mm * px_per_mm)
+    height = settings["h_max_rectangle_px"] * n_y if settings["h_max_rectangle_px"] else round(region.height_mm * px_per_mm)
+    if width < 16 or height < 16 or width > 16000 or height > 16000 or width * height > MAX_CORRECTED_PX:
+        raise BadInput(f"The corrected picture would be {width:.0f} × {height:.0f} px.",
+                       "Choose rectangles and numbers that make 16 to 16 000 px each way and at most 50 megapixels.",
+                       reason="bad-corrected-size")
+    return float(width), float(height), n_x, n_y
+
+
+def _relation(model: Polynomial, observations: Observations, field: Field, settings: Mapping[str, Any],
+              ) -> tuple[tuple[float, float], tuple[float, ...], dict[str, Any], tuple[bool, ...], set]:
+    """The model relation: u linear in x_c, v polynomial in y_c, from the borders and known points inside."""
+    region = model.region
+    used, across, down = [], [], []  # rows of (corrected, mm, observation, point)
+    for i, observation in enumerate(observations):
+        if observation.feature in BORDERS:
+            used.append(True)
+            continue
+        feature = field.feature(observation.feature, region)
+        knows_u, knows_v, u, v = _known(feature, observation, region)
+        corrected = model.corrected_from_raw(observation.points)
+        for k, (x_c, y_c) in enumerate(corrected):
+            if knows_u and np.isfinite(x_c):
+                across.append((x_c / model.width_px, u / region.width_mm, i, k))
+            if knows_v and np.isfinite(y_c):
+                down.append((y_c / model.height_px, v / region.height_mm, i, k))
+        used.append(bool((knows_u or knows_v) and observation.z_mm == 0))
+    wanted = settings["relation_degree"]
+    levels = 2 + len({round(row[1], 6) for row in down if 0.02 < row[1] < 0.98})  # the two borders are known rows
+    degree = min(3, levels - 1) if wanted == "auto" else wanted
+    if degree > levels - 1:
+        raise FitFailed(f"A relation of degree {degree} needs known points at {degree - 1} heights inside the field; "
+                        f"there are {levels - 2}.", "Click landmarks or lines across the field, or choose degree 1.",
+                        reason="too-few-points")
+    a, b, stray_across = _line_up(across, 1)
+    down_coefficients, stray_down = _curve_up(down, degree)
+    if not all(np.polynomial.polynomial.polyval(np.linspace(0, 1, 64), np.polynomial.polynomial.polyder(
+            down_coefficients)) > 0):
+        raise FitFailed("The known points are not in order down the picture.",
+                        "Check which landmark or line each was clicked for.", reason="bad-order")
+    notes = {"degree": degree, "known_across": len(across), "known_down": len(down),
+             "reason": "Only the borders are known: linear both ways." if not (across or down) else
+             f"{len(across)} known columns and {len(down)} known rows inside the field."}
+    scale = region.width_mm / model.width_px
+    return ((float(a * region.width_mm), float(b * scale)),
+            tuple(float(c * region.height_mm) for c in down_coefficients), notes, tuple(used), stray_across | stray_down)
+
+
+def _known(feature: Line | Arc | Landmark, observation: Observation, region: Region) -> tuple[bool, bool, float, float]:
+    """Whether a feature tells u, v or both of the points on it, and which."""
+    if observation.z_mm != 0 or isinstance(feature, Arc):
+        return False, False, 0.0, 0.0
+    if isinstance(feature, Landmark):
+        u, v = region.region_from_field(np.asarray(feature.position))
+        return True, True, float(u), float(v)
+    (u0, v0), (u1, v1) = region.region_from_field(np.array([feature.start, feature.end]))
+    return abs(u1 - u0) < 1e-6, abs(v1 - v0) < 1e-6, float(u0), float(v0)
+
+
+def _line_up(rows: list, degree: int) -> tuple[float, float, set]:
+    coefficients, strays = _curve_up(rows, degree)
+    return coefficients[0], coefficients[1], strays
+
+
+def _curve_up(rows: list, degree: int) -> tuple[np.ndarray, set]:
+    """Least squares of mm share over pixel share, the two borders known; gross mistakes are named.
+
+    The borders count as much as all known points together: they were seen over their whole length.
+    """
+    if not rows:
+        return np.pad(np.array([0.0, 1.0]), (0, degree - 1)), set()
+    data = np.array([row[:2] for row in rows])
+    keep = np.ones(len(rows), bool)
+    while True:
+        s = np.concatenate([data[keep, 0], [0.0, 1.0]])
+        value = np.concatenate([data[keep, 1], [0.0, 1.0]])
+        weight = np.concatenate([np.ones(keep.sum()), np.full(2, np.sqrt(max(1, keep.sum()) / 2))])
+        design = np.polynomial.polynomial.polyvander(s, degree)
+        coefficients = np.linalg.lstsq(design * weight[:, None], value * weight, rcond=None)[0]
+        error = np.abs(data[:, 1] - np.polynomial.polynomial.polyval(data[:, 0], coefficients))
+        spread = np.median(error[keep]) if keep.sum() > 3 else 0.0
+        worst = np.argmax(np.where(keep, error, -1))
+        if error[worst] < max(5 * spread, KNOWN_NOISE_SHARE) or keep.sum() <= max(1, 0.75 * len(rows)):
+            break
+        keep[worst] = False
+    return coefficients, {rows[i][2:] for i in np.flatnonzero(~keep)}
+
+
+def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
+             stray_known: set) -> tuple[np.ndarray, ...]:
+    result = tuple(np.ones(len(o.points), bool) for o in observations)
+    for name, border in borders.items():
+        for (i, k), fine in zip(border.owners, fits[name].inliers, strict=True):
+            result[i][k] = fine
+    for i, k in stray_known:
+        result[i][k] = False
+    return result
+
+
+def _strays(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
+            inliers: tuple[np.ndarray, ...]) -> list[Warning]:
+    found = []
+    for name, border in borders.items():
+        for (i, k), fine, residual in zip(border.owners, fits[name].inliers, fits[name].residuals, strict=True):
+            if not fine:
+                found.append(Warning(
+                    "stray-click", f"Point {k + 1} of the {name} border lies {abs(residual):.1f} px off the curve "
+                    "through the others; it was left out of the fit.",
+                    "Drag it onto the line, or remove it.", str(observations[i].feature), k))
+    for i, observation in enumerate(observations):
+        if observation.feature not in BORDERS:
+            for k in np.flatnonzero(~inliers[i]):
+                found.append(Warning(
+                    "stray-click", f"Point {k + 1} of {observation.label} disagrees with everything else; it was left "
+                    "out of the fit.", "Check that it was clicked on the right mark.", str(observation.feature), int(k)))
+    return found
+
+
+def _extrapolations(borders: Mapping[str, _Border], fits: Mapping[str, CurveFit], model: Polynomial) -> list[Warning]:
+    """A curve past its last click is a guess; say so where the field goes on there."""
+    found = []
+    rows = {"left": (float(model.top(0.0)), float(model.bottom(0.0))),
+            "right": (float(model.top(model.width_px)), float(model.bottom(model.width_px))),
+            "top": (0.0, model.width_px), "bottom": (0.0, model.width_px)}
+    for name, border in borders.items():
+        points = border.points[fits[name].inliers]
+        position = points[:, 1] if name in ("left", "right") else model.corrected_from_raw(points)[:, 0]
+        low, high = rows[name]
+        ends = {"left": ("top", "bottom"), "right": ("top", "bottom")}.get(name, ("left", "right"))
+        for gap, end in ((np.nanmin(position) - low, ends[0]), (high - np.nanmax(position), ends[1])):
+            if gap > EXTRAPOLATED_SHARE * (high - low):
+                found.append(Warning(
+                    "border-extrapolated", f"The {name} border has no click in the last {100 * gap / (high - low):.0f} % "
+                    f"towards the {end} border; its curve is a guess there.",
+                    f"Click the {name} border near the {end} corner.", name))
+    return found

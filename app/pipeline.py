@@ -1,0 +1,136 @@
+"""How things flow: observations become a fit, a fit becomes a report, a model becomes a picture. A dozen lines each."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.correction import View, correction_map
+from app.errors import BadInput, Conflict
+from app.evaluate.cross_validation import held_out_mm
+from app.evaluate.distortion import bow_pct, kind_of
+from app.evaluate.report import report
+from app.field import BORDERS, Field, Region
+from app.geometry import ImageSize, Points, as_points
+from app.models import MODELS, CameraModel, Progress, field_from_raw, no_progress, raw_from_field
+from app.models.border import MAX_DEGREE, fit_curve
+from app.records import Fit, Observations
+
+Space = Literal["image", "corrected", "field"]
+CURVE_POINTS = 65  # a border drawn with so many is smooth on any screen
+OVERLAY_STEP_MM = 50.0
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """A fit with its report."""
+
+    fit: Fit
+    report: Mapping[str, Any]
+
+    @property
+    def model(self) -> CameraModel:
+        return self.fit.model
+
+
+def calibrate(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+              model: str = "polynomial", options: Mapping[str, Any] | None = None,
+              progress: Progress = no_progress, *, cross_validate: bool = True) -> Calibrated:
+    """Fit a model to the observations and judge it. cross_validate=False is quick, for while a point is dragged."""
+    for observation in observations:
+        field.feature(observation.feature, region)  # an unknown name is refused before anything is computed
+    model_class = MODELS[model]
+    fit = model_class.fit(observations, field, region, image_size, options, progress)
+    held_out = held_out_mm(model_class, fit, observations, field, region, image_size, options,
+                           progress) if cross_validate else None
+    return Calibrated(fit, report(fit, observations, field, region, held_out))
+
+
+def border(points: Points, axis: str, degree: int | str, image_size: ImageSize | None = None) -> dict[str, Any]:
+    """One border at once: its curve, residuals and distortion, as plain JSON.
+
+    axis: "x_of_y" for a border that runs down the picture, "y_of_x" for one across it. With image_size the curve
+    spans the picture and the distortion is signed, its middle taken for the inside; without, it is a magnitude.
+    """
+    if axis not in ("x_of_y", "y_of_x"):
+        raise BadInput(f"{axis!r} is no axis of a border.", "Use x_of_y or y_of_x.", reason="bad-axis")
+    if degree != "auto" and (isinstance(degree, bool) or not isinstance(degree, int) or not 1 <= degree <= MAX_DEGREE):
+        raise BadInput(f"A border cannot have degree {degree!r}.", f'Use 1 to {MAX_DEGREE}, or "auto".',
+                       reason="bad-option")
+    points = as_points(points, "The border's points").reshape(-1, 2)
+    run = 1 if axis == "x_of_y" else 0
+    position, value = points[:, run], points[:, 1 - run]
+    ends = (position.min(), position.max()) if len(points) else (0.0, 1.0)
+    span = (-0.5, tuple(image_size)[run] - 0.5) if image_size else (ends[0], max(ends[1], ends[0] + 1))
+    fitted = fit_curve(position, value, degree, span, "the border")
+    drawn = np.linspace(*(span if image_size else ends), CURVE_POINTS)
+    between = np.linspace(*ends, CURVE_POINTS)
+    inside = np.array(image_size.centre) if image_size else None
+    pct = bow_pct(_along(between, fitted.curve(between), run), inside if inside is not None else points[0])
+    return {"degree": fitted.curve.degree, "degree_reason": fitted.reason,
+            "coefficients": list(fitted.curve.plain_coefficients()), "rms_px": fitted.rms,
+            "loo_rms_px": fitted.held_out_rms, "residuals_px": fitted.residuals.tolist(),
+            "outliers": np.flatnonzero(~fitted.inliers).tolist(),
+            "curve": _along(drawn, fitted.curve(drawn), run).tolist(),
+            "distortion_pct": pct if image_size else abs(pct), "kind": kind_of(pct) if image_size else None}
+
+
+def _along(position: NDArray, value: NDArray, run: int) -> Points:
+    return np.stack([position, value] if run == 0 else [value, position], axis=-1)
+
+
+def transform(model: CameraModel, points: Points, source: Space, target: Space, z_mm: float = 0.0) -> Points:
+    """Points (..., 2) from one space to another; NaN where the model does not reach."""
+    if z_mm != 0 and "field" in (source, target) and not hasattr(model, "project"):
+        raise Conflict(f"{model.TITLE} know only the carpet, not what is {z_mm:g} mm above it.",
+                       "Use a lens model, or z_mm 0.", reason="no-rays")
+    to_corrected = {"image": model.corrected_from_raw, "corrected": lambda p: p, "field": model.corrected_from_field}
+    from_corrected = {"image": model.raw_from_corrected, "corrected": lambda p: p, "field": model.field_from_corrected}
+    for space in (source, target):
+        if space not in to_corrected:
+            raise BadInput(f"There is no space called {space!r}.", "Use image, corrected or field.",
+                           reason="unknown-space")
+    return from_corrected[target](to_corrected[source](as_points(points)))
+
+
+def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize, view: View = View(),  # noqa: B008
+            ) -> NDArray[np.uint8]:
+    """The corrected picture of a raw one that has the calibration's own size."""
+    height, width = pixels.shape[:2]
+    if (width, height) != tuple(image_size):
+        raise Conflict(f"The picture is {width} × {height} px; the calibration was made for {image_size.width} × "
+                       f"{image_size.height} px.", "Use a picture of that size, or calibrate this one.",
+                       reason="size-mismatch")
+    return correction_map(model, view).apply_exactly(pixels)
+
+
+def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["raw", "corrected"] = "raw",
+            view: View | None = None) -> list[dict[str, Any]]:
+    """The region's borders and all that is painted on the field, as polylines; None where out of reach.
+
+    In raw pixels, or in those of a corrected view.
+    """
+    shapes = [("border", name, region.border(name)) for name in BORDERS]
+    shapes += [("line", line.name, line) for line in field.lines.values()]
+    shapes += [("arc", arc.name, arc) for arc in field.arcs.values()]
+    drawn = [(kind, name, shape.sample(max(2, min(400, 1 + round(shape.length_mm / OVERLAY_STEP_MM)))))
+             for kind, name, shape in shapes]
+    drawn += [("landmark", mark.name, np.array([mark.position])) for mark in field.landmarks.values()]
+    return [{"feature": name, "kind": kind, "points": _plain(_seen(model, points, frame, view))}
+            for kind, name, points in drawn]
+
+
+def _seen(model: CameraModel, field_points: Points, frame: str, view: View | None) -> Points:
+    if frame == "raw":
+        return raw_from_field(model, field_points)
+    corrected = model.corrected_from_field(field_points)
+    return corrected if view is None else view.view_from_corrected(model, corrected)
+
+
+def _plain(points: Points) -> list[list[float] | None]:
+    return [p.tolist() if np.isfinite(p).all() else None for p in points]
+
+
+__all__ = ["Calibrated", "border", "calibrate", "correct", "field_from_raw", "overlay", "transform"]
