@@ -1,0 +1,22 @@
+"""Untrusted bytes → Frame: a picture is screened by its header, then decoded in a process that may die.
+
+    bytes ──screen──▶ Declared(format, width, height) ──child──▶ pixels of exactly that size ──▶ Frame
+
+`screen.py` reads headers and never allocates what they ask for; a format is one file and one line in its
+table (png, jpeg, bmp, webp). `child.py` runs in a process of its own with little memory and no secrets;
+`decoder.py` keeps a few of them warm and replaces the dead. Every refusal is a BadImage or an ImageTooLarge.
+
+A server keeps one decoder for its life and calls it from its threads:
+
+    with ImageDecoder() as decoder:
+        frame = decoder.frame_from_bytes(data)
+
+EXIF orientation is ignored on purpose: pixels stay as the sensor delivered them, because a calibration
+belongs to the sensor and not to the way a viewer would like to hold the picture.
+"""
+
+from app.images.decoder import ImageDecoder, frame_from_bytes
+from app.images.encode import ENCODED_MEDIA_TYPES, encode
+from app.images.screen import Declared, Limits, screen
+
+__all__ = ["ENCODED_MEDIA_TYPES", "Declared", "ImageDecoder", "Limits", "encode", "frame_from_bytes", "screen"]

@@ -1,0 +1,29 @@
+"""BMP's header: uncompressed rows only, and all of them there."""
+
+import struct
+
+from app.images.limits import Declared, Limits, checked_size, damaged, truncated, unsupported
+
+FILE_HEADER_BYTES = 14
+HEADER_BYTES = (40, 52, 56, 64, 108, 124)
+BITS_PER_PIXEL = {0: (1, 4, 8, 16, 24, 32), 3: (16, 32)}  # by compression: none, bit fields
+
+
+def screen_bmp(data: bytes, limits: Limits) -> Declared:
+    """Size and format of an uncompressed BMP; a negative height means that its first row is the top one."""
+    if len(data) < FILE_HEADER_BYTES + 40:
+        raise truncated("BMP")
+    pixels_at, header_bytes, width, height, planes, bits, compression = struct.unpack_from("<IIiiHHI", data, 10)
+    if header_bytes not in HEADER_BYTES:
+        raise unsupported("The BMP picture is of an old or unknown kind.")
+    if planes != 1 or pixels_at < FILE_HEADER_BYTES + header_bytes:
+        raise damaged("its header contradicts itself")
+    if bits not in BITS_PER_PIXEL.get(compression, ()):
+        # Run lengths can declare 50 Mpx in a few bytes, and no camera writes them.
+        raise unsupported("The BMP picture is compressed or has an unusual pixel format.")
+    height = abs(height)
+    checked_size(width, height, limits)
+    row_bytes = (width * bits + 31) // 32 * 4
+    if pixels_at + row_bytes * height > len(data):
+        raise truncated("BMP")
+    return Declared("bmp", width, height)

@@ -1,0 +1,132 @@
+"""A few warm decoding processes behind one thread-safe call."""
+
+import contextlib
+import queue
+import threading
+from hashlib import sha256
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.errors import BadImage, Unavailable
+from app.images import child
+from app.images.limits import DEFAULT_LIMITS, RESAVE, SEND_AGAIN, Declared, Limits
+from app.images.screen import screen
+from app.images.worker import Worker, WorkerDied, WorkerTimeout
+from app.records import Frame
+
+
+class ImageDecoder:
+    """Untrusted bytes to frames, any number of threads at once; `workers` pictures are decoded at a time.
+
+    The processes start at once and warm up beside the caller (about 0.3 s); one that dies or is too slow is
+    replaced at once. A caller waits at most patience_s for a free one. Use it as a context, or close() it.
+    """
+
+    def __init__(self, limits: Limits = DEFAULT_LIMITS, *, workers: int = 2, patience_s: float = 30.0) -> None:
+        self.limits = limits
+        self._patience_s = patience_s
+        self._lock = threading.Lock()
+        self._closed = False
+        self._all = {Worker(limits) for _ in range(workers)}
+        self._free: queue.LifoQueue[Worker] = queue.LifoQueue()  # the warmest first
+        for worker in self._all:
+            self._free.put(worker)
+
+    def frame_from_bytes(self, data: bytes, *, camera: str | None = None) -> Frame:
+        """Screen and decode; pixels (height, width, 3) BGR uint8, read-only, as the sensor saw them (no EXIF turn).
+
+        BadImage or ImageTooLarge say why not; Unavailable when every process is busy for too long.
+        """
+        data = bytes(data)
+        pixels = self._decode(data, screen(data, self.limits))
+        pixels.setflags(write=False)
+        return Frame(pixels, sha256(data).hexdigest(), camera)
+
+    @property
+    def pids(self) -> tuple[int, ...]:
+        """The processes that decode, for those who watch their memory."""
+        with self._lock:
+            return tuple(worker.pid for worker in self._all)
+
+    def close(self) -> None:
+        """End all processes; a picture that is being decoded is refused."""
+        with self._lock:
+            self._closed = True
+        for worker in self._all:
+            worker.end()  # its holder, if there is one, notices and disposes of it
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._free.get_nowait().dispose()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _decode(self, data: bytes, declared: Declared) -> NDArray[np.uint8]:
+        worker = self._take()
+        try:
+            status, width, height, pixels = worker.decode(data, declared)
+        except WorkerTimeout:
+            worker = self._replaced(worker)
+            raise BadImage(f"The picture took longer than {self.limits.wall_s:g} s to decode.",
+                           "Scale it down, or save it again as an ordinary JPEG.", reason="slow-image") from None
+        except WorkerDied:
+            worker = self._replaced(worker)
+            if self._closed:
+                raise _closed() from None
+            raise BadImage("The picture broke the decoder, which has been restarted.", RESAVE,
+                           reason="undecodable-image") from None
+        except BaseException:
+            worker = self._replaced(worker)
+            raise
+        finally:
+            self._free.put(worker)
+        if pixels is not None:
+            return pixels
+        if status == child.OTHER_SIZE:
+            raise BadImage(f"The picture declares {declared.width} × {declared.height} px, "
+                           f"but holds {width} × {height} px.", RESAVE, reason="image-size-mismatch")
+        if status == child.OUT_OF_MEMORY:
+            raise BadImage("The picture needs more memory than a decoder gets.",
+                           "Scale it down, or save it again as an ordinary JPEG.", reason="image-needs-memory")
+        raise BadImage(f"The {declared.format.upper()} picture cannot be decoded.", SEND_AGAIN,
+                       reason="undecodable-image")
+
+    def _take(self) -> Worker:
+        """A living worker, nobody else's; one that was killed while it had nothing to do is replaced here."""
+        if self._closed:
+            raise _closed()
+        try:
+            worker = self._free.get(timeout=self._patience_s)
+        except queue.Empty:
+            raise Unavailable("Too many pictures are being read at once.", "Try again in a moment.",
+                              reason="decoder-busy") from None
+        return worker if worker.alive else self._replaced(worker)
+
+    def _replaced(self, dead: Worker) -> Worker:
+        """A new process in place of a dead one; while closing there is none, and the dead one stays."""
+        with self._lock:
+            if self._closed:
+                return dead
+            try:
+                worker = Worker(self.limits)
+            except OSError:  # no process or memory to be had: the next caller tries again
+                return dead
+            self._all.discard(dead)
+            self._all.add(worker)
+        dead.dispose()
+        return worker
+
+
+def _closed() -> Unavailable:
+    return Unavailable("The server is shutting down.", "Try again when it is back.", reason="shutting-down")
+
+
+def frame_from_bytes(data: bytes, limits: Limits = DEFAULT_LIMITS) -> Frame:
+    """One picture in a process of its own, for a shell that has no decoder running."""
+    with ImageDecoder(limits, workers=1) as decoder:
+        return decoder.frame_from_bytes(data)

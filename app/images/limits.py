@@ -1,0 +1,67 @@
+"""How much a picture may ask of us, and the refusals that its header earns."""
+
+from dataclasses import dataclass
+
+from app.errors import BadImage, ImageTooLarge
+
+RESAVE = "Open it in an image program and save it again as PNG or JPEG."
+SEND_AGAIN = "Copy or export the picture again; the file is probably incomplete or damaged."
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The largest picture that is decoded, and what decoding may cost."""
+
+    max_bytes: int = 32 * 2**20
+    max_pixels: int = 50_000_000  # 150 MB of BGR; the largest industrial sensors have 50 Mpx or less
+    max_side_px: int = 16_384
+    max_jpeg_scans: int = 64  # a progressive picture has about 10; every scan costs a pass over all pixels
+    max_png_ratio: float = 200.0  # decoded to compressed bytes; photographs reach 2, drawn fields some 100
+    png_ratio_free_bytes: int = 32 * 2**20  # below it a high ratio is an empty scene, not a bomb
+    memory_bytes: int = 2**30  # address space of the process that decodes
+    wall_s: float = 5.0
+
+
+@dataclass(frozen=True)
+class Declared:
+    """What a header says: format "png", "jpeg", "bmp" or "webp", and the size in px."""
+
+    format: str
+    width: int
+    height: int
+
+    @property
+    def media_type(self) -> str:
+        return f"image/{self.format}"
+
+
+DEFAULT_LIMITS = Limits()
+
+
+def damaged(what: str) -> BadImage:
+    """The bytes contradict their own format; what: a clause about it."""
+    return BadImage(f"The picture is damaged: {what}.", SEND_AGAIN, reason="damaged-image")
+
+
+def truncated(kind: str) -> BadImage:
+    return BadImage(f"The {kind} picture ends too early.", SEND_AGAIN, reason="truncated-image")
+
+
+def animated(kind: str) -> BadImage:
+    return BadImage(f"The {kind} picture is animated.", "Send one still picture.", reason="animated-image")
+
+
+def unsupported(what: str) -> BadImage:
+    """A kind of a known format that cameras do not make; what: a sentence."""
+    return BadImage(what, RESAVE, reason="unsupported-image-kind")
+
+
+def checked_size(width: int, height: int, limits: Limits) -> None:
+    """Refuse an empty picture, and one with more pixels than we would decode."""
+    if width < 1 or height < 1:
+        raise damaged(f"it declares {width} × {height} px")
+    if width > limits.max_side_px or height > limits.max_side_px or width * height > limits.max_pixels:
+        raise ImageTooLarge(
+            f"The picture declares {width} × {height} px.",
+            f"Send at most {limits.max_pixels / 1e6:g} million pixels and {limits.max_side_px} px a side; "
+            "scale it down or crop it.")

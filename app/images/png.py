@@ -1,0 +1,71 @@
+"""PNG's header: its chunks are walked, their checksums checked, and the deflate ratio kept sane.
+
+Every chunk is length (4), type (4), body, CRC (4), big-endian. https://www.w3.org/TR/png-3/
+"""
+
+import struct
+from zlib import crc32
+
+from app.errors import BadImage
+from app.images.limits import Declared, Limits, animated, checked_size, damaged, truncated
+
+SIGNATURE_BYTES = 8
+CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by colour type
+BIT_DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}
+ANIMATION = (b"acTL", b"fcTL", b"fdAT")
+DEFLATE_MAX_RATIO = 1032  # a deflate stream cannot expand further, so a claim beyond it is a lie
+MAX_CHUNKS = 50_000  # 32 MB in chunks of 8 kB are 4,000
+MAX_ANCILLARY_BYTES = 4 * 2**20  # profiles and notes; none of them is wanted
+
+
+def screen_png(data: bytes, limits: Limits) -> Declared:
+    """Size and format of a still PNG whose critical chunks are whole."""
+    width, height, raw_bytes = _header(data)
+    checked_size(width, height, limits)
+    compressed = ancillary = chunks = 0
+    position = SIGNATURE_BYTES
+    while True:
+        chunks += 1
+        kind, body, position = _chunk(data, position)
+        if kind in ANIMATION:
+            raise animated("PNG")
+        if kind == b"IEND":
+            break
+        if kind == b"IDAT":
+            compressed += len(body)
+        elif kind not in (b"IHDR", b"PLTE"):
+            ancillary += len(body)
+        if chunks > MAX_CHUNKS or ancillary > MAX_ANCILLARY_BYTES:
+            raise damaged("it carries more notes than pixels")
+    if raw_bytes > compressed * DEFLATE_MAX_RATIO:
+        raise truncated("PNG")
+    if raw_bytes > max(limits.png_ratio_free_bytes, compressed * limits.max_png_ratio):
+        raise BadImage(f"The picture unpacks to {raw_bytes / compressed:.0f} times its size, as no camera's does.",
+                       "Send the camera's own picture, or save it as JPEG.", reason="image-bomb")
+    return Declared("png", width, height)
+
+
+def _header(data: bytes) -> tuple[int, int, int]:
+    """Width, height and the bytes that the pixels unpack to."""
+    kind, body, _ = _chunk(data, SIGNATURE_BYTES)
+    if kind != b"IHDR" or len(body) != 13:
+        raise damaged("a PNG begins with its size")
+    width, height, depth, colour, _, _, interlace = struct.unpack(">IIBBBBB", body)
+    if depth not in BIT_DEPTHS.get(colour, ()) or interlace > 1:
+        raise damaged("its pixel format does not exist")
+    return width, height, height * (1 + (width * depth * CHANNELS[colour] + 7) // 8)
+
+
+def _chunk(data: bytes, position: int) -> tuple[bytes, memoryview, int]:
+    """Type and body of the chunk at a position, and where the next begins."""
+    if position + 12 > len(data):
+        raise truncated("PNG")
+    length, kind = struct.unpack_from(">I4s", data, position)
+    end = position + 8 + length
+    if end + 4 > len(data):
+        raise truncated("PNG")
+    body = memoryview(data)[position + 8:end]
+    critical = kind[:1].isupper()
+    if critical and crc32(body, crc32(kind)) != struct.unpack_from(">I", data, end)[0]:
+        raise damaged(f"the checksum of its {kind.decode('latin-1')} part is wrong")
+    return kind, body, end + 4

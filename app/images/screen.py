@@ -1,0 +1,53 @@
+"""Reads a picture's header before anything is decoded, and refuses what would be costly, odd or unsafe.
+
+Time and memory are linear in the bytes that came, whatever they claim. The decoders behind it accept dozens
+of formats; only those in FORMATS reach them.
+"""
+
+from collections.abc import Callable
+
+from app.errors import BadImage, ImageTooLarge
+from app.images.bmp import screen_bmp
+from app.images.jpeg import screen_jpeg
+from app.images.limits import DEFAULT_LIMITS, RESAVE, Declared, Limits, checked_size
+from app.images.png import screen_png
+from app.images.webp import screen_webp
+
+Screen = Callable[[bytes, Limits], Declared]
+
+FORMATS: dict[bytes, Screen] = {  # by the bytes that a file begins with
+    b"\x89PNG\r\n\x1a\n": screen_png,
+    b"\xff\xd8\xff": screen_jpeg,
+    b"BM": screen_bmp,
+    b"RIFF": screen_webp,
+}
+
+REFUSED: dict[bytes, str] = {  # so that the refusal can name what came
+    b"GIF8": "a GIF picture", b"II*\0": "a TIFF picture", b"MM\0*": "a TIFF picture",
+    b"\0\0\0\x0cjP": "a JPEG 2000 picture", b"\xffO\xffQ": "a JPEG 2000 picture",
+    b"#?RADIANCE": "a Radiance HDR picture", b"v/1\x01": "an OpenEXR picture", b"%PDF": "a PDF document",
+    b"<svg": "an SVG drawing", b"PK": "a ZIP archive",
+}
+
+
+def screen(data: bytes, limits: Limits = DEFAULT_LIMITS) -> Declared:
+    """What the picture declares itself to be; BadImage or ImageTooLarge if we would not decode it."""
+    if not data:
+        raise BadImage("The file is empty.", "Choose a file that holds a picture.", reason="empty-image")
+    if len(data) > limits.max_bytes:
+        raise ImageTooLarge(f"The file has {len(data) / 2**20:.1f} MB.",
+                            f"Send at most {limits.max_bytes / 2**20:g} MB; save it as JPEG or scale it down.",
+                            reason="image-file-too-large")
+    for magic, read in FORMATS.items():
+        if data.startswith(magic):
+            declared = read(data, limits)
+            checked_size(declared.width, declared.height, limits)
+            return declared
+    raise BadImage(f"This is {_kind(data)}, which is not read here.",
+                   f"Send PNG, JPEG, BMP or WebP. {RESAVE}", reason="unknown-image-format")
+
+
+def _kind(data: bytes) -> str:
+    if data[4:12] in (b"ftypavif", b"ftypavis", b"ftypheic", b"ftypmif1"):
+        return "an AVIF or HEIC picture"
+    return next((kind for magic, kind in REFUSED.items() if data.startswith(magic)), "no picture that we know")

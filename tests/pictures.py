@@ -1,0 +1,124 @@
+"""Pictures that tests make: honest ones in every format, and hostile ones byte by byte."""
+
+import struct
+from zlib import compress, crc32
+
+import cv2
+import numpy as np
+
+LOSSLESS_WEBP = 101  # OpenCV's quality above 100
+
+
+def gradient(width: int = 64, height: int = 48) -> np.ndarray:
+    """A smooth picture that no two rows or columns of are alike, BGR uint8; smooth, so that JPEG keeps it."""
+    x, y = np.meshgrid(np.linspace(0, 255, width), np.linspace(0, 255, height))
+    return np.stack([x, y, (x + y) / 2], axis=-1).astype(np.uint8)
+
+
+def encoded(suffix: str, pixels: np.ndarray | None = None, *options: int) -> bytes:
+    """The picture as a file; WebP without loss."""
+    if suffix == "webp" and not options:
+        options = (cv2.IMWRITE_WEBP_QUALITY, LOSSLESS_WEBP)
+    return cv2.imencode(f".{suffix}", gradient() if pixels is None else pixels, list(options))[1].tobytes()
+
+
+def chunk(kind: bytes, body: bytes = b"") -> bytes:
+    """One chunk of a PNG, with its checksum."""
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", crc32(kind + body))
+
+
+def png(width: int, height: int, *chunks: bytes, depth: int = 8, colour: int = 2) -> bytes:
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + header + b"".join(chunks) + chunk(b"IEND")
+
+
+def png_bomb(width: int, height: int) -> bytes:
+    """All black, RGBA with 16 bits: 8 bytes of memory for each of the pixels, 1 in 1,000 of them in the file."""
+    return png(width, height, chunk(b"IDAT", compress(bytes(height * (1 + 8 * width)), 9)), depth=16, colour=6)
+
+
+def apng() -> bytes:
+    return png(8, 8, chunk(b"acTL", struct.pack(">II", 2**31, 0)), chunk(b"IDAT", compress(bytes(8 * 25))))
+
+
+def jpeg_with_size(width: int, height: int, data: bytes | None = None) -> bytes:
+    """An honest JPEG whose size was overwritten."""
+    data = bytearray(data or encoded("jpg"))
+    at = next(data.index(bytes([0xFF, kind])) for kind in (0xC0, 0xC2) if bytes([0xFF, kind]) in data)
+    data[at + 5:at + 9] = struct.pack(">HH", height, width)
+    return bytes(data)
+
+
+def jpeg_of_many_scans(count: int, width: int = 2000, height: int = 2000) -> bytes:
+    """A progressive JPEG that repeats one of its later scans, each of which costs a pass over all pixels."""
+    data = encoded("jpg", np.zeros((height, width, 3), np.uint8), cv2.IMWRITE_JPEG_PROGRESSIVE, 1)
+    last = data.rindex(b"\xff\xda")
+    return data[:last] + data[last:-2] * count + data[-2:]
+
+
+def bmp_with_size(width: int, height: int) -> bytes:
+    data = bytearray(encoded("bmp"))
+    data[18:26] = struct.pack("<ii", width, height)
+    return bytes(data)
+
+
+def lossless_webp(width: int, height: int, data: bytes | None = None) -> bytes:
+    """An honest lossless WebP whose size was overwritten."""
+    data = bytearray(data or encoded("webp"))
+    at = data.index(b"VP8L") + 9
+    rest = int.from_bytes(data[at:at + 4], "little") >> 28 << 28
+    data[at:at + 4] = (rest | width - 1 | height - 1 << 14).to_bytes(4, "little")
+    return bytes(data)
+
+
+def animated_webp() -> bytes:
+    body = b"VP8X" + struct.pack("<IB", 10, 0x02) + bytes(9) + b"ANIM" + struct.pack("<I", 6) + bytes(6)
+    return b"RIFF" + struct.pack("<I", 4 + len(body)) + b"WEBP" + body
+
+
+def gif(width: int = 60_000, height: int = 60_000) -> bytes:
+    """35 bytes that a GIF decoder gives gigabytes to."""
+    return (b"GIF89a" + struct.pack("<HH", width, height) + b"\x80\0\0\0\0\0\xff\xff\xff,"
+            + struct.pack("<HHHHB", 0, 0, width, height, 0) + b"\2\2D\1\0;")
+
+
+HOSTILE: dict[str, tuple[bytes, str]] = {  # what it is: (the bytes, the reason it is refused for)
+    "nothing": (b"", "empty-image"),
+    "one byte": (b"\x89", "unknown-image-format"),
+    "text": (b"Not a picture.\n" * 10, "unknown-image-format"),
+    "zeros": (bytes(100_000), "unknown-image-format"),
+    "a GIF that asks for gigabytes": (gif(), "unknown-image-format"),
+    "a TIFF": (b"II*\0" + bytes(100), "unknown-image-format"),
+    "a PNM": (b"P6 99999 99999 255\n", "unknown-image-format"),
+    "an AVIF": (b"\0\0\0\x1cftypavif" + bytes(40), "unknown-image-format"),
+    "a PNG bomb": (png_bomb(3000, 3000), "image-bomb"),
+    "a PNG of 2^31 px a side": (png(2**31 - 1, 2**31 - 1, chunk(b"IDAT", compress(b""))), "image-too-large"),
+    "a PNG of 51 Mpx": (png(10_000, 5_100, chunk(b"IDAT", compress(b""))), "image-too-large"),
+    "a PNG too wide": (png(16_385, 1, chunk(b"IDAT", compress(b""))), "image-too-large"),
+    "a PNG without rows": (png(8, 0, chunk(b"IDAT", compress(b""))), "damaged-image"),
+    "a PNG without pixels": (png(8, 8), "truncated-image"),
+    "a PNG whose data cannot hold its size": (png(4000, 4000, chunk(b"IDAT", compress(bytes(99)))), "truncated-image"),
+    "a PNG with fewer rows than it says": (png(8, 8, chunk(b"IDAT", compress(bytes(7 * 25)))), "undecodable-image"),
+    "a PNG of no known pixel format": (png(8, 8, chunk(b"IDAT", compress(bytes(200))), depth=3), "damaged-image"),
+    "a PNG cut short": (encoded("png")[:-30], "truncated-image"),
+    "a PNG with a flipped bit": (encoded("png")[:60] + b"\x55" + encoded("png")[61:], "damaged-image"),
+    "a PNG full of notes": (png(8, 8, chunk(b"tEXt", bytes(2**20)) * 5), "damaged-image"),
+    "an animated PNG": (apng(), "animated-image"),
+    "a JPEG cut short": (encoded("jpg")[:-40], "truncated-image"),
+    "a JPEG of its first bytes": (b"\xff\xd8\xff", "truncated-image"),
+    "a JPEG of 20,000 px a side": (jpeg_with_size(20_000, 20_000), "image-too-large"),
+    "a JPEG without size": (jpeg_with_size(0, 0), "damaged-image"),
+    "a JPEG with 20,000 scans": (jpeg_of_many_scans(20_000), "too-many-scans"),
+    "a JPEG of nothing but fill bytes": (b"\xff\xd8" + b"\xff" * 31 * 2**20, "truncated-image"),
+    "a JPEG of nothing but stuffed bytes": (encoded("jpg")[:-2] + b"\xff\0" * 15 * 2**20, "truncated-image"),
+    "a lossless JPEG": (encoded("jpg").replace(b"\xff\xc0", b"\xff\xc3"), "unsupported-image-kind"),
+    "a BMP cut short": (encoded("bmp")[:-100], "truncated-image"),
+    "a BMP of 30,000 px a side": (bmp_with_size(30_000, 30_000), "image-too-large"),
+    "a BMP of the lowest height": (bmp_with_size(8, -2**31), "image-too-large"),
+    "a BMP of run lengths": (encoded("bmp")[:30] + b"\1" + encoded("bmp")[31:], "unsupported-image-kind"),
+    "a WebP cut short": (encoded("webp")[:-20], "truncated-image"),
+    "a WebP of 16,384 px a side": (lossless_webp(16_384, 16_384), "image-too-large"),
+    "an animated WebP": (animated_webp(), "animated-image"),
+    "a sound file": (b"RIFF\x24\0\0\0WAVEfmt " + bytes(40), "damaged-image"),
+    "more bytes than are read": (encoded("png") + bytes(33 * 2**20), "image-file-too-large"),
+}
