@@ -1,0 +1,43 @@
+"""POST /fit/…: what the clicks would give, at once; nothing is saved."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+
+from app import pipeline
+from app.api.answers import Json
+from app.api.asked import task_of
+from app.api.schemas import BorderRequest, FitRequest
+from app.api.work import at_work
+from app.geometry import ImageSize, as_points
+from app.models import parameters_json
+from app.task import Task
+
+router = APIRouter(prefix="/fit", tags=["fit"])
+
+FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once than handed to a thread
+
+
+@router.post("/border")
+async def border(request: Request, body: BorderRequest) -> Json:
+    """One border's curve through its clicks: degree, coefficients, residuals, strays, distortion."""
+    size = ImageSize.of(body.image_size) if body.image_size else None
+    points = as_points(body.points, "The border's points")
+    if len(points) <= FEW_POINTS:
+        return Json(pipeline.border(points, body.axis, body.degree, size))
+    return Json(await at_work(request, pipeline.border, points, body.axis, body.degree, size))
+
+
+@router.post("/preview")
+async def preview(request: Request, body: FitRequest,
+                  quick: Annotated[bool, Query(description="leave the cross-validation out")] = False) -> Json:
+    """What POST /calibrations would save for the same body: model, report and the field drawn into the picture."""
+    task = await at_work(request, task_of, request, body)
+    return Json(await at_work(request, _previewed, task, quick))
+
+
+def _previewed(task: Task, quick: bool) -> dict[str, object]:
+    done = task.run(cross_validate=not quick)
+    return {"model": {"name": task.model, "parameters": parameters_json(done.model)}, "report": done.report,
+            "corrected_size": list(done.model.corrected_size),
+            "overlay": pipeline.overlay(done.model, task.field, task.region)}

@@ -1,0 +1,17 @@
+"""GET /health: for whoever watches the server; needs no token."""
+
+import time
+
+from fastapi import APIRouter, Request
+
+from app import __version__
+from app.api.answers import Json
+from app.api.schemas import Health
+
+router = APIRouter(tags=["health"])
+
+
+@router.get("/health", response_model=Health)
+async def health(request: Request) -> Json:
+    """Whether the server is up, its version and for how long, s."""
+    return Json({"status": "ok", "version": __version__, "uptime_s": round(time.monotonic() - request.app.state.started, 3)})

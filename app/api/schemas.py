@@ -1,0 +1,131 @@
+"""What a request may look like. Strict: nothing unknown, no strings for numbers, nothing infinite.
+
+Sizes are bounded here, so that a body that passes is a small one; what the values mean is the business of the
+floors below, which check again.
+"""
+
+from typing import Annotated, Any, Literal
+
+from fastapi import Path, Query
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.geometry import MAX_COORDINATE
+
+MAX_TRANSFORM_POINTS = 1_000_000
+
+Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
+Pair = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+Side = Annotated[int, Field(ge=2, le=65536)]
+Size = Annotated[list[Side], Field(min_length=2, max_length=2)]
+Name = Annotated[str, Field(min_length=1, max_length=64)]
+Rotate = Literal[0, 90, 180, 270]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+OptionValue = bool | int | Number | Annotated[str, Field(max_length=200)] | None
+FrameName = Literal["image", "corrected", "field"]
+
+# Ids and names in a path: short, and never a path of their own.
+Id = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+IdQuery = Annotated[str, Query(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+MarginPx = Annotated[int, Query(ge=0, le=2000, description="carpet shown around the region, px")]
+WidthPx = Annotated[int | None, Query(ge=16, le=8192, description="width of the picture, px; natural when left out")]
+Limit = Annotated[int, Query(ge=1, le=200)]
+Cursor = Annotated[str | None, Query(max_length=200)]
+
+
+class Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Observation(Strict):
+    """Where one feature of the field was seen on one image."""
+
+    feature: Annotated[str, Field(min_length=1, max_length=200)] | Pair = Field(
+        description="a border, line, arc or landmark of the field by name, or a field position [x, y] in mm")
+    kind: Literal["line", "landmark"] = "line"
+    points: Annotated[list[Pair], Field(max_length=20_000)] = Field(description="[x, y] px in the raw picture")
+    z_mm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
+
+
+class BorderRequest(Strict):
+    """One border's clicks."""
+
+    points: Annotated[list[Pair], Field(max_length=2000)]
+    axis: Literal["x_of_y", "y_of_x"]
+    degree: Annotated[int, Field(ge=1, le=8)] | Literal["auto"] = "auto"
+    image_size: Size | None = None
+
+
+class FitRequest(Strict):
+    """Everything that a calibration is made from."""
+
+    camera: Name | None = None
+    snapshot: Name | None = None
+    image_size: Size | None = None
+    field: Name
+    region: Name
+    rotate: Rotate | None = None
+    model: Name = "polynomial"
+    options: Annotated[dict[str, OptionValue], Field(max_length=50)] = {}
+    observations: Annotated[list[Observation], Field(max_length=500)]
+    note: Annotated[str, Field(max_length=2000)] = ""
+
+
+class Draft(Strict):
+    """An operator's work in progress on one snapshot."""
+
+    field: Name | None = None
+    region: Name | None = None
+    rotate: Rotate | None = None
+    model: Name | None = None
+    options: Annotated[dict[str, OptionValue], Field(max_length=50)] = {}
+    observations: Annotated[list[Observation], Field(max_length=500)] = []
+
+
+class TransformRequest(Strict):
+    """Points from one frame to another."""
+
+    source: FrameName = Field(alias="from")
+    target: FrameName = Field(alias="to")
+    points: Annotated[list[Pair], Field(max_length=MAX_TRANSFORM_POINTS)]
+    z_mm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
+    image_size: Size | None = Field(None, description="size of the picture the points are from, checked against "
+                                                      "the calibration's")
+
+
+class CameraSnapshot(Strict):
+    """Take one frame from a camera."""
+
+    camera: Name
+
+
+class Problem(BaseModel):
+    """What was wrong, and what to do about it (RFC 9457 with `fix`)."""
+
+    model_config = ConfigDict(extra="allow")
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    fix: str
+
+
+class Health(BaseModel):
+    status: Literal["ok"]
+    version: str
+    uptime_s: float
+
+
+class PointsAnswer(BaseModel):
+    points: list[list[float] | None]
+
+
+class Listing(BaseModel):
+    items: list[dict[str, Any]]
+    next_cursor: str | None
+
+
+# "default" describes every refusal: any call may be refused for its token, its size or its path.
+PROBLEMS: dict[int | str, dict[str, Any]] = {
+    "default": {"description": "What was wrong, and what to do", "content": {
+        "application/problem+json": {"schema": Problem.model_json_schema()}}}}

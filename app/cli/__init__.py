@@ -1,0 +1,44 @@
+"""The shell door: the same floors below as the REST door, so the same input gives the same numbers.
+
+    words.py      what goes to stderr: errors with their fix, a progress bar; the exit codes
+    files.py      points, calibrations and pictures from files and to files
+    calibration.py  calibrate, correct, transform
+    server.py     serve, demo
+"""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from app import __version__
+from app.cli import calibration, server
+from app.cli.words import EXIT_CODES, exit_code_of
+
+cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
+                  help="Calibrate the cameras above a robot-soccer field.", epilog=EXIT_CODES)
+cli.command()(server.serve)
+cli.command()(server.demo)
+cli.command()(calibration.calibrate)
+cli.command()(calibration.correct)
+cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point
+
+
+def _tell_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"touchline {__version__}")
+        raise typer.Exit
+
+
+@cli.callback()
+def _touchline(version: Annotated[bool, typer.Option("--version", callback=_tell_version, is_eager=True,
+                                                     help="Print the version and end.")] = False) -> None:
+    """Calibrate the cameras above a robot-soccer field."""
+
+
+def main() -> None:
+    """Run a command; every error ends as a sentence and an exit code."""
+    try:
+        cli(standalone_mode=True)
+    except Exception as error:
+        sys.exit(exit_code_of(error))

@@ -1,0 +1,147 @@
+"""calibrate, correct and transform: files in, files or lines out."""
+
+import json
+import math
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+# OpenCV and numpy load within the commands, so that `touchline --help` and a mistyped option answer at once.
+
+OwnFields = Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="Folder of your own field definitions.")]
+CalibrationFile = Annotated[Path, typer.Option("--calibration", "-c", metavar="CAL.json", help="As calibrate wrote it, "
+                                               "or exported as json.")]
+
+
+class Frame(StrEnum):
+    image = "image"
+    corrected = "corrected"
+    field = "field"
+
+
+def calibrate(
+    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG, BMP or WebP.")],
+    points: Annotated[Path, typer.Option("--points", metavar="FILE.json", help="Observations: a list, or an object "
+                                         "with observations, field and region.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write.")],
+    field: Annotated[str | None, typer.Option("--field", help="Field name, such as ssl-2008.")] = None,
+    region: Annotated[str | None, typer.Option("--region", help="Part of the field that is seen.")] = None,
+    rotate: Annotated[int | None, typer.Option("--rotate", help="0, 90, 180 or 270: how the region stands.")] = None,
+    model: Annotated[str | None, typer.Option("--model", help="Camera model; polynomial when left out.")] = None,
+    option: Annotated[list[str] | None, typer.Option("--option", metavar="NAME=VALUE", help="A setting of the fit, "
+                                                     "such as degree=3; may be repeated.")] = None,
+    note: Annotated[str, typer.Option("--note", help="Kept with the calibration.")] = "",
+    fields: OwnFields = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
+) -> None:
+    """Calibrate one picture from clicked points."""
+    from app.cli import files
+    from app.cli.words import progress_bar
+    from app.errors import BadInput, Conflict
+    from app.geometry import ImageSize
+    from app.records import observations_from_json
+    from app.settings import Settings
+    from app.store.field_shelf import FieldShelf
+    from app.task import Task
+
+    given = files.read_points_file(points)
+    field_name, region_name = field or given.get("field"), region or given.get("region")
+    if field_name is None or region_name is None:
+        raise BadInput("No field or no region is named.", "Give --field and --region, or name them in the points file.",
+                       reason="no-field")
+    seen = FieldShelf(fields or Settings().own_fields)[field_name]
+    turn = rotate if rotate is not None else given.get("rotate")
+    frame = files.read_picture(image)
+    if "image_size" in given and ImageSize.of(given["image_size"]) != frame.size:
+        raise Conflict(f"{image} is {frame.size.width} × {frame.size.height} px; the points are for a picture of "
+                       f"{given['image_size']}.", "Give the picture that was clicked.", reason="size-mismatch")
+    options = {**(given.get("options") or {}), **_options(option or [])}
+    task = Task(observations_from_json(given["observations"]), seen, seen.region(region_name, turn), frame.size,
+                model or given.get("model") or "polynomial", options, image_sha256=frame.sha256,
+                note=note or given.get("note", ""))
+    with progress_bar("Calibrating") as progress:
+        done = task.run(progress)
+    files.write_calibration(output, task.record(done))
+    print(json.dumps(done.report, allow_nan=False) if as_json else _summary(done.report, output))
+
+
+def correct(
+    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="A picture of the calibration's own size.")],
+    calibration: CalibrationFile,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.png", help="The corrected picture, PNG or JPEG.")],
+    margin: Annotated[int, typer.Option("--margin", min=0, max=2000, help="Carpet shown around the region, px.")] = 0,
+    width: Annotated[int | None, typer.Option("--width", min=16, max=8192, help="Width of the result, px.")] = None,
+) -> None:
+    """Correct one picture."""
+    from app import pipeline
+    from app.cli import files
+    from app.cli.words import progress_bar
+    from app.correction import View
+    from app.models import model_from_json
+
+    known = files.read_calibration(calibration)
+    model = model_from_json(known.model_name, known.model_parameters)
+    with progress_bar("Correcting") as progress:
+        frame = files.read_picture(image)
+        progress(0.3, "Correcting")
+        corrected = pipeline.correct(frame.pixels, model, known.image_size, View(margin, width))
+        progress(0.8, "Writing")
+        files.write_picture(output, corrected)
+
+
+def transform(
+    calibration: CalibrationFile,
+    source: Annotated[Frame, typer.Option("--from", help="The frame the points are in.")],
+    target: Annotated[Frame, typer.Option("--to", help="The frame they are wanted in.")],
+    points: Annotated[list[str] | None, typer.Argument(metavar="[X,Y]...", help="Points; without any, JSON or lines "
+                                                       "of x,y are read from standard input.")] = None,
+    z_mm: Annotated[float, typer.Option("--z", help="Height above the carpet, mm.")] = 0.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, null for a point out of reach.")] = False,
+) -> None:
+    """Turn pixels into field millimetres, or back."""
+    from app import pipeline
+    from app.cli import files
+    from app.models import model_from_json
+
+    known = files.read_calibration(calibration)
+    model = model_from_json(known.model_name, known.model_parameters)
+    given = files.points_from_pairs(points) if points else files.points_from_text(sys.stdin.read(files.MAX_POINT_BYTES))
+    found = pipeline.transform(model, given, source.value, target.value, z_mm).tolist()
+    reached = [point if math.isfinite(point[0]) else None for point in found]
+    if as_json:
+        print(json.dumps({"points": reached}, allow_nan=False))
+    else:
+        print("\n".join(f"{p[0]!r},{p[1]!r}" if p else "nan,nan" for p in reached))
+
+
+def _options(words: list[str]) -> dict[str, Any]:
+    """name=value words; a value is JSON where it can be read so, else text."""
+    options = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not equals:
+            raise typer.BadParameter(f"{word!r} is not NAME=VALUE", param_hint="--option")
+        try:
+            options[name] = json.loads(value)
+        except ValueError:
+            options[name] = value
+    return options
+
+
+def _summary(report: dict[str, Any], output: Path) -> str:
+    """What an operator wants to know, verdict first; the numbers are the report's own."""
+    def number(key: str, unit: str) -> str:
+        value = report.get(key)
+        return f"{value:.2f} {unit}" if value is not None else "unknown"
+
+    lines = [report["verdict"]["sentence"],
+             f"Residuals {number('rms_px', 'px')} rms, {number('max_px', 'px')} at most; "
+             f"{number('rms_mm', 'mm')} rms, {number('max_mm', 'mm')} at most; held out {number('cv_rms_mm', 'mm')}."]
+    distortion = report["distortion"]
+    lines.append(f"Distortion {distortion['before_pct']:+.2f} % before, {distortion['after_pct']:+.2f} % after "
+                 f"({distortion['kind']}).")
+    lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in report["warnings"]]
+    return "\n".join([*lines, f"Written to {output}."])

@@ -1,0 +1,109 @@
+"""Points, calibrations and pictures: from files that anybody may have written, and to files that are whole."""
+
+import csv
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from app.cli.words import FileTrouble
+from app.errors import BadInput
+from app.exports import EXPORTS
+from app.geometry import Points, as_points
+from app.images import Limits, encode, frame_from_bytes
+from app.records import Calibration, Frame
+from app.store.field_shelf import write_whole
+
+POINTS_KEYS = ("observations", "field", "region", "rotate", "model", "options", "image_size", "note")
+POINTS_FORM = 'Give a list of observations, or {"field": …, "region": …, "observations": […]}.'
+MAX_JSON_BYTES = 16 << 20
+MAX_POINT_BYTES = 256 << 20
+
+
+def read_bytes(path: Path, most: int = Limits().max_bytes) -> bytes:
+    """A whole file of at most so many bytes."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+    except OSError as error:
+        raise FileTrouble(f"{path} cannot be read: {error.strerror}.", "Check the path and its permissions.") from None
+    if len(data) > most:
+        raise BadInput(f"{path} has more than {most >> 20} MB.", "Give a smaller file.", reason="too-large")
+    return data
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all."""
+    try:
+        write_whole(path, data)
+    except OSError as error:
+        raise FileTrouble(f"{path} cannot be written: {error.strerror}.",
+                          "Check the folder, its permissions and the space on the disk.") from None
+
+
+def read_picture(path: Path) -> Frame:
+    return frame_from_bytes(read_bytes(path))
+
+
+def write_picture(path: Path, pixels: Any) -> None:
+    """PNG or JPEG, by the name's ending."""
+    format = {".png": "png", ".jpg": "jpg", ".jpeg": "jpg"}.get(path.suffix.lower())
+    if format is None:
+        raise BadInput(f"{path.name} does not say what kind of picture to write.", "End its name with .png or .jpg.",
+                       reason="unknown-image-format")
+    write_bytes(path, encode(pixels, format, quality=95))
+
+
+def read_calibration(path: Path) -> Calibration:
+    return EXPORTS["json"].read(read_bytes(path, MAX_JSON_BYTES))
+
+
+def write_calibration(path: Path, calibration: Calibration) -> None:
+    write_bytes(path, EXPORTS["json"].write(calibration))
+
+
+def read_points_file(path: Path) -> dict[str, Any]:
+    """{"observations": […]} and whatever else of POINTS_KEYS the file says."""
+    value = strict_json(read_bytes(path, MAX_JSON_BYTES), str(path))
+    if isinstance(value, list):
+        value = {"observations": value}
+    if not isinstance(value, Mapping) or "observations" not in value:
+        raise BadInput(f"{path} holds no observations.", POINTS_FORM, reason="bad-points-file")
+    for key in value:
+        if key not in POINTS_KEYS:
+            raise BadInput(f"{path} has an unknown entry {key!r}.", f"Known: {', '.join(POINTS_KEYS)}.",
+                           reason="bad-points-file")
+    return dict(value)
+
+
+def strict_json(data: bytes | str, name: str) -> Any:
+    """JSON as the standard has it: no NaN, no Infinity."""
+    def refuse(constant: str) -> Any:
+        raise BadInput(f"{name} contains {constant}.", "Remove or correct that point.", reason="non-finite-number")
+
+    try:
+        return json.loads(data, parse_constant=refuse)
+    except (ValueError, RecursionError) as error:
+        raise BadInput(f"{name} is not JSON: {error}.", "Correct the file.", reason="bad-json") from None
+
+
+def points_from_text(text: str) -> Points:
+    """(n, 2) points from JSON ([[x, y], …]) or from lines of x,y."""
+    if text.lstrip().startswith(("[", "{")):
+        value = strict_json(text, "The input")
+        return as_points(value["points"] if isinstance(value, dict) and "points" in value else value).reshape(-1, 2)
+    rows = [row for row in csv.reader(text.splitlines(), skipinitialspace=True) if row]
+    return points_from_pairs([",".join(row) for row in rows])
+
+
+def points_from_pairs(pairs: list[str]) -> Points:
+    """(n, 2) points from "x,y" words."""
+    points = []
+    for pair in pairs:
+        try:
+            x, y = (float(part) for part in pair.split(","))
+        except ValueError:
+            raise BadInput(f"{pair!r} is no point.", "Write points as x,y with a decimal point, such as 320.5,240.",
+                           reason="bad-points") from None
+        points.append((x, y))
+    return as_points(points)

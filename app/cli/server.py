@@ -1,0 +1,50 @@
+"""serve and demo: the dashboard and its REST door on a port of this machine."""
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+DataOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Where everything is kept.")]
+PortOption = Annotated[int | None, typer.Option("--port", min=0, max=65535, help="TCP port; 0 takes any free one.")]
+HostOption = Annotated[str | None, typer.Option("--host", help="Address to listen on; any but 127.0.0.1 wants a token.")]
+ConfigOption = Annotated[Path | None, typer.Option("--config", metavar="FILE", help="Settings, the form of "
+                                                   "configs/touchline.yaml.")]
+OpenOption = Annotated[bool, typer.Option("--open/--no-browser", help="Open the page in a browser.")]
+LogOption = Annotated[bool, typer.Option("--verbose", "-v", help="Log every request.")]
+
+DEMO_CAMERAS = (
+    {"id": "overhead", "name": "Overhead, VSSS field", "source": "sim://vsss-3v3?camera=0", "field": "vsss-3v3",
+     "region": "full"},
+)
+
+
+def serve(host: HostOption = None, port: PortOption = None, data: DataOption = None, config: ConfigOption = None,
+          open_page: OpenOption = False, verbose: LogOption = False) -> None:
+    """Serve the dashboard and REST."""
+    from app import main
+    from app.settings import load_settings
+
+    main.serve(load_settings(config, data=data, server=_server(host, port)), open_page=open_page, verbose=verbose)
+
+
+def demo(port: PortOption = None, data: DataOption = None, open_page: OpenOption = False,
+         verbose: LogOption = False) -> None:
+    """Serve a simulated field camera behind a real lens model, ready to calibrate."""
+    from app import main
+    from app.settings import load_settings
+
+    settings = load_settings(data=data or _demo_folder(), cameras=list(DEMO_CAMERAS), server=_server(None, port))
+    main.serve(settings, open_page=open_page, verbose=verbose)
+
+
+def _server(host: str | None, port: int | None) -> dict[str, Any] | None:
+    given = {"host": host, "port": port}
+    return {name: value for name, value in given.items() if value is not None} or None
+
+
+def _demo_folder() -> Path:
+    """A folder of its own under the user's cache."""
+    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(cache) / "touchline" / "demo"

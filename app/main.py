@@ -1,0 +1,75 @@
+"""create_app(settings) puts the house together; serve(settings) opens its door."""
+
+import sys
+import time
+import webbrowser
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import APIRouter, FastAPI
+
+from app import __version__, serving
+from app.api import docs, fields, fit, headers, health, models, problems
+from app.api.access import Access, login_router
+from app.api.schemas import PROBLEMS
+from app.api.work import new_limiter
+from app.settings import LOOPBACK, Settings, shipped
+from app.store.field_shelf import FieldShelf
+
+RESOURCES = (health, fields, models, fit)
+API = "/api/v1"
+ABOUT = """Calibrates the cameras above a robot-soccer field.
+
+Pixels are [x, y] from the centre of the top-left pixel; field positions are [x, y] in mm from the field's centre.
+A point out of reach is null. Every refusal says what to do in `fix`."""
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """The whole application, from settings alone."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        app.state.limiter = new_limiter()
+        yield
+
+    app = FastAPI(title="Touchline", version=__version__, description=ABOUT, openapi_url=f"{API}/openapi.json",
+                  docs_url=None, redoc_url=None, lifespan=lifespan,
+                  max_body_size=int(settings.server.max_body_mb * 1e6),
+                  telemetry={"tracing": False, "metrics": False, "logs": False})
+    app.state.settings = settings
+    app.state.started = time.monotonic()
+    app.state.fields = FieldShelf(settings.own_fields)
+    problems.install(app)
+    api = APIRouter(prefix=API, responses=PROBLEMS)
+    for resource in RESOURCES:
+        api.include_router(resource.router)
+    app.include_router(api)
+    _add_page(app, settings)
+    return app
+
+
+def _add_page(app: FastAPI, settings: Settings) -> None:
+    """The page, the login, the documentation, and what guards all of them."""
+    static = shipped("static")
+    token = settings.token.get_secret_value() if settings.token else None
+    app.include_router(login_router(token))
+    app.include_router(docs.docs_router(static))
+    app.frontend("/", directory=static, fallback=None)
+    pages = [page.read_text(encoding="utf-8") for page in static.glob("*.html")] + [docs.PAGE]
+    hosts = () if token else (*LOOPBACK, settings.server.host, *settings.server.allowed_hosts)
+    # The last one added is the outermost.
+    app.add_middleware(Access, token=token, hosts=hosts)
+    app.add_middleware(headers.SafeHeaders, scripts=[h for page in pages for h in headers.inline_hashes(page)])
+    app.add_middleware(problems.Unexpected)
+
+
+def serve(settings: Settings, *, open_page: bool = False, verbose: bool = False) -> None:
+    """Serve until told to end. Says the address on stdout, once the door is open."""
+    data = serving.data_folder(settings.data)
+    settings = serving.with_token(settings, say=lambda text: print(text, file=sys.stderr, flush=True))
+    listener = serving.open_socket(settings.server.host, settings.server.port)
+    url = serving.url_of(listener)
+    print(f"Touchline {__version__} is at {url}\nIt keeps everything in {data}. Ctrl-C ends it.", flush=True)
+    if open_page:
+        webbrowser.open(url)
+    serving.run(create_app(settings), listener, settings, log_level="info" if verbose else "warning")

@@ -1,0 +1,142 @@
+"""Everything that can be set, read from one YAML file and the environment; nobody else reads either.
+
+What is given to Settings() wins over TOUCHLINE_… (a double underscore steps into a section, as in
+TOUCHLINE_SERVER__PORT), which wins over the file, which wins over the defaults here. A name that nobody
+knows is an error, so a typing mistake is told and not ignored.
+"""
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, model_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from app.errors import BadInput, NotFound
+
+Port = Annotated[int, Field(ge=0, le=65535)]
+Count = Annotated[int, Field(ge=1)]
+Seconds = Annotated[float, Field(gt=0, le=3600, allow_inf_nan=False)]
+Megabytes = Annotated[float, Field(gt=0, le=4096, allow_inf_nan=False)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+
+def shipped(folder: str) -> Path:
+    """Where configs/ or static/ stands: beside app/ in a checkout, within it in an installed wheel."""
+    inside = Path(__file__).parent / f"_{folder}"
+    return inside if inside.is_dir() else Path(__file__).parents[1] / folder
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Server(_Section):
+    host: str = "127.0.0.1"
+    port: Port = 8000
+    allowed_hosts: tuple[str, ...] = ()
+    max_body_mb: Megabytes = 40.0
+    max_connections: Count = 256
+    request_timeout_s: Seconds = 20.0
+
+    @property
+    def is_loopback(self) -> bool:
+        return self.host in LOOPBACK or self.host.startswith("127.")
+
+
+class Images(_Section):
+    max_file_mb: Megabytes = 32.0
+    max_megapixels: Annotated[float, Field(gt=0, le=400)] = 50.0
+    max_side_px: Annotated[int, Field(ge=16, le=65535)] = 16384
+    decode_timeout_s: Seconds = 5.0
+
+
+class CameraSettings(_Section):
+    id: Name
+    name: str = ""
+    source: str
+    field: Name | None = None
+    region: Name | None = None
+
+    @property
+    def title(self) -> str:
+        return self.name or self.id
+
+
+class Settings(BaseSettings):
+    """What create_app() and the commands work from. Frozen."""
+
+    model_config = SettingsConfigDict(env_prefix="TOUCHLINE_", env_nested_delimiter="__", extra="forbid", frozen=True)
+
+    data: Path = Path("data")
+    fields: Path | None = None
+    token: Annotated[SecretStr, Field(min_length=16)] | None = None
+    server: Server = Server()
+    images: Images = Images()
+    cameras: tuple[CameraSettings, ...] = ()
+
+    @model_validator(mode="after")
+    def _each_camera_once(self) -> "Settings":
+        ids = [camera.id for camera in self.cameras]
+        if len(set(ids)) < len(ids):
+            raise ValueError("two cameras have the same id")
+        return self
+
+    @property
+    def own_fields(self) -> Path:
+        """The folder of the operator's own field definitions."""
+        return self.fields or self.data / "fields"
+
+    def camera(self, id: str) -> CameraSettings:
+        """One camera by its id."""
+        for camera in self.cameras:
+            if camera.id == id:
+                return camera
+        known = ", ".join(camera.id for camera in self.cameras) or "none: add one under cameras: in touchline.yaml"
+        raise NotFound(f"There is no camera called {id!r}.", f"Known cameras: {known}.", reason="unknown-camera")
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """The file's mapping; an empty file is an empty mapping."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise NotFound(f"The settings file {path} cannot be read: {error.strerror}.",
+                       "Give the path of a settings file with --config.", reason="no-settings-file") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        place = getattr(error, "problem_mark", None)
+        where = f" in line {place.line + 1}" if place else ""
+        raise BadInput(f"The settings file {path} is not YAML{where}.", "Correct it; configs/touchline.yaml shows the form.",
+                       reason="bad-settings") from None
+    if content is None:
+        return {}
+    if not isinstance(content, dict):
+        raise BadInput(f"The settings file {path} holds no settings.", "Write name: value lines; configs/touchline.yaml "
+                       "shows the form.", reason="bad-settings")
+    return content
+
+
+def load_settings(config: Path | None = None, **given: Any) -> Settings:
+    """Settings from a file, the environment and what was given; BadInput names what is wrong.
+
+    config: defaults to TOUCHLINE_CONFIG, then to the shipped touchline.yaml.
+    """
+    chosen = config or (Path(os.environ["TOUCHLINE_CONFIG"]) if os.environ.get("TOUCHLINE_CONFIG") else None)
+    chosen = chosen or shipped("configs") / "touchline.yaml"
+
+    class FromFile(Settings):
+        @classmethod
+        def settings_customise_sources(cls, settings_cls: type[BaseSettings], init_settings: Any, env_settings: Any,
+                                       **others: Any) -> tuple[Any, ...]:
+            # Merged section by section, the first wins: one port in the environment leaves the file's host as it is.
+            return init_settings, env_settings, lambda: read_yaml(chosen)
+
+    try:
+        return FromFile(**{name: value for name, value in given.items() if value is not None})
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the settings"
+        raise BadInput(f"Settings: {where}: {first['msg'][0].lower()}{first['msg'][1:]}.",
+                       f"Correct it in {chosen}, in TOUCHLINE_… or on the command line.", reason="bad-settings") from None
