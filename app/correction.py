@@ -76,7 +76,7 @@ class CorrectionMap:
         return cv.fixed_point_maps(self.raw_x, self.raw_y)
 
 
-def correction_map(model: CameraModel, view: View = View()) -> CorrectionMap:  # noqa: B008, a frozen record
+def correction_map(model: CameraModel, view: View = View()) -> CorrectionMap:
     """The map for one view of one model."""
     size = view.size(model)
     if size.width * size.height > MAX_MAP_PX:

@@ -6,7 +6,8 @@ the region's left and right borders run down the picture and its top and bottom 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field as member, replace
+from dataclasses import dataclass, replace
+from dataclasses import field as member
 from typing import Any, Self
 
 import numpy as np

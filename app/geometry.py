@@ -47,7 +47,7 @@ class ImageSize:
         """Read an ImageSize from (width, height); refuse what no camera delivers."""
         try:
             width, height = (int(v) for v in value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise BadInput(f"{value!r} is not a picture size.", "Give it as [width, height] in pixels.",
                            reason="bad-image-size") from None
         if not (2 <= width <= 65536 and 2 <= height <= 65536):
@@ -67,7 +67,7 @@ def as_points(value: Any, what: str = "The points") -> Points:
     """
     try:
         points = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise BadInput(f"{what} are not pairs of numbers.", "Send them as [[x, y], …].",
                        reason="bad-points") from None
     if points.size == 0:

@@ -5,7 +5,8 @@ are read-only. JSON both ways where a record is kept.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field as member, replace
+from dataclasses import dataclass, replace
+from dataclasses import field as member
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -180,7 +181,7 @@ class Calibration:
                 created_at=value["created_at"], software=value["software"], snapshot=value.get("snapshot"),
                 image_sha256=value.get("image_sha256"), parent=value.get("parent"), note=value.get("note", ""),
                 active=bool(value.get("active", False)))
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise BadInput(f"This is no calibration: {error!r}.", "Give a file that Touchline exported as json.",
                            reason="bad-calibration") from None
 

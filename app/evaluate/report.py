@@ -14,7 +14,8 @@ GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
 FAIR_MM = 15.0  # robots still meet the ball
 
 
-def report(fit: Fit, observations: Observations, field: Field, region: Region, held_out: tuple | None) -> dict[str, Any]:
+def report(fit: Fit, observations: Observations, field: Field, region: Region,
+           held_out: tuple[np.ndarray, ...] | None) -> dict[str, Any]:
     """Put the figures together. held_out: mm per point from cross-validation, or None while dragging."""
     residuals = [feature_residuals(fit.model, o, field, region) for o in observations]
     inside = [r.px[fine] for r, fine in zip(residuals, fit.inliers, strict=True)]
@@ -51,8 +52,8 @@ def _max(values: np.ndarray) -> float | None:
 
 
 def _border_clicks(fit: Fit, observations: Observations) -> Mapping[str, np.ndarray]:
-    return {name: np.concatenate([np.empty((0, 2)), *(o.points[fine] for o, fine in
-                                                      zip(observations, fit.inliers, strict=True) if o.feature == name)])
+    pairs = list(zip(observations, fit.inliers, strict=True))
+    return {name: np.concatenate([np.empty((0, 2)), *(o.points[fine] for o, fine in pairs if o.feature == name)])
             for name in BORDERS}
 
 

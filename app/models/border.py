@@ -25,6 +25,8 @@ CLICK_NOISE_PX = 0.5  # what a careful hand leaves; the prior for the spread of 
 PRIOR_CLICKS = 3  # how many points that prior weighs
 STRAY_PX = 1.5  # no click nearer than this to the others' curve is called a stray
 MAX_PAIRS = 60  # up to this many points, pairs are tried as well: two strays can hide each other
+MISS_PX = 4.0  # what a stray, or a point that nothing else checks, counts in choosing a degree
+CHANCE_ERRORS = 1.0  # measured: with 1.5, a bend that nine clicks show is missed one time in four
 SAME_PX = 0.02  # leave-one-out errors closer than this are the same
 
 
@@ -205,22 +207,31 @@ def _beyond_chance(gain: float, distance: float, rss: float, freedom: int) -> bo
 
 
 def _highest_degree(places: int) -> int:
-    """What so many points may be asked to carry: about two for each coefficient, or leave-one-out is luck."""
-    return max(1, min(MAX_AUTO_DEGREE, (places + 1) // 2 - 1))
+    """What so many points may be asked to carry: two for each coefficient, or two to spare for a quartic's lens."""
+    return max(1, min(4, places - 3), min(MAX_AUTO_DEGREE, (places + 1) // 2 - 1))
 
 
 def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, str, NDArray[np.bool_]]:
-    """The lowest degree whose leave-one-out error is the least one's, within its own uncertainty."""
-    n = np.unique(t).size
-    highest = _highest_degree(n)
-    inliers = _inliers(t, value, min(4, highest)) if robust else np.ones(t.size, bool)
-    highest = _highest_degree(np.unique(t[inliers]).size)
-    errors = {d: float(np.sqrt(np.mean(_held_out(_solve(t[inliers], value[inliers], d)) ** 2)))
-              for d in range(1, highest + 1)}
-    least = min(errors.values())
-    allowed = least * (1 + 1 / np.sqrt(2 * inliers.sum())) + SAME_PX
-    degree = next(d for d, e in errors.items() if e <= allowed)
-    if robust:
-        inliers = _inliers(t, value, degree) & inliers if degree >= min(4, highest) else inliers
-    told = ", ".join(f"degree {d} {e:.2f} px" for d, e in errors.items() if abs(d - degree) <= 1)
-    return degree, f"Lowest degree within noise by leave-one-out error: {told}.", inliers
+    """The lowest degree that predicts left-out points as well as the best one, within chance.
+
+    Each degree is tried with its own strays, and those count MISS_PX each: otherwise a high degree would win by
+    bending to a stray at the border's end, or a low one by calling a bend a row of strays. Within chance means that
+    the mean of the paired differences of squared errors is less than CHANCE_ERRORS standard errors from nought.
+    """
+    misses, strays = {}, {}
+    for degree in range(1, _highest_degree(np.unique(t).size) + 1):
+        inliers = _inliers(t, value, degree) if robust else np.ones(t.size, bool)
+        missed = np.full(t.size, MISS_PX)
+        missed[inliers] = _held_out(_solve(t[inliers], value[inliers], degree))
+        misses[degree], strays[degree] = np.nan_to_num(missed, nan=MISS_PX), inliers
+    rms = {d: float(np.sqrt(np.mean(m**2))) for d, m in misses.items()}
+    best = min(rms, key=rms.__getitem__)
+
+    def as_good(d: int) -> bool:
+        worse = misses[d] ** 2 - misses[best] ** 2
+        alike = rms[best] * (1 + 1 / np.sqrt(2 * t.size)) + SAME_PX  # an rms of n values is known no better
+        return rms[d] <= alike or worse.mean() <= CHANCE_ERRORS * worse.std() / np.sqrt(worse.size)
+
+    degree = next(d for d in rms if d == best or as_good(d))
+    told = ", ".join(f"degree {d} {error:.2f} px" for d, error in rms.items() if abs(d - degree) <= 1 or d == best)
+    return degree, f"Lowest degree within chance of the best leave-one-out error: {told}.", strays[degree]

@@ -198,7 +198,7 @@ class Polynomial:
                 n_rectangles_x=int(p["n_rectangles_x"]), n_rectangles_y=int(p["n_rectangles_y"]),
                 across_mm=tuple(map(float, p["across_mm"])), down_mm=tuple(map(float, p["down_mm"])),
                 region=region.rotated(region.rotate_deg), image_size=ImageSize.of((size["width"], size["height"])))
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise BadInput(f"These are no parameters of a polynomial model: {error}.",
                            "Give what Touchline exported as json.", reason="bad-parameters") from None
         model._refuse_nonsense()
@@ -211,7 +211,8 @@ class Polynomial:
             numbers += [curve.centre, curve.scale, *curve.coefficients]
         curves_ok = all(1 <= len(c.coefficients) <= MAX_DEGREE + 1 and c.scale > 0
                         for c in (self.left, self.right, self.top, self.bottom))
-        if not (np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE * 1e3 and curves_ok
+        counts_ok = all(1 <= n <= 1000 for n in (self.n_rectangles_x, self.n_rectangles_y))
+        if not (np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE * 1e3 and curves_ok and counts_ok
                 and 1 <= self.width_px <= 65535 and 1 <= self.height_px <= 65535
                 and self.width_px * self.height_px <= 2e8 and len(self.across_mm) == 2 and self.across_mm[1] > 0
                 and 2 <= len(self.down_mm) <= 9 and self.down_mm[1:] != (0.0,) * (len(self.down_mm) - 1)
@@ -235,7 +236,7 @@ class Polynomial:
                   1160.0, 870.0, 8, 6, (0.0, 3.4482758620689653), (0.0, 3000.0), full, size)
         yield cls(Curve((120.0, -60.0, 4.0), y, 512.0), Curve((1160.0, 55.0, -5.0), y, 512.0),
                   Curve((90.0, 3.0, 8.0), x, x), Curve((930.0, -4.0, -9.0), x, x),
-                  1160.0, 870.0, 8, 6, (3.0, 3.44), (0.0, 3600.0, -900.0, 300.0), full, size)
+                  1160.0, 870.0, 8, 6, (0.0, 3.4482758620689653), (0.0, 3600.0, -900.0, 300.0), full, size)
 
 
 def _curve(value: Mapping[str, Any]) -> Curve:

@@ -7,18 +7,18 @@ from typing import Any
 import numpy as np
 
 from app.errors import BadInput, FitFailed
-from app.field import BORDERS, Arc, Field, Landmark, Line, Region
+from app.field import BORDERS, Field, Region
 from app.geometry import ImageSize, Points
 from app.models import Progress, read_options
 from app.models.border import CurveFit, fit_curve
 from app.models.polynomial import Polynomial
-from app.records import Fit, Observation, Observations, Warning
+from app.models.polynomial_relation import relate
+from app.records import Fit, Observations, Warning
 
 RECTANGLES = 10  # between the far apart borders, unless the rig says otherwise
 MIN_HULL_SHARE = 0.01  # of the picture; clicks that enclose less are on one line
 MAX_CORRECTED_PX = 50e6
 EXTRAPOLATED_SHARE = 0.08  # of a border's length; a curve is not believed further past its last click
-KNOWN_NOISE_SHARE = 0.02  # a known point further from the relation than this share of the field is a stray
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def fit_polynomial(observations: Observations, field: Field, region: Region, ima
                           (0.0, region.width_mm / width_px), (0.0, region.height_mm), region, image_size)
     _refuse_crossing("left", "right", fits, _rows_of_the_field(straight))
     progress(0.7, "Relating pixels to millimetres")
-    across, down, relation, used, stray_known = _relation(straight, observations, field, settings)
+    across, down, relation, used, stray_known = relate(straight, observations, field, settings["relation_degree"])
     model = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
                        across, down, region, image_size)
     inliers = _inliers(observations, borders, fits, stray_known)
@@ -129,7 +129,7 @@ def _refuse_crossing(first: str, second: str, fits: Mapping[str, CurveFit], span
     if gap.min() < 0.02 * gap.max():
         where = f"near {'row' if first == 'left' else 'corrected column'} {position[np.argmin(gap)]:.0f}"
         raise FitFailed(f"The {first} and {second} borders cross {where}.",
-                        f"Check the points of both; click nearer to the corners, or choose a lower degree.",
+                        "Check the points of both; click nearer to the corners, or choose a lower degree.",
                         reason="borders-cross", feature=first)
 
 
@@ -143,92 +143,14 @@ def _rectangles(settings: Mapping[str, Any], region: Region, image_size: ImageSi
     n_x = settings["n_rectangles_x"] or max(1, round(RECTANGLES * region.width_mm / longer))
     n_y = settings["n_rectangles_y"] or max(1, round(RECTANGLES * region.height_mm / longer))
     px_per_mm = min(image_size.width / region.width_mm, image_size.height / region.height_mm)
-    width = settings["w_max_rectangle_px"] * n_x if settings["w_max_rectangle_px"] else round(region.width_mm * px_per_mm)
-    height = settings["h_max_rectangle_px"] * n_y if settings["h_max_rectangle_px"] else round(region.height_mm * px_per_mm)
+    w_max, h_max = settings["w_max_rectangle_px"], settings["h_max_rectangle_px"]
+    width = w_max * n_x if w_max else round(region.width_mm * px_per_mm)  # Eq. (3)
+    height = h_max * n_y if h_max else round(region.height_mm * px_per_mm)  # Eq. (7)
     if width < 16 or height < 16 or width > 16000 or height > 16000 or width * height > MAX_CORRECTED_PX:
         raise BadInput(f"The corrected picture would be {width:.0f} × {height:.0f} px.",
                        "Choose rectangles and numbers that make 16 to 16 000 px each way and at most 50 megapixels.",
                        reason="bad-corrected-size")
     return float(width), float(height), n_x, n_y
-
-
-def _relation(model: Polynomial, observations: Observations, field: Field, settings: Mapping[str, Any],
-              ) -> tuple[tuple[float, float], tuple[float, ...], dict[str, Any], tuple[bool, ...], set]:
-    """The model relation: u linear in x_c, v polynomial in y_c, from the borders and known points inside."""
-    region = model.region
-    used, across, down = [], [], []  # rows of (corrected, mm, observation, point)
-    for i, observation in enumerate(observations):
-        if observation.feature in BORDERS:
-            used.append(True)
-            continue
-        feature = field.feature(observation.feature, region)
-        knows_u, knows_v, u, v = _known(feature, observation, region)
-        corrected = model.corrected_from_raw(observation.points)
-        for k, (x_c, y_c) in enumerate(corrected):
-            if knows_u and np.isfinite(x_c):
-                across.append((x_c / model.width_px, u / region.width_mm, i, k))
-            if knows_v and np.isfinite(y_c):
-                down.append((y_c / model.height_px, v / region.height_mm, i, k))
-        used.append(bool((knows_u or knows_v) and observation.z_mm == 0))
-    wanted = settings["relation_degree"]
-    levels = 2 + len({round(row[1], 6) for row in down if 0.02 < row[1] < 0.98})  # the two borders are known rows
-    degree = min(3, levels - 1) if wanted == "auto" else wanted
-    if degree > levels - 1:
-        raise FitFailed(f"A relation of degree {degree} needs known points at {degree - 1} heights inside the field; "
-                        f"there are {levels - 2}.", "Click landmarks or lines across the field, or choose degree 1.",
-                        reason="too-few-points")
-    a, b, stray_across = _line_up(across, 1)
-    down_coefficients, stray_down = _curve_up(down, degree)
-    if not all(np.polynomial.polynomial.polyval(np.linspace(0, 1, 64), np.polynomial.polynomial.polyder(
-            down_coefficients)) > 0):
-        raise FitFailed("The known points are not in order down the picture.",
-                        "Check which landmark or line each was clicked for.", reason="bad-order")
-    notes = {"degree": degree, "known_across": len(across), "known_down": len(down),
-             "reason": "Only the borders are known: linear both ways." if not (across or down) else
-             f"{len(across)} known columns and {len(down)} known rows inside the field."}
-    scale = region.width_mm / model.width_px
-    return ((float(a * region.width_mm), float(b * scale)),
-            tuple(float(c * region.height_mm) for c in down_coefficients), notes, tuple(used), stray_across | stray_down)
-
-
-def _known(feature: Line | Arc | Landmark, observation: Observation, region: Region) -> tuple[bool, bool, float, float]:
-    """Whether a feature tells u, v or both of the points on it, and which."""
-    if observation.z_mm != 0 or isinstance(feature, Arc):
-        return False, False, 0.0, 0.0
-    if isinstance(feature, Landmark):
-        u, v = region.region_from_field(np.asarray(feature.position))
-        return True, True, float(u), float(v)
-    (u0, v0), (u1, v1) = region.region_from_field(np.array([feature.start, feature.end]))
-    return abs(u1 - u0) < 1e-6, abs(v1 - v0) < 1e-6, float(u0), float(v0)
-
-
-def _line_up(rows: list, degree: int) -> tuple[float, float, set]:
-    coefficients, strays = _curve_up(rows, degree)
-    return coefficients[0], coefficients[1], strays
-
-
-def _curve_up(rows: list, degree: int) -> tuple[np.ndarray, set]:
-    """Least squares of mm share over pixel share, the two borders known; gross mistakes are named.
-
-    The borders count as much as all known points together: they were seen over their whole length.
-    """
-    if not rows:
-        return np.pad(np.array([0.0, 1.0]), (0, degree - 1)), set()
-    data = np.array([row[:2] for row in rows])
-    keep = np.ones(len(rows), bool)
-    while True:
-        s = np.concatenate([data[keep, 0], [0.0, 1.0]])
-        value = np.concatenate([data[keep, 1], [0.0, 1.0]])
-        weight = np.concatenate([np.ones(keep.sum()), np.full(2, np.sqrt(max(1, keep.sum()) / 2))])
-        design = np.polynomial.polynomial.polyvander(s, degree)
-        coefficients = np.linalg.lstsq(design * weight[:, None], value * weight, rcond=None)[0]
-        error = np.abs(data[:, 1] - np.polynomial.polynomial.polyval(data[:, 0], coefficients))
-        spread = np.median(error[keep]) if keep.sum() > 3 else 0.0
-        worst = np.argmax(np.where(keep, error, -1))
-        if error[worst] < max(5 * spread, KNOWN_NOISE_SHARE) or keep.sum() <= max(1, 0.75 * len(rows)):
-            break
-        keep[worst] = False
-    return coefficients, {rows[i][2:] for i in np.flatnonzero(~keep)}
 
 
 def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
@@ -256,8 +178,9 @@ def _strays(observations: Observations, borders: Mapping[str, _Border], fits: Ma
         if observation.feature not in BORDERS:
             for k in np.flatnonzero(~inliers[i]):
                 found.append(Warning(
-                    "stray-click", f"Point {k + 1} of {observation.label} disagrees with everything else; it was left "
-                    "out of the fit.", "Check that it was clicked on the right mark.", str(observation.feature), int(k)))
+                    "stray-click", f"Point {k + 1} of {observation.label} disagrees with everything else; it was "
+                    "left out of the fit.", "Check that it was clicked on the right mark.",
+                    str(observation.feature), int(k)))
     return found
 
 
@@ -275,7 +198,7 @@ def _extrapolations(borders: Mapping[str, _Border], fits: Mapping[str, CurveFit]
         for gap, end in ((np.nanmin(position) - low, ends[0]), (high - np.nanmax(position), ends[1])):
             if gap > EXTRAPOLATED_SHARE * (high - low):
                 found.append(Warning(
-                    "border-extrapolated", f"The {name} border has no click in the last {100 * gap / (high - low):.0f} % "
-                    f"towards the {end} border; its curve is a guess there.",
+                    "border-extrapolated", f"The {name} border has no click in the last "
+                    f"{100 * gap / (high - low):.0f} % towards the {end} border; its curve is a guess there.",
                     f"Click the {name} border near the {end} corner.", name))
     return found
