@@ -1,6 +1,6 @@
 """The camera and the 4 × 3 m field on which methods are compared and whose figures the manual quotes.
 
-1280 × 1024 px, focal length 768 px, 4.15 m above the middle. It is tilted where it stands, mostly up the picture and
+1280 × 1024 px, focal length 700 px, 4.15 m above the middle. It is tilted where it stands, mostly up the picture and
 partly to the side, as a camera on a loose ball head is; so the field leaves the middle of the picture.
 """
 
@@ -12,7 +12,7 @@ from app.sources.sim.camera import SimCamera
 from app.sources.sim.lens import LENSES, Lens
 
 SIZE = ImageSize(1280, 1024)
-FOCAL_PX = 768.0
+FOCAL_PX = 700.0
 HEIGHT_MM = 4150.0
 TILT_AZIMUTH_DEG = 25.0  # of the tilt's axis from the picture's x; at 0 or 90 one direction alone would be foreshortened
 
