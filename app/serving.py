@@ -14,6 +14,7 @@ from app.errors import Conflict, Unavailable
 from app.settings import Settings
 
 TOKEN_BYTES = 24  # 192 bits: nobody guesses it, and it still fits on one line
+BACKLOG = 1024
 STOP_S = 2  # a viewer of an endless stream must not keep the server from ending
 
 
@@ -45,6 +46,7 @@ def open_socket(host: str, port: int) -> socket.socket:
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((host, port))
+        listener.listen(BACKLOG)  # from here on a caller waits for the answer and is not turned away
     except OSError as error:
         listener.close()
         raise Unavailable(f"Cannot listen on {host}, port {port}: {error.strerror}.",
