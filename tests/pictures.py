@@ -111,6 +111,8 @@ HOSTILE: dict[str, tuple[bytes, str]] = {  # what it is: (the bytes, the reason 
     "a JPEG with 20,000 scans": (jpeg_of_many_scans(20_000), "too-many-scans"),
     "a JPEG of nothing but fill bytes": (b"\xff\xd8" + b"\xff" * 31 * 2**20, "truncated-image"),
     "a JPEG of nothing but stuffed bytes": (encoded("jpg")[:-2] + b"\xff\0" * 15 * 2**20, "truncated-image"),
+    "a JPEG with a long run of fill bytes": (encoded("jpg")[:-2] + b"\xff" * 31 * 2**20 + b"\0", "truncated-image"),
+    "a JPEG part without length": (b"\xff\xd8\xff\xfe\0\0" + encoded("jpg")[2:], "damaged-image"),
     "a lossless JPEG": (encoded("jpg").replace(b"\xff\xc0", b"\xff\xc3"), "unsupported-image-kind"),
     "a BMP cut short": (encoded("bmp")[:-100], "truncated-image"),
     "a BMP of 30,000 px a side": (bmp_with_size(30_000, 30_000), "image-too-large"),

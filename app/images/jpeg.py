@@ -69,8 +69,6 @@ def _segment(data: bytes, position: int) -> tuple[int, memoryview, int]:
     if position + 2 > len(data):
         raise truncated("JPEG")
     length = struct.unpack_from(">H", data, position)[0]
-    if length < 2:
-        raise damaged("a part has no length")
     if position + length > len(data):
         raise truncated("JPEG")
     return marker, memoryview(data)[position + 2:position + length], position + length
