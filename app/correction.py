@@ -64,11 +64,15 @@ class CorrectionMap:
     raw_y: NDArray[np.float32]
 
     def apply(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """The corrected picture of a raw one (h, w[, channels]), places rounded to 1/32 px for speed."""
+        """The corrected picture of a raw one (h, w[, channels]), bilinear, places rounded to 1/32 px: for live views."""
         return cv.remap(pixels, *self._fixed, border=BORDER_BGR)
 
+    def apply_finely(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The same, bicubic: a fifth of the error on fine detail for three times the time; for stills."""
+        return cv.remap(pixels, *self._fixed, border=BORDER_BGR, fine=True)
+
     def apply_exactly(self, pixels: NDArray) -> NDArray:
-        """The same at the exact places, about a quarter slower: for pictures in which something is measured."""
+        """The same, bilinear at the exact places: for pictures in which something is measured."""
         return cv.remap(pixels, self.raw_x, self.raw_y, border=BORDER_BGR)
 
     @cached_property

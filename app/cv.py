@@ -18,9 +18,13 @@ def points_from_cv(array: NDArray | None) -> Points:
     return np.asarray(array, dtype=np.float64).reshape(-1, 2)
 
 
-def remap(pixels: NDArray, map_1: NDArray, map_2: NDArray, *, border: tuple[int, int, int] = (0, 0, 0)) -> NDArray:
-    """Sample the picture bilinearly, by float32 maps or fixed-point ones; NaN and outside give the border colour."""
-    return cv2.remap(pixels, map_1, map_2, interpolation=cv2.INTER_LINEAR,
+def remap(pixels: NDArray, map_1: NDArray, map_2: NDArray, *, border: tuple[int, int, int] = (0, 0, 0),
+          fine: bool = False) -> NDArray:
+    """Sample the picture by float32 maps or fixed-point ones, bilinearly or (fine) bicubically.
+
+    Outside gives the border colour, and so does NaN in a float map with bilinear sampling.
+    """
+    return cv2.remap(pixels, map_1, map_2, interpolation=cv2.INTER_CUBIC if fine else cv2.INTER_LINEAR,
                      borderMode=cv2.BORDER_CONSTANT, borderValue=border)
 
 

@@ -103,7 +103,7 @@ def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize
         raise Conflict(f"The picture is {width} × {height} px; the calibration was made for {image_size.width} × "
                        f"{image_size.height} px.", "Use a picture of that size, or calibrate this one.",
                        reason="size-mismatch")
-    return correction_map(model, view).apply_exactly(pixels)
+    return correction_map(model, view).apply_finely(pixels)
 
 
 def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["raw", "corrected"] = "raw",
