@@ -1,0 +1,116 @@
+"""Who may come in."""
+
+import pytest
+from starlette.testclient import TestClient
+
+from app.api.access import MAX_WRONG, OPEN
+from app.main import create_app
+from app.settings import Settings
+
+TOKEN = "a-token-that-is-long-enough"
+LAN = "http://10.0.0.5:8000"
+BORDER = {"points": [[0, 0], [0, 50], [1, 100], [0, 150]], "axis": "x_of_y", "degree": 1}
+
+
+@pytest.fixture
+def guarded(tmp_path):
+    settings = Settings(data=tmp_path, token=TOKEN, server={"host": "0.0.0.0"})
+    with TestClient(create_app(settings), base_url=LAN, follow_redirects=False) as client:
+        yield client
+
+
+def every_call(app):
+    """(method, path) of everything in the documentation, ids filled in."""
+    for path, methods in app.openapi()["paths"].items():
+        for method in methods:
+            yield method.upper(), path.replace("{format}", "json").replace("{", "").replace("}", "")
+
+
+def test_every_call_but_the_open_ones_wants_the_token(guarded):
+    calls = list(every_call(guarded.app))
+    assert len(calls) > 10
+    for method, path in calls:
+        answer = guarded.request(method, path)
+        if path in OPEN:
+            assert answer.status_code == 200, path
+        else:
+            assert answer.status_code == 401, path
+            assert answer.json()["fix"] and answer.headers["www-authenticate"] == "Bearer"
+
+
+@pytest.mark.parametrize("path", ["/", "/docs", "/api/v1/openapi.json", "/vendor/preact.js", "/app.js", "/help/api.md"])
+def test_the_page_and_its_files_want_the_token_too(guarded, path):
+    assert guarded.get(path).status_code == 401
+
+
+def test_a_bearer_header_lets_scripts_in(guarded):
+    assert guarded.get("/api/v1/models", headers={"Authorization": f"Bearer {TOKEN}"}).status_code == 200
+
+
+def test_a_browser_is_led_to_the_login_and_gets_a_cookie_for_the_token(guarded):
+    asked = guarded.get("/", headers={"Accept": "text/html"})
+    assert (asked.status_code, asked.headers["location"]) == (303, "/login")
+    assert "<form" in guarded.get("/login").text
+    given = guarded.post("/login", data={"token": TOKEN})
+    assert given.status_code == 303
+    cookie = given.headers["set-cookie"]
+    assert "HttpOnly" in cookie and "SameSite=strict" in cookie and TOKEN not in cookie
+    assert guarded.get("/api/v1/models").status_code == 200  # the client kept the cookie
+
+
+def test_a_wrong_token_at_the_login_is_told(guarded):
+    answer = guarded.post("/login", data={"token": "wrong"})
+    assert answer.status_code == 401 and "not the token" in answer.text
+    assert guarded.get("/api/v1/models").status_code == 401
+
+
+def test_guessing_is_slowed_down_and_the_right_token_is_still_heard(guarded):
+    wrong = [guarded.get("/api/v1/models", headers={"Authorization": f"Bearer {i}"}).status_code
+             for i in range(MAX_WRONG + 3)]
+    assert wrong[:MAX_WRONG] == [401] * MAX_WRONG and wrong[-1] == 429
+    assert guarded.get("/api/v1/models", headers={"Authorization": f"Bearer {TOKEN}"}).status_code == 200
+
+
+@pytest.mark.parametrize("header", [b"Bearer \xe9\xff", b"Bearer", b"Basic eDp5", b"", b"Bearer " + b"x" * 9000])
+def test_a_strange_header_is_only_a_wrong_token(guarded, header):
+    assert guarded.get("/api/v1/models", headers={b"Authorization": header}).status_code == 401
+
+
+@pytest.mark.parametrize("cookie", ["touchline=", 'touchline="\\377"', "touchline=\xe9", ";;;=", "touchline=[]{}"])
+def test_a_strange_cookie_is_no_token(guarded, cookie):
+    assert guarded.get("/api/v1/models", headers={b"Cookie": cookie.encode("latin-1")}).status_code == 401
+
+
+@pytest.mark.parametrize("headers", [
+    {"Origin": "http://evil.example"},
+    {"Origin": "null"},
+    {"Origin": "http://127.0.0.1:9999"},
+    {"Origin": "http://127.0.0.1:8000.evil.example"},
+    {"Sec-Fetch-Site": "cross-site"},
+    {"Sec-Fetch-Site": "same-site"},
+])
+def test_another_sites_page_changes_nothing(client, headers):
+    answer = client.post("/api/v1/fit/border", json=BORDER, headers=headers)
+    assert answer.status_code == 403 and answer.json()["fix"]
+
+
+def test_our_own_page_may(client):
+    headers = {"Origin": "http://127.0.0.1:8000", "Sec-Fetch-Site": "same-origin"}
+    assert client.post("/api/v1/fit/border", json=BORDER, headers=headers).status_code == 200
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "", "[", "a@127.0.0.1.x"])
+def test_a_name_that_only_points_here_is_not_answered(client, host):
+    assert client.get("/api/v1/health", headers={"Host": host}).status_code == 403
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost:8000", "LOCALHOST", "[::1]:8000"])
+def test_this_machines_own_names_are(client, host):
+    assert client.get("/api/v1/health", headers={"Host": host}).status_code == 200
+
+
+def test_every_answer_says_what_a_page_may_load(client):
+    for path in ("/api/v1/health", "/nowhere", "/docs", "/login"):
+        headers = client.get(path, follow_redirects=False).headers
+        assert "default-src 'self'" in headers["content-security-policy"], path
+        assert headers["x-content-type-options"] == "nosniff"
