@@ -43,4 +43,5 @@ def test_the_table_is_reproduced_within_20_percent(lens, tilt_deg):
 if __name__ == "__main__":
     for (lens, tilt), published in PUBLISHED.items():
         linear, related = reached(lens, tilt)
-        print(f"{lens:7} {tilt:3}°  linear {linear:6.1f} mm ({published[0]})  relation {related:6.1f} mm ({published[1]})")
+        print(f"{lens:7} {tilt:3}°  linear {linear:6.1f} mm ({published[0]})  "
+              f"relation {related:6.1f} mm ({published[1]})")

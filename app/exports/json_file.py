@@ -29,7 +29,7 @@ class JsonFile:
             raise BadInput(f"The file has {len(data)} bytes; a calibration has at most {MAX_BYTES}.",
                            "Give a file that Touchline exported as json.", reason="bad-calibration")
         try:
-            value = json.loads(data, parse_constant=_refuse_constant)
+            value = json.loads(data, parse_constant=_refuse_constant, parse_float=_finite)
         except (ValueError, RecursionError) as error:
             raise BadInput(f"The file is no JSON: {error}.", "Give a file that Touchline exported as json.",
                            reason="bad-calibration") from None
@@ -43,6 +43,13 @@ class JsonFile:
         model_from_json(calibration.model_name, calibration.model_parameters)
         observations_from_json(calibration.observations)
         return calibration
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if abs(value) == float("inf"):
+        raise ValueError(f"{text} is beyond all numbers")
+    return value
 
 
 def _refuse_constant(name: str) -> Any:
