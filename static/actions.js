@@ -1,0 +1,127 @@
+// Everything an operator can do, in one table. Toolbar, shortcuts, the bright button and the list of keys read it.
+import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
+import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
+import { preview } from "./fitting.js";
+import { takePicture } from "./pictures.js";
+import {
+  active, cameras, compare, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
+} from "./state.js";
+import { STEPS, nextThing, steps } from "./steps.js";
+import { activate, isSaved, saveVersion, version } from "./versions.js";
+import { fit, panBy, stageSize, toPicture, zoomBy } from "./view.js";
+
+/**
+ * @typedef {object} Action
+ * @property {string} id
+ * @property {string} label what it does, beginning with a verb
+ * @property {string} [short] the same on a small button
+ * @property {string[]} [keys] as "p", "ctrl+z", "shift+ArrowUp"
+ * @property {string} [group] heading in the list of keys
+ * @property {(event?: KeyboardEvent) => void} run
+ * @property {() => boolean} [enabled]
+ * @property {() => boolean} [pressed] for buttons that stay down
+ */
+
+const ZOOM = 1.25;
+const PAN_PX = 40;
+const NUDGE_PX = 0.1, SHIFT_PX = 1, CTRL_PX = 10;
+const has = () => snapshot.value !== null;
+const comparing = () => step.value === "compare" && version.value !== null;
+
+/** The page's one file input; a browser opens its picker only from a click. */
+export const filePicker = { open: () => {} };
+
+/** @type {Action[]} */
+const TABLE = [
+  { id: "open", label: "Open a picture…", keys: ["o"], group: "Pictures", run: () => filePicker.open() },
+  { id: "take", label: "Take a new picture with the same camera", short: "Take a new picture", group: "Pictures",
+    run: () => void takePicture(snapshot.value?.camera ?? cameras.value[0]?.id),
+    enabled: () => Boolean(snapshot.value?.camera ?? cameras.value.length) },
+  { id: "turn", label: "Turn the field a quarter", short: "Turn a quarter", keys: ["t"], group: "Pictures",
+    run: () => change({ ...doc.value, rotate: (rotation.value + 90) % 360 }), enabled: () => region.value !== null },
+
+  { id: "pick", label: "Pick points", short: "Pick", keys: ["p"], group: "Points", run: () => { tool.value = "pick"; },
+    pressed: () => tool.value === "pick" },
+  ...BORDERS.map((border, i) => ({
+    id: `border-${border}`, label: `Click the ${border} border`, keys: [String(i + 1)], group: "Points",
+    run: () => activateFeature(border), enabled: () => editing.value, pressed: () => active.value === border,
+  })),
+  { id: "add", label: "Add a point under the pointer, or in the middle", keys: ["a"], group: "Points", run: addPoint,
+    enabled: () => editing.value },
+  { id: "nudge", label: "Move the point by 0.1 px; with Shift 1 px, with Ctrl 10 px", group: "Points", run: arrow,
+    keys: ["", "shift+", "ctrl+"].flatMap((m) => ["Left", "Right", "Up", "Down"].map((d) => `${m}Arrow${d}`)), enabled: has },
+  { id: "next-point", label: "Select the next point (on the picture)", keys: ["n"], group: "Points", run: () => selectNext(1), enabled: () => editing.value },
+  { id: "previous-point", label: "Select the previous point", keys: ["b"], group: "Points", run: () => selectNext(-1), enabled: () => editing.value },
+  { id: "select-all", label: "Select all points of this line", keys: ["ctrl+a"], group: "Points", enabled: () => editing.value,
+    run: () => { selection.value = pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index })); } },
+  { id: "delete", label: "Remove the selected points", short: "Remove", keys: ["Delete", "Backspace"], group: "Points",
+    run: () => remove(picked.value), enabled: () => editing.value && picked.value.length > 0 },
+  { id: "clear", label: "Remove all points of this line", short: "Clear", group: "Points",
+    run: () => remove(pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index }))),
+    enabled: () => editing.value && pointsOf(doc.value, active.value).length > 0 },
+  { id: "undo", label: "Undo", keys: ["ctrl+z"], group: "Points", run: undo, enabled: () => past.value.length > 0 },
+  { id: "redo", label: "Redo", keys: ["ctrl+y", "ctrl+shift+z"], group: "Points", run: redo, enabled: () => future.value.length > 0 },
+
+  { id: "pan", label: "Pan the picture", short: "Pan", keys: ["h"], group: "View", run: () => { tool.value = "pan"; },
+    pressed: () => tool.value === "pan" },
+  { id: "zoom-in", label: "Zoom in", short: "+", keys: ["+", "="], group: "View", run: () => zoomBy(ZOOM), enabled: has },
+  { id: "zoom-out", label: "Zoom out", short: "−", keys: ["-"], group: "View", run: () => zoomBy(1 / ZOOM), enabled: has },
+  { id: "zoom-fit", label: "Show the whole picture", short: "Fit", keys: ["0"], group: "View", run: () => fit(snapshot.value), enabled: has },
+  { id: "lines", label: "Draw the field's lines on the picture", short: "Lines", keys: ["l"], group: "View",
+    run: () => { showLines.value = !showLines.value; }, pressed: () => showLines.value,
+    enabled: () => preview.value !== null || version.value !== null },
+  { id: "raw", label: "Show the raw picture", short: "Raw", keys: ["r"], group: "View", run: () => show("raw"),
+    pressed: () => compare.value.mode === "raw", enabled: comparing },
+  { id: "wipe", label: "Show raw and corrected side by side", short: "Wipe", keys: ["w"], group: "View", run: () => show("wipe"),
+    pressed: () => compare.value.mode === "wipe", enabled: comparing },
+  { id: "corrected", label: "Show the corrected picture", short: "Corrected", keys: ["c"], group: "View", run: () => show("corrected"),
+    pressed: () => compare.value.mode === "corrected", enabled: comparing },
+
+  ...STEPS.map(({ id, label }) => ({
+    id: `step-${id}`, label: `Go to ${label.toLowerCase()}`, run: () => { step.value = id; },
+    enabled: () => steps.value.find((s) => s.id === id)?.open ?? false,
+  })),
+  { id: "next", label: "Do the next thing (the bright button)", keys: ["Enter"], group: "Steps",
+    run: () => run(nextThing.value.action), enabled: () => !nextThing.value.missing },
+  { id: "save", label: "Save a version and compare", short: "Save and compare", keys: ["ctrl+s"], group: "Steps", run: () => void saveVersion(),
+    enabled: () => has() && preview.value !== null },
+  { id: "activate", label: "Activate this version for its camera", short: "Activate", group: "Steps",
+    run: () => void (version.value && activate(version.value.id)), enabled: () => isSaved.value && !version.value?.active },
+
+  { id: "keys", label: "Show the keys", short: "?", keys: ["?"], group: "Help", run: () => { help.value = help.value === "keys" ? "" : "keys"; } },
+  { id: "manual", label: "Open the manual", short: "Manual", keys: ["F1"], group: "Help", run: () => { help.value = help.value === "manual" ? "" : "manual"; } },
+  { id: "escape", label: "Close help, or deselect", keys: ["Escape"], group: "Help",
+    run: () => { if (help.value) help.value = ""; else selection.value = []; } },
+];
+
+/** @type {Map<string, Action>} */
+export const ACTIONS = new Map(TABLE.map((action) => [action.id, action]));
+
+/** Do it, if it can be done now. @param {string} id @param {KeyboardEvent} [event] */
+export function run(id, event) {
+  const action = ACTIONS.get(id);
+  if (action && (action.enabled?.() ?? true)) action.run(event);
+}
+
+function addPoint() {
+  const at = pointer.value, { width, height } = stageSize.value;
+  const [x, y] = at && !at.touch && isOnPicture(at.x, at.y) ? [at.x, at.y] : toPicture(width / 2, height / 2);
+  const { next, pick } = withAdded(doc.value, active.value, x, y);
+  change(next);
+  select([pick]);
+}
+
+/** @param {KeyboardEvent} [event] */
+function arrow(event) {
+  const towards = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event?.key ?? ""];
+  if (!event || !towards) return;
+  if (editing.value && picked.value.length) {
+    const size = event.shiftKey ? SHIFT_PX : event.ctrlKey || event.metaKey ? CTRL_PX : NUDGE_PX;
+    nudge(towards[0] * size, towards[1] * size);
+  } else panBy(-towards[0] * PAN_PX, -towards[1] * PAN_PX);
+}
+
+/** @param {"raw" | "wipe" | "corrected"} mode */
+function show(mode) {
+  compare.value = { ...compare.value, mode };
+}

@@ -1,0 +1,71 @@
+// The one way to the server: JSON in and out, refusals as Problem, a silent server as Away.
+import { signal } from "@preact/signals";
+
+const ROOT = "/api/v1";
+const RETRY_MS = 2000;
+
+/** Whether the server answered last time. */
+export const online = signal(true);
+
+/** A refusal: what was wrong and what to do, as the server says it (RFC 9457 with `fix`). */
+export class Problem extends Error {
+  /** @param {number} status @param {Record<string, any>} body */
+  constructor(status, body) {
+    super(body.detail || body.title || `The server answered ${status}.`);
+    this.status = status;
+    this.detail = this.message;
+    /** @type {string} */
+    this.fix = body.fix || "";
+    this.body = body;
+  }
+}
+
+/** The server did not answer at all. */
+export class Away extends Error {}
+
+/**
+ * @param {string} method @param {string} path
+ * @param {{ json?: unknown, body?: BodyInit, headers?: Record<string, string> }} [send]
+ * @returns {Promise<Response>}
+ */
+export async function request(method, path, { json, body, headers = {} } = {}) {
+  if (json !== undefined) {
+    body = JSON.stringify(json);
+    headers = { ...headers, "Content-Type": "application/json" };
+  }
+  const options = { method, body, headers: { Accept: "application/json", ...headers } };
+  let response;
+  try {
+    response = await fetch(ROOT + path, options);
+  } catch {
+    wentAway();
+    throw new Away("The server does not answer.");
+  }
+  online.value = true;
+  if (response.ok) return response;
+  throw new Problem(response.status, await response.json().catch(() => ({})));
+}
+
+/**
+ * @param {string} method @param {string} path @param {unknown} [json]
+ * @returns {Promise<any>} the answer's JSON
+ */
+export async function call(method, path, json) {
+  const response = await request(method, path, { json });
+  return response.status === 204 ? null : response.json();
+}
+
+/** @param {string} path an address for an <img> or a link */
+export const address = (path) => ROOT + path;
+
+function wentAway() {
+  if (!online.value) return;
+  online.value = false;
+  const again = setInterval(async () => {
+    try {
+      await fetch(ROOT + "/health");
+      online.value = true;
+    } catch { /* still away */ }
+    if (online.value) clearInterval(again);
+  }, RETRY_MS);
+}

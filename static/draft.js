@@ -1,0 +1,155 @@
+// Keeps the document: on the server after every change, and in this browser until the server has it.
+import { effect, signal } from "@preact/signals";
+import { Away, Problem, online, request } from "./api.js";
+import { EMPTY, change, doc, dragging, fromDraft, load, same } from "./document.js";
+import { newestWins } from "./newest.js";
+import { snapshot, tellError } from "./state.js";
+
+const PAUSE_MS = 250; // a nudge held down is one save, not thirty
+
+/** @typedef {{ doc: import("./types").Doc, etag: string, at: string | null }} Kept as the server has it */
+
+/** none: no picture; conflict: somebody else saved first, and `theirs` is what they saved. */
+export const draft = signal(/** @type {{ state: "none" | "saved" | "unsaved" | "away" | "refused" | "conflict", at: number, theirs: Kept | null }} */ (
+  { state: "none", at: 0, theirs: null }));
+
+/** What the server has, as far as we know. */
+let kept = /** @type {Kept | null} */ (null);
+let timer = 0;
+
+/** @param {string} id */
+const localKey = (id) => `touchline.draft.${id}`;
+
+/** Bring back the draft of a picture; clicks that never reached the server come back too. @param {string} id */
+export async function openDraft(id) {
+  kept = null;
+  const server = await read(await request("GET", `/drafts/${id}`));
+  const local = readLocal(id);
+  kept = server;
+  if (!local || same(local.doc, server.doc)) {
+    load(server.doc);
+    settle("saved", server.at ? Date.parse(server.at) : Date.now());
+  } else {
+    load(local.doc);
+    if (local.etag === server.etag) settle("unsaved");
+    else conflict(server);
+  }
+}
+
+export function closeDraft() {
+  kept = null;
+  draft.value = { state: "none", at: 0, theirs: null };
+  load(EMPTY);
+}
+
+/** @param {Response} response @returns {Promise<Kept>} */
+async function read(response) {
+  const body = await response.json();
+  return { doc: fromDraft(body), etag: response.headers.get("ETag") ?? "", at: body.updated_at ?? null };
+}
+
+/** @param {typeof draft.value.state} state @param {number} [at] */
+function settle(state, at = draft.value.at) {
+  draft.value = { state, at, theirs: null };
+}
+
+/** @param {Kept} theirs */
+function conflict(theirs) {
+  draft.value = { ...draft.value, state: "conflict", theirs };
+}
+
+const save = newestWins(async (/** @type {string} */ id) => {
+  const sending = doc.value;
+  if (!kept || snapshot.value?.id !== id || same(sending, kept.doc)) return;
+  try {
+    const saved = await read(await request("PUT", `/drafts/${id}`, { json: sending, headers: { "If-Match": kept.etag } }));
+    if (snapshot.value?.id !== id) return;
+    kept = { ...saved, doc: sending };
+    if (same(doc.value, sending)) {
+      localStorage.removeItem(localKey(id));
+      settle("saved", Date.now());
+    }
+  } catch (error) {
+    if (snapshot.value?.id !== id) return;
+    if (error instanceof Away) settle("away");
+    else if (error instanceof Problem && error.status === 412) await somebodyWasFaster(id);
+    else { settle("refused"); tellError(error); }
+  }
+});
+
+/** @param {string} id */
+async function somebodyWasFaster(id) {
+  try {
+    const theirs = await read(await request("GET", `/drafts/${id}`));
+    if (!same(theirs.doc, doc.value)) return conflict(theirs);
+    kept = theirs;
+    localStorage.removeItem(localKey(id));
+    settle("saved", Date.now());
+  } catch { settle("away"); }
+}
+
+/** Their draft replaces ours; undo brings ours back. */
+export function takeTheirs() {
+  const { theirs } = draft.value;
+  if (!theirs) return;
+  kept = theirs;
+  settle("saved", Date.now());
+  if (snapshot.value) localStorage.removeItem(localKey(snapshot.value.id));
+  change(theirs.doc);
+}
+
+/** Ours replaces theirs on the server; theirs stands one undo back. */
+export function keepMine() {
+  const { theirs } = draft.value;
+  if (!theirs || !snapshot.value) return;
+  const mine = doc.value;
+  kept = theirs;
+  settle("unsaved");
+  change(theirs.doc);
+  change(mine);
+  void save(snapshot.value.id);
+}
+
+/** Save every change from now on, and look for others' changes when the operator comes back to this tab. */
+export function startSaving() {
+  effect(() => {
+    const picture = snapshot.value, document = doc.value, isBack = online.value;
+    if (!picture || !kept || dragging.value || draft.peek().state === "conflict") return;
+    clearTimeout(timer);
+    if (same(document, kept.doc)) {
+      if (draft.peek().state !== "saved") settle("saved", Date.now());
+      return;
+    }
+    writeLocal(picture.id);
+    settle(isBack ? "unsaved" : "away");
+    if (isBack) timer = setTimeout(() => void save(picture.id), PAUSE_MS);
+  });
+  addEventListener("focus", () => void lookAgain());
+}
+
+/** Another tab may have gone on with this picture: take its work if we have none of our own. */
+async function lookAgain() {
+  const id = snapshot.value?.id;
+  if (!id || !kept || draft.value.state !== "saved") return;
+  try {
+    const now = await read(await request("GET", `/drafts/${id}`));
+    const untouched = snapshot.value?.id === id && draft.value.state === "saved" && now.etag !== kept.etag;
+    if (!untouched) return;
+    kept = now;
+    change(now.doc);
+  } catch { /* the next save will tell */ }
+}
+
+/** @param {string} id */
+function writeLocal(id) {
+  try {
+    localStorage.setItem(localKey(id), JSON.stringify({ doc: doc.value, etag: kept?.etag }));
+  } catch { /* a full or forbidden store: the server's copy must do */ }
+}
+
+/** @param {string} id @returns {{ doc: import("./types").Doc, etag: string } | null} */
+function readLocal(id) {
+  try {
+    return JSON.parse(localStorage.getItem(localKey(id)) ?? "null");
+  } catch { return null; }
+}

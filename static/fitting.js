@@ -1,0 +1,108 @@
+// Asks the server what the clicks are worth: each border's curve at pointer rate, the whole fit after every change.
+import { effect, signal } from "@preact/signals";
+import { Away, Problem, call, online } from "./api.js";
+import { BORDERS, doc, dragging, pointsOf, same } from "./document.js";
+import { newestWins } from "./newest.js";
+import { snapshot } from "./state.js";
+
+/** @typedef {import("./types").Border} Border @typedef {import("./types").Curve} Curve @typedef {import("./types").Refusal} Refusal */
+
+const AXIS = { left: "x_of_y", right: "x_of_y", top: "y_of_x", bottom: "y_of_x" };
+const FEWEST = 2; // two points make a line; the server says what more is needed
+
+/** Each border's curve, or why there is none. */
+export const curves = signal(/** @type {Partial<Record<Border, Curve | Refusal>>} */ ({}));
+/** The whole fit of the present document, or why there is none; null until there is something to say. */
+export const preview = signal(/** @type {import("./types").Preview | null} */ (null));
+export const refusal = signal(/** @type {Refusal | null} */ (null));
+/** True while the preview belongs to an earlier document. */
+export const stale = signal(false);
+
+/** @param {Curve | Refusal | undefined} curve @returns {curve is Curve} */
+export const isCurve = (curve) => curve !== undefined && "curve" in curve;
+
+/** The sides of a fit that the server wants. @param {import("./types").Doc} d */
+export const fitBody = (d) => ({
+  snapshot: snapshot.value?.id, field: d.field, region: d.region, model: d.model, options: d.options,
+  observations: d.observations, ...(d.rotate === null ? {} : { rotate: d.rotate }),
+});
+
+/** @param {Border} border */
+function borderAsker(border) {
+  return newestWins(async (/** @type {{ picture: string, body: Record<string, any> }} */ { picture, body }) => {
+    let answer;
+    try {
+      answer = { ...(await call("POST", "/fit/border", body)), points: body.points };
+    } catch (error) {
+      if (error instanceof Away) return;
+      answer = refused(error);
+    }
+    // An answer about another picture, or about a point that has gone, would be drawn in the wrong place.
+    const current = pointsOf(doc.value, border);
+    if (snapshot.value?.id !== picture || current.length !== body.points.length) return;
+    curves.value = { ...curves.value, [border]: answer };
+  });
+}
+
+const asked = new Map(BORDERS.map((border) => [border, { ask: borderAsker(border), last: "" }]));
+
+/** Ask for the curve of every border that has changed. */
+function askCurves() {
+  const picture = snapshot.value;
+  for (const border of BORDERS) {
+    const points = pointsOf(doc.value, border), it = asked.get(border);
+    if (!it) continue;
+    const degree = doc.value.options.degree ?? "auto";
+    const body = picture && { points, axis: AXIS[border], degree, image_size: [picture.width, picture.height] };
+    const question = JSON.stringify([picture?.id, body]);
+    if (question === it.last) continue;
+    it.last = question;
+    if (picture && points.length >= FEWEST) void it.ask({ picture: picture.id, body: /** @type {any} */ (body) });
+    else if (curves.peek()[border]) curves.value = { ...curves.peek(), [border]: undefined };
+  }
+}
+
+const askPreview = newestWins(async (/** @type {import("./types").Doc} */ asking) => {
+  const picture = snapshot.value?.id;
+  let answer = null, why = null;
+  try {
+    answer = await call("POST", "/fit/preview", fitBody(asking));
+  } catch (error) {
+    if (error instanceof Away) return;
+    why = refused(error);
+  }
+  if (snapshot.value?.id !== picture) return;
+  preview.value = answer;
+  refusal.value = why;
+  stale.value = !same(asking, doc.value);
+});
+
+/** @param {unknown} error @returns {Refusal} */
+function refused(error) {
+  if (error instanceof Problem) return { detail: error.detail, fix: error.fix, title: error.body.title };
+  throw error;
+}
+
+/** Keep curves and preview up to date from now on. */
+export function startFitting() {
+  effect(() => {
+    if (online.value) askCurves(); // and again when a silent server is back
+  });
+  let lastPreview = "";
+  effect(() => {
+    const picture = snapshot.value, document = doc.value;
+    if (!online.value) { lastPreview = ""; return; }
+    if (dragging.value) { stale.value = true; return; }
+    const question = JSON.stringify([picture?.id, document]);
+    if (question === lastPreview) { stale.value = false; return; }
+    lastPreview = question;
+    if (picture && document.field && document.region && document.observations.length) {
+      stale.value = true;
+      void askPreview(document);
+    } else {
+      preview.value = null;
+      refusal.value = null;
+      stale.value = false;
+    }
+  });
+}

@@ -1,0 +1,40 @@
+// Numbers and times as the operator reads them: true minus, thin spaces, units, and a dash for what is not known.
+
+/** @param {number | null | undefined} value @param {number} [digits] */
+export function number(value, digits = 1) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  const [whole, part] = Math.abs(value).toFixed(digits).split(".");
+  const grouped = whole.replace(/\B(?=(\d{3})+$)/g, "\u202f");
+  const isZero = Number(Math.abs(value).toFixed(digits)) === 0;
+  return (value < 0 && !isZero ? "−" : "") + grouped + (part ? "." + part : "");
+}
+
+/** Millimetres with as many digits as anybody can use. @param {number | null | undefined} value */
+export const mm = (value) => number(value, value !== null && value !== undefined && Math.abs(value) >= 10 ? 0 : 1);
+
+/** @param {number | null | undefined} value */
+export const pct = (value) => (value !== null && value !== undefined && value > 0 ? "+" : "") + number(value, 2);
+
+/** @param {number} count @param {string} one */
+export const many = (count, one) => `${count} ${one}${count === 1 ? "" : "s"}`;
+
+/** @param {string} name "halfway-line" → "Halfway line" */
+export const words = (name) => {
+  const text = name.replaceAll("-", " ").replaceAll("_", " ");
+  return text.charAt(0).toUpperCase() + text.slice(1);
+};
+
+/** "2 s ago", "3 min ago", or the time of day. @param {number} then ms @param {number} now ms */
+export function ago(then, now) {
+  const seconds = Math.max(0, Math.round((now - then) / 1000));
+  if (seconds < 60) return `${seconds} s ago`;
+  if (seconds < 3600) return `${Math.floor(seconds / 60)} min ago`;
+  return "at " + clock(then);
+}
+
+/** @param {number | string} when */
+export const clock = (when) => new Date(when).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+
+/** @param {string} when */
+export const dayAndTime = (when) =>
+  new Date(when).toLocaleString([], { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });

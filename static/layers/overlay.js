@@ -1,0 +1,93 @@
+// Drawn over the raw picture while it is clicked: curves, points, the field's lines, the selection box.
+import { computed } from "@preact/signals";
+import { BORDERS, doc } from "../document.js";
+import { curves, isCurve, preview } from "../fitting.js";
+import { words } from "../format.js";
+import { html } from "../html.js";
+import { active, box, editing, picked, showLines, snapshot } from "../state.js";
+import { toStage, view } from "../view.js";
+import { colour, path, placed } from "./drawing.js";
+
+const BEYOND_PX = 6; // a curve is bold from its first to its last point, and a little further
+
+export function Overlay() {
+  return html`<svg class="overlay" aria-hidden="true">
+    ${showLines.value && html`<${FieldLines} features=${preview.value?.overlay ?? []} transform=${placed(view.value.tx, view.value.ty, view.value.k)}/>`}
+    <${Curves}/>
+    ${editing.value && html`<${Points}/><${Box}/>`}
+  </svg>`;
+}
+
+/** @param {{ features: import("../types").Feature[], transform: string }} props */
+export function FieldLines({ features, transform }) {
+  return html`<g class="field-lines" data-testid="field-lines" transform=${transform}>
+    ${features.filter((f) => f.points.length > 1).map((f) => html`<path key=${f.feature + f.kind} class="casing" d=${path(f.points)}/>`)}
+    ${features.filter((f) => f.points.length > 1).map((f) => html`<path key=${f.feature + f.kind} d=${path(f.points)}
+      style=${f.kind === "border" ? `stroke:${colour(f.feature)}` : ""}/>`)}
+  </g>`;
+}
+
+const paths = computed(() => BORDERS.flatMap((border) => {
+  const curve = curves.value[border];
+  return isCurve(curve) ? [{ border, curve, d: path(curve.curve) }] : [];
+}));
+
+function Curves() {
+  const { k, tx, ty } = view.value;
+  return html`<g transform=${placed(tx, ty, k)}>${paths.value.map(({ border, curve, d }) => {
+    const clip = between(border, curve.points, BEYOND_PX / k);
+    return html`<g key=${border} class=${border === active.value ? "curve active" : "curve"} style=${`--colour:${colour(border)}`}>
+      <clipPath id=${`span-${border}`}><rect ...${clip}/></clipPath>
+      <path class="extended" d=${d}/>
+      <path class="casing" d=${d} clip-path=${`url(#span-${border})`}/>
+      <path class="line" data-testid=${`curve-${border}`} d=${d} clip-path=${`url(#span-${border})`}/>
+    </g>`;
+  })}</g>`;
+}
+
+/** The part of the picture between a border's outermost points. @param {import("../types").Border} border @param {import("../types").Point[]} points @param {number} more */
+function between(border, points, more) {
+  const { width, height } = snapshot.value ?? { width: 0, height: 0 };
+  const run = border === "left" || border === "right" ? 1 : 0;
+  const from = Math.min(...points.map((p) => p[run])) - more, length = Math.max(...points.map((p) => p[run])) + more - from;
+  return run ? { x: -width, width: 3 * width, y: from, height: length } : { y: -height, height: 3 * height, x: from, width: length };
+}
+
+function Points() {
+  void view.value;
+  return html`<g>${doc.value.observations.map(({ feature, kind, points }) => typeof feature === "string" && html`<${FeaturePoints}
+    key=${feature} feature=${feature} kind=${kind} points=${points}/>`)}</g>`;
+}
+
+/** @param {{ feature: string, kind: string, points: import("../types").Point[] }} props */
+function FeaturePoints({ feature, kind, points }) {
+  const curve = curves.value[/** @type {import("../types").Border} */ (feature)];
+  const strays = new Set(isCurve(curve) && curve.points.length === points.length ? curve.outliers : []);
+  const label = labelPlace(points);
+  return html`<g class=${feature === active.value ? "points active" : "points"} style=${`--colour:${colour(feature)}`}>
+    ${points.map((p, index) => {
+      const [x, y] = toStage(...p);
+      const isPicked = picked.value.some((q) => q.feature === feature && q.index === index);
+      return html`<g key=${index} transform=${`translate(${x} ${y})`} class=${`point${isPicked ? " picked" : ""}${strays.has(index) ? " stray" : ""}`}
+          data-point=${`${feature}:${index}`}>
+        ${isPicked && html`<circle class="ring" r="9.5"/>`}
+        ${kind === "landmark" ? html`<path class="mark" d="M0 -7L7 0L0 7L-7 0Z"/>` : html`<circle class="mark" r="5.5"/>`}
+        ${strays.has(index) && html`<path class="cross" d="M-5 -5L5 5M-5 5L5 -5"/><text x="12" y="4">stray</text>`}
+      </g>`;
+    })}
+    ${label && html`<text class="name" x=${label[0]} y=${label[1]}>${words(feature)}</text>`}
+  </g>`;
+}
+
+/** Beside the middle one of a feature's points. @param {import("../types").Point[]} points */
+function labelPlace(points) {
+  if (points.length === 0) return null;
+  const [x, y] = toStage(...points[points.length >> 1]);
+  return [x + 12, y - 10];
+}
+
+function Box() {
+  if (!box.value) return null;
+  const { x0, y0, x1, y1 } = box.value;
+  return html`<rect class="box" x=${Math.min(x0, x1)} y=${Math.min(y0, y1)} width=${Math.abs(x1 - x0)} height=${Math.abs(y1 - y0)}/>`;
+}

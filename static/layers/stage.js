@@ -1,0 +1,66 @@
+// The stage: the picture with everything on it, and the tools above it.
+import { useEffect, useRef } from "preact/hooks";
+import { address } from "../api.js";
+import { number } from "../format.js";
+import { html } from "../html.js";
+import { Start } from "../panels/start.js";
+import { Toolbar } from "../panels/toolbar.js";
+import { editing, pointer, snapshot, step, tool } from "../state.js";
+import { listen } from "../tools/pointer.js";
+import { fit, stageSize, view } from "../view.js";
+import { Corrected, RawLines, Wipe, rawClip, underPointer } from "./compare.js";
+import { Loupe } from "./loupe.js";
+import { Overlay } from "./overlay.js";
+
+const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
+
+export function Stage() {
+  const picture = useRef(/** @type {HTMLImageElement | null} */ (null));
+  const stage = useRef(/** @type {HTMLElement | null} */ (null));
+  const shown = step.value === "camera" ? null : snapshot.value;
+
+  useEffect(() => {
+    const element = /** @type {HTMLElement} */ (stage.current);
+    const watch = new ResizeObserver(([entry]) => {
+      const { width, height } = entry.contentRect, isFirst = stageSize.value.width === 800;
+      stageSize.value = { width, height };
+      if (isFirst) fit(snapshot.value);
+    });
+    watch.observe(element);
+    return () => watch.disconnect();
+  }, []);
+  useEffect(() => (shown && stage.current ? listen(stage.current) : undefined), [shown?.id]);
+
+  const { k, tx, ty } = view.value;
+  return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : "empty"}`} ref=${stage} data-testid="stage"
+      tabindex=${shown ? 0 : -1} aria-label=${label()}>
+    ${!shown && html`<${Start}/>`}
+    ${shown && html`
+      <div class="half" style=${rawClip.value}>
+        <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}
+          src=${address(`/snapshots/${shown.id}/image.png`)} style=${`transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`}/>
+        ${step.value === "compare" ? html`<${RawLines}/>` : html`<${Overlay}/>`}
+      </div>
+      ${step.value === "compare" && html`<${Corrected}/><${Wipe}/>`}
+      <${Loupe} picture=${picture}/>
+      <${Toolbar}/>
+      <${ReadOut}/>`}
+  </main>`;
+}
+
+function label() {
+  if (!snapshot.value) return "Open a picture";
+  if (step.value === "compare") return "The picture, raw and corrected. Arrow keys pan, plus and minus zoom.";
+  return editing.value ? "The picture. A adds a point, N selects the next one, arrow keys move it, plus and minus zoom."
+    : "The picture. Arrow keys pan, plus and minus zoom.";
+}
+
+/** What is under the pointer. */
+function ReadOut() {
+  const at = pointer.value, spot = step.value === "compare" ? underPointer.value : null;
+  return html`<div class="read-out" data-off-stage data-testid="read-out">
+    <span>${at ? html`Pixel <b>${number(at.x)}, ${number(at.y)}</b>` : html`<span class="dim">Point at the picture for its position</span>`}</span>
+    ${step.value === "compare" && at && html`<span>Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b></span>`}
+    <span class="zoom">${number(view.value.k * 100, 0)} %</span>
+  </div>`;
+}

@@ -1,0 +1,90 @@
+// Wires the page: lists from the server, the address bar, keys, saving, fitting; then draws.
+import { signal } from "@preact/signals";
+import { render } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { filePicker } from "./actions.js";
+import { startSaving } from "./draft.js";
+import { startFitting } from "./fitting.js";
+import { html } from "./html.js";
+import { startKeys } from "./keys.js";
+import { startComparing } from "./layers/compare.js";
+import { Stage } from "./layers/stage.js";
+import { BordersPanel } from "./panels/borders.js";
+import { Footer } from "./panels/footer.js";
+import { Header } from "./panels/header.js";
+import { Help } from "./panels/help.js";
+import { ModelPanel } from "./panels/model.js";
+import { Notices } from "./panels/notices.js";
+import { FieldPanel, PictureHelp } from "./panels/picture.js";
+import { Figures, Verdict } from "./panels/verdict.js";
+import { ComparePanel, VersionsPanel } from "./panels/versions.js";
+import { loadLists, openFile } from "./pictures.js";
+import { startRouter } from "./router.js";
+import { help, step } from "./state.js";
+import { current } from "./steps.js";
+import { version } from "./versions.js";
+
+const PICTURES = "image/png,image/jpeg,image/bmp,image/webp";
+const dropping = signal(false);
+
+function App() {
+  return html`<${Header}/><aside class="left" aria-label="This step"><${Guide}/><${Left}/></aside>
+    <div class="middle"><${Stage}/><${Notices}/></div>
+    <aside class="right" aria-label="Results">${help.value ? html`<${Help}/>` : html`<${Right}/>`}</aside>
+    <${Footer}/><${FileInput}/>${dropping.value && html`<div class="drop-hint" aria-hidden="true">Drop the picture to open it</div>`}`;
+}
+
+/** What is missing in this step, in one sentence. */
+const Guide = () => html`<section class=${`guide${current.value.done ? " done" : ""}`} aria-live="polite"><h2>${current.value.label}</h2><p data-testid="sentence">${current.value.sentence}</p></section>`;
+
+function Left() {
+  switch (step.value) {
+    case "camera": return html`<section><h2>How it goes</h2><ol class="plain"><li>Take or open a picture.</li><li>Say which field it shows, and which part.</li><li>Click along the four borders.</li><li>Look at the corrected picture.</li><li>Activate the version, or download it.</li></ol></section>`;
+    case "picture": return html`<${FieldPanel}/>`;
+    case "borders": return html`<${FieldPanel}/><${BordersPanel}/>`;
+    case "model": return html`<${ModelPanel}/>`;
+    case "compare": return html`<${ComparePanel}/>`;
+    default: return html`<${VersionsPanel}/>`;
+  }
+}
+
+function Right() {
+  switch (step.value) {
+    case "camera": case "picture": return html`<${PictureHelp}/>`;
+    case "borders": case "model": return html`<${Figures}/>`;
+    default: return version.value && html`<${Verdict} report=${version.value.report}/>`;
+  }
+}
+
+/** The one file input; also drops and pastes anywhere on the page. */
+function FileInput() {
+  const input = useRef(/** @type {HTMLInputElement | null} */ (null));
+  useEffect(() => {
+    filePicker.open = () => input.current?.click();
+    /** @param {FileList | undefined} files */
+    const take = (files) => { if (files?.[0]) void openFile(files[0]); };
+    /** @type {Record<string, (e: any) => void>} */
+    const on = {
+      dragover: (e) => { if (e.dataTransfer?.types.includes("Files")) { e.preventDefault(); dropping.value = true; } },
+      dragleave: (e) => { if (!e.relatedTarget) dropping.value = false; },
+      drop: (e) => { e.preventDefault(); dropping.value = false; take(e.dataTransfer?.files); },
+      paste: (e) => take(e.clipboardData?.files),
+    };
+    for (const [type, listener] of Object.entries(on)) addEventListener(type, listener);
+    return () => { for (const [type, listener] of Object.entries(on)) removeEventListener(type, listener); };
+  }, []);
+  return html`<input ref=${input} type="file" data-testid="file" class="sr" tabindex="-1" aria-hidden="true" accept=${PICTURES}
+    onChange=${() => { const it = input.current; if (it?.files?.[0]) void openFile(it.files[0]); if (it) it.value = ""; }}/>`;
+}
+
+async function start() {
+  render(html`<${App}/>`, /** @type {HTMLElement} */ (document.getElementById("app")));
+  startKeys();
+  startFitting();
+  startSaving();
+  startComparing();
+  await loadLists();
+  await startRouter();
+}
+
+void start();

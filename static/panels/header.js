@@ -1,0 +1,46 @@
+// Top of the page: where the picture comes from, the steps, whether all is kept, and the one bright button.
+import { signal } from "@preact/signals";
+import { online } from "../api.js";
+import { run } from "../actions.js";
+import { draft } from "../draft.js";
+import { ago } from "../format.js";
+import { html } from "../html.js";
+import { busy, camera, help, snapshot, step } from "../state.js";
+import { nextThing, steps } from "../steps.js";
+
+const now = signal(Date.now());
+setInterval(() => { now.value = Date.now(); }, 1000);
+
+export function Header() {
+  return html`<header>
+    <a class="brand" href="#/" aria-label="Touchline, start page"><${Logo}/><span>Touchline</span></a>
+    ${snapshot.value && html`<span class="pill" title="Where the picture comes from">${camera.value?.name ?? "Picture from a file"}
+      <small>${snapshot.value.width} × ${snapshot.value.height} px</small></span>`}
+    <nav aria-label="Steps"><ol>${steps.value.map(({ id, label, done, open, sentence }) => html`<li key=${id}>
+      <button type="button" data-testid=${`step-${id}`} class=${id === step.value ? "now" : done ? "done" : "todo"} disabled=${!open}
+        aria-current=${id === step.value ? "step" : undefined} title=${sentence} onClick=${() => run(`step-${id}`)}>
+        <span aria-hidden="true" class="mark">${id === step.value ? "●" : done ? "✓" : "○"}</span>${label}<span class="sr">${done ? ", done. " : ". "}${sentence}</span>
+      </button></li>`)}</ol></nav>
+    <${Saved}/>
+    <button type="button" class="round" data-testid="help" aria-label="Open help" aria-expanded=${help.value !== ""} onClick=${() => run(help.value ? "escape" : "manual")}>?</button>
+    <${Next}/>
+  </header>`;
+}
+
+function Next() {
+  const { action, label, missing } = nextThing.value;
+  const waits = busy.value !== "" || missing !== "";
+  return html`<button type="button" class="go" data-testid="next" aria-disabled=${waits} title=${missing || undefined}
+    onClick=${() => { if (!waits) run(action); }}>${busy.value || label}</button>`;
+}
+
+function Saved() {
+  const { state, at } = draft.value;
+  if (state === "none") return html`<span class="saved"></span>`;
+  const text = !online.value || state === "away" ? "Kept in this browser" : state === "saved" ? `Saved ${ago(at, now.value)}`
+    : state === "unsaved" ? "Saving…" : "Not saved";
+  return html`<span class=${`saved ${state}`} data-testid="saved" data-state=${state}>${text}</span>`;
+}
+
+const Logo = () => html`<svg width="22" height="22" viewBox="0 0 22 22" aria-hidden="true"><path fill="none" stroke="currentColor" stroke-width="2" stroke-linecap="round"
+  d="M3 3Q6 11 3 19M19 3Q16 11 19 19M3 3Q11 6 19 3M3 19Q11 16 19 19"/></svg>`;

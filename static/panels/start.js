@@ -1,0 +1,30 @@
+// The first thing anybody sees: cameras, a place to drop a picture, and the pictures that were worked on.
+import { run } from "../actions.js";
+import { address } from "../api.js";
+import { dayAndTime } from "../format.js";
+import { html } from "../html.js";
+import { openSnapshot, takePicture } from "../pictures.js";
+import { busy, cameras, fields, snapshots } from "../state.js";
+
+export function Start() {
+  return html`<div class="start">
+    <h1>Calibrate a camera</h1>
+    <p class="dim">Take a picture of the empty field, click along its four borders, and get field millimetres for every pixel.</p>
+    ${cameras.value.length > 0 && html`<section aria-label="Cameras"><h2>Take a picture with a camera</h2>
+      <ul class="cards">${cameras.value.map(({ id, name, field }) => html`<li key=${id}>
+        <button type="button" class="card" data-testid=${`camera-${id}`} disabled=${busy.value !== ""} onClick=${() => void takePicture(id)}>
+          <${Lens}/><b>Take a picture with ${name}</b><small>${fields.value.find((f) => f.name === field)?.title ?? field ?? ""}</small>
+        </button></li>`)}</ul></section>`}
+    <section aria-label="Open a picture"><h2>${cameras.value.length ? "Or use a picture you have" : "Use a picture you have"}</h2>
+      <button type="button" class="drop" data-testid="drop" disabled=${busy.value !== ""} onClick=${() => run("open")}>
+        <b>${busy.value || "Open a picture…"}</b><small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small></button></section>
+    ${snapshots.value.length > 0 && html`<section aria-label="Earlier pictures"><h2>Go on with an earlier picture</h2>
+      <ul class="recent">${snapshots.value.map((s) => html`<li key=${s.id}>
+        <button type="button" data-testid=${`recent-${s.id}`} onClick=${() => void openSnapshot(s, "borders")} aria-label=${`Go on with the picture of ${dayAndTime(s.taken_at)}`}>
+          <img loading="lazy" alt="" src=${address(`/snapshots/${s.id}/image.jpg`)}/><small>${dayAndTime(s.taken_at)}<br/>${s.width} × ${s.height} px</small>
+        </button></li>`)}</ul></section>`}
+  </div>`;
+}
+
+const Lens = () => html`<svg width="34" height="34" viewBox="0 0 34 34" aria-hidden="true" fill="none" stroke="currentColor" stroke-width="1.8">
+  <circle cx="17" cy="17" r="13"/><circle cx="17" cy="17" r="6"/><path d="M17 4v4M17 26v4M4 17h4M26 17h4"/></svg>`;

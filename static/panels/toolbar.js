@@ -1,0 +1,28 @@
+// The tools above the picture: buttons of actions, nothing else.
+import { ACTIONS, run } from "../actions.js";
+import { html } from "../html.js";
+import { printed } from "../keys.js";
+import { step } from "../state.js";
+
+const EDIT = ["pick", "pan", "|", "undo", "redo", "delete", "|", "zoom-out", "zoom-in", "zoom-fit", "lines"];
+const COMPARE = ["raw", "wipe", "corrected", "|", "lines", "|", "zoom-out", "zoom-in", "zoom-fit"];
+const LOOK = ["zoom-out", "zoom-in", "zoom-fit"];
+
+export function Toolbar() {
+  const ids = step.value === "compare" ? COMPARE : step.value === "borders" || step.value === "model" ? EDIT : LOOK;
+  return html`<div class="tools" role="toolbar" aria-label="Tools" data-off-stage>
+    ${ids.map((id, i) => (id === "|" ? html`<i key=${i}></i>` : html`<${ActionButton} key=${id} id=${id} withKey/>`))}
+  </div>`;
+}
+
+/** A button for one action. @param {{ id: string, label?: string, withKey?: boolean, kind?: string }} props */
+export function ActionButton({ id, label, withKey = false, kind = "" }) {
+  const action = ACTIONS.get(id);
+  if (!action) throw new Error(`No action is called ${id}.`);
+  const key = action.keys?.[0];
+  return html`<button type="button" class=${kind} data-testid=${`do-${id}`} disabled=${!(action.enabled?.() ?? true)}
+      aria-pressed=${action.pressed ? String(action.pressed()) : undefined} aria-label=${action.label}
+      aria-keyshortcuts=${key?.replace("ctrl", "Control").replace("shift", "Shift")} title=${key ? `${action.label} (${printed(key)})` : action.label} onClick=${() => run(id)}>
+    ${label ?? action.short ?? action.label}${withKey && key && key.length === 1 && key >= "a" ? html` <kbd>${printed(key)}</kbd>` : ""}
+  </button>`;
+}

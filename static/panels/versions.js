@@ -1,0 +1,43 @@
+// Saved versions: what can be downloaded, which one the camera uses, and how to go back.
+import { address } from "../api.js";
+import { dayAndTime, mm, pct } from "../format.js";
+import { html } from "../html.js";
+import { camera } from "../state.js";
+import { activate, canActivate, isSaved, version, versions } from "../versions.js";
+import { correctedAddress } from "../layers/compare.js";
+import { ActionButton } from "./toolbar.js";
+
+export function ComparePanel() {
+  const it = version.value;
+  if (!it) return html`<section><h2>Compare</h2><p class="dim">Nothing is saved to compare yet.</p><div class="line"><${ActionButton} id="step-model" label="Go to model"/></div></section>`;
+  const { before_pct, after_pct } = it.report.distortion;
+  return html`<section aria-label="Compare"><h2>Version ${it.version}, ${dayAndTime(it.created_at)}</h2>
+      ${!isSaved.value && html`<p class="warning-line" data-testid="changed">The clicks have changed since; this is what was saved.</p>`}
+      <ul class="plain facts"><li>Corrected picture <b>${it.corrected_size[0]} × ${it.corrected_size[1]} px</b></li>
+        <li>Distortion <b>${pct(before_pct)} % → ${pct(after_pct)} %</b></li></ul>
+      <p class="dim">Drag the bar across the picture: what is bent on the left must be straight on the right. Press L to lay the field's lines over both.</p></section>
+    <${Downloads}/>`;
+}
+
+export function Downloads() {
+  const it = version.value;
+  if (!it) return null;
+  const name = `touchline-v${it.version}`, link = (/** @type {string} */ format) => address(`/calibrations/${it.id}/export/${format}`);
+  return html`<section aria-label="Downloads"><h2>Download</h2><ul class="plain downloads">
+    <li><a data-testid="download-json" href=${link("json")} download=${`${name}.json`}>Download calibration (JSON)</a><small>Everything; can be read back.</small></li>
+    <li><a data-testid="download-npz" href=${link("npz")} download=${`${name}.npz`}>Download remap table (NPZ)</a><small>For cv2.remap in your own program.</small></li>
+    <li><a data-testid="download-png" href=${correctedAddress(it.id, "png")} download=${`${name}.png`}>Download corrected picture (PNG)</a></li></ul></section>`;
+}
+
+export function VersionsPanel() {
+  return html`<section aria-label="Versions"><h2>${camera.value ? `Versions for ${camera.value.name}` : "Saved versions"}</h2>
+      <ul class="versions" data-testid="versions">${versions.value.map((v) => html`<li key=${v.id} class=${v.id === version.value?.id ? "now" : ""}>
+        <div><b>Version ${v.version}</b> <span class="dim">${dayAndTime(v.created_at)}</span>${v.active && html` <b class="level good">Active</b>`}
+          ${v.note && html`<small>${v.note}</small>`}</div>
+        <em>${mm(v.report?.verdict?.mm)} mm</em>
+        ${camera.value && canActivate.value && !v.active && html`<button type="button" data-testid=${`activate-${v.version}`} onClick=${() => void activate(v.id)}>Activate</button>`}
+      </li>`)}</ul>
+      ${!canActivate.value && html`<p class="dim">This server cannot activate versions yet; use a version by its id over REST, or download it.</p>`}
+      ${camera.value === null && html`<p class="dim">The picture is a file, so there is no camera to activate it for. Download it, or use it over REST.</p>`}</section>
+    <${Downloads}/>`;
+}

@@ -1,0 +1,95 @@
+// Bringing a picture to the page: from a file, the clipboard, a camera, or the ones that are kept.
+import { call, request } from "./api.js";
+import { change, doc } from "./document.js";
+import { closeDraft, openDraft } from "./draft.js";
+import { busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "./state.js";
+import { findVersion, forgetVersion } from "./versions.js";
+import { fit } from "./view.js";
+
+const LAST_FIELD = "touchline.field"; // a team calibrates the same field again and again
+
+/** Lists that the page is built from; one that fails leaves the others standing. */
+export async function loadLists() {
+  const fill = async (/** @type {string} */ path, /** @type {(items: any[]) => void} */ keep) => {
+    try {
+      keep((await call("GET", path)).items);
+    } catch (error) {
+      tellError(error);
+    }
+  };
+  await Promise.all([
+    fill("/fields", (items) => { fields.value = items; }), fill("/models", (items) => { models.value = items; }),
+    fill("/cameras", (items) => { cameras.value = items; }), fill("/snapshots?limit=12", (items) => { snapshots.value = items; }),
+  ]);
+}
+
+/** Upload a file and work on it. @param {Blob & { name?: string }} file */
+export async function openFile(file) {
+  const body = new FormData();
+  body.append("file", file, file.name || "picture");
+  await bring(`Opening ${file.name || "the picture"}…`, async () => (await request("POST", "/snapshots", { body })).json());
+}
+
+/** Take one frame from a camera and work on it. @param {string} id */
+export async function takePicture(id) {
+  await bring("Taking a picture…", () => call("POST", "/snapshots", { camera: id }));
+}
+
+/** @param {string} doing @param {() => Promise<import("./types").Snapshot>} fetchIt */
+async function bring(doing, fetchIt) {
+  if (busy.value) return;
+  busy.value = doing;
+  try {
+    const picture = await fetchIt();
+    snapshots.value = [picture, ...snapshots.value.filter((s) => s.id !== picture.id)];
+    notices.value = [];
+    await openSnapshot(picture, "picture");
+  } catch (error) {
+    tellError(error);
+  } finally {
+    busy.value = "";
+  }
+}
+
+/** Work on a kept picture, where its draft stands. @param {import("./types").Snapshot} picture @param {import("./types").StepId} at */
+export async function openSnapshot(picture, at) {
+  closePicture();
+  await openDraft(picture.id);
+  snapshot.value = picture;
+  fit(picture);
+  step.value = at;
+  help.value = "";
+  if (!doc.value.field) change({ ...doc.value, ...firstGuess(picture) });
+  await findVersion(picture.id);
+}
+
+/** The same by its id, from the address bar. @param {string} id @param {import("./types").StepId} at */
+export async function openById(id, at) {
+  try {
+    await openSnapshot(await call("GET", `/snapshots/${encodeURIComponent(id)}`), at);
+  } catch (error) {
+    closePicture();
+    step.value = "camera";
+    const { message } = /** @type {Error} */ (error);
+    tell({ level: "warn", text: `The picture of this address cannot be opened: ${message}`, fix: "Open another picture." });
+  }
+}
+
+export function closePicture() {
+  snapshot.value = null;
+  selection.value = [];
+  closeDraft();
+  forgetVersion();
+}
+
+/** What the camera looks at, else the field used last. @param {import("./types").Snapshot} picture */
+function firstGuess(picture) {
+  const camera = cameras.value.find((c) => c.id === picture.camera);
+  const name = camera?.field ?? localStorage.getItem(LAST_FIELD);
+  const field = fields.value.find((f) => f.name === name) ?? fields.value[0];
+  const regions = Object.keys(field?.regions ?? {});
+  return { field: field?.name ?? null, region: regions.includes(camera?.region ?? "") ? camera?.region ?? null : regions[0] ?? null };
+}
+
+/** @param {string} name */
+export const rememberField = (name) => localStorage.setItem(LAST_FIELD, name);

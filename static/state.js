@@ -1,0 +1,61 @@
+// What the page knows besides the document: lists from the server, the picture, what is selected and shown.
+import { computed, signal } from "@preact/signals";
+import { doc, pointsOf } from "./document.js";
+
+/** @typedef {import("./types").Pick} Pick */
+
+export const step = signal(/** @type {import("./types").StepId} */ ("camera"));
+
+export const fields = signal(/** @type {import("./types").Field[]} */ ([]));
+export const models = signal(/** @type {import("./types").Model[]} */ ([]));
+export const cameras = signal(/** @type {import("./types").Camera[]} */ ([]));
+export const snapshots = signal(/** @type {import("./types").Snapshot[]} */ ([]));
+/** The picture that is being worked on. */
+export const snapshot = signal(/** @type {import("./types").Snapshot | null} */ (null));
+/** What is under way, in words: "Opening the picture…". */
+export const busy = signal("");
+
+/** What the next click lies on: a border, or a line, arc or landmark of the field. */
+export const active = signal("left");
+export const selection = signal(/** @type {Pick[]} */ ([]));
+export const tool = signal(/** @type {"pick" | "pan"} */ ("pick"));
+/** Where the pointer is, in picture pixels; touch: the loupe must get out from under a finger. */
+export const pointer = signal(/** @type {{ x: number, y: number, touch: boolean, down: boolean } | null} */ (null));
+export const box = signal(/** @type {{ x0: number, y0: number, x1: number, y1: number } | null} */ (null));
+export const showLines = signal(false);
+export const help = signal(/** @type {"" | "manual" | "keys"} */ (""));
+
+/** Compare: what is shown, and where the wipe stands as a share of the stage's width. */
+export const compare = signal(/** @type {{ mode: "raw" | "wipe" | "corrected", at: number }} */ ({ mode: "wipe", at: 0.5 }));
+
+export const field = computed(() => fields.value.find((f) => f.name === doc.value.field) ?? null);
+export const region = computed(() => (doc.value.region && field.value?.regions[doc.value.region]) || null);
+/** How far the field is turned in the picture: the operator's choice, else the region's own. */
+export const rotation = computed(() => doc.value.rotate ?? region.value?.rotate ?? 0);
+export const camera = computed(() => cameras.value.find((c) => c.id === snapshot.value?.camera) ?? null);
+export const model = computed(() => models.value.find((m) => m.name === doc.value.model) ?? null);
+export const editing = computed(() => snapshot.value !== null && (step.value === "borders" || step.value === "model"));
+
+/** Whether a feature of the field is one spot, or anywhere along a line. @param {string} feature @returns {"line" | "landmark"} */
+export const kindOf = (feature) => (field.value && feature in field.value.landmarks ? "landmark" : "line");
+
+/** The selected points that still exist. */
+export const picked = computed(() =>
+  selection.value.filter((p) => p.index < pointsOf(doc.value, p.feature).length));
+
+let lastNotice = 0;
+export const notices = signal(/** @type {import("./types").Notice[]} */ ([]));
+
+/** Tell the operator something that stays until it is dismissed. @param {Omit<import("./types").Notice, "id">} notice */
+export function tell(notice) {
+  notices.value = [...notices.value.filter((n) => n.text !== notice.text), { ...notice, id: ++lastNotice }];
+}
+
+/** Tell what went wrong, with its fix. @param {unknown} error */
+export function tellError(error) {
+  const { message, fix } = /** @type {{ message: string, fix?: string }} */ (error);
+  tell({ level: "warn", text: message, fix: fix ?? "Check that the server runs; the page tries again by itself." });
+}
+
+/** @param {number} id */
+export const dismiss = (id) => { notices.value = notices.value.filter((n) => n.id !== id); };

@@ -1,0 +1,94 @@
+// The pick tool: press on a point to drag it, press beside one to add one; Shift and drag selects a box.
+import { cancelDrag, doc, endDrag, showWhileDragging } from "../document.js";
+import { isOnPicture, select, withAdded, withMoved } from "../editing.js";
+import { active, box, picked, selection } from "../state.js";
+import { toPicture, toStage } from "../view.js";
+
+/** @typedef {import("../types").Pick} Pick @typedef {{ x: number, y: number, touch: boolean, shift: boolean, ctrl: boolean }} At stage pixels */
+
+const REACH_PX = 11, REACH_TOUCH_PX = 22; // how near a press must be to hold a point
+const STILL_PX = 3; // a press that moves less is a click: hands shake
+const PREFER_PX = 4; // points of the active line win by so much
+
+/** @type {{ before: import("../types").Doc, from: At, picks: Pick[], added: boolean, moved: boolean } | null} */
+let drag = null;
+
+/** The nearest point within reach. @param {At} at @returns {Pick | null} */
+export function pointAt({ x, y, touch }) {
+  let best = null, nearest = touch ? REACH_TOUCH_PX : REACH_PX;
+  for (const { feature, points } of doc.value.observations) {
+    if (typeof feature !== "string") continue;
+    points.forEach((p, index) => {
+      const [sx, sy] = toStage(...p);
+      const distance = Math.hypot(sx - x, sy - y) - (feature === active.value ? PREFER_PX : 0);
+      if (distance < nearest) { best = { feature, index }; nearest = distance; }
+    });
+  }
+  return best;
+}
+
+/** @param {At} at */
+function down(at) {
+  const hit = pointAt(at), before = doc.value;
+  if (at.shift && !hit) {
+    box.value = { x0: at.x, y0: at.y, x1: at.x, y1: at.y };
+  } else if (hit && (at.ctrl || at.shift)) {
+    const rest = picked.value.filter((p) => !isSame(p, hit));
+    selection.value = rest.length < picked.value.length ? rest : [...rest, hit];
+  } else if (hit) {
+    const picks = picked.value.some((p) => isSame(p, hit)) ? picked.value : [hit];
+    selection.value = picks;
+    active.value = hit.feature;
+    drag = { before, from: at, picks, added: false, moved: false };
+  } else if (isOnPicture(...toPicture(at.x, at.y))) {
+    const { next, pick } = withAdded(before, active.value, ...toPicture(at.x, at.y));
+    showWhileDragging(next);
+    selection.value = [pick];
+    drag = { before, from: at, picks: [pick], added: true, moved: false };
+  }
+}
+
+/** @param {At} at */
+function move(at) {
+  if (box.value) box.value = { ...box.value, x1: at.x, y1: at.y };
+  if (!drag) return;
+  const { before, from, picks, added } = drag;
+  if (!drag.moved && Math.hypot(at.x - from.x, at.y - from.y) < STILL_PX) return;
+  drag.moved = true;
+  const [x0, y0] = toPicture(from.x, from.y), [x, y] = toPicture(at.x, at.y);
+  const start = added ? withAdded(before, picks[0].feature, x0, y0).next : before;
+  showWhileDragging(withMoved(start, picks, x - x0, y - y0));
+}
+
+function up() {
+  if (box.value) {
+    const { x0, y0, x1, y1 } = box.value;
+    box.value = null;
+    select(within(Math.min(x0, x1), Math.min(y0, y1), Math.max(x0, x1), Math.max(y0, y1)));
+  }
+  if (drag && (drag.moved || drag.added)) endDrag(drag.before);
+  drag = null;
+}
+
+/** A second finger, or Escape: as if nothing had been pressed. */
+function cancel() {
+  box.value = null;
+  if (drag) {
+    cancelDrag(drag.before);
+    if (drag.added) selection.value = [];
+  }
+  drag = null;
+}
+
+/** @param {number} x0 @param {number} y0 @param {number} x1 @param {number} y1 @returns {Pick[]} */
+function within(x0, y0, x1, y1) {
+  return doc.value.observations.flatMap(({ feature, points }) => points.flatMap((p, index) => {
+    const [sx, sy] = toStage(...p);
+    return typeof feature === "string" && sx >= x0 && sx <= x1 && sy >= y0 && sy <= y1 ? [{ feature, index }] : [];
+  }));
+}
+
+/** @param {Pick} a @param {Pick} b */
+const isSame = (a, b) => a.feature === b.feature && a.index === b.index;
+
+export const pick = { down, move, up, cancel };

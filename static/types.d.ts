@@ -1,0 +1,54 @@
+// The shapes that cross the page: what the server sends (REST contract) and what the operator edits.
+
+export type Point = [number, number];
+export type Border = "left" | "right" | "top" | "bottom";
+export type StepId = "camera" | "picture" | "borders" | "model" | "compare" | "activate";
+
+export interface Observation { feature: string | Point; kind: "line" | "landmark"; points: Point[]; z_mm?: number }
+/** The operator's document: small, copied whole at every change, so that undo is an earlier copy. */
+export interface Doc {
+  field: string | null; region: string | null; rotate: number | null;
+  model: string; options: Record<string, unknown>; observations: Observation[];
+}
+/** One clicked point: which border, line, arc or landmark, and which of its points. */
+export interface Pick { feature: string; index: number }
+
+export interface Snapshot { id: string; width: number; height: number; camera: string | null; taken_at: string; sha256: string }
+export interface Camera { id: string; name: string; source: string; field?: string | null; region?: string | null }
+export interface Line { name: string; from: Point; to: Point; width_mm: number }
+export interface Arc { name: string; centre: Point; radius_mm: number; start_deg: number; end_deg: number }
+export interface Region { name: string; x: Point; y: Point; rotate: number; width_mm: number; height_mm: number }
+export interface Field {
+  name: string; title: string; length_mm: number; width_mm: number; lines: Line[]; arcs: Arc[];
+  landmarks: Record<string, Point>; regions: Record<string, Region>;
+}
+export interface Option {
+  name: string; type: string; default: unknown; help: string;
+  range: Point | null; unit: string | null; choices: string[];
+}
+export interface Model { name: string; title: string; help: string; points_needed: string; options: Option[] }
+
+/** POST /fit/border, with the points that it answers for. */
+export interface Curve {
+  degree: number; degree_reason: string; rms_px: number; loo_rms_px: number | null; residuals_px: number[];
+  outliers: number[]; curve: Point[]; distortion_pct: number; kind: string | null; points: Point[];
+}
+export interface Refusal { detail: string; fix: string; title?: string }
+export interface Warning { reason: string; text: string; fix: string; feature: string | null; index: number | null }
+export interface Feature { feature: string; kind: string; points: (Point | null)[] }
+export interface Distortion { before_pct: number | null; after_pct: number | null }
+export interface Report {
+  rms_px: number | null; max_px: number | null; rms_mm: number | null; max_mm: number | null; cv_rms_mm: number | null;
+  distortion: Distortion & { kind: string; per_border: Record<string, Distortion> };
+  degree?: Record<string, { degree: number; reason: string }>;
+  per_feature: { feature: string | Point; n: number; used: boolean; rms_px: number | null; rms_mm: number | null; max_mm: number | null }[];
+  verdict: { mm: number | null; level: "good" | "fair" | "poor" | "unknown"; sentence: string };
+  warnings: Warning[];
+}
+export interface Preview { report: Report; corrected_size: Point; overlay: Feature[] }
+export interface Calibration {
+  id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
+  model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;
+  corrected_size: Point; created_at: string; active: boolean; note: string;
+}
+export interface Notice { id: number; level: "info" | "warn"; text: string; fix: string; action?: { label: string; run: () => void } }

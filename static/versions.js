@@ -1,0 +1,82 @@
+// Saved calibrations: immutable versions of what the document gave.
+import { computed, signal } from "@preact/signals";
+import { Problem, call } from "./api.js";
+import { doc, same } from "./document.js";
+import { fitBody } from "./fitting.js";
+import { busy, rotation, snapshot, step, tellError } from "./state.js";
+
+/** The newest version of this picture, and its neighbours of the same camera. */
+export const version = signal(/** @type {import("./types").Calibration | null} */ (null));
+export const versions = signal(/** @type {import("./types").Calibration[]} */ ([]));
+export const note = signal("");
+/** False where this server cannot activate yet. */
+export const canActivate = signal(true);
+
+/** Whether the saved version is what the document says now. */
+export const isSaved = computed(() => {
+  const saved = version.value, now = doc.value;
+  return saved !== null && saved.field === now.field && saved.region === now.region && saved.rotate === rotation.value
+    && saved.model.name === now.model && same(given(saved.options), given(now.options))
+    && same(saved.observations.map(plain), now.observations.map(plain));
+});
+
+/** Options that say something, in one order. @param {Record<string, unknown>} options */
+const given = (options) => Object.entries(options).filter(([, v]) => v !== null).toSorted();
+
+/** @param {import("./types").Observation} o */
+const plain = ({ feature, kind, points, z_mm = 0 }) => [feature, kind, points, z_mm];
+
+/** Save what the document gives as a new version, unless the newest one is just that; then compare. */
+export async function saveVersion() {
+  if (!isSaved.value) {
+    busy.value = "Saving the calibration…";
+    try {
+      const camera = snapshot.value?.camera;
+      const body = { ...fitBody(doc.value), ...(camera ? { camera } : {}), note: note.value };
+      version.value = await call("POST", "/calibrations", body);
+      note.value = "";
+      await list();
+    } catch (error) {
+      tellError(error);
+      return;
+    } finally {
+      busy.value = "";
+    }
+  }
+  step.value = "compare";
+}
+
+/** @param {string} id */
+export async function activate(id) {
+  try {
+    await call("POST", `/calibrations/${id}/activate`);
+    if (version.value?.id === id) version.value = { ...version.value, active: true };
+    await list();
+  } catch (error) {
+    if (error instanceof Problem && (error.status === 404 || error.status === 405)) canActivate.value = false;
+    else tellError(error);
+  }
+}
+
+/** After a reload: the newest version that came from this picture. @param {string} picture */
+export async function findVersion(picture) {
+  try {
+    await list();
+    const newest = versions.value.find((v) => v.snapshot === picture);
+    if (newest && snapshot.value?.id === picture) version.value = await call("GET", `/calibrations/${newest.id}`);
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+export function forgetVersion() {
+  version.value = null;
+  versions.value = [];
+  note.value = "";
+}
+
+async function list() {
+  const camera = snapshot.value?.camera;
+  const found = await call("GET", `/calibrations?limit=20${camera ? `&camera=${encodeURIComponent(camera)}` : ""}`);
+  versions.value = found.items;
+}
