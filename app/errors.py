@@ -9,7 +9,8 @@
     ├── Conflict                  it exists, but not in the state that is wanted (409)
     ├── Stale                     somebody else was faster                       (412)
     ├── Cancelled                 the caller asked to stop                       (409)
-    └── Unavailable               a part that we need is down or full            (503)
+    └── Unavailable               a part that we need is down or busy            (503)
+        └── DiskFull              nothing more can be saved                      (507)
 """
 
 from typing import ClassVar
@@ -81,3 +82,8 @@ class Cancelled(TouchlineError):
 class Unavailable(TouchlineError):
     status = 503
     reason = "unavailable"
+
+
+class DiskFull(Unavailable):
+    status = 507
+    reason = "disk-full"

@@ -12,7 +12,7 @@ from app.exports import EXPORTS
 from app.geometry import Points, as_points
 from app.images import Limits, encode, frame_from_bytes
 from app.records import Calibration, Frame
-from app.store.field_shelf import write_whole
+from app.store.files import write_whole
 
 POINTS_KEYS = ("observations", "field", "region", "rotate", "model", "options", "image_size", "note")
 POINTS_FORM = 'Give a list of observations, or {"field": …, "region": …, "observations": […]}.'

@@ -1,7 +1,5 @@
 """All fields by name: those that come with Touchline, and the operator's own, which can be written."""
 
-import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from threading import Lock
@@ -13,6 +11,7 @@ from app.errors import BadInput, Conflict, NotFound
 from app.field import Field
 from app.field_reader import field_from_json
 from app.store.fields import load_fields
+from app.store.files import keeping, make_folder, write_whole
 
 MAX_OWN = 500
 
@@ -58,8 +57,8 @@ class FieldShelf(Mapping[str, Field]):
             if name not in self._own and len(self._own) >= MAX_OWN:
                 raise Conflict(f"There are {MAX_OWN} fields already.", "Change one of them.", reason="too-many-fields")
             text = yaml.safe_dump(field.to_json(), allow_unicode=True, sort_keys=False)
-            self._folder.mkdir(parents=True, exist_ok=True)
-            write_whole(self._folder / f"{name}.yaml", text.encode())
+            with keeping("The field"):
+                write_whole(make_folder(self._folder) / f"{name}.yaml", text.encode())
             self._own = {**self._own, name: field}
         return field
 
@@ -67,17 +66,3 @@ class FieldShelf(Mapping[str, Field]):
         if name in self._ours:
             raise Conflict(f"The field {name} comes with Touchline and stays as it is.",
                            "Give yours a name of its own.", reason="shipped-field")
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file so that it is either whole or not there: beside it, flushed, then moved over."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise

@@ -1,0 +1,132 @@
+"""What is kept: snapshots, drafts and calibrations in files of one data folder, and fields as YAML.
+
+What a Store answers is a contract; that it is files is not. Every file is whole or not there, carries its
+checksum, and is checked whenever it is read; a damaged one is moved to quarantine/ and named in `damaged`.
+What a call has returned survives a killed process and a power cut. One process at a time holds a data folder.
+
+    with Store(folder) as store:
+        snapshot = store.add_snapshot(data, frame.size, declared.format, camera="north")
+        draft = store.save_draft(snapshot.id, body, etag=store.draft(snapshot.id).etag)
+        calibration = store.save(calibration)
+        store.activate(calibration.id)
+
+files.py writes, records.py adds the checksum, quarantine.py takes the damaged, lock.py keeps others out; snapshots,
+drafts and calibrations are a shelf each. Fields stand apart (field_shelf.py): they are written by people too.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any, Self
+
+from app.errors import Unavailable
+from app.geometry import ImageSize
+from app.records import Calibration
+from app.store.calibrations import Calibrations
+from app.store.drafts import EMPTY, Draft, Drafts
+from app.store.files import make_folder
+from app.store.lock import FolderLock
+from app.store.quarantine import Damage, DamagedFile, Quarantine
+from app.store.shelf import Clock, Page, utc_now
+from app.store.snapshots import Snapshot, Snapshots
+
+__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "Page", "Snapshot", "Store"]
+
+
+class Store:
+    """Everything in one data folder; thread-safe. Close it, or use it as a context.
+
+    clock: for the dates that people read; no order and no number rests on it.
+    """
+
+    def __init__(self, folder: Path, clock: Clock = utc_now) -> None:
+        self.folder = Path(folder).absolute()
+        with _usable(self.folder), ExitStack() as undo:
+            make_folder(self.folder)
+            self._lock = FolderLock(self.folder)
+            undo.callback(self._lock.release)
+            self._quarantine = Quarantine(self.folder / "quarantine")
+            self._snapshots = Snapshots(self.folder, self._quarantine, clock)
+            self._drafts = Drafts(self.folder, self._quarantine, clock)
+            self._calibrations = Calibrations(self.folder, self._quarantine, clock)
+            undo.pop_all()
+
+    def close(self) -> None:
+        """Let another process have the folder."""
+        self._lock.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # Snapshots
+
+    def add_snapshot(self, data: bytes, size: ImageSize, format: str, camera: str | None = None) -> Snapshot:
+        """Keep the bytes of a picture that was decoded. format: "png", "jpeg", "bmp" or "webp"."""
+        return self._snapshots.add(data, size, format, camera)
+
+    def snapshot(self, id: str) -> Snapshot:
+        """What a snapshot is; NotFound."""
+        return self._snapshots.get(id)
+
+    def picture(self, id: str) -> bytes:
+        """A snapshot's bytes as they came: still a stranger's, so only images.py decodes them."""
+        return self._snapshots.picture(id)
+
+    def snapshots(self, limit: int = 50, cursor: str | None = None) -> Page[Snapshot]:
+        """Newest first."""
+        return self._snapshots.list(limit, cursor)
+
+    # Drafts
+
+    def draft(self, snapshot: str) -> Draft:
+        """The work in progress on a snapshot, EMPTY before the first save; NotFound for an unknown snapshot."""
+        return self._drafts.get(self.snapshot(snapshot).id)
+
+    def save_draft(self, snapshot: str, body: Mapping[str, Any], etag: str) -> Draft:
+        """Save over the draft with that ETag; Stale, with `current` and `etag` in its details, if it is not the last."""
+        return self._drafts.save(self.snapshot(snapshot).id, body, etag)
+
+    # Calibrations
+
+    def save(self, calibration: Calibration) -> Calibration:
+        """Keep it as a new version of its camera's; id, version and created_at are given here."""
+        return self._calibrations.add(calibration)
+
+    def calibration(self, id: str) -> Calibration:
+        """One version, as it was saved; NotFound."""
+        return self._calibrations.get(id)
+
+    def calibrations(self, camera: str | None = None, limit: int = 50, cursor: str | None = None) -> Page[Calibration]:
+        """Newest first; of all cameras where none is named."""
+        return self._calibrations.list(camera, limit, cursor)
+
+    def delete_calibration(self, id: str) -> None:
+        """Forget a version, never to use its number again; Conflict while it is active."""
+        self._calibrations.delete(id)
+
+    def activate(self, id: str) -> Calibration:
+        """Make it its camera's; the former one stays."""
+        return self._calibrations.activate(id)
+
+    def active(self, camera: str | None) -> Calibration | None:
+        """A camera's active version, if there is one."""
+        return self._calibrations.active(camera)
+
+    # Health
+
+    @property
+    def damaged(self) -> tuple[Damage, ...]:
+        """Every damaged file that was moved aside and has not been removed by somebody since."""
+        return self._quarantine.all()
+
+
+@contextmanager
+def _usable(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise Unavailable(f"The data folder {folder} cannot be used: {error.strerror or error}.",
+                          "Name another with --data, or let this user write there.", reason="data-folder") from None

@@ -1,0 +1,30 @@
+"""One server a data folder: two would overwrite each other's work without noticing."""
+
+import fcntl
+import os
+from pathlib import Path
+
+from app.errors import Unavailable
+
+
+class FolderLock:
+    """Held from its making to release(), or to the end of the process, however that comes."""
+
+    def __init__(self, folder: Path) -> None:
+        path = folder / "lock"
+        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        try:
+            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            owner = os.read(self._handle, 20).decode("ascii", "replace").strip()
+            os.close(self._handle)
+            raise Unavailable(f"The data folder {folder} is in use by another Touchline (process {owner or 'unknown'}).",
+                              "End that one, or name another folder with --data.",
+                              reason="data-folder-in-use") from None
+        os.ftruncate(self._handle, 0)
+        os.pwrite(self._handle, f"{os.getpid()}\n".encode(), 0)
+
+    def release(self) -> None:
+        if self._handle >= 0:
+            os.close(self._handle)
+            self._handle = -1
