@@ -4,19 +4,38 @@ import sys
 import time
 import webbrowser
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, closing
 
 from fastapi import APIRouter, FastAPI
 
 from app import __version__, serving
-from app.api import docs, fields, fit, headers, health, models, problems
+from app.api import (
+    calibrations,
+    cameras,
+    docs,
+    drafts,
+    fields,
+    fit,
+    headers,
+    health,
+    models,
+    pictures,
+    points,
+    problems,
+    snapshots,
+)
 from app.api.access import Access, login_router
+from app.api.camera_frames import CameraFrames
+from app.api.frames import Frames
 from app.api.schemas import PROBLEMS
 from app.api.work import new_limiter
+from app.images import ImageDecoder, Limits
 from app.settings import LOOPBACK, Settings, shipped
+from app.sources import Surroundings
+from app.store import Store
 from app.store.field_shelf import FieldShelf
 
-RESOURCES = (health, fields, models, fit)
+RESOURCES = (health, cameras, snapshots, fields, drafts, models, fit, calibrations, points, pictures)
 API = "/api/v1"
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
@@ -25,12 +44,18 @@ A point out of reach is null. Every refusal says what to do in `fix`."""
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """The whole application, from settings alone."""
+    """The whole application, from settings alone. It holds the data folder until it has been served and stopped."""
+    store = Store(settings.data)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        app.state.limiter = new_limiter()
-        yield
+        with (store, ImageDecoder(image_limits(settings)) as decoder,
+              closing(cameras_of(settings, app, decoder)) as taken):
+            app.state.limiter = new_limiter()
+            app.state.decoder = decoder
+            app.state.cameras = taken
+            app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.picture(id)))
+            yield
 
     app = FastAPI(title="Touchline", version=__version__, description=ABOUT, openapi_url=f"{API}/openapi.json",
                   docs_url=None, redoc_url=None, lifespan=lifespan,
@@ -38,6 +63,7 @@ def create_app(settings: Settings) -> FastAPI:
                   telemetry={"tracing": False, "metrics": False, "logs": False})
     app.state.settings = settings
     app.state.started = time.monotonic()
+    app.state.store = store
     app.state.fields = FieldShelf(settings.own_fields)
     problems.install(app)
     api = APIRouter(prefix=API, responses=PROBLEMS)
@@ -46,6 +72,17 @@ def create_app(settings: Settings) -> FastAPI:
     app.include_router(api)
     _add_page(app, settings)
     return app
+
+
+def image_limits(settings: Settings) -> Limits:
+    images = settings.images
+    return Limits(max_bytes=int(images.max_file_mb * 1e6), max_pixels=int(images.max_megapixels * 1e6),
+                  max_side_px=images.max_side_px, wall_s=images.decode_timeout_s)
+
+
+def cameras_of(settings: Settings, app: FastAPI, decoder: ImageDecoder) -> CameraFrames:
+    around = Surroundings(app.state.fields, decoder.frame_from_bytes, settings.shown_pictures)
+    return CameraFrames(settings, around)
 
 
 def _add_page(app: FastAPI, settings: Settings) -> None:

@@ -20,6 +20,7 @@ Count = Annotated[int, Field(ge=1)]
 Seconds = Annotated[float, Field(gt=0, le=3600, allow_inf_nan=False)]
 Megabytes = Annotated[float, Field(gt=0, le=4096, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]
+FORM = "Write name: value lines, as configs/touchline.yaml has them."
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
@@ -72,6 +73,7 @@ class Settings(BaseSettings):
 
     data: Path = Path("data")
     fields: Path | None = None
+    pictures: Path | None = None
     token: Annotated[SecretStr, Field(min_length=16)] | None = None
     server: Server = Server()
     images: Images = Images()
@@ -88,6 +90,11 @@ class Settings(BaseSettings):
     def own_fields(self) -> Path:
         """The folder of the operator's own field definitions."""
         return self.fields or self.data / "fields"
+
+    @property
+    def shown_pictures(self) -> Path:
+        """The folder from which picture:// cameras read."""
+        return self.pictures or self.data / "shown"
 
     def camera(self, id: str) -> CameraSettings:
         """One camera by its id."""
@@ -108,13 +115,11 @@ def read_yaml(path: Path) -> dict[str, Any]:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         place = getattr(error, "problem_mark", None)
         where = f" in line {place.line + 1}" if place else ""
-        raise BadInput(f"The settings file {path} is not YAML{where}.", "Correct it; configs/touchline.yaml shows the form.",
-                       reason="bad-settings") from None
+        raise BadInput(f"The settings file {path} is not YAML{where}.", FORM, reason="bad-settings") from None
     if content is None:
         return {}
     if not isinstance(content, dict):
-        raise BadInput(f"The settings file {path} holds no settings.", "Write name: value lines; configs/touchline.yaml "
-                       "shows the form.", reason="bad-settings")
+        raise BadInput(f"The settings file {path} holds no settings.", FORM, reason="bad-settings")
     return content
 
 
@@ -139,4 +144,5 @@ def load_settings(config: Path | None = None, **given: Any) -> Settings:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"]) or "the settings"
         raise BadInput(f"Settings: {where}: {first['msg'][0].lower()}{first['msg'][1:]}.",
-                       f"Correct it in {chosen}, in TOUCHLINE_… or on the command line.", reason="bad-settings") from None
+                       f"Correct it in {chosen}, in TOUCHLINE_… or on the command line.",
+                       reason="bad-settings") from None

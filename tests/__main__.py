@@ -55,7 +55,8 @@ def install_from_packages() -> str | None:
         return None
     say("No Chromium here: installing the distribution's (apt-get install chromium).")
     quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
-    for command in (["apt-get", "update", "-q"], ["apt-get", "install", "-y", "-q", "--no-install-recommends", "chromium"]):
+    install = ["apt-get", "install", "-y", "-q", "--no-install-recommends", "chromium"]
+    for command in (["apt-get", "update", "-q"], install):
         if prefix:
             command = [*prefix, "env", "DEBIAN_FRONTEND=noninteractive", *command]
         if subprocess.run(command, env=quiet, stdout=subprocess.DEVNULL).returncode:

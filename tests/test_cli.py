@@ -76,8 +76,8 @@ def test_json_prints_the_whole_report(touchline, picture):
 
 
 def test_options_are_read_as_what_they_are(touchline, picture, tmp_path):
-    words = ("calibrate", picture, "--points", CLICKS, "-o", "cal.json", "--option", "degree=4", "--option", "robust=false")
-    assert touchline(*words)[0] == 0
+    options = ("--option", "degree=4", "--option", "robust=false")
+    assert touchline("calibrate", picture, "--points", CLICKS, "-o", "cal.json", *options)[0] == 0
     assert json.loads((tmp_path / "cal.json").read_text())["options"] == {"degree": 4, "robust": False}
 
 
@@ -130,10 +130,12 @@ def test_each_kind_of_trouble_has_its_exit_code(touchline, picture, calibration,
         (2, ("calibrate", picture, *fit, "--option", "degree")),
         (2, ("transform", "-c", calibration, "--from", "image", "--to", "moon", "1,2")),
         (3, ("calibrate", "text.png", *fit)), (3, ("calibrate", small, *fit)),
-        (3, ("calibrate", picture, *fit, "--field", "no-such")), (3, ("calibrate", picture, *fit, "--region", "no-such")),
+        (3, ("calibrate", picture, *fit, "--field", "no-such")),
+        (3, ("calibrate", picture, *fit, "--region", "no-such")),
         (3, ("calibrate", picture, *fit, "--rotate", "45")), (3, ("calibrate", picture, *fit, "--model", "no-such")),
         (3, ("calibrate", picture, *fit, "--option", "degre=3")),
-        (3, ("correct", small, "-c", calibration, "-o", "o.png")), (3, ("correct", picture, "-c", calibration, "-o", "o.xyz")),
+        (3, ("correct", small, "-c", calibration, "-o", "o.png")),
+        (3, ("correct", picture, "-c", calibration, "-o", "o.xyz")),
         (3, ("correct", picture, "-c", CLICKS, "-o", "o.png")),
         (3, ("transform", "-c", calibration, "--from", "image", "--to", "field", "1;2")),
         (3, ("transform", "-c", calibration, "--from", "image", "--to", "field", "nan,2")),
@@ -180,7 +182,8 @@ def test_serve_says_its_address_and_ends_within_five_seconds_of_sigterm(tmp_path
     try:
         url = server.stdout.readline().split()[-1]
         assert json.load(urlopen(url + "api/v1/health", timeout=20))["status"] == "ok"
-        again = subprocess.run([*TOUCHLINE, "serve", "--port", url.rstrip("/").split(":")[-1], "--data", str(tmp_path / "d2")],
+        port = url.rstrip("/").split(":")[-1]
+        again = subprocess.run([*TOUCHLINE, "serve", "--port", port, "--data", str(tmp_path / "d2")],
                                cwd=MANUAL.parents[2], capture_output=True, text=True, timeout=30)
         assert again.returncode == 4 and "fix: Choose another with --port" in again.stderr
         start = time.monotonic()

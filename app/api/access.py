@@ -30,7 +30,8 @@ MAX_ADDRESSES = 1000
 LOGIN_PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Touchline: sign in</title>
 <meta name="viewport" content="width=device-width">
 <style>body{{font:16px system-ui;background:#11151a;color:#dfe5ea;display:grid;place-items:center;min-height:90vh}}
-form{{display:grid;gap:12px;width:22rem}}input,button{{font:inherit;padding:.5rem .7rem;border-radius:6px;border:1px solid #445}}
+form{{display:grid;gap:12px;width:22rem}}
+input,button{{font:inherit;padding:.5rem .7rem;border-radius:6px;border:1px solid #445}}
 button{{background:#2f81f7;color:#fff;border:0}}p{{margin:0;color:#f0b45b}}</style>
 <form method="post" action="/login"><h1>Touchline</h1><label for="token">Access token, as the server printed it</label>
 <input id="token" name="token" type="password" autocomplete="current-password" required autofocus>

@@ -5,11 +5,11 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from starlette.responses import Response
 
 from app.geometry import Points
-
-PICTURE_TYPES = {"png": "image/png", "jpg": "image/jpeg"}
+from app.images import ENCODED_MEDIA_TYPES, encode
 
 
 def json_bytes(value: Any) -> bytes:
@@ -42,3 +42,8 @@ def points_or_null(points: Points) -> list[list[float] | None]:
     """(n, 2) points as JSON, unreachable ones as null."""
     reachable = np.isfinite(points).all(axis=-1)
     return [point if ok else None for point, ok in zip(points.tolist(), reachable.tolist(), strict=True)]
+
+
+def picture(pixels: NDArray[np.uint8], format: str, headers: dict[str, str] | None = None) -> Response:
+    """A picture as a file of that format."""
+    return Response(encode(pixels, format), media_type=ENCODED_MEDIA_TYPES[format], headers=headers)

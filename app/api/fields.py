@@ -1,6 +1,6 @@
 """/fields: the playing fields, ours and the operator's own."""
 
-from typing import Any
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Request
 
@@ -23,6 +23,6 @@ def field(request: Request, name: Id) -> Json:
 
 
 @router.put("/{name}")
-def put_field(request: Request, name: Id, body: dict[str, Any] = Body()) -> Json:
+def put_field(request: Request, name: Id, body: Annotated[dict[str, Any], Body()]) -> Json:
     """Make or change a field of your own; those that come with Touchline stay as they are."""
     return Json(request.app.state.fields.put(name, body).to_json())

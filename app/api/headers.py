@@ -27,8 +27,8 @@ class SafeHeaders:
         self.app = app
         self.headers = {
             "Content-Security-Policy": "default-src 'self'; script-src 'self' " + " ".join(scripts) + "; "
-            "style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; connect-src 'self'; worker-src 'self' blob:; "
-            "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'",
+            "style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; connect-src 'self'; "
+            "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'",
             "X-Content-Type-Options": "nosniff",
             "Referrer-Policy": "same-origin",
         }

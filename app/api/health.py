@@ -14,4 +14,5 @@ router = APIRouter(tags=["health"])
 @router.get("/health", response_model=Health)
 async def health(request: Request) -> Json:
     """Whether the server is up, its version and for how long, s."""
-    return Json({"status": "ok", "version": __version__, "uptime_s": round(time.monotonic() - request.app.state.started, 3)})
+    uptime_s = round(time.monotonic() - request.app.state.started, 3)
+    return Json({"status": "ok", "version": __version__, "uptime_s": uptime_s})

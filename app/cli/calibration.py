@@ -11,7 +11,7 @@ import typer
 
 # OpenCV and numpy load within the commands, so that `touchline --help` and a mistyped option answer at once.
 
-OwnFields = Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="Folder of your own field definitions.")]
+OwnFields = Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="Folder of your own fields.")]
 CalibrationFile = Annotated[Path, typer.Option("--calibration", "-c", metavar="CAL.json", help="As calibrate wrote it, "
                                                "or exported as json.")]
 
@@ -71,7 +71,7 @@ def calibrate(
 def correct(
     image: Annotated[Path, typer.Argument(metavar="IMAGE", help="A picture of the calibration's own size.")],
     calibration: CalibrationFile,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.png", help="The corrected picture, PNG or JPEG.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.png", help="The result, PNG or JPEG.")],
     margin: Annotated[int, typer.Option("--margin", min=0, max=2000, help="Carpet shown around the region, px.")] = 0,
     width: Annotated[int | None, typer.Option("--width", min=16, max=8192, help="Width of the result, px.")] = None,
 ) -> None:

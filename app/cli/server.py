@@ -8,7 +8,7 @@ import typer
 
 DataOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Where everything is kept.")]
 PortOption = Annotated[int | None, typer.Option("--port", min=0, max=65535, help="TCP port; 0 takes any free one.")]
-HostOption = Annotated[str | None, typer.Option("--host", help="Address to listen on; any but 127.0.0.1 wants a token.")]
+HostOption = Annotated[str | None, typer.Option("--host", help="Address to listen on; 127.0.0.1 needs no token.")]
 ConfigOption = Annotated[Path | None, typer.Option("--config", metavar="FILE", help="Settings, the form of "
                                                    "configs/touchline.yaml.")]
 OpenOption = Annotated[bool, typer.Option("--open/--no-browser", help="Open the page in a browser.")]

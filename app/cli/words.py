@@ -9,6 +9,7 @@ from app.errors import TouchlineError
 from app.models import Progress
 
 UNEXPECTED, USAGE, REFUSED, FILE = 1, 2, 3, 4
+FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", "disk-full", "no-settings-file")
 EXIT_CODES = ("Exit codes: 0 done; 1 something broke that should not; 2 the command line is wrong; 3 the input was "
               "refused (points, picture, field, settings); 4 a file, folder or port cannot be used.")
 
@@ -28,8 +29,7 @@ def exit_code_of(error: Exception) -> int:
                             "Check the path, its permissions and the space on the disk.")
     if isinstance(error, TouchlineError):
         print(f"error: {error.what}\nfix: {error.fix}", file=sys.stderr)
-        file_trouble = isinstance(error, FileTrouble) or error.reason in ("port-taken", "data-folder")
-        return FILE if file_trouble else REFUSED
+        return FILE if isinstance(error, FileTrouble) or error.reason in FILE_REASONS else REFUSED
     traceback.print_exception(error)
     print("error: Something broke here that should not.\nfix: Please report it with the lines above.", file=sys.stderr)
     return UNEXPECTED
@@ -43,7 +43,8 @@ def say(text: str) -> None:
 def progress_bar(title: str) -> Iterator[Progress]:
     """A bar on a terminal, nothing elsewhere; gone when the work is done."""
     from rich.console import Console
-    from rich.progress import BarColumn, Progress as Bar, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
 
     console = Console(stderr=True)
     with Bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"),

@@ -1,6 +1,7 @@
 """Every refusal has one form, names its reason and says what to do."""
 
 import json
+import re
 
 import pytest
 
@@ -19,8 +20,9 @@ def refusal(answer, status=None):
     return problem
 
 
-@pytest.mark.parametrize("path", ["/api/v1/nowhere", "/api/nowhere", "/api", "/nowhere.html", "/vendor", "/..%2f..%2fpyproject.toml",
-                                  "/vendor/../../pyproject.toml", "/%2e%2e/pyproject.toml", "/a%00b"])
+@pytest.mark.parametrize("path", [
+    "/api/v1/nowhere", "/api/nowhere", "/api", "/nowhere.html", "/vendor", "/..%2f..%2fpyproject.toml",
+    "/vendor/../../pyproject.toml", "/%2e%2e/pyproject.toml", "/a%00b"])
 def test_an_unknown_path_is_404(client, path):
     refusal(client.get(path, headers={"Accept": "text/html"}), 404)
 
@@ -62,7 +64,7 @@ def test_bytes_that_are_no_text_are_refused(client):
     refusal(client.post(BORDER, content=b"\xff\xfe\x00", headers=JSON))
 
 
-@pytest.mark.parametrize("type", ["text/plain", "application/x-www-form-urlencoded", "", "application/json; charset=utf-99"])
+@pytest.mark.parametrize("type", ["text/plain", "application/x-www-form-urlencoded", "", "application/json; charset=x"])
 def test_another_content_type_is_refused(client, type):
     refusal(client.post(BORDER, content=b'{"points": [], "axis": "x_of_y"}', headers={"Content-Type": type}))
 
@@ -80,7 +82,8 @@ def test_what_the_caller_sent_is_not_sent_back(client):
 def test_a_body_that_is_too_large_is_413_with_and_without_its_length(client, settings):
     too_much = int(settings.server.max_body_mb * 1e6) + 1
     refusal(client.post(BORDER, content=b" " * too_much, headers=JSON), 413)
-    refusal(client.post(BORDER, content=(b" " * 1_000_000 for _ in range(too_much // 1_000_000 + 1)), headers=JSON), 413)
+    pieces = (b" " * 1_000_000 for _ in range(too_much // 1_000_000 + 1))
+    refusal(client.post(BORDER, content=pieces, headers=JSON), 413)
 
 
 def test_an_error_that_nobody_foresaw_is_a_problem_with_an_id_that_the_log_knows(client, caplog, monkeypatch):
@@ -90,5 +93,5 @@ def test_an_error_that_nobody_foresaw_is_a_problem_with_an_id_that_the_log_knows
     answer = client.get("/api/v1/models")
     problem = answer.json()
     assert answer.status_code == 500 and answer.headers["content-type"] == "application/problem+json"
-    (id,) = [word for word in problem["detail"].replace(")", "").replace(".", "").split() if len(word) == 8 and word in caplog.text]
-    assert "as if" in caplog.text and "as if" not in answer.text and id
+    id = re.search(r"error ([0-9a-f]{8})", problem["detail"])[1]
+    assert id in caplog.text and "as if" in caplog.text and "as if" not in answer.text

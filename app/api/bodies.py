@@ -1,0 +1,61 @@
+"""Bodies of which a call takes more than one kind: JSON or an uploaded file, JSON or bare numbers."""
+
+import json
+from typing import TypeVar
+
+import numpy as np
+from fastapi import Request
+from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel, ValidationError
+from starlette.datastructures import UploadFile
+
+from app.errors import BadInput, ImageTooLarge
+from app.geometry import Points, as_points
+
+BINARY = "application/octet-stream"
+FILE_FIX = 'Send multipart/form-data with the picture as the part named "file".'
+Body = TypeVar("Body", bound=BaseModel)
+
+
+def content_type(request: Request) -> str:
+    """The body's kind without its parameters, in lower case."""
+    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
+
+
+async def json_body(request: Request, form: type[Body]) -> Body:
+    """The JSON body, checked against its form."""
+    try:
+        value = json.loads(await request.body())
+    except (ValueError, RecursionError):
+        raise RequestValidationError([{"type": "json_invalid", "loc": ("body",), "msg": "JSON decode error",
+                                       "input": None}]) from None
+    try:
+        return form.model_validate(value)
+    except ValidationError as error:
+        raise RequestValidationError([{**e, "loc": ("body", *e["loc"])} for e in error.errors()]) from None
+
+
+async def uploaded_file(request: Request, most_bytes: int) -> tuple[bytes, str]:
+    """The bytes of the part named "file", and the text of the part named "camera", "" without one."""
+    async with request.form(max_files=1, max_fields=4, max_part_size=4096) as form:
+        file, camera = form.get("file"), form.get("camera", "")
+        if not isinstance(file, UploadFile):
+            raise BadInput("No file was sent.", FILE_FIX, reason="no-file")
+        for name in form:
+            if name not in ("file", "camera"):
+                raise BadInput("The form has an unknown part.", FILE_FIX, reason="bad-request")
+        if not isinstance(camera, str):
+            raise BadInput("The camera is a file.", "Send the camera's id as text.", reason="bad-request")
+        data = await file.read(most_bytes + 1)
+    if len(data) > most_bytes:
+        raise ImageTooLarge(f"The file has more than {most_bytes / 1e6:.0f} MB.", "Send a smaller picture.")
+    return data, camera
+
+
+async def binary_points(request: Request) -> Points:
+    """(n, 2) points from little-endian float64 pairs."""
+    data = await request.body()
+    if len(data) % 16:
+        raise BadInput(f"{len(data)} bytes are no pairs of float64.", "Send 16 bytes a point: x and y, little-endian.",
+                       reason="bad-points")
+    return as_points(np.frombuffer(data, "<f8").reshape(-1, 2))

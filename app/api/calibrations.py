@@ -1,0 +1,68 @@
+"""/calibrations: versions that are made, read, activated, and put to use."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+from starlette.responses import Response
+
+from app.api.answers import Json
+from app.api.asked import task_of
+from app.api.schemas import Cursor, FitRequest, Id, IdQuery, Limit, Listing
+from app.api.work import at_work
+from app.exports import EXPORTS
+from app.records import Calibration
+
+router = APIRouter(prefix="/calibrations", tags=["calibrations"])
+
+MAX_IMPORT_BYTES = 4 << 20
+
+
+@router.post("", status_code=201)
+async def create(request: Request, body: FitRequest) -> Json:
+    """Fit, judge and keep: a new version of its camera's calibration. Nothing is kept when anything fails."""
+    calibration = await at_work(request, _made, request, body)
+    return Json(calibration.to_json(), 201, headers={"Location": f"/api/v1/calibrations/{calibration.id}"})
+
+
+def _made(request: Request, body: FitRequest) -> Calibration:
+    task, store = task_of(request, body), request.app.state.store
+    done = task.run()
+    before = store.calibrations(task.camera, limit=1).items if task.camera is not None else ()
+    return store.save(task.record(done, parent=before[0].id if before else None))
+
+
+@router.get("", response_model=Listing)
+def listing(request: Request, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
+            cursor: Cursor = None) -> Json:
+    """Versions, newest first."""
+    page = request.app.state.store.calibrations(camera, limit, cursor)
+    return Json({"items": [item.to_json() for item in page.items], "next_cursor": page.next_cursor})
+
+
+@router.get("/{id}")
+def read(request: Request, id: Id) -> Json:
+    """One version, with everything it came from."""
+    return Json(request.app.state.store.calibration(id).to_json())
+
+
+@router.delete("/{id}", status_code=204)
+def delete(request: Request, id: Id) -> Response:
+    """Forget one version; the active one cannot be forgotten."""
+    request.app.state.store.delete_calibration(id)
+    return Response(status_code=204)
+
+
+@router.post("/{id}/activate")
+def activate(request: Request, id: Id) -> Json:
+    """Make it its camera's; the former one stays, so rolling back is activating that."""
+    return Json(request.app.state.store.activate(id).to_json())
+
+
+@router.get("/{id}/export/{format}")
+async def export(request: Request, id: Id, format: Id) -> Response:
+    """The calibration as a file of that format."""
+    kind = EXPORTS[format]
+    calibration = request.app.state.store.calibration(id)
+    name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}{kind.SUFFIX}"
+    return Response(await at_work(request, kind.write, calibration), media_type=kind.MEDIA_TYPE,
+                    headers={"Content-Disposition": f'attachment; filename="{name}"'})

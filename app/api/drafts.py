@@ -1,0 +1,43 @@
+"""/drafts: an operator's work in progress, so that a reload loses nothing and nobody overwrites another's."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Request
+from starlette.responses import Response
+
+from app.api import schemas
+from app.api.answers import Json
+from app.api.problems import problem, problem_of
+from app.api.schemas import Id
+from app.errors import Stale
+from app.store import Draft
+
+router = APIRouter(prefix="/drafts", tags=["drafts"])
+
+
+@router.get("/{snapshot}")
+def read(request: Request, snapshot: Id) -> Json:
+    """The draft as it was saved last, or an empty one; its ETag goes into the next PUT's If-Match."""
+    return _answer(request.app.state.store.draft(snapshot))
+
+
+@router.put("/{snapshot}")
+def save(request: Request, snapshot: Id, body: schemas.Draft,
+         if_match: Annotated[str | None, Header(max_length=200)] = None) -> Response:
+    """Save over the draft that If-Match names: 428 without it, 412 with the `current` draft if somebody was faster."""
+    store = request.app.state.store
+    store.snapshot(snapshot)
+    if if_match is None:
+        return problem(428, "if-match-needed", "If-Match needed", "The request does not say which draft it was made "
+                       "from.", "Send the ETag of GET as If-Match.")
+    try:
+        draft = store.save_draft(snapshot, body.model_dump(), if_match.strip().removeprefix("W/").strip('"'))
+    except Stale as error:
+        answer = problem_of(error)
+        answer.headers["ETag"] = f'"{error.details["etag"]}"'
+        return answer
+    return _answer(draft)
+
+
+def _answer(draft: Draft) -> Json:
+    return Json(draft.to_json(), headers={"ETag": f'"{draft.etag}"', "Cache-Control": "no-store"})

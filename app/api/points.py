@@ -1,0 +1,75 @@
+"""/calibrations/{id}/transform and overlay.json: points from one frame to another, the field drawn into the picture."""
+
+from functools import partial
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query, Request
+from starlette.responses import Response
+
+from app import pipeline
+from app.api.answers import Json, points_or_null
+from app.api.bodies import BINARY, binary_points, content_type, json_body
+from app.api.schemas import FrameName, Id, MarginPx, PointsAnswer, TransformRequest, WidthPx
+from app.api.work import at_work
+from app.correction import View
+from app.errors import BadInput, Conflict
+from app.field_reader import field_from_json
+from app.geometry import ImageSize, as_points
+from app.models import model_from_json
+from app.records import Calibration
+
+router = APIRouter(prefix="/calibrations/{id}", tags=["using a calibration"])
+
+FEW_POINTS = 1000  # as many are through before a thread has been found for them
+BYTES = {"schema": {"type": "string", "format": "binary"}}
+BODY = {"requestBody": {"required": True, "content": {
+    "application/json": {"schema": TransformRequest.model_json_schema(ref_template="#/components/schemas/{model}")},
+    BINARY: BYTES}}}
+ANSWER: dict[int | str, dict[str, Any]] = {200: {"content": {BINARY: BYTES}}}
+
+
+@router.post("/transform", response_model=PointsAnswer, openapi_extra=BODY, responses=ANSWER)
+async def transform(request: Request, id: Id, source: Annotated[FrameName | None, Query(alias="from")] = None,
+                    target: Annotated[FrameName | None, Query(alias="to")] = None,
+                    z_mm: Annotated[float, Query(ge=-10_000, le=10_000, allow_inf_nan=False)] = 0.0) -> Response:
+    """Points from one frame to another.
+
+    JSON, answered with null for a point out of reach. Or, for millions, application/octet-stream: little-endian
+    float64 pairs with `from`, `to` and `z_mm` in the query, answered in kind, NaN for a point out of reach.
+    """
+    calibration = request.app.state.store.calibration(id)
+    binary = content_type(request) == BINARY
+    if binary:
+        if source is None or target is None:
+            raise BadInput("The query does not say from which frame to which.",
+                           "Add ?from=image&to=field (image, corrected or field).", reason="no-frames")
+        points = await binary_points(request)
+    else:
+        asked = await json_body(request, TransformRequest)
+        source, target, z_mm, points = asked.source, asked.target, asked.z_mm, as_points(asked.points)
+        refuse_other_size(calibration, ImageSize.of(asked.image_size) if asked.image_size else None)
+    run = partial(pipeline.transform, model_from_json(calibration.model_name, calibration.model_parameters), points,
+                  source, target, z_mm)
+    found = run() if len(points) <= FEW_POINTS else await at_work(request, run)
+    if binary:
+        return Response(found.astype("<f8").tobytes(), media_type=BINARY)
+    return Json({"points": points_or_null(found)})
+
+
+@router.get("/overlay.json")
+def overlay(request: Request, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
+            width: WidthPx = None) -> Json:
+    """The region's borders and all that is painted on the field, as polylines; null where out of reach."""
+    calibration = request.app.state.store.calibration(id)
+    field = field_from_json(calibration.field)
+    return Json({"features": pipeline.overlay(
+        model_from_json(calibration.model_name, calibration.model_parameters), field,
+        field.region(calibration.region, calibration.rotate), frame, View(margin_px, width))})
+
+
+def refuse_other_size(calibration: Calibration, size: ImageSize | None) -> None:
+    """A calibration holds for one picture size only."""
+    if size is not None and size != calibration.image_size:
+        raise Conflict(f"The picture is {size.width} × {size.height} px; the calibration was made for "
+                       f"{calibration.image_size.width} × {calibration.image_size.height} px.",
+                       "Use a picture of that size, or calibrate this one.", reason="size-mismatch")
