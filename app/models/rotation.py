@@ -1,0 +1,48 @@
+"""Rotations as vectors and matrices: a turn by |v| about v (Rodrigues)."""
+
+import numpy as np
+
+from app.models.lens import Array
+
+
+def cross_matrix(v: Array) -> Array:
+    """[v]×: cross_matrix(v) @ w is v × w."""
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def matrix_from_vector(v: Array) -> Array:
+    """The rotation matrix of a rotation vector."""
+    angle = float(np.linalg.norm(v))
+    k = cross_matrix(v)
+    if angle < 1e-8:
+        return np.eye(3) + k + k @ k / 2
+    return np.eye(3) + np.sin(angle) / angle * k + (1 - np.cos(angle)) / angle**2 * (k @ k)
+
+
+def vector_from_matrix(matrix: Array) -> Array:
+    """The rotation vector of a rotation matrix, |v| ≤ π; by way of the quaternion, which is safe near π."""
+    m = matrix
+    candidates = np.array([m[0, 0] + m[1, 1] + m[2, 2], m[0, 0], m[1, 1], m[2, 2]])
+    largest = int(np.argmax(candidates))
+    if largest == 0:
+        q = np.array([1 + candidates[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    else:
+        i = largest - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q = np.empty(4)
+        q[0] = m[k, j] - m[j, k]
+        q[1 + i] = 1 + m[i, i] - m[j, j] - m[k, k]
+        q[1 + j] = m[j, i] + m[i, j]
+        q[1 + k] = m[k, i] + m[i, k]
+    q = q / np.linalg.norm(q)
+    if q[0] < 0:
+        q = -q
+    sine = np.linalg.norm(q[1:])
+    angle = 2 * np.arctan2(sine, q[0])
+    return q[1:] * (angle / sine) if sine > 1e-12 else 2 * q[1:]
+
+
+def nearest_rotation(matrix: Array) -> Array:
+    """The rotation nearest to a matrix (Frobenius); its determinant is +1."""
+    u, _, vt = np.linalg.svd(matrix)
+    return u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
