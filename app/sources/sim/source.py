@@ -1,0 +1,127 @@
+"""sim://FIELD: a camera above a simulated field, described by its address alone."""
+
+import re
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from app.errors import BadInput, Unavailable
+from app.field import Field, Region
+from app.geometry import ImageSize
+from app.models import Option
+from app.records import Frame
+from app.sources import Surroundings, named_field
+from app.sources.sim.camera import SimCamera
+from app.sources.sim.lens import LENSES
+from app.sources.sim.look import Light
+from app.sources.sim.play import Play
+from app.sources.sim.render import Rendering, Sensor
+
+# The leagues number the cameras of a shared field like this.
+CAMERAS = {
+    "1": ("full",),
+    "2": ("half-left", "half-right"),
+    "4": ("quarter-bottom-left", "quarter-top-left", "quarter-bottom-right", "quarter-top-right"),
+    "8": tuple(f"eighth-{i}" for i in range(8)),
+}
+MAX_PIXELS = 6_000_000  # each takes about 60 bytes while the field is painted
+HEIGHT_PER_SIDE = 0.72  # the usual height of a camera over a field: 6.5 m over 9 m
+
+
+class SimSource:
+    """Renders one frame after the other; the truth is in .camera and .rendering."""
+
+    TITLE: ClassVar = "Simulated camera"
+    HELP: ClassVar = "A field seen through a real lens model, with robots and a ball; nothing to plug in."
+    TARGET: ClassVar = "the field's name"
+    OPTIONS: ClassVar = (
+        Option("camera", "int", 0, "Which of the cameras above the field this is.", (0, 7)),
+        Option("cameras", "choice", "1", "How many cameras share the field.", choices=tuple(CAMERAS)),
+        Option("region", "text", "", "The region it sees, instead of camera and cameras."),
+        Option("rotate", "choice", None, "How the region stands in the picture; its own turn if left out.", unit="°",
+               choices=("0", "90", "180", "270")),
+        Option("lens", "choice", "strong", "What the lens does to straight lines.", choices=tuple(LENSES)),
+        Option("height", "float", None, "Height above the carpet; 0.72 of the region's longer side if left out.",
+               (200, 100_000), "mm"),
+        Option("tilt", "float", 0.0, "How far the camera looks up the picture.", (-60, 60), "°"),
+        Option("pan", "float", 0.0, "How far it looks to the right.", (-60, 60), "°"),
+        Option("roll", "float", 0.0, "How far it is turned about its own axis.", (-180, 180), "°"),
+        Option("fill", "float", 0.9, "How much of the picture the region fills; above 1 it is cut off.", (0.2, 3)),
+        Option("size", "text", "1280x1024", "Width and height of the picture.", unit="px"),
+        Option("robots", "int", 6, "Robots on the field, both teams.", (0, 32)),
+        Option("people", "int", 0, "People who stand at the edge and hide lines.", (0, 8)),
+        Option("noise", "float", 2.0, "Noise of the sensor, standard deviation.", (0, 60), "grey levels"),
+        Option("blur", "float", 0.65, "Blur of lens and pixel, standard deviation.", (0.3, 5), "px"),
+        Option("vignette", "float", 0.35, "Darkening towards the corners.", (0, 1)),
+        Option("glare", "float", 0.1, "A lamp mirrored in the carpet.", (0, 1)),
+        Option("light", "float", 1.0, "Brightness of the whole picture.", (0.05, 3)),
+        Option("grain", "float", 1.0, "Texture of the carpet.", (0, 3)),
+        Option("seed", "int", 1, "Another number gives another noise and another play.", (0, 2**31)),
+        Option("fps", "float", 15.0, "Frames a second.", (0.1, 240)),
+    )
+
+    def __init__(self, rendering: Rendering, fps: float) -> None:
+        self.rendering = rendering
+        self._fps = fps
+        self._index = 0
+        self._due = time.monotonic()
+        self._open = True
+
+    @classmethod
+    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
+        field = named_field(around, target)
+        region = _region(field, options)
+        play = Play(options["robots"], options["people"], options["seed"])
+        light = Light(vignette=options["vignette"], glare=options["glare"], gain=options["light"],
+                      grain=options["grain"])
+        rendering = Rendering.of(_camera(region, options), field, region, play, light,
+                                 Sensor(options["blur"], options["noise"]))
+        return cls(rendering, options["fps"])
+
+    @property
+    def camera(self) -> SimCamera:
+        return self.rendering.camera
+
+    def read(self) -> Frame:
+        if not self._open:
+            raise Unavailable("This camera is closed.", "Open it again.", reason="source-closed")
+        time.sleep(max(0.0, self._due - time.monotonic()))
+        self._due = max(self._due + 1 / self._fps, time.monotonic())
+        pixels = self.rendering.frame(self._index, self._fps)
+        pixels.setflags(write=False)
+        self._index += 1
+        return Frame(pixels)
+
+    def close(self) -> None:
+        self._open = False
+
+    @classmethod
+    def example(cls, folder: Path) -> str:
+        return "sim://table?size=320x256&fps=200&seed=3"
+
+
+def _region(field: Field, options: Mapping[str, Any]) -> Region:
+    numbered = CAMERAS[options["cameras"]]
+    if not options["region"] and options["camera"] >= len(numbered):
+        raise BadInput(f"There is no camera {options['camera']} among {len(numbered)}.",
+                       f"Count from 0 to {len(numbered) - 1}, or say cameras=2, 4 or 8.", reason="bad-option")
+    rotate = None if options["rotate"] is None else int(options["rotate"])
+    return field.region(options["region"] or numbered[options["camera"]], rotate)
+
+
+def _camera(region: Region, options: Mapping[str, Any]) -> SimCamera:
+    height_mm = options["height"] or HEIGHT_PER_SIDE * max(region.width_mm, region.height_mm)
+    return SimCamera.above(region, _size(options["size"]), LENSES[options["lens"]], height_mm=height_mm,
+                           tilt_deg=options["tilt"], pan_deg=options["pan"], roll_deg=options["roll"],
+                           fill=options["fill"])
+
+
+def _size(text: str) -> ImageSize:
+    found = re.fullmatch(r"([0-9]{2,5})[x×]([0-9]{2,5})", text)
+    width, height = (int(n) for n in found.groups()) if found else (0, 0)
+    if min(width, height) < 32 or width * height > MAX_PIXELS:
+        raise BadInput(f"The option size cannot be {text!r}.",
+                       f"Write it as 1280x1024: at least 32 px a side, at most {MAX_PIXELS // 10**6} megapixels.",
+                       reason="bad-option")
+    return ImageSize(width, height)
