@@ -4,7 +4,7 @@ import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAd
 import { preview } from "./fitting.js";
 import { takePicture } from "./pictures.js";
 import {
-  active, cameras, compare, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
+  active, cameras, compare, comparing, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
 } from "./state.js";
 import { STEPS, nextThing, steps } from "./steps.js";
 import { activate, isSaved, saveVersion, version } from "./versions.js";
@@ -26,7 +26,7 @@ const ZOOM = 1.25;
 const PAN_PX = 40;
 const NUDGE_PX = 0.1, SHIFT_PX = 1, CTRL_PX = 10;
 const has = () => snapshot.value !== null;
-const comparing = () => step.value === "compare" && version.value !== null;
+const canCompare = () => comparing.value && version.value !== null;
 
 /** The page's one file input; a browser opens its picker only from a click. */
 export const filePicker = { open: () => {} };
@@ -71,11 +71,11 @@ const TABLE = [
     run: () => { showLines.value = !showLines.value; }, pressed: () => showLines.value,
     enabled: () => preview.value !== null || version.value !== null },
   { id: "raw", label: "Show the raw picture", short: "Raw", keys: ["r"], group: "View", run: () => show("raw"),
-    pressed: () => compare.value.mode === "raw", enabled: comparing },
+    pressed: () => compare.value.mode === "raw", enabled: canCompare },
   { id: "wipe", label: "Show raw and corrected side by side", short: "Wipe", keys: ["w"], group: "View", run: () => show("wipe"),
-    pressed: () => compare.value.mode === "wipe", enabled: comparing },
+    pressed: () => compare.value.mode === "wipe", enabled: canCompare },
   { id: "corrected", label: "Show the corrected picture", short: "Corrected", keys: ["c"], group: "View", run: () => show("corrected"),
-    pressed: () => compare.value.mode === "corrected", enabled: comparing },
+    pressed: () => compare.value.mode === "corrected", enabled: canCompare },
 
   ...STEPS.map(({ id, label }) => ({
     id: `step-${id}`, label: `Go to ${label.toLowerCase()}`, run: () => { step.value = id; },

@@ -94,5 +94,8 @@ export const same = (a, b) => a === b || JSON.stringify(a) === JSON.stringify(b)
 /** A draft as the server keeps it, as a document. @param {Record<string, any>} draft @returns {Doc} */
 export const fromDraft = (draft) => ({
   field: draft.field ?? null, region: draft.region ?? null, rotate: draft.rotate ?? null,
-  model: draft.model || EMPTY.model, options: draft.options ?? {}, observations: draft.observations ?? [],
+  model: draft.model || EMPTY.model, options: draft.options ?? {},
+  // On the carpet is what no height means: one form, so that equal drafts are equal text.
+  observations: (draft.observations ?? []).map((/** @type {import("./types").Observation} */ { feature, kind, points, z_mm }) =>
+    (z_mm ? { feature, kind, points, z_mm } : { feature, kind, points })),
 });

@@ -1,5 +1,5 @@
 // Keeps the document: on the server after every change, and in this browser until the server has it.
-import { effect, signal } from "@preact/signals";
+import { effect, signal, untracked } from "@preact/signals";
 import { Away, Problem, online, request } from "./api.js";
 import { EMPTY, change, doc, dragging, fromDraft, load, same } from "./document.js";
 import { newestWins } from "./newest.js";
@@ -113,18 +113,23 @@ export function keepMine() {
 /** Save every change from now on, and look for others' changes when the operator comes back to this tab. */
 export function startSaving() {
   effect(() => {
-    const picture = snapshot.value, document = doc.value, isBack = online.value;
-    if (!picture || !kept || dragging.value || draft.peek().state === "conflict") return;
-    clearTimeout(timer);
-    if (same(document, kept.doc)) {
-      if (draft.peek().state !== "saved") settle("saved", Date.now());
-      return;
-    }
-    writeLocal(picture.id);
-    settle(isBack ? "unsaved" : "away");
-    if (isBack) timer = setTimeout(() => void save(picture.id), PAUSE_MS);
+    const picture = snapshot.value, document = doc.value, isBack = online.value, held = dragging.value;
+    if (picture && !held) untracked(() => keep(picture.id, document, isBack));
   });
   addEventListener("focus", () => void lookAgain());
+}
+
+/** @param {string} id @param {import("./types").Doc} document @param {boolean} isOnline */
+function keep(id, document, isOnline) {
+  if (!kept || draft.value.state === "conflict") return;
+  clearTimeout(timer);
+  if (same(document, kept.doc)) {
+    if (draft.value.state !== "saved") settle("saved", Date.now());
+    return;
+  }
+  writeLocal(id);
+  settle(isOnline ? "unsaved" : "away");
+  if (isOnline) timer = setTimeout(() => void save(id), PAUSE_MS);
 }
 
 /** Another tab may have gone on with this picture: take its work if we have none of our own. */

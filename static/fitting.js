@@ -1,5 +1,5 @@
 // Asks the server what the clicks are worth: each border's curve at pointer rate, the whole fit after every change.
-import { effect, signal } from "@preact/signals";
+import { effect, signal, untracked } from "@preact/signals";
 import { Away, Problem, call, online } from "./api.js";
 import { BORDERS, doc, dragging, pointsOf, same } from "./document.js";
 import { newestWins } from "./newest.js";
@@ -34,7 +34,7 @@ function borderAsker(border) {
     try {
       answer = { ...(await call("POST", "/fit/border", body)), points: body.points };
     } catch (error) {
-      if (error instanceof Away) return;
+      if (error instanceof Away) return forgetAsked(border);
       answer = refused(error);
     }
     // An answer about another picture, or about a point that has gone, would be drawn in the wrong place.
@@ -46,19 +46,24 @@ function borderAsker(border) {
 
 const asked = new Map(BORDERS.map((border) => [border, { ask: borderAsker(border), last: "" }]));
 
-/** Ask for the curve of every border that has changed. */
-function askCurves() {
-  const picture = snapshot.value;
+/** The question was lost: ask it again when the server is back. @param {Border} border */
+function forgetAsked(border) {
+  const it = asked.get(border);
+  if (it) it.last = "";
+}
+
+/** Ask for the curve of every border that has changed. @param {import("./types").Snapshot | null} picture @param {import("./types").Doc} document */
+function askCurves(picture, document) {
+  const degree = document.options.degree ?? "auto";
   for (const border of BORDERS) {
-    const points = pointsOf(doc.value, border), it = asked.get(border);
+    const points = pointsOf(document, border), it = asked.get(border);
     if (!it) continue;
-    const degree = doc.value.options.degree ?? "auto";
     const body = picture && { points, axis: AXIS[border], degree, image_size: [picture.width, picture.height] };
     const question = JSON.stringify([picture?.id, body]);
     if (question === it.last) continue;
     it.last = question;
     if (picture && points.length >= FEWEST) void it.ask({ picture: picture.id, body: /** @type {any} */ (body) });
-    else if (curves.peek()[border]) curves.value = { ...curves.peek(), [border]: undefined };
+    else if (curves.value[border]) curves.value = { ...curves.value, [border]: undefined };
   }
 }
 
@@ -86,23 +91,23 @@ function refused(error) {
 /** Keep curves and preview up to date from now on. */
 export function startFitting() {
   effect(() => {
-    if (online.value) askCurves(); // and again when a silent server is back
+    const picture = snapshot.value, document = doc.value;
+    if (online.value) untracked(() => askCurves(picture, document)); // and again when a silent server is back
   });
   let lastPreview = "";
   effect(() => {
-    const picture = snapshot.value, document = doc.value;
-    if (!online.value) { lastPreview = ""; return; }
-    if (dragging.value) { stale.value = true; return; }
-    const question = JSON.stringify([picture?.id, document]);
-    if (question === lastPreview) { stale.value = false; return; }
-    lastPreview = question;
-    if (picture && document.field && document.region && document.observations.length) {
-      stale.value = true;
-      void askPreview(document);
-    } else {
+    const picture = snapshot.value, document = doc.value, held = dragging.value, isOnline = online.value;
+    untracked(() => {
+      const question = JSON.stringify([picture?.id, document]);
+      const hasClicks = picture && document.field && document.region && document.observations.length;
+      if (!isOnline) lastPreview = "";
+      stale.value = question !== lastPreview;
+      if (!isOnline || held || !stale.value) return;
+      lastPreview = question;
+      if (hasClicks) return void askPreview(document);
       preview.value = null;
       refusal.value = null;
       stale.value = false;
-    }
+    });
   });
 }

@@ -13,7 +13,7 @@ export function number(value, digits = 1) {
 export const mm = (value) => number(value, value !== null && value !== undefined && Math.abs(value) >= 10 ? 0 : 1);
 
 /** @param {number | null | undefined} value */
-export const pct = (value) => (value !== null && value !== undefined && value > 0 ? "+" : "") + number(value, 2);
+export const pct = (value) => (value !== null && value !== undefined && value >= 0.005 ? "+" : "") + number(value, 2);
 
 /** @param {number} count @param {string} one */
 export const many = (count, one) => `${count} ${one}${count === 1 ? "" : "s"}`;
@@ -27,6 +27,7 @@ export const words = (name) => {
 /** "2 s ago", "3 min ago", or the time of day. @param {number} then ms @param {number} now ms */
 export function ago(then, now) {
   const seconds = Math.max(0, Math.round((now - then) / 1000));
+  if (seconds < 1) return "just now";
   if (seconds < 60) return `${seconds} s ago`;
   if (seconds < 3600) return `${Math.floor(seconds / 60)} min ago`;
   return "at " + clock(then);

@@ -15,7 +15,7 @@ import { Header } from "./panels/header.js";
 import { Help } from "./panels/help.js";
 import { ModelPanel } from "./panels/model.js";
 import { Notices } from "./panels/notices.js";
-import { FieldPanel, PictureHelp } from "./panels/picture.js";
+import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "./panels/picture.js";
 import { Figures, Verdict } from "./panels/verdict.js";
 import { ComparePanel, VersionsPanel } from "./panels/versions.js";
 import { loadLists, openFile } from "./pictures.js";
@@ -41,7 +41,7 @@ function Left() {
   switch (step.value) {
     case "camera": return html`<section><h2>How it goes</h2><ol class="plain"><li>Take or open a picture.</li><li>Say which field it shows, and which part.</li><li>Click along the four borders.</li><li>Look at the corrected picture.</li><li>Activate the version, or download it.</li></ol></section>`;
     case "picture": return html`<${FieldPanel}/>`;
-    case "borders": return html`<${FieldPanel}/><${BordersPanel}/>`;
+    case "borders": return html`<${FieldSummary}/><${BordersPanel}/>`;
     case "model": return html`<${ModelPanel}/>`;
     case "compare": return html`<${ComparePanel}/>`;
     default: return html`<${VersionsPanel}/>`;
@@ -50,7 +50,8 @@ function Left() {
 
 function Right() {
   switch (step.value) {
-    case "camera": case "picture": return html`<${PictureHelp}/>`;
+    case "camera": return html`<${PictureAdvice}/>`;
+    case "picture": return html`<${PictureHelp}/>`;
     case "borders": case "model": return html`<${Figures}/>`;
     default: return version.value && html`<${Verdict} report=${version.value.report}/>`;
   }

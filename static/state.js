@@ -39,6 +39,9 @@ export const editing = computed(() => snapshot.value !== null && (step.value ===
 /** Whether a feature of the field is one spot, or anywhere along a line. @param {string} feature @returns {"line" | "landmark"} */
 export const kindOf = (feature) => (field.value && feature in field.value.landmarks ? "landmark" : "line");
 
+/** The steps that show raw and corrected. */
+export const comparing = computed(() => step.value === "compare" || step.value === "activate");
+
 /** The selected points that still exist. */
 export const picked = computed(() =>
   selection.value.filter((p) => p.index < pointsOf(doc.value, p.feature).length));

@@ -3,8 +3,8 @@ import { computed } from "@preact/signals";
 import { many } from "./format.js";
 import { BORDERS, doc, pointsOf } from "./document.js";
 import { preview, refusal, stale } from "./fitting.js";
-import { active, camera, model, region, snapshot, step } from "./state.js";
-import { canActivate, isSaved, version } from "./versions.js";
+import { active, camera, region, snapshot, step } from "./state.js";
+import { isSaved, version } from "./versions.js";
 
 /** @typedef {import("./types").StepId} StepId @typedef {{ id: StepId, label: string, done: boolean, open: boolean, sentence: string }} Step */
 
@@ -36,7 +36,7 @@ export const steps = computed(() => {
       : region.value ? [true, `${picture.width} × ${picture.height} px. Check that the field and its part are the right ones.`]
         : [false, "Choose the field and the part of it that the camera sees."],
     borders: bordersState(),
-    model: fitted.value ? [true, `${model.value?.title ?? "The model"} fits; the verdict is on the right.`]
+    model: fitted.value ? [true, "It fits; what it is worth stands on the right."]
       : [false, refusal.value ? refusal.value.detail : "Click the borders first."],
     compare: isSaved.value ? [true, "Borders should be straight on the corrected side, and lines should lie on the paint."]
       : [false, version.value ? "The clicks have changed since the last version was saved." : "Nothing is saved to compare yet."],
@@ -65,7 +65,7 @@ function activateState() {
   const it = version.value;
   if (!it) return [false, "Save a version first."];
   if (it.active) return [true, `Version ${it.version} is active.`];
-  if (!camera.value || !canActivate.value) return [true, `Version ${it.version} is saved. Download it, or use it over REST.`];
+  if (!camera.value) return [true, `Version ${it.version} is saved. Download it, or use it over REST.`];
   return [false, `Version ${it.version} is saved; the camera does not use it yet.`];
 }
 
@@ -97,7 +97,7 @@ export const nextThing = computed(() => {
     case "compare":
       return isSaved.value ? thing("step-activate", "Next: activate") : thing("step-model", "Back: save the changes");
     default:
-      return camera.value && canActivate.value && version.value && !version.value.active
+      return camera.value && version.value && !version.value.active
         ? thing("activate", `Activate for ${camera.value.name}`) : thing("step-camera", "Next: another picture");
   }
 });

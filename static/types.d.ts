@@ -14,7 +14,7 @@ export interface Doc {
 export interface Pick { feature: string; index: number }
 
 export interface Snapshot { id: string; width: number; height: number; camera: string | null; taken_at: string; sha256: string }
-export interface Camera { id: string; name: string; source: string; field?: string | null; region?: string | null }
+export interface Camera { id: string; name: string; field: string | null; region: string | null; active_calibration: string | null }
 export interface Line { name: string; from: Point; to: Point; width_mm: number }
 export interface Arc { name: string; centre: Point; radius_mm: number; start_deg: number; end_deg: number }
 export interface Region { name: string; x: Point; y: Point; rotate: number; width_mm: number; height_mm: number }

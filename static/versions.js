@@ -1,6 +1,6 @@
 // Saved calibrations: immutable versions of what the document gave.
 import { computed, signal } from "@preact/signals";
-import { Problem, call } from "./api.js";
+import { call } from "./api.js";
 import { doc, same } from "./document.js";
 import { fitBody } from "./fitting.js";
 import { busy, rotation, snapshot, step, tellError } from "./state.js";
@@ -9,8 +9,6 @@ import { busy, rotation, snapshot, step, tellError } from "./state.js";
 export const version = signal(/** @type {import("./types").Calibration | null} */ (null));
 export const versions = signal(/** @type {import("./types").Calibration[]} */ ([]));
 export const note = signal("");
-/** False where this server cannot activate yet. */
-export const canActivate = signal(true);
 
 /** Whether the saved version is what the document says now. */
 export const isSaved = computed(() => {
@@ -53,8 +51,7 @@ export async function activate(id) {
     if (version.value?.id === id) version.value = { ...version.value, active: true };
     await list();
   } catch (error) {
-    if (error instanceof Problem && (error.status === 404 || error.status === 405)) canActivate.value = false;
-    else tellError(error);
+    tellError(error);
   }
 }
 

@@ -1,9 +1,9 @@
 // Raw and corrected in one place: the corrected picture is laid so that its borders cover the raw ones, and a wipe parts them.
-import { computed, effect, signal } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call } from "../api.js";
 import { newestWins } from "../newest.js";
 import { html } from "../html.js";
-import { compare, pointer, showLines, step, tellError } from "../state.js";
+import { compare, comparing, pointer, showLines, snapshot, tellError } from "../state.js";
 import { version } from "../versions.js";
 import { stageSize, view } from "../view.js";
 import { bounds, placed } from "./drawing.js";
@@ -30,7 +30,7 @@ const laid = computed(() => {
 /** What the pointer is over, in the words of POST transform. */
 const asked = computed(() => {
   const at = pointer.value, id = version.value?.id, here = laid.value;
-  if (!at || !id || !here || step.value !== "compare") return null;
+  if (!at || !id || !here || !comparing.value) return null;
   const { mode, at: share } = compare.value, { k, tx } = view.value;
   const isRaw = mode === "raw" || (mode === "wipe" && (at.x + 0.5) * k + tx < share * stageSize.value.width);
   if (isRaw) return { id, from: "image", point: [at.x, at.y] };
@@ -47,13 +47,13 @@ const askPosition = newestWins(async (/** @type {NonNullable<typeof asked.value>
 export function startComparing() {
   effect(() => {
     const id = version.value?.id;
-    if (step.value !== "compare" || !id || lines.peek()?.id === id) return;
+    if (!comparing.value || !id || lines.peek()?.id === id) return;
     const get = async (/** @type {string} */ frame) => (await call("GET", `/calibrations/${id}/overlay.json?frame=${frame}&margin_px=${MARGIN_PX}`)).features;
     Promise.all([get("raw"), get("corrected")]).then(([raw, corrected]) => { lines.value = { id, raw, corrected }; }, tellError);
   });
   effect(() => {
-    if (asked.value) void askPosition(asked.value);
-    else underPointer.value = null;
+    const question = asked.value;
+    untracked(() => { if (question) void askPosition(question); else underPointer.value = null; });
   });
 }
 
@@ -69,20 +69,22 @@ export function Corrected() {
   return html`<div class="half" style=${clip}>
     <img class="picture" data-testid="corrected" alt="The corrected picture" draggable=${false} src=${correctedAddress(it.id, "jpg")}
       style=${`transform:translate(${x}px,${y}px) scale(${k * here.scale})`}/>
-    ${showLines.value && html`<svg class="overlay" aria-hidden="true"><${FieldLines} features=${lines.value?.corrected ?? []} transform=${placed(x, y, k * here.scale)}/></svg>`}
+    ${showLines.value && html`<svg class="overlay" aria-hidden="true"><${FieldLines} name="on-corrected" features=${lines.value?.corrected ?? []}
+      size=${it.corrected_size.map((side) => side + 2 * MARGIN_PX)} transform=${placed(x, y, k * here.scale)}/></svg>`}
   </div>`;
 }
 
 /** The field's lines on the raw side. */
 export function RawLines() {
-  if (!showLines.value || !lines.value || lines.value.id !== version.value?.id) return null;
+  const picture = snapshot.value;
+  if (!showLines.value || !picture || !lines.value || lines.value.id !== version.value?.id) return null;
   const { k, tx, ty } = view.value;
-  return html`<svg class="overlay" aria-hidden="true"><${FieldLines} features=${lines.value.raw} transform=${placed(tx, ty, k)}/></svg>`;
+  return html`<svg class="overlay" aria-hidden="true"><${FieldLines} name="on-raw" size=${[picture.width, picture.height]} features=${lines.value.raw} transform=${placed(tx, ty, k)}/></svg>`;
 }
 
 /** The style that leaves the raw half. */
 export const rawClip = computed(() => {
-  if (step.value !== "compare" || !laid.value) return "";
+  if (!comparing.value || !laid.value) return "";
   const { mode, at } = compare.value;
   return mode === "corrected" ? "visibility:hidden" : mode === "wipe" ? `clip-path:inset(0 ${(1 - at) * 100}% 0 0)` : "";
 });

@@ -11,19 +11,24 @@ import { colour, path, placed } from "./drawing.js";
 const BEYOND_PX = 6; // a curve is bold from its first to its last point, and a little further
 
 export function Overlay() {
+  const picture = snapshot.value;
   return html`<svg class="overlay" aria-hidden="true">
-    ${showLines.value && html`<${FieldLines} features=${preview.value?.overlay ?? []} transform=${placed(view.value.tx, view.value.ty, view.value.k)}/>`}
+    ${showLines.value && picture && html`<${FieldLines} name="on-raw" size=${[picture.width, picture.height]} features=${preview.value?.overlay ?? []}
+      transform=${placed(view.value.tx, view.value.ty, view.value.k)}/>`}
     <${Curves}/>
     ${editing.value && html`<${Points}/><${Box}/>`}
   </svg>`;
 }
 
-/** @param {{ features: import("../types").Feature[], transform: string }} props */
-export function FieldLines({ features, transform }) {
-  return html`<g class="field-lines" data-testid="field-lines" transform=${transform}>
-    ${features.filter((f) => f.points.length > 1).map((f) => html`<path key=${f.feature + f.kind} class="casing" d=${path(f.points)}/>`)}
-    ${features.filter((f) => f.points.length > 1).map((f) => html`<path key=${f.feature + f.kind} d=${path(f.points)}
-      style=${f.kind === "border" ? `stroke:${colour(f.feature)}` : ""}/>`)}
+/** What is painted on the field, as the model sees it; the borders on top. size: of the picture, which clips it.
+ * @param {{ features: import("../types").Feature[], transform: string, size: import("../types").Point, name: string }} props */
+export function FieldLines({ features, transform, size: [width, height], name }) {
+  const drawn = features.filter((f) => f.points.length > 1).toSorted((a, b) => Number(a.kind === "border") - Number(b.kind === "border"))
+    .map((f) => ({ key: f.kind + f.feature, d: path(f.points), style: f.kind === "border" ? `stroke:${colour(f.feature)}` : "" }));
+  return html`<g class="field-lines" data-testid="field-lines" transform=${transform} clip-path=${`url(#${name})`}>
+    <clipPath id=${name}><rect x="-.5" y="-.5" width=${width} height=${height}/></clipPath>
+    ${drawn.map(({ key, d }) => html`<path key=${key} class="casing" d=${d}/>`)}
+    ${drawn.map(({ key, d, style }) => html`<path key=${key} d=${d} style=${style}/>`)}
   </g>`;
 }
 

@@ -5,7 +5,7 @@ import { number } from "../format.js";
 import { html } from "../html.js";
 import { Start } from "../panels/start.js";
 import { Toolbar } from "../panels/toolbar.js";
-import { editing, pointer, snapshot, step, tool } from "../state.js";
+import { comparing, editing, pointer, snapshot, step, tool } from "../state.js";
 import { listen } from "../tools/pointer.js";
 import { fit, stageSize, view } from "../view.js";
 import { Corrected, RawLines, Wipe, rawClip, underPointer } from "./compare.js";
@@ -39,9 +39,9 @@ export function Stage() {
       <div class="half" style=${rawClip.value}>
         <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}
           src=${address(`/snapshots/${shown.id}/image.png`)} style=${`transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`}/>
-        ${step.value === "compare" ? html`<${RawLines}/>` : html`<${Overlay}/>`}
+        ${comparing.value ? html`<${RawLines}/>` : html`<${Overlay}/>`}
       </div>
-      ${step.value === "compare" && html`<${Corrected}/><${Wipe}/>`}
+      ${comparing.value && html`<${Corrected}/><${Wipe}/>`}
       <${Loupe} picture=${picture}/>
       <${Toolbar}/>
       <${ReadOut}/>`}
@@ -50,17 +50,17 @@ export function Stage() {
 
 function label() {
   if (!snapshot.value) return "Open a picture";
-  if (step.value === "compare") return "The picture, raw and corrected. Arrow keys pan, plus and minus zoom.";
+  if (comparing.value) return "The picture, raw and corrected. Arrow keys pan, plus and minus zoom.";
   return editing.value ? "The picture. A adds a point, N selects the next one, arrow keys move it, plus and minus zoom."
     : "The picture. Arrow keys pan, plus and minus zoom.";
 }
 
 /** What is under the pointer. */
 function ReadOut() {
-  const at = pointer.value, spot = step.value === "compare" ? underPointer.value : null;
+  const at = pointer.value, spot = comparing.value ? underPointer.value : null;
   return html`<div class="read-out" data-off-stage data-testid="read-out">
     <span>${at ? html`Pixel <b>${number(at.x)}, ${number(at.y)}</b>` : html`<span class="dim">Point at the picture for its position</span>`}</span>
-    ${step.value === "compare" && at && html`<span>Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b></span>`}
+    ${comparing.value && at && html`<span>Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b></span>`}
     <span class="zoom">${number(view.value.k * 100, 0)} %</span>
   </div>`;
 }

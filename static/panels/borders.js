@@ -30,16 +30,18 @@ function BorderRow({ border }) {
   return html`<li><button type="button" class="feature" data-testid=${`border-${border}`} aria-pressed=${active.value === border} onClick=${() => run(`border-${border}`)}
       title=${refusal ? `${refusal.detail} ${refusal.fix}` : `Click the ${border} border (${printed(key)})`}>
     <i class="chip" style=${`--colour:${colour(border)}`}>${border[0].toUpperCase()}</i>
-    <span>${words(border)}${painted && html`<small>${words(painted)}</small>`}</span>
-    <em>${many(points.length, "point")}</em><em class="value">${isCurve(curve) ? `${number(curve.rms_px, 2)} px` : refusal ? "⚠" : "–"}</em></button></li>`;
+    <span>${words(border)}</span>
+    <em>${many(points.length, "point")}</em><em class="value">${isCurve(curve) ? `${number(curve.rms_px, 2)} px` : refusal ? "⚠" : "–"}</em>
+    ${painted && html`<small>${words(painted)}</small>`}</button></li>`;
 }
 
 /** @param {{ feature: string }} props */
 function InsideRow({ feature }) {
   const row = stale.value ? undefined : preview.value?.report.per_feature.find((f) => f.feature === feature);
   return html`<li><button type="button" class="feature" data-testid=${`inside-${feature}`} aria-pressed=${active.value === feature} onClick=${() => activateFeature(feature)}>
-    <i class="chip" style=${`--colour:${colour(feature)}`}>+</i><span>${words(feature)}${row && html`<small>${row.used ? "Used by the fit" : "Checks the fit"}</small>`}</span>
-    <em>${many(pointsOf(doc.value, feature).length, "point")}</em><em class="value">${row ? `${mm(row.rms_mm)} mm` : "–"}</em></button></li>`;
+    <i class="chip" style=${`--colour:${colour(feature)}`}>+</i><span>${words(feature)}</span>
+    <em>${many(pointsOf(doc.value, feature).length, "point")}</em><em class="value">${row ? `${mm(row.rms_mm)} mm` : "–"}</em>
+    ${row && html`<small>${row.used ? "Used by the fit" : "Checks the fit"}</small>`}</button></li>`;
 }
 
 /** Any line, arc or landmark that is painted. */

@@ -56,8 +56,9 @@ export function FieldDrawing() {
   return html`<svg class="field" data-testid="field-drawing" role="group" aria-label=${`${f.title}, ${words(r.name)}`}
       viewBox=${`${rect.x - margin} ${rect.y - margin} ${rect.width + 2 * margin} ${rect.height + 2 * margin}`} style=${`--unit:${unit}px`}>
     <rect class="carpet" x=${rect.x} y=${rect.y} width=${rect.width} height=${rect.height}/>
-    ${f.lines.filter((l) => !borders.has(l.name)).map((l) => html`<${Feature} key=${l.name} name=${l.name} d=${`M${place(l.from)}L${place(l.to)}`}/>`)}
-    ${f.arcs.map((a) => html`<${Feature} key=${a.name} name=${a.name} d=${`M${arcPoints(a).map(place).join("L")}`}/>`)}
+    <clipPath id="in-view"><rect x=${rect.x} y=${rect.y} width=${rect.width} height=${rect.height}/></clipPath>
+    <g class="inside" clip-path="url(#in-view)">${f.lines.filter((l) => !borders.has(l.name)).map((l) => html`<${Feature} key=${l.name} name=${l.name} d=${`M${place(l.from)}L${place(l.to)}`}/>`)}
+    ${f.arcs.map((a) => html`<${Feature} key=${a.name} name=${a.name} d=${`M${arcPoints(a).map(place).join("L")}`}/>`)}</g>
     ${BORDERS.map((border) => {
       const [[x1, y1], [x2, y2]] = sideOf(rect, border), isDown = x1 === x2, out = 11 * unit;
       const [tx, ty] = isDown ? [x1 + (border === "left" ? -out : out), (y1 + y2) / 2] : [(x1 + x2) / 2, y1 + (border === "top" ? -out : out)];

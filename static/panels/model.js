@@ -12,7 +12,7 @@ export function ModelPanel() {
   return html`<section aria-label="Model"><h2>Model</h2>
       <ul class="features" role="radiogroup" aria-label="Model">${models.value.map(({ name, title, help, points_needed }) => {
         const isOn = doc.value.model === name;
-        return html`<li key=${name}><button type="button" class="feature" role="radio" aria-checked=${isOn} data-testid=${`model-${name}`}
+        return html`<li key=${name}><button type="button" class="feature model" role="radio" aria-checked=${isOn} data-testid=${`model-${name}`}
             onClick=${() => change({ ...doc.value, model: name, options: {} })}>
           <span class="dot" aria-hidden="true">${isOn ? "●" : "○"}</span><span>${title}</span><em class="value">${isOn && preview.value && !stale.value ? `${mm(preview.value.report.verdict.mm)} mm` : ""}</em></button>
           ${isOn && html`<p class="reason">${help} ${points_needed}</p>`}</li>`;

@@ -19,14 +19,14 @@ export function Residuals() {
   const top = roundUp(Math.max(...all)), step = (WIDTH - GAP * (groups.length - 1)) / all.length, y = (/** @type {number} */ px) => (HEIGHT / 2) * (1 - px / top);
   let x = -GAP;
   return html`<section aria-label="Residuals"><h2>Residuals, px</h2>
-    <svg class="residuals" data-testid="residuals" viewBox=${`0 0 ${WIDTH + 26} ${HEIGHT}`} role="img" aria-label=${`Residuals of ${all.length} points, at most ${number(Math.max(...all), 2)} px`}>
+    <svg class="residuals" data-testid="residuals" viewBox=${`0 0 ${WIDTH + 34} ${HEIGHT}`} role="img" aria-label=${`Residuals of ${all.length} points, at most ${number(Math.max(...all), 2)} px`}>
       <path class="axis" d=${`M0 ${HEIGHT / 2}H${WIDTH}M0 1H${WIDTH}M0 ${HEIGHT - 1}H${WIDTH}`}/>
       <text x=${WIDTH + 4} y="9">+${number(top, 1)}</text><text x=${WIDTH + 4} y=${HEIGHT / 2 + 3}>0</text><text x=${WIDTH + 4} y=${HEIGHT - 2}>−${number(top, 1)}</text>
       ${groups.map(({ border, bars }) => { x += GAP; return bars.map(({ index, px, stray }) => {
         const at = x; x += step;
         const isPicked = picked.value.some((p) => p.feature === border && p.index === index);
         return html`<g key=${`${border}:${index}`} class=${`${isPicked ? "picked" : ""}${stray ? " stray" : ""}`} style=${`--colour:${colour(border)}`} onClick=${() => select([{ feature: border, index }])}>
-          <rect class="hit" x=${at} y="0" width=${step} height=${HEIGHT}/><rect class="bar" x=${at + step * 0.2} width=${step * 0.6} y=${Math.min(y(px), HEIGHT / 2)} height=${Math.max(1, Math.abs(y(px) - HEIGHT / 2))}/>
+          <rect class="hit" x=${at} y="0" width=${step} height=${HEIGHT}/><rect class="stick" x=${at + step * 0.2} width=${step * 0.6} y=${Math.min(y(px), HEIGHT / 2)} height=${Math.max(1, Math.abs(y(px) - HEIGHT / 2))}/>
           <title>${border} point ${index + 1}: ${number(px, 2)} px${stray ? ", a stray" : ""}</title></g>`;
       }); })}
     </svg></section>`;

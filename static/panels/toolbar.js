@@ -2,14 +2,14 @@
 import { ACTIONS, run } from "../actions.js";
 import { html } from "../html.js";
 import { printed } from "../keys.js";
-import { step } from "../state.js";
+import { comparing, step } from "../state.js";
 
 const EDIT = ["pick", "pan", "|", "undo", "redo", "delete", "|", "zoom-out", "zoom-in", "zoom-fit", "lines"];
 const COMPARE = ["raw", "wipe", "corrected", "|", "lines", "|", "zoom-out", "zoom-in", "zoom-fit"];
 const LOOK = ["zoom-out", "zoom-in", "zoom-fit"];
 
 export function Toolbar() {
-  const ids = step.value === "compare" ? COMPARE : step.value === "borders" || step.value === "model" ? EDIT : LOOK;
+  const ids = comparing.value ? COMPARE : step.value === "borders" || step.value === "model" ? EDIT : LOOK;
   return html`<div class="tools" role="toolbar" aria-label="Tools" data-off-stage>
     ${ids.map((id, i) => (id === "|" ? html`<i key=${i}></i>` : html`<${ActionButton} key=${id} id=${id} withKey/>`))}
   </div>`;

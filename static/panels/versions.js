@@ -3,7 +3,7 @@ import { address } from "../api.js";
 import { dayAndTime, mm, pct } from "../format.js";
 import { html } from "../html.js";
 import { camera } from "../state.js";
-import { activate, canActivate, isSaved, version, versions } from "../versions.js";
+import { activate, isSaved, version, versions } from "../versions.js";
 import { correctedAddress } from "../layers/compare.js";
 import { ActionButton } from "./toolbar.js";
 
@@ -35,9 +35,8 @@ export function VersionsPanel() {
         <div><b>Version ${v.version}</b> <span class="dim">${dayAndTime(v.created_at)}</span>${v.active && html` <b class="level good">Active</b>`}
           ${v.note && html`<small>${v.note}</small>`}</div>
         <em>${mm(v.report?.verdict?.mm)} mm</em>
-        ${camera.value && canActivate.value && !v.active && html`<button type="button" data-testid=${`activate-${v.version}`} onClick=${() => void activate(v.id)}>Activate</button>`}
+        ${camera.value && !v.active && html`<button type="button" data-testid=${`activate-${v.version}`} onClick=${() => void activate(v.id)}>Activate</button>`}
       </li>`)}</ul>
-      ${!canActivate.value && html`<p class="dim">This server cannot activate versions yet; use a version by its id over REST, or download it.</p>`}
       ${camera.value === null && html`<p class="dim">The picture is a file, so there is no camera to activate it for. Download it, or use it over REST.</p>`}</section>
     <${Downloads}/>`;
 }
