@@ -26,7 +26,9 @@ from app.api import (
 )
 from app.api.access import Access, login_router
 from app.api.camera_frames import CameraFrames
+from app.api.connections import watched_connections
 from app.api.frames import Frames
+from app.api.limits import MB, BodyLimits
 from app.api.schemas import PROBLEMS
 from app.api.work import new_limiter
 from app.images import ImageDecoder, Limits
@@ -59,7 +61,6 @@ def create_app(settings: Settings) -> FastAPI:
 
     app = FastAPI(title="Touchline", version=__version__, description=ABOUT, openapi_url=f"{API}/openapi.json",
                   docs_url=None, redoc_url=None, lifespan=lifespan,
-                  max_body_size=int(settings.server.max_body_mb * 1e6),
                   telemetry={"tracing": False, "metrics": False, "logs": False})
     app.state.settings = settings
     app.state.started = time.monotonic()
@@ -76,7 +77,7 @@ def create_app(settings: Settings) -> FastAPI:
 
 def image_limits(settings: Settings) -> Limits:
     images = settings.images
-    return Limits(max_bytes=int(images.max_file_mb * 1e6), max_pixels=int(images.max_megapixels * 1e6),
+    return Limits(max_bytes=int(images.max_file_mb * MB), max_pixels=int(images.max_megapixels * 1e6),
                   max_side_px=images.max_side_px, wall_s=images.decode_timeout_s)
 
 
@@ -95,6 +96,9 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
     pages = [page.read_text(encoding="utf-8") for page in static.glob("*.html")] + [docs.PAGE]
     hosts = () if token else (*LOOPBACK, settings.server.host, *settings.server.allowed_hosts)
     # The last one added is the outermost.
+    app.add_middleware(BodyLimits, text_bytes=int(settings.server.max_json_mb * MB),
+                       upload_bytes=image_limits(settings).max_bytes, text_s=settings.server.request_timeout_s,
+                       upload_s=settings.server.upload_timeout_s)
     app.add_middleware(Access, token=token, hosts=hosts)
     app.add_middleware(headers.SafeHeaders, scripts=[h for page in pages for h in headers.inline_hashes(page)])
     app.add_middleware(problems.Unexpected)
@@ -109,4 +113,6 @@ def serve(settings: Settings, *, open_page: bool = False, verbose: bool = False)
     print(f"Touchline {__version__} is at {url}\nIt keeps everything in {data}. Ctrl-C ends it.", flush=True)
     if open_page:
         webbrowser.open(url)
-    serving.run(create_app(settings), listener, settings, log_level="info" if verbose else "warning")
+    connection = watched_connections(head_s=settings.server.request_timeout_s,
+                                     per_address=settings.server.max_connections_per_address)
+    serving.run(create_app(settings), listener, settings, connection, log_level="info" if verbose else "warning")

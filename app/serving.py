@@ -1,5 +1,6 @@
 """A socket, a token and uvicorn: how the application is put on the network."""
 
+import asyncio
 import contextlib
 import os
 import secrets
@@ -62,14 +63,14 @@ def url_of(listener: socket.socket) -> str:
     return f"http://{host}:{port}/"
 
 
-def run(app: ASGIApp, listener: socket.socket, settings: Settings, *, log_level: str = "warning") -> None:
-    """Serve until SIGTERM or Ctrl-C; requests in progress get STOP_S seconds to end."""
+def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: type[asyncio.Protocol], *,
+        log_level: str = "warning") -> None:
+    """Serve until SIGTERM or Ctrl-C; requests in progress get STOP_S seconds to end. connection: uvicorn's, or ours."""
     config = uvicorn.Config(
         app, log_level=log_level, access_log=log_level == "info", server_header=False,
         limit_concurrency=settings.server.max_connections, timeout_graceful_shutdown=STOP_S, timeout_keep_alive=20,
-        ws="websockets-sansio",
-        ws_per_message_deflate=False,  # JPEGs do not get smaller, only the server slower
-        h11_max_incomplete_event_size=32 * 1024)
+        http=connection, ws="websockets-sansio",
+        ws_per_message_deflate=False)  # JPEGs do not get smaller, only the server slower
     with contextlib.closing(listener), contextlib.suppress(KeyboardInterrupt):
         uvicorn.Server(config).run(sockets=[listener])
 

@@ -38,9 +38,11 @@ class Server(_Section):
     host: str = "127.0.0.1"
     port: Port = 8000
     allowed_hosts: tuple[str, ...] = ()
-    max_body_mb: Megabytes = 40.0
+    max_json_mb: Megabytes = 2.0
     max_connections: Count = 256
-    request_timeout_s: Seconds = 20.0
+    max_connections_per_address: Count = 40
+    request_timeout_s: Seconds = 10.0
+    upload_timeout_s: Seconds = 30.0
 
     @property
     def is_loopback(self) -> bool:

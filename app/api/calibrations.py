@@ -7,6 +7,8 @@ from starlette.responses import Response
 
 from app.api.answers import Json
 from app.api.asked import task_of
+from app.api.bodies import uploaded_file
+from app.api.imported import calibration_from_file
 from app.api.schemas import Cursor, FitRequest, Id, IdQuery, Limit, Listing
 from app.api.work import at_work
 from app.exports import EXPORTS
@@ -15,6 +17,8 @@ from app.records import Calibration
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
 MAX_IMPORT_BYTES = 4 << 20
+IMPORT_BODY = {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": {
+    "type": "object", "required": ["file"], "properties": {"file": {"type": "string", "format": "binary"}}}}}}}
 
 
 @router.post("", status_code=201)
@@ -29,6 +33,18 @@ def _made(request: Request, body: FitRequest) -> Calibration:
     done = task.run()
     before = store.calibrations(task.camera, limit=1).items if task.camera is not None else ()
     return store.save(task.record(done, parent=before[0].id if before else None))
+
+
+@router.post("/import", status_code=201, openapi_extra=IMPORT_BODY)
+async def import_file(request: Request) -> Json:
+    """Keep a calibration that was exported as json, here or elsewhere, as a new version: multipart with `file`."""
+    data, _ = await uploaded_file(request, MAX_IMPORT_BYTES)
+    calibration = await at_work(request, _imported, request, data)
+    return Json(calibration.to_json(), 201, headers={"Location": f"/api/v1/calibrations/{calibration.id}"})
+
+
+def _imported(request: Request, data: bytes) -> Calibration:
+    return request.app.state.store.save(calibration_from_file(data))
 
 
 @router.get("", response_model=Listing)

@@ -115,7 +115,8 @@ class Unexpected:
             if started:
                 raise  # half an answer has gone: cutting the connection is the only way left to say so
             answer = problem(500, "unexpected", "Unexpected error",
-                             f"Something broke here that should not (error {id}).", f"Try again; if it stays, report it with the log around error {id}.")
+                             f"Something broke here that should not (error {id}).",
+                             f"Try again; if it stays, report it with the log around error {id}.")
             await answer(scope, receive, send)
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from app.geometry import MAX_COORDINATE
 
-MAX_TRANSFORM_POINTS = 1_000_000
+MAX_TRANSFORM_POINTS = 100_000
 
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
 Pair = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]

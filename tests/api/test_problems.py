@@ -80,7 +80,7 @@ def test_what_the_caller_sent_is_not_sent_back(client):
 
 
 def test_a_body_that_is_too_large_is_413_with_and_without_its_length(client, settings):
-    too_much = int(settings.server.max_body_mb * 1e6) + 1
+    too_much = int(settings.server.max_json_mb * 2**20) + 1
     refusal(client.post(BORDER, content=b" " * too_much, headers=JSON), 413)
     pieces = (b" " * 1_000_000 for _ in range(too_much // 1_000_000 + 1))
     refusal(client.post(BORDER, content=pieces, headers=JSON), 413)
