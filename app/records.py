@@ -124,6 +124,7 @@ class Fit:
 
     inliers: for each observation a bool array, false where a point was named a stray and left out.
     used: for each observation, whether the model rests on it; the others only check it.
+    covariance (n, n) of the parameters named by parameter_names, where the fit knows it.
     """
 
     model: Any  # a CameraModel; models stand one floor up
@@ -131,6 +132,8 @@ class Fit:
     used: tuple[bool, ...]
     warnings: tuple[Warning, ...] = ()
     notes: Mapping[str, Any] = member(default_factory=dict)  # how choices were made, e.g. {"degree": {…}}
+    covariance: NDArray[np.float64] | None = None
+    parameter_names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

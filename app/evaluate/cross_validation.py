@@ -29,7 +29,7 @@ def held_out_mm(model_class: type[CameraModel], fit: Fit, observations: Observat
     result = tuple(np.full(len(o.points), np.nan) for o in observations)
     places = [(i, k) for i, o in enumerate(clean) if fit.used[i] for k in range(len(o.points))]
     folds = min(len(places), MAX_FOLDS)
-    kept = {**(options or {}), **_choices(fit), "robust": False}
+    kept = {**(options or {}), **fit.notes.get("choices", {}), "robust": False}
     for fold in range(folds):
         progress(fold / folds, "Checking with points left out")
         out = places[fold::folds]  # strided, so that neighbours are not left out together
@@ -42,13 +42,6 @@ def held_out_mm(model_class: type[CameraModel], fit: Fit, observations: Observat
             original = np.flatnonzero(fit.inliers[i])[k]
             result[i][original] = feature_residuals(model, alone, field, region).mm[0]
     return result
-
-
-def _choices(fit: Fit) -> dict[str, Any]:
-    """What the fit chose by itself and a refit should not choose anew."""
-    degree = fit.notes.get("degree")
-    return {} if degree is None else {"degree": {name: chosen["degree"] for name, chosen in degree.items()},
-                                      "relation_degree": fit.notes["relation"]["degree"]}
 
 
 def _without(observations: Observations, out: list[tuple[int, int]]) -> Observations:

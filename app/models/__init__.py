@@ -46,6 +46,18 @@ class Option:
             if value in self.choices:
                 return value
             raise self._refuse(value, " or ".join(repr(c) for c in self.choices))
+        if self.type == "terms-or-auto":
+            if value == "auto":
+                return value
+            if isinstance(value, (list, tuple)) and all(v in self.choices for v in value):
+                return tuple(c for c in self.choices if c in value)
+            raise self._refuse(value, f'"auto", or a list out of {", ".join(self.choices)}')
+        if self.type == "value-and-sigma":
+            return self._read_value_and_sigma(value)
+        if self.type == "calibration":
+            if isinstance(value, Mapping) and isinstance(value.get("parameters"), Mapping) and "name" in value:
+                return value
+            raise self._refuse(value, "the id of a calibration")
         if self.type == "bool":
             if isinstance(value, bool):
                 return value
@@ -64,6 +76,15 @@ class Option:
                 raise self._refuse(value, "a whole number, " + allowed)
             return int(value)
         return float(value)
+
+    def _read_value_and_sigma(self, value: Any) -> dict[str, float]:
+        allowed = f'{{"value": {self.range[0]:g} to {self.range[1]:g}, "sigma": 0.1 to 5000}} in {self.unit}'
+        if not isinstance(value, Mapping) or set(value) != {"value", "sigma"}:
+            raise self._refuse(value, allowed)
+        for number, (low, high) in ((value["value"], self.range), (value["sigma"], (0.1, 5000))):
+            if isinstance(number, bool) or not isinstance(number, (int, float)) or not low <= number <= high:
+                raise self._refuse(value, allowed)
+        return {"value": float(value["value"]), "sigma": float(value["sigma"])}
 
     def _refuse(self, value: Any, allowed: str) -> BadInput:
         return BadInput(f"The option {self.name} cannot be {value!r}.", f"Use {allowed}.", reason="bad-option")

@@ -13,11 +13,10 @@ from app.models import Progress, read_options
 from app.models.border import CurveFit, fit_curve
 from app.models.polynomial import Polynomial
 from app.models.polynomial_relation import relate
+from app.models.rectangles import rectangles
 from app.records import Fit, Observations, Warning
 
-RECTANGLES = 10  # between the far apart borders, unless the rig says otherwise
 MIN_HULL_SHARE = 0.01  # of the picture; clicks that enclose less are on one line
-MAX_CORRECTED_PX = 50e6
 EXTRAPOLATED_SHARE = 0.08  # of a border's length; a curve is not believed further past its last click
 
 
@@ -47,7 +46,7 @@ def fit_polynomial(observations: Observations, field: Field, region: Region, ima
     fits = {name: fit_curve(borders[name].points[:, 1], borders[name].points[:, 0], degrees[name], rows,
                             f"the {name} border", robust=robust) for name in ("left", "right")}
     _refuse_crossing("left", "right", fits, _span_of_clicks(borders, 1))
-    width_px, height_px, n_x, n_y = _rectangles(settings, region, image_size)
+    width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
 
     progress(0.4, "Fitting the top and bottom borders")
     for name in ("top", "bottom"):  # clicked on the raw picture, carried over to the horizontally corrected one
@@ -67,7 +66,8 @@ def fit_polynomial(observations: Observations, field: Field, region: Region, ima
     inliers = _inliers(observations, borders, fits, stray_known)
     warnings = (*_strays(observations, borders, fits, inliers), *_extrapolations(borders, fits, straight))
     notes = {"degree": {n: {"degree": f.curve.degree, "reason": f.reason} for n, f in fits.items()},
-             "held_out_px": {n: f.held_out_rms for n, f in fits.items()}, "relation": relation}
+             "held_out_px": {n: f.held_out_rms for n, f in fits.items()}, "relation": relation,
+             "choices": {"degree": {n: f.curve.degree for n, f in fits.items()}, "relation_degree": relation["degree"]}}
     return Fit(model, inliers, used, warnings, notes)
 
 
@@ -131,26 +131,6 @@ def _refuse_crossing(first: str, second: str, fits: Mapping[str, CurveFit], span
         raise FitFailed(f"The {first} and {second} borders cross {where}.",
                         "Check the points of both; click nearer to the corners, or choose a lower degree.",
                         reason="borders-cross", feature=first)
-
-
-def _rectangles(settings: Mapping[str, Any], region: Region, image_size: ImageSize) -> tuple[float, float, int, int]:
-    """I_width and I_height with their numbers of rectangles, Eq. (3) and (7).
-
-    Defaults depend on the field and the picture size alone, never on the clicks, so that cameras of one rig agree:
-    the region, square-pixelled, as large as fits into the picture.
-    """
-    longer = max(region.width_mm, region.height_mm)
-    n_x = settings["n_rectangles_x"] or max(1, round(RECTANGLES * region.width_mm / longer))
-    n_y = settings["n_rectangles_y"] or max(1, round(RECTANGLES * region.height_mm / longer))
-    px_per_mm = min(image_size.width / region.width_mm, image_size.height / region.height_mm)
-    w_max, h_max = settings["w_max_rectangle_px"], settings["h_max_rectangle_px"]
-    width = w_max * n_x if w_max else round(region.width_mm * px_per_mm)  # Eq. (3)
-    height = h_max * n_y if h_max else round(region.height_mm * px_per_mm)  # Eq. (7)
-    if width < 16 or height < 16 or width > 16000 or height > 16000 or width * height > MAX_CORRECTED_PX:
-        raise BadInput(f"The corrected picture would be {width:.0f} × {height:.0f} px.",
-                       "Choose rectangles and numbers that make 16 to 16 000 px each way and at most 50 megapixels.",
-                       reason="bad-corrected-size")
-    return float(width), float(height), n_x, n_y
 
 
 def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],

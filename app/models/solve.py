@@ -1,0 +1,91 @@
+"""The least squares that models share: Levenberg–Marquardt with a robust loss, on any state that can be moved.
+
+    minimise Σ ρ(r_i²),   ρ(s) = 2 (√(1 + s) - 1)   (soft L1) or s
+
+K. Levenberg 1944; D. Marquardt 1963; steps accepted by gain ratio (Madsen, Nielsen, Tingleff 2004, §3.2); the robust
+loss by reweighting each linearisation. Columns are scaled by their own length, so units do not matter.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from app.models.lens import Array
+
+State = TypeVar("State")
+
+FIRST_DAMPING = 1e-3
+MAX_DAMPING = 1e12
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum(Generic[State]):
+    """Where the search ended. residuals and jacobian are unweighted, in units of their σ."""
+
+    state: State
+    cost: float
+    residuals: Array
+    jacobian: Array
+    steps: int
+    converged: bool
+
+
+def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], move: Callable[[State, Array], State],
+             *, robust_rows: int = 0, max_steps: int = 60, tolerance: float = 1e-10) -> Minimum[State]:
+    """Find the state of least cost near start.
+
+    evaluate(state) -> residuals (m,), jacobian (m, n), both in units of σ; non-finite residuals mark a state that is
+    out of reach, and the step there is shortened. move(state, delta) applies a step. robust_rows: how many of the
+    first rows feel the robust loss. Converged when no parameter would move by more than `tolerance` of what one σ of
+    the residuals is worth, or the cost stands still.
+    """
+    state = start
+    residuals, jacobian = evaluate(state)
+    if not (np.isfinite(residuals).all() and np.isfinite(jacobian).all()):
+        return Minimum(state, np.inf, residuals, jacobian, 0, False)
+    cost = _cost(residuals, robust_rows)
+    damping, growth = FIRST_DAMPING, 2.0
+    for step_number in range(1, max_steps + 1):
+        weight = _weights(residuals, robust_rows)
+        weighted, jw = residuals * weight, jacobian * weight[:, None]
+        scale = np.linalg.norm(jw, axis=0)
+        scale[scale == 0] = 1.0
+        jw = jw / scale
+        gradient, hessian = jw.T @ weighted, jw.T @ jw
+        while True:
+            try:
+                delta = -np.linalg.solve(hessian + damping * np.eye(len(gradient)), gradient)
+            except np.linalg.LinAlgError:
+                delta = None
+            if delta is not None and np.isfinite(delta).all():
+                moved = move(state, delta / scale)
+                new_residuals, new_jacobian = evaluate(moved)
+                new_cost = _cost(new_residuals, robust_rows)
+                if np.isfinite(new_cost) and np.isfinite(new_jacobian).all() and new_cost <= cost:
+                    break
+            damping *= growth
+            growth *= 2
+            if damping > MAX_DAMPING:
+                return Minimum(state, cost, residuals, jacobian, step_number, True)
+        predicted = float(delta @ (damping * delta - gradient))
+        ratio = (cost - new_cost) / predicted if predicted > 0 else 1.0
+        still = cost - new_cost <= tolerance * tolerance * (1 + cost) or np.abs(delta).max() < tolerance
+        state, residuals, jacobian, cost = moved, new_residuals, new_jacobian, new_cost
+        if still:
+            return Minimum(state, cost, residuals, jacobian, step_number, True)
+        damping *= max(1 / 3, 1 - (2 * ratio - 1) ** 3)
+        growth = 2.0
+    return Minimum(state, cost, residuals, jacobian, max_steps, False)
+
+
+def _cost(residuals: Array, robust_rows: int) -> float:
+    squared = residuals**2
+    return float(np.sum(2 * (np.sqrt(1 + squared[:robust_rows]) - 1)) + np.sum(squared[robust_rows:]))
+
+
+def _weights(residuals: Array, robust_rows: int) -> Array:
+    weight = np.ones_like(residuals)
+    weight[:robust_rows] = (1 + residuals[:robust_rows] ** 2) ** -0.25  # √ρ'
+    return weight
