@@ -28,7 +28,7 @@ def read_bytes(path: Path, most: int = Limits().max_bytes) -> bytes:
     except OSError as error:
         raise FileTrouble(f"{path} cannot be read: {error.strerror}.", "Check the path and its permissions.") from None
     if len(data) > most:
-        raise BadInput(f"{path} has more than {most >> 20} MB.", "Give a smaller file.", reason="too-large")
+        raise BadInput(f"{path} has more than {most / 1e6:.4g} MB.", "Give a smaller file.", reason="too-large")
     return data
 
 

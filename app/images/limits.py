@@ -12,7 +12,7 @@ SEND_AGAIN = "Copy or export the picture again; the file is probably incomplete 
 class Limits:
     """The largest picture that is decoded, and what decoding may cost."""
 
-    max_bytes: int = 32 * 2**20
+    max_bytes: int = 32_000_000
     max_pixels: int = 50_000_000  # 150 MB of BGR; the largest industrial sensors have 50 Mpx or less
     max_side_px: int = 16_384
     max_jpeg_scans: int = 64  # a progressive picture has about 10; every scan costs a pass over all pixels

@@ -35,8 +35,8 @@ def screen(data: bytes, limits: Limits = DEFAULT_LIMITS) -> Declared:
     if not data:
         raise BadImage("The file is empty.", "Choose a file that holds a picture.", reason="empty-image")
     if len(data) > limits.max_bytes:
-        raise ImageTooLarge(f"The file has {len(data) / 2**20:.1f} MB.",
-                            f"Send at most {limits.max_bytes / 2**20:g} MB; save it as JPEG or scale it down.",
+        raise ImageTooLarge(f"The file has {len(data) / 1e6:.1f} MB.",
+                            f"Send at most {limits.max_bytes / 1e6:g} MB; save it as JPEG or scale it down.",
                             reason="image-file-too-large")
     for magic, read in FORMATS.items():
         if data.startswith(magic):
