@@ -4,6 +4,8 @@ import json
 from pathlib import Path
 
 import pytest
+from pictures import encoded, gradient
+from refusals import API, without_size
 from starlette.testclient import TestClient
 
 from app.main import create_app
@@ -11,11 +13,13 @@ from app.settings import Settings
 
 CLICKS = Path(__file__).parents[1] / "clicks"
 HERE = "http://127.0.0.1:8000"
+CAMERAS = ({"id": "north", "name": "North half", "source": "sim://table?size=320x256&fps=200", "field": "table",
+            "region": "full"},)
 
 
 @pytest.fixture
 def settings(tmp_path) -> Settings:
-    return Settings(data=tmp_path / "data")
+    return Settings(data=tmp_path / "data", cameras=CAMERAS)
 
 
 @pytest.fixture
@@ -24,7 +28,38 @@ def client(settings):
         yield client
 
 
+@pytest.fixture(scope="module")
+def standing(tmp_path_factory):
+    """One client for all tests of a file: for those that leave nothing behind."""
+    with TestClient(create_app(Settings(data=tmp_path_factory.mktemp("data"), cameras=CAMERAS)), base_url=HERE) as client:
+        yield client
+
+
 @pytest.fixture
 def clicks():
     """An operator's clicks on a real picture: field, region, image_size, observations."""
     return lambda name="ssl_2008_half": json.loads((CLICKS / f"{name}.json").read_text())
+
+
+@pytest.fixture
+def picture() -> bytes:
+    """A picture of the clicks' size."""
+    return encoded("png", gradient(780, 580))
+
+
+@pytest.fixture
+def snapshot(client, picture) -> dict:
+    return client.post(f"{API}/snapshots", files={"file": picture}).json()
+
+
+@pytest.fixture
+def task(clicks) -> dict:
+    """The body of a calibration, without a snapshot."""
+    return clicks()
+
+
+@pytest.fixture
+def calibration(client, snapshot, task) -> dict:
+    answer = client.post(f"{API}/calibrations", json={**without_size(task), "snapshot": snapshot["id"]})
+    assert answer.status_code == 201, answer.text
+    return answer.json()

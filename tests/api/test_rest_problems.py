@@ -1,34 +1,23 @@
 """Every refusal has one form, names its reason and says what to do."""
 
-import json
 import re
 
 import pytest
+from refusals import refusal
 
 BORDER = "/api/v1/fit/border"
 JSON = {"Content-Type": "application/json"}
 
 
-def refusal(answer, status=None):
-    """The problem in an answer, checked for its form."""
-    assert answer.headers["content-type"] == "application/problem+json", answer.text
-    problem = json.loads(answer.text, parse_constant=lambda constant: pytest.fail(f"{constant} in an answer"))
-    assert {"type", "title", "status", "detail", "fix"} <= problem.keys()
-    assert problem["status"] == answer.status_code and 400 <= answer.status_code < 500
-    assert problem["type"].startswith("/problems/") and problem["fix"].endswith(".")
-    assert status is None or answer.status_code == status, problem
-    return problem
-
-
 @pytest.mark.parametrize("path", [
     "/api/v1/nowhere", "/api/nowhere", "/api", "/nowhere.html", "/vendor", "/..%2f..%2fpyproject.toml",
     "/vendor/../../pyproject.toml", "/%2e%2e/pyproject.toml", "/a%00b"])
-def test_an_unknown_path_is_404(client, path):
-    refusal(client.get(path, headers={"Accept": "text/html"}), 404)
+def test_an_unknown_path_is_404(standing, path):
+    refusal(standing.get(path, headers={"Accept": "text/html"}), 404)
 
 
-def test_a_wrong_method_is_405_and_names_the_right_ones(client):
-    answer = client.delete("/api/v1/health")
+def test_a_wrong_method_is_405_and_names_the_right_ones(standing):
+    answer = standing.delete("/api/v1/health")
     refusal(answer, 405)
     assert "GET" in answer.headers["allow"]
 
@@ -55,42 +44,42 @@ def test_a_wrong_method_is_405_and_names_the_right_ones(client):
     ('{"points": [' + "[1,2]," * 5000 + '[1,2]], "axis": "x_of_y"}', "too-many"),
     ("null", "bad-request"), ("[]", "bad-request"), ('"x"', "bad-request"), ("", "bad-request"), ("\0", "bad-json"),
 ])
-def test_a_body_that_is_none_is_refused_by_name(client, body, reason):
-    problem = refusal(client.post(BORDER, content=body.encode("utf-8", "surrogatepass"), headers=JSON))
+def test_a_body_that_is_none_is_refused_by_name(standing, body, reason):
+    problem = refusal(standing.post(BORDER, content=body.encode("utf-8", "surrogatepass"), headers=JSON))
     assert problem["type"] == f"/problems/{reason}", problem
 
 
-def test_bytes_that_are_no_text_are_refused(client):
-    refusal(client.post(BORDER, content=b"\xff\xfe\x00", headers=JSON))
+def test_bytes_that_are_no_text_are_refused(standing):
+    refusal(standing.post(BORDER, content=b"\xff\xfe\x00", headers=JSON))
 
 
 @pytest.mark.parametrize("type", ["text/plain", "application/x-www-form-urlencoded", "", "application/json; charset=x"])
-def test_another_content_type_is_refused(client, type):
-    refusal(client.post(BORDER, content=b'{"points": [], "axis": "x_of_y"}', headers={"Content-Type": type}))
+def test_another_content_type_is_refused(standing, type):
+    refusal(standing.post(BORDER, content=b'{"points": [], "axis": "x_of_y"}', headers={"Content-Type": type}))
 
 
-def test_the_place_of_a_mistake_is_named(client):
-    problem = refusal(client.post(BORDER, json={"points": [[1, 2], [3, None]], "axis": "x_of_y"}), 422)
+def test_the_place_of_a_mistake_is_named(standing):
+    problem = refusal(standing.post(BORDER, json={"points": [[1, 2], [3, None]], "axis": "x_of_y"}), 422)
     assert problem["errors"][0]["at"] == "points[1][1]"
 
 
-def test_what_the_caller_sent_is_not_sent_back(client):
-    answer = client.post(BORDER, json={"points": "<script>" * 100, "axis": "x_of_y"})
+def test_what_the_caller_sent_is_not_sent_back(standing):
+    answer = standing.post(BORDER, json={"points": "<script>" * 100, "axis": "x_of_y"})
     assert "<script>" not in answer.text
 
 
-def test_a_body_that_is_too_large_is_413_with_and_without_its_length(client, settings):
-    too_much = int(settings.server.max_json_mb * 2**20) + 1
-    refusal(client.post(BORDER, content=b" " * too_much, headers=JSON), 413)
+def test_a_body_that_is_too_large_is_413_with_and_without_its_length(standing):
+    too_much = int(standing.app.state.settings.server.max_json_mb * 2**20) + 1
+    refusal(standing.post(BORDER, content=b" " * too_much, headers=JSON), 413)
     pieces = (b" " * 1_000_000 for _ in range(too_much // 1_000_000 + 1))
-    refusal(client.post(BORDER, content=pieces, headers=JSON), 413)
+    refusal(standing.post(BORDER, content=pieces, headers=JSON), 413)
 
 
-def test_an_error_that_nobody_foresaw_is_a_problem_with_an_id_that_the_log_knows(client, caplog, monkeypatch):
+def test_an_error_that_nobody_foresaw_is_a_problem_with_an_id_that_the_log_knows(standing, caplog, monkeypatch):
     def broken():
         raise RuntimeError("as if")
     monkeypatch.setattr("app.models.polynomial.Polynomial.points_needed", broken)
-    answer = client.get("/api/v1/models")
+    answer = standing.get("/api/v1/models")
     problem = answer.json()
     assert answer.status_code == 500 and answer.headers["content-type"] == "application/problem+json"
     id = re.search(r"error ([0-9a-f]{8})", problem["detail"])[1]

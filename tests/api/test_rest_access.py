@@ -89,28 +89,28 @@ def test_a_strange_cookie_is_no_token(guarded, cookie):
     {"Sec-Fetch-Site": "cross-site"},
     {"Sec-Fetch-Site": "same-site"},
 ])
-def test_another_sites_page_changes_nothing(client, headers):
-    answer = client.post("/api/v1/fit/border", json=BORDER, headers=headers)
+def test_another_sites_page_changes_nothing(standing, headers):
+    answer = standing.post("/api/v1/fit/border", json=BORDER, headers=headers)
     assert answer.status_code == 403 and answer.json()["fix"]
 
 
-def test_our_own_page_may(client):
+def test_our_own_page_may(standing):
     headers = {"Origin": "http://127.0.0.1:8000", "Sec-Fetch-Site": "same-origin"}
-    assert client.post("/api/v1/fit/border", json=BORDER, headers=headers).status_code == 200
+    assert standing.post("/api/v1/fit/border", json=BORDER, headers=headers).status_code == 200
 
 
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "", "["])
-def test_a_name_that_only_points_here_is_not_answered(client, host):
-    assert client.get("/api/v1/health", headers={"Host": host}).status_code == 403
+def test_a_name_that_only_points_here_is_not_answered(standing, host):
+    assert standing.get("/api/v1/health", headers={"Host": host}).status_code == 403
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost:8000", "LOCALHOST", "[::1]:8000"])
-def test_this_machines_own_names_are(client, host):
-    assert client.get("/api/v1/health", headers={"Host": host}).status_code == 200
+def test_this_machines_own_names_are(standing, host):
+    assert standing.get("/api/v1/health", headers={"Host": host}).status_code == 200
 
 
-def test_every_answer_says_what_a_page_may_load(client):
+def test_every_answer_says_what_a_page_may_load(standing):
     for path in ("/api/v1/health", "/nowhere", "/docs", "/login"):
-        headers = client.get(path, follow_redirects=False).headers
+        headers = standing.get(path, follow_redirects=False).headers
         assert "default-src 'self'" in headers["content-security-policy"], path
         assert headers["x-content-type-options"] == "nosniff"
