@@ -138,8 +138,8 @@ def test_a_region_may_be_given_as_its_four_borders_alone(field: Field):
                                             ("vsss-5v5", "vsss_5v5_2200x1800")])
 def test_the_markings_are_the_published_ones(name, file):
     field, published = FIELDS[name], json.loads((PUBLISHED / f"{file}.json").read_text())
-    ours = sorted(sorted([line.start, line.end]) + [line.width_mm] for line in field.lines.values())
-    theirs = sorted(sorted([tuple(v["p1"]), tuple(v["p2"])]) + [v["thickness"]] for v in published["lines"].values())
+    ours = sorted([*sorted([line.start, line.end]), line.width_mm] for line in field.lines.values())
+    theirs = sorted([*sorted([tuple(v["p1"]), tuple(v["p2"])]), v["thickness"]] for v in published["lines"].values())
     assert ours == theirs
     theirs = [Arc(n, tuple(v["center"]), v["radius"], np.degrees(v["a1"]), np.degrees(v["a2"]))
               for n, v in published["arcs"].items()]
@@ -182,7 +182,8 @@ def test_what_is_no_field_is_refused_with_a_reason_and_a_fix(path, value):
 
 
 plain = st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
-                     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3))
+                     lambda inner: st.lists(inner, max_size=3)
+                     | st.dictionaries(st.text(max_size=8), inner, max_size=3))
 
 
 @settings(max_examples=150, deadline=None)

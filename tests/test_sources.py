@@ -89,13 +89,14 @@ def test_an_option_out_of_its_range_is_refused(name, around, value):
         assert value == "١"  # Python reads every script's digits
 
 
-@pytest.mark.parametrize("url", ["", "sim", "sim:table", "sim://", "://table", "sim://table?seed", "sim://table?a=1&a=2",
-                                 "sim://table#x", "sim://table?seed=%ff", "sim://[table", "sim://a\nb", "sim://" + "a" * 3000,
-                                 "sim://table?" + "&".join(f"a{i}=1" for i in range(60)), None, 7, "sim://\ud800"])
+@pytest.mark.parametrize("url", [
+    "", "sim", "sim:table", "sim://", "://table", "sim://table?seed", "sim://table?seed=1&seed=1", "sim://table#x",
+    "sim://table?seed=%ff", "sim://[table", "sim://a\nb", "sim://" + "a" * 2000, None, 7, "sim://\ud800",
+    "sim://table?" + "&".join(f"a{i}=1" for i in range(60))], ids=lambda url: repr(url)[:30])
 def test_what_is_no_address_is_refused_with_the_form(url, around):
-    with pytest.raises(TouchlineError) as refused:
+    with pytest.raises(BadInput, match="address") as refused:
         source_from_url(url, around)
-    assert refused.value.reason in ("bad-source", "unknown-option", "unknown-field") and refused.value.fix
+    assert refused.value.reason == "bad-source" and "sim://" in refused.value.fix
 
 
 def test_an_address_is_scheme_target_and_options():
@@ -142,7 +143,8 @@ def test_without_a_folder_there_are_no_pictures():
 
 
 @pytest.mark.parametrize(("url", "reason"), [
-    ("sim://moon", "unknown-field"), ("sim://table?camera=1", "bad-option"), ("sim://table?camera=2&cameras=2", "bad-option"),
+    ("sim://moon", "unknown-field"), ("sim://table?camera=1", "bad-option"),
+    ("sim://table?camera=2&cameras=2", "bad-option"),
     ("sim://table?region=attic", "unknown-region"), ("sim://table?lens=eye", "bad-option"),
     ("sim://table?size=1x1", "bad-option"), ("sim://table?size=99999x99999", "bad-option"),
     ("sim://table?size=٦٤٠x٤٨٠", "bad-option"), ("sim://table?height=200&tilt=60", "bad-camera"),

@@ -10,7 +10,8 @@ own and keeps only the newest frame.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field as member
+from dataclasses import dataclass
+from dataclasses import field as member
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 from urllib.parse import parse_qsl, unquote, urlsplit

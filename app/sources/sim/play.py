@@ -119,7 +119,8 @@ def _goals(field: Field) -> list[Tall]:
     things = []
     for side in (-1, 1):
         front, back = side * field.length_mm / 2, side * (field.length_mm / 2 + depth + 10)
-        for start, end in (((back, -half), (back, half)), ((front, -half), (back, -half)), ((front, half), (back, half))):
+        walls = (((back, -half), (back, half)), ((front, -half), (back, -half)), ((front, half), (back, half)))
+        for start, end in walls:
             middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
             half_size = (abs(end[0] - start[0]) / 2 + wall, abs(end[1] - start[1]) / 2 + wall)
             things.append(Tall(box(middle, half_size, 0.0), middle, max(half_size) + wall, 0, goal["height_mm"],

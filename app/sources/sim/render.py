@@ -1,6 +1,6 @@
 """One picture of a simulated camera: everything still is painted once, the rest is drawn on top for each frame."""
 
-from dataclasses import dataclass, field as member
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Self
 
@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.field import Field, Region
-from app.sources.sim import look, play as play_of
+from app.sources.sim import look
+from app.sources.sim import play as play_of
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.look import Light
 from app.sources.sim.paint import Ground, Plane
@@ -25,39 +26,41 @@ class Sensor:
     noise: float = 2.0
 
 
+PLAY, LIGHT, SENSOR = Play(), Light(), Sensor()
+
+
 @dataclass(frozen=True, eq=False)
 class Rendering:
-    """A camera above a field, ready to give frame after frame.
+    """A camera above a field, ready to give frame after frame; the same arguments give the same frames.
 
-    region: the part of the field where the play is. Frames repeat exactly with the same arguments.
+    region: the part of the field where the play is. still: everything that does not move. shade: the light on it.
     """
 
     camera: SimCamera
     field: Field
     region: Region
-    play: Play = Play()
-    light: Light = Light()
-    sensor: Sensor = Sensor()
-    _ground: Ground = member(repr=False, default=None)
-    _still: NDArray[np.float32] = member(repr=False, default=None)
-    _shade: Plane = member(repr=False, default=None)
+    play: Play
+    sensor: Sensor
+    ground: Ground
+    still: NDArray[np.float32]
+    shade: Plane
 
     @classmethod
-    def of(cls, camera: SimCamera, field: Field, region: Region, play: Play = Play(), light: Light = Light(),
-           sensor: Sensor = Sensor()) -> Self:
+    def of(cls, camera: SimCamera, field: Field, region: Region, play: Play = PLAY, light: Light = LIGHT,
+           sensor: Sensor = SENSOR) -> Self:
         ground = Ground.of(camera)
         shade = look.lighting(ground, light, field)
         still = look.ground_colour(ground, field, light, sensor.blur_px, play.seed) * shade[..., None]
         draw(still, ground, shade, play_of.standing(play, field, region), sensor.blur_px)
         if light.glare:
             still += look.glare(ground, light, field)[..., None]
-        return cls(camera, field, region, play, light, sensor, ground, still, shade)
+        return cls(camera, field, region, play, sensor, ground, still, shade)
 
     def frame(self, index: int, fps: float = 25.0) -> NDArray[np.uint8]:
         """(height, width, 3) BGR; the index-th frame of a camera at this rate."""
-        picture = self._still.copy()
+        picture = self.still.copy()
         things = play_of.moving(self.play, self.field, self.region, index / fps)
-        draw(picture, self._ground, self._shade, things, self.sensor.blur_px)
+        draw(picture, self.ground, self.shade, things, self.sensor.blur_px)
         if self.sensor.noise:
             picture += _noise(picture.shape, self.sensor.noise, self.play.seed, index)
         return cv2.convertScaleAbs(np.maximum(picture, 0, out=picture))  # rounds, and saturates at 255
