@@ -42,6 +42,15 @@ async def busy_then_read(request):
     return await length(request)
 
 
+async def read_then_stream(request):
+    async def answer():
+        for _ in range(8):
+            yield b"."
+            await asyncio.sleep(0.1)
+    await request.body()
+    return StreamingResponse(answer())
+
+
 async def shout(websocket):
     await websocket.accept()
     while True:
@@ -49,7 +58,7 @@ async def shout(websocket):
 
 
 APP = Starlette(routes=[*(Route(f"/{f.__name__}", f, methods=["GET", "POST"]) for f in
-                          (length, ignore, begin_then_read, busy_then_read)), WebSocketRoute("/shout", shout)])
+                          (length, ignore, begin_then_read, busy_then_read, read_then_stream)), WebSocketRoute("/shout", shout)])
 
 
 @contextmanager
@@ -189,6 +198,39 @@ def test_a_body_that_arrived_while_the_app_was_busy_is_not_late(port):
         assert json.loads(answer(line)[2]) == {"length": 2}
 
 
+def test_an_answer_may_take_longer_than_the_body_was_allowed_to(port):
+    with connect(port) as line:
+        line.sendall(head("read_then_stream", JSON, 2) + b"ab")
+        received = b""
+        while not received.endswith(b"0\r\n\r\n"):
+            received += (piece := line.recv(65536))
+            assert piece, "the answer was cut"
+        assert received.count(b"\r\n.\r\n") == 8
+
+
+@pytest.mark.parametrize("begun", [False, True], ids=["nothing sent", "answer begun"])
+def test_an_app_whose_caller_was_refused_is_not_heard_any_more(begun):
+    sent = []
+
+    async def app(scope, receive, send):
+        if begun:
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+        assert (await receive())["type"] == (await receive())["type"] == "http.disconnect"
+        await send({"type": "http.response.body", "body": b"too late"})
+        raise RuntimeError("my caller has gone")
+
+    async def receive():
+        return {"type": "http.request", "body": b"abc", "more_body": False}
+
+    async def send(message):
+        sent.append(message)
+
+    scope = {"type": "http", "headers": [(b"content-type", b"text/plain")]}
+    asyncio.run(BodyLimits(app, text_bytes=2)(scope, receive, send))
+    assert [m["status"] for m in sent if m["type"] == "http.response.start"] == [200 if begun else 413]
+    assert not any(m.get("body") == b"too late" for m in sent)
+
+
 def test_an_answer_that_has_begun_is_cut_when_the_body_is_too_large(port):
     with connect(port) as line:
         line.sendall(head("begin_then_read", JSON))
@@ -220,8 +262,12 @@ def test_headers_that_trickle_are_ended_in_time_on_a_later_request_as_well(port)
         stop.set()
 
 
-def test_blank_lines_do_not_keep_a_connection_open(port):
+@pytest.mark.parametrize("requests", [0, 1])
+def test_blank_lines_do_not_keep_a_connection_open(port, requests):
     with connect(port) as line:
+        for _ in range(requests):
+            line.sendall(head("ignore", JSON, 0))
+            assert answer(line)[0] == 200
         begin = time.monotonic()
         with pytest.raises(OSError):  # noqa: PT011 a broken pipe or a reset, as the system likes
             while time.monotonic() - begin < 5:
@@ -237,8 +283,12 @@ def test_a_connection_may_rest_between_two_requests(port):
             time.sleep(0.9)
 
 
-def test_headers_without_end_are_refused(port):
+@pytest.mark.parametrize("requests", [0, 1])
+def test_headers_without_end_are_refused(port, requests):
     with connect(port) as line:
+        for _ in range(requests):
+            line.sendall(head("ignore", JSON, 0))
+            assert answer(line)[0] == 200
         line.sendall(b"GET / HTTP/1.1\r\nHost: x\r\n")
         with suppress(OSError):
             for k in range(MAX_HEAD_BYTES // 50):
