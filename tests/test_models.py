@@ -29,6 +29,13 @@ every_model = pytest.mark.parametrize("model_class", [pytest.param(MODELS[n], id
 
 def own_options(model) -> dict:
     """What makes a fit look for just this example: its own degrees and rectangles."""
+    if hasattr(model, "project"):
+        chosen = {"terms": [n for n, t in zip(model.LENS.TERMS, model.lens_terms, strict=True) if t]}
+        return {**(chosen if any(o.name == "terms" for o in model.OPTIONS) else {}), "click_sigma_px": 0.01,
+                "height_mm": {"value": model.position_mm[2], "sigma": 1.0},
+                "n_rectangles_x": model.n_rectangles_x, "n_rectangles_y": model.n_rectangles_y,
+                **{f"{a}_max_rectangle_px": getattr(model, side) / getattr(model, f"n_rectangles_{b}")
+                   for a, side, b in (("w", "width_px", "x"), ("h", "height_px", "y"))}}
     if model.NAME != "polynomial":
         return {}
     return {"degree": {side: getattr(model, side).degree for side in ("left", "right", "top", "bottom")},

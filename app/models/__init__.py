@@ -141,6 +141,10 @@ class CameraModel(Protocol):
 
 MODELS = Registry("camera model", {
     "polynomial": "app.models.polynomial:Polynomial",  # the paper's: two one-dimensional corrections from four borders
+    "division": "app.models.division:Division",  # a pinhole with one distortion number
+    "brown-conrady": "app.models.brown_conrady:BrownConrady",  # radial and tangential terms: nearly every field camera
+    "fisheye": "app.models.fisheye:Fisheye",  # Kannala–Brandt, for very wide lenses
+    "ssl": "app.models.ssl:Ssl",  # the league's one term, for its software
 })
 
 

@@ -104,7 +104,7 @@ def focal_from_vanishing_points(plane_from_field: Array) -> float | None:
 
 
 def pose_from_homography(plane_from_field: Array, focal_px: float) -> tuple[Array, Array]:
-    """camera_from_field (3, 3) and the camera's position, mm, from a homography of the carpet about the principal point.
+    """camera_from_field (3, 3) and the position, mm, from a homography of the carpet about the principal point.
 
     The camera stands above the carpet and the field before it; a mirrored homography gives no such pose: FitFailed.
     """

@@ -5,7 +5,8 @@ along the curve it was made is found anew at every look and costs no unknown: at
 curve changes the distance by nothing (orthogonal distance regression, P. Boggs and J. Rogers 1990).
 """
 
-from dataclasses import dataclass, field as member
+from dataclasses import dataclass
+from dataclasses import field as member
 
 import numpy as np
 
@@ -15,17 +16,18 @@ from app.models.linear import Incidences, line_through
 from app.models.ray_state import RayState
 from app.records import Observations
 
-FOOT_STEPS = 4  # from the last look's place; the first look gets more
+FOOT_STEPS = 1  # from the last look's place, which was nearly right; the first look gets more
 FIRST_FOOT_STEPS = 12
 
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """A parameter by name, its value and σ: one more residual."""
+    """A parameter by name, its value and σ: one more residual. wide: it only keeps an unknown from running off."""
 
     name: str
     value: float
     sigma: float
+    wide: bool = False
 
 
 @dataclass(eq=False)
@@ -84,7 +86,7 @@ class RayProblem:
         places = self._first_places(state) if first else self.places
         clicks = self.pixels[:self.curves]
         for _ in range(FIRST_FOOT_STEPS if first else FOOT_STEPS):
-            points, tangents, normals = self._curve(places, state)
+            points, tangents, _ = self._curve(places, state)
             pixel, by_point, _ = state.project_jacobian(points)
             along = np.einsum("nij,nj->ni", by_point, tangents)
             step = np.einsum("ni,ni->n", clicks - pixel, along) / np.einsum("ni,ni->n", along, along)  # mm
@@ -97,11 +99,7 @@ class RayProblem:
 
     def _first_places(self, state: RayState) -> Array:
         """Where the clicks fall on the carpet, along each curve."""
-        plane = (self.pixels[:self.curves] - state.centre_px) / state._focal
-        rays = state.lens.undistort(state.terms, plane) @ state.camera_from_field
-        height = self.base[:, 2] - state.position_mm[2]
-        field = state.position_mm + rays * (height / rays[:, 2])[:, None]
-        arm = field[:, :2] - self.base[:, :2]
+        arm = state.unproject(self.pixels[:self.curves], self.base[:, 2]) - self.base[:, :2]
         places = np.where(self.radius > 0, np.arctan2(arm[:, 1], arm[:, 0]), np.einsum("ni,ni->n", arm, self.along))
         return np.where(np.isfinite(places), places, 0.0)
 

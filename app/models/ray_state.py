@@ -52,6 +52,17 @@ class RayState:
                        camera_from_field=matrix_from_vector(full[n:n + 3]) @ self.camera_from_field,
                        position_mm=self.position_mm + full[n + 3:n + 6], offsets_mm=self.offsets_mm + full[n + 6:])
 
+    @property
+    def lens_names(self) -> tuple[str, ...]:
+        """The parameters that are the lens's own."""
+        return self.lens.TERMS
+
+    def values(self) -> dict[str, float]:
+        """Parameters by name, of those that a prior may speak about."""
+        return {"log_focal": self.log_focal, "centre_x": self.centre_px[0], "centre_y": self.centre_px[1],
+                "height": self.position_mm[2], **dict(zip(self.lens.TERMS, self.terms, strict=True)),
+                **{f"line_{i}": o for i, o in enumerate(self.offsets_mm)}}
+
     def project(self, points: Array) -> Array:
         """Field mm (n, 3) to raw px (n, 2)."""
         plane = self.lens.distort(self.terms, (points - self.position_mm) @ self.camera_from_field.T)
@@ -70,9 +81,17 @@ class RayState:
         by[:, :, 1:3] = np.eye(2)
         by[:, :, 3:n] = by_terms * focal[:, None]
         # a turn ω before the rotation moves the ray by ω × ray: d pixel/d ω = ray × (d pixel/d ray), row by row
-        by[:, :, n:n + 3] = np.cross(rays[:, None, :], by_ray)
+        x, y, z = (rays[:, i, None] for i in range(3))
+        by[:, :, n] = y * by_ray[:, :, 2] - z * by_ray[:, :, 1]
+        by[:, :, n + 1] = z * by_ray[:, :, 0] - x * by_ray[:, :, 2]
+        by[:, :, n + 2] = x * by_ray[:, :, 1] - y * by_ray[:, :, 0]
         by[:, :, n + 3:] = -by_point
         return plane * focal + self.centre_px, by_point, by
+
+    def unproject(self, pixels: Array, z_mm: Array) -> Array:
+        """Raw px (n, 2) to field mm (n, 2) at heights z_mm (n,); on the wrong side of the camera too, for a start."""
+        rays = self.lens.undistort(self.terms, (pixels - self.centre_px) / self._focal) @ self.camera_from_field
+        return self.position_mm[:2] + rays[:, :2] * ((z_mm - self.position_mm[2]) / rays[:, 2])[:, None]
 
     @property
     def _focal(self) -> Array:

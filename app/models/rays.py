@@ -22,6 +22,8 @@ from app.models.lens import Array, Lens
 from app.models.rotation import matrix_from_vector
 from app.records import Fit, Observations
 
+REACH = 1.0  # how far beyond the picture a lens is still believed, as a share of the picture's extent
+
 
 @dataclass(frozen=True)
 class RayCamera:
@@ -59,22 +61,30 @@ class RayCamera:
         return np.array(self.lens_terms)
 
     def project(self, points_field_xyz: Array) -> Points:
-        """Field mm (..., 3) to raw pixels (..., 2); NaN behind the camera or beyond the lens's horizon."""
+        """Field mm (..., 3) to raw pixels (..., 2); NaN behind the camera, beyond the horizon, or far off the picture."""
         with np.errstate(all="ignore"):
             rays = (np.asarray(points_field_xyz, float) - np.array(self.position_mm)) @ self.camera_from_field.T
             plane = self.LENS.distort(self._terms, rays)
             pixels = plane * (self.focal_px * np.array([1, self.aspect])) + np.array(self.centre_px)
-        return unreachable_where(~(np.abs(pixels) < MAX_COORDINATE).all(axis=-1), pixels)
+            near = (np.abs(points_field_xyz) < MAX_COORDINATE).all(axis=-1)
+        return unreachable_where(~near | self._beyond(pixels), pixels)
 
     def unproject(self, pixels: Points, z_mm: float = 0.0) -> Points:
         """Raw pixels (..., 2) to field mm (..., 2) in the plane at z_mm; NaN where the ray does not meet it ahead."""
         with np.errstate(all="ignore"):
-            plane = (np.asarray(pixels, float) - np.array(self.centre_px)) / (self.focal_px * np.array([1, self.aspect]))
+            about = np.asarray(pixels, float) - np.array(self.centre_px)
+            plane = about / (self.focal_px * np.array([1, self.aspect]))
             rays = self.LENS.undistort(self._terms, plane) @ self.camera_from_field
             x, y, z = self.position_mm
             reach = (z_mm - z) / rays[..., 2]
             field = np.array([x, y]) + rays[..., :2] * reach[..., None]
-            return unreachable_where(~(reach > 0) | ~(np.abs(field) < MAX_COORDINATE).all(axis=-1), field)
+            far = ~(np.abs(field) < MAX_COORDINATE).all(axis=-1)
+            return unreachable_where(~(reach > 0) | far | self._beyond(np.asarray(pixels, float)), field)
+
+    def _beyond(self, pixels: Points) -> Array:
+        """Further outside the picture than a lens is believed, or not a number."""
+        extent = (0.5 + REACH) * np.array(tuple(self.image_size), float)
+        return ~(np.abs(pixels - np.array(self.image_size.centre)) <= extent).all(axis=-1)
 
     @property
     def corrected_size(self) -> ImageSize:
@@ -87,10 +97,12 @@ class RayCamera:
 
     def field_from_corrected(self, points: Points) -> Points:
         """Corrected pixels to field mm: a scale and the region's place."""
-        return self.region.field_from_region(np.asarray(points, float) * self._mm_per_px)
+        with np.errstate(invalid="ignore"):
+            return self.region.field_from_region(np.asarray(points, float) * self._mm_per_px)
 
     def corrected_from_field(self, points: Points) -> Points:
-        return self.region.region_from_field(np.asarray(points, float)) / self._mm_per_px
+        with np.errstate(invalid="ignore"):
+            return self.region.region_from_field(np.asarray(points, float)) / self._mm_per_px
 
     def corrected_from_raw(self, points: Points) -> Points:
         """Raw pixels to corrected ones, by way of the carpet."""

@@ -48,7 +48,8 @@ class SslLens:
 
 def _gain(a: float, rr: Array) -> Array:
     """r_d / r_u at r_u² = rr; complex input (for derivative checks) takes Newton steps from its real part's root."""
-    real_a, r_u = float(np.real(a)), np.sqrt(np.fmax(np.real(rr), 0.0))  # fmax: NaN behind the camera is caught below
+    real_a = float(np.real(a))
+    r_u = np.sqrt(np.fmax(np.real(rr), 0.0))  # fmax: NaN, behind the camera, is put back below
     limit = 1 / np.sqrt(-3 * real_a) if real_a < 0 else np.inf
     r_d = invert_radius(r_u, lambda r: (r * (1 + real_a * r * r), 1 + 3 * real_a * r * r), limit)
     with np.errstate(all="ignore"):
@@ -67,7 +68,8 @@ class Ssl(RayCamera):
 
     NAME: ClassVar[str] = "ssl"
     TITLE: ClassVar[str] = "SSL"
-    HELP: ClassVar[str] = "The Small Size League's one-term lens: choose it when the league's software must use the result."
+    HELP: ClassVar[str] = ("The Small Size League's one-term lens: choose it when the league's software must use "
+                           "the result.")
     LENS: ClassVar[type] = SslLens
     OPTIONS: ClassVar[tuple[Option, ...]] = RAY_OPTIONS
 

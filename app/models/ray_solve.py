@@ -1,0 +1,169 @@
+"""The search for a ray camera: several starts, a robust refinement, strays named, then plain least squares."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from app.errors import FitFailed
+from app.models.lens import Array
+from app.models.ray_problem import Prior, RayProblem
+from app.models.ray_state import RayState
+from app.models.solve import Minimum, minimise
+
+CLICK_PX = 0.5  # σ of a click before the clicks themselves tell
+START_STEPS = 8
+CLICK_PRIOR = 4  # clicks that this guess weighs
+STRAY_SIGMAS = 4.5
+STRAY_PX = 1.5  # nothing nearer is called a stray
+MAX_STRAYS = 0.3  # of all clicks
+TOLD_SHARE = 0.3  # of a wide prior's σ: a parameter known better than this is told by the clicks
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """Everything that stays the same during one fit."""
+
+    problem: RayProblem
+    priors: tuple[Prior, ...]
+    free: Array
+    names: tuple[str, ...]
+    held: bool = False  # the lens is given and stays
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    task: Task
+    terms: tuple[str, ...]
+    minimum: Minimum[RayState]
+    inliers: Array
+    pixels: Array  # residuals, px: signed for curves, distances for spots
+    sigma_px: float
+    freedom: int
+    cost: float  # of all clicks with a common ceiling, for comparing rungs
+
+    @property
+    def rms_px(self) -> float:
+        return float(np.sqrt(np.mean(self.pixels[self.inliers] ** 2)))
+
+    @property
+    def covariance(self) -> Array:
+        return covariance_of(self.minimum.jacobian)
+
+
+def first_bend(ladder: tuple[tuple[str, ...], ...]) -> tuple[str, ...]:
+    """The simplest lens that bends at all: what tells the starts apart."""
+    return next((terms for terms in ladder if terms), ladder[-1])
+
+
+def best_start(task: Task, starts: list[RayState]) -> RayState:
+    """Each start is improved a little, robustly; the best goes on."""
+    tried = []
+    for start in starts:
+        task.problem.places = np.empty(0)
+        terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f)
+        begin = start if task.held else cleared(start, terms)
+        tried.append(_minimise(task, begin, 2 * CLICK_PX, rows_of(task.problem), steps=START_STEPS))
+    best = min(tried, key=lambda m: m.cost)
+    if not np.isfinite(best.cost):
+        raise FitFailed("No camera was found that sees the clicked lines where they were clicked.",
+                        "Check which line each click belongs to, and the region.", reason="no-camera")
+    return best.state
+
+
+def solve(task: Task, start: RayState, settings: Mapping[str, Any]) -> Found:
+    """Robustly from the start, then plainly without the strays."""
+    sigma = settings["click_sigma_px"] or CLICK_PX
+    robust = settings["robust"]
+    rows = rows_of(task.problem)
+    task.problem.places = np.empty(0)
+    best = _minimise(task, start, sigma, rows if robust else 0)
+    inliers = np.ones(len(task.problem.pixels), bool)
+    for _ in range(4 if robust else 1):
+        pixels = _distances(task.problem, best.state)
+        spread = settings["click_sigma_px"] or _spread(pixels[inliers], int(task.free.sum()))
+        strays = np.abs(pixels) > max(STRAY_SIGMAS * spread, STRAY_PX) if robust else ~inliers
+        if strays.sum() > MAX_STRAYS * strays.size:
+            strays = np.zeros_like(strays)  # that many are no strays: the model is wrong, or the lines are mixed up
+        if np.array_equal(~strays, inliers) and _ > 0:
+            break
+        inliers = ~strays
+        kept = Task(task.problem.only(inliers), task.priors, task.free, task.names)
+        best = _minimise(kept, best.state, spread, 0)
+    pixels = _distances(task.problem, best.state)
+    spread = settings["click_sigma_px"] or _spread(pixels[inliers], int(task.free.sum()))
+    kept = Task(task.problem.only(inliers), task.priors, task.free, task.names)
+    best = _minimise(kept, best.state, spread, 0)
+    kept = Task(kept.problem, _still_needed(task, best), task.free, task.names)
+    if len(kept.priors) < len(task.priors):
+        best = _minimise(kept, best.state, spread, 0)
+    pixels = _distances(task.problem, best.state)
+    freedom = rows_of(kept.problem) + len(task.priors) - int(task.free.sum())
+    terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f and n in best.state.lens_names)
+    return Found(task, terms, best, inliers, pixels, float(spread), freedom,
+                  float(np.sum(np.minimum(pixels**2, STRAY_PX**2 * 4))))
+
+
+def _still_needed(task: Task, found: Minimum[RayState]) -> tuple[Prior, ...]:
+    """Without the wide priors of all that the clicks tell by themselves, which those would only pull aside."""
+    sigma = dict(zip(np.array(task.names)[task.free], np.sqrt(np.diag(covariance_of(found.jacobian))), strict=True))
+    return tuple(p for p in task.priors if not p.wide or sigma[p.name] > TOLD_SHARE * p.sigma)
+
+
+def covariance_of(jacobian: Array) -> Array:
+    """(JᵀJ)⁻¹ of whitened residuals, by way of unit columns."""
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale[scale == 0] = 1.0
+    information = (jacobian / scale).T @ (jacobian / scale)
+    return np.linalg.pinv(information, rcond=1e-14, hermitian=True) / np.outer(scale, scale)
+
+
+def _minimise(task: Task, start: RayState, sigma: float, robust_rows: int, steps: int = 60) -> Minimum[RayState]:
+    names = list(task.names)
+
+    def evaluate(state: RayState) -> tuple[Array, Array]:
+        r, j = task.problem.residuals(state)
+        values = state.values()
+        known = np.array([(values[p.name] - p.value) / p.sigma for p in task.priors])
+        by = np.zeros((len(task.priors), len(names)))
+        for row, p in enumerate(task.priors):
+            by[row, names.index(p.name)] = 1 / p.sigma
+        return np.concatenate([r / sigma, known]), np.concatenate([j / sigma, by])[:, task.free]
+
+    return minimise(start, evaluate, lambda state, delta: state.moved(delta, task.free),
+                    robust_rows=robust_rows, max_steps=steps,
+                    tolerance=1e-4 if robust_rows else 1e-9)
+
+
+def rows_of(problem: RayProblem) -> int:
+    return problem.curves + 2 * len(problem.spots)
+
+
+def _distances(problem: RayProblem, state: RayState) -> Array:
+    """Per click: the signed distance from its curve, or the distance from its spot, px."""
+    r, _ = problem.residuals(state)
+    spots = r[problem.curves:].reshape(-1, 2)
+    return np.concatenate([r[:problem.curves], np.linalg.norm(spots, axis=1) / np.sqrt(2)])
+
+
+def _spread(pixels: Array, parameters: int) -> float:
+    """σ of a click from residuals, with a prior; robust when there are enough of them."""
+    freedom = max(len(pixels) - parameters, 1)
+    variance = float(np.sum(pixels**2))
+    return float(np.sqrt((variance + CLICK_PRIOR * CLICK_PX**2) / (freedom + CLICK_PRIOR)))
+
+
+def significantly_better(simple: Found, rich: Found) -> bool:
+    """F test at about 1 %: does the richer lens explain more than its extra terms would of noise?"""
+    extra = int(rich.task.free.sum() - simple.task.free.sum())
+    freedom = len(rich.pixels) - int(rich.task.free.sum())
+    if extra <= 0 or freedom < 3:
+        return False
+    gain = (simple.cost - rich.cost) / extra
+    return gain > (4 + 8 / extra + 12 / freedom) * max(rich.cost / freedom, 1e-12)
+
+
+def cleared(state: RayState, terms: tuple[str, ...]) -> RayState:
+    keep = np.array([name in terms for name in state.lens.TERMS], bool)
+    return replace(state, terms=np.where(keep, state.terms, 0.0))
