@@ -62,13 +62,17 @@ function inOrder() {
   });
 }
 
-/** Select the next or the previous point. @param {1 | -1} way */
-export function selectNext(way) {
+/** Select the next or the previous point. round: after the last comes the first. Returns whether there was one.
+ * @param {1 | -1} way @param {boolean} round */
+export function selectNext(way, round) {
   const all = inOrder(), last = picked.value.at(-1);
-  if (!all.length) return;
+  if (!all.length) return false;
   const at = last ? all.findIndex((p) => p.feature === last.feature && p.index === last.index)
-    : way > 0 ? Math.max(-1, all.findIndex((p) => p.feature === active.value) - 1) : 0;
-  select([all[(at + way + all.length) % all.length]]);
+    : way > 0 ? Math.max(-1, all.findIndex((p) => p.feature === active.value) - 1) : all.length;
+  const next = at + way;
+  if (!round && (next < 0 || next >= all.length)) return false;
+  select([all[(next + all.length) % all.length]]);
+  return true;
 }
 
 /** @param {Pick[]} picks */

@@ -1,6 +1,7 @@
 // The stage: the picture with everything on it, and the tools above it.
 import { useEffect, useRef } from "preact/hooks";
 import { address } from "../api.js";
+import { selectNext } from "../editing.js";
 import { number } from "../format.js";
 import { html } from "../html.js";
 import { Start } from "../panels/start.js";
@@ -33,7 +34,7 @@ export function Stage() {
 
   const { k, tx, ty } = view.value;
   return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : "empty"}`} ref=${stage} data-testid="stage"
-      tabindex=${shown ? 0 : -1} aria-label=${label()}>
+      tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab}>
     ${!shown && html`<${Start}/>`}
     ${shown && html`
       <div class="half" style=${rawClip.value}>
@@ -48,10 +49,16 @@ export function Stage() {
   </main>`;
 }
 
+/** Tab goes from point to point, and after the last one on to the next control. @param {KeyboardEvent} e */
+function tab(e) {
+  if (e.key !== "Tab" || e.target !== e.currentTarget || !editing.value) return;
+  if (selectNext(e.shiftKey ? -1 : 1, false)) e.preventDefault();
+}
+
 function label() {
   if (!snapshot.value) return "Open a picture";
   if (comparing.value) return "The picture, raw and corrected. Arrow keys pan, plus and minus zoom.";
-  return editing.value ? "The picture. A adds a point, N selects the next one, arrow keys move it, plus and minus zoom."
+  return editing.value ? "The picture. A adds a point, Tab selects the next one, arrow keys move it, plus and minus zoom."
     : "The picture. Arrow keys pan, plus and minus zoom.";
 }
 

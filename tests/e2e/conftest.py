@@ -1,0 +1,188 @@
+"""The real thing: `touchline demo` on a free port and a data folder of its own, and a real Chromium before it."""
+
+import json
+import queue
+import re
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+import requests
+from chromium import ARGUMENTS, FIX, chromium_path
+from playwright.sync_api import Page, expect
+
+START_S = 60  # a loaded machine imports OpenCV for many seconds
+CLICKS = Path(__file__).parents[1] / "clicks"
+
+
+def pytest_collection_modifyitems(items):
+    here = Path(__file__).parent
+    for item in items:
+        if here in Path(item.fspath).parents:
+            item.add_marker(pytest.mark.e2e)
+
+
+@pytest.fixture(scope="session")
+def browser_type_launch_args(browser_type_launch_args, browser_type):
+    path = chromium_path()
+    if path is None and not Path(browser_type.executable_path).exists():
+        pytest.fail(FIX, pytrace=False)
+    return {**browser_type_launch_args, "args": ARGUMENTS, **({"executable_path": path} if path else {})}
+
+
+@pytest.fixture(scope="session")
+def browser_context_args(browser_context_args):
+    return {**browser_context_args, "viewport": {"width": 1280, "height": 800}, "color_scheme": "dark"}
+
+
+class Server:
+    """A `touchline demo` that can be stopped and started again on the same port and data."""
+
+    def __init__(self, data: Path) -> None:
+        self.data, self.port = data, 0
+        self.start()
+
+    def start(self) -> None:
+        touchline = Path(sys.executable).parent / "touchline"
+        command = [str(touchline), "demo", "--port", str(self.port), "--data", str(self.data)]
+        self.process = subprocess.Popen(command, cwd=self.data, stdout=subprocess.PIPE,
+                                        stderr=subprocess.STDOUT, text=True)
+        lines: queue.Queue[str] = queue.Queue()
+        threading.Thread(target=lambda: [lines.put(line) for line in self.process.stdout], daemon=True).start()
+        said = ""
+        while not (found := re.search(r"http://127\.0\.0\.1:(\d+)", said)):
+            try:
+                said += lines.get(timeout=START_S)
+            except queue.Empty:
+                pytest.fail(f"touchline demo did not start within {START_S} s; it said:\n{said}", pytrace=False)
+        self.port = int(found[1])
+        self.url = found[0]
+
+    def stop(self) -> None:
+        self.process.terminate()
+        self.process.wait(timeout=20)
+
+    def api(self, method: str, path: str, **more) -> requests.Response:
+        return requests.request(method, f"{self.url}/api/v1{path}", timeout=30, **more)
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory):
+    """Shared by all: every test works on a picture of its own."""
+    server = Server(tmp_path_factory.mktemp("data"))
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def own_server(tmp_path):
+    """For a test that stops it."""
+    server = Server(tmp_path)
+    yield server
+    server.stop()
+
+
+class Operator:
+    """What a person at the page does, by mouse and keyboard."""
+
+    def __init__(self, page: Page, server: Server) -> None:
+        self.page, self.server = page, server
+
+    def visit(self) -> "Operator":
+        self.page.goto(self.server.url)
+        expect(self.page.get_by_test_id("camera-overhead")).to_be_visible()
+        return self
+
+    def open(self, file: Path | dict, field: str, region: str) -> "Operator":
+        """Open a picture, and say what it shows."""
+        self.page.get_by_test_id("file").set_input_files(file)
+        self.page.get_by_test_id("field").select_option(field)
+        self.page.get_by_test_id("region").select_option(region)
+        return self.next("borders")
+
+    def take(self) -> "Operator":
+        """A picture from the demo's camera."""
+        self.page.get_by_test_id("camera-overhead").click()
+        expect(self.page.get_by_test_id("next")).to_have_text("Next: borders", timeout=30_000)
+        return self.next("borders")
+
+    def next(self, step: str) -> "Operator":
+        """The bright button, and where it must lead."""
+        self.page.get_by_test_id("next").click()
+        expect(self.page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=20_000)
+        if step in ("borders", "model"):
+            self.page.wait_for_function("document.querySelector('[data-testid=picture]')?.naturalWidth > 0")
+        return self
+
+    def spot(self, x: float, y: float) -> tuple[float, float]:
+        """Where a picture pixel is on the screen."""
+        box = self.page.get_by_test_id("picture").bounding_box()
+        width, height = self.page.get_by_test_id("picture").evaluate("i => [i.naturalWidth, i.naturalHeight]")
+        return box["x"] + (x + 0.5) * box["width"] / width, box["y"] + (y + 0.5) * box["height"] / height
+
+    def click(self, feature: str, points) -> "Operator":
+        """Points on one border, each with a real click."""
+        self.page.get_by_test_id(f"border-{feature}").click()
+        for x, y in points:
+            self.page.mouse.click(*self.spot(x, y))
+        return self
+
+    def click_all(self, observations) -> "Operator":
+        for observation in observations:
+            self.click(observation["feature"], observation["points"])
+        return self
+
+    @property
+    def snapshot(self) -> str:
+        return re.search(r"#/(\w+)/", self.page.url)[1]
+
+    def draft(self) -> dict:
+        """As the server keeps it, once the page says that it is saved."""
+        expect(self.page.get_by_test_id("saved")).to_have_attribute("data-state", "saved", timeout=10_000)
+        return self.server.api("GET", f"/drafts/{self.snapshot}").json()
+
+    def points(self, feature: str) -> list[list[float]]:
+        return next((o["points"] for o in self.draft()["observations"] if o["feature"] == feature), [])
+
+    def saved(self) -> dict:
+        """The newest calibration of this picture, as REST tells it."""
+        listed = self.server.api("GET", "/calibrations").json()["items"]
+        return next(c for c in listed if c["snapshot"] == self.snapshot)
+
+
+@pytest.fixture
+def operator(page, server):
+    """At the start page of the shared server; an error in the page's own code fails the test."""
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    yield Operator(page, server).visit()
+    assert not errors
+
+
+@pytest.fixture
+def clicks():
+    """Our clicks on a real picture: {"field", "region", "image_size", "observations"}."""
+    return lambda name: json.loads((CLICKS / f"{name}.json").read_text())
+
+
+@pytest.fixture
+def straight_picture(tmp_path):
+    """A drawn picture, 640 × 480, with one white frame on green: borders at x 80 and 560, y 60 and 420."""
+    import cv2
+    import numpy as np
+
+    pixels = np.full((480, 640, 3), (40, 90, 30), np.uint8)
+    cv2.rectangle(pixels, (80, 60), (560, 420), (255, 255, 255), 3)
+    path = tmp_path / "straight.png"
+    cv2.imwrite(str(path), pixels)
+    return path
+
+
+@pytest.fixture
+def frame_points():
+    """Six clicks on each side of that frame."""
+    along_x, along_y = [100, 190, 280, 370, 460, 550], [70, 140, 210, 280, 350, 410]
+    return {"left": [[80, y] for y in along_y], "right": [[560, y] for y in along_y],
+            "top": [[x, 60] for x in along_x], "bottom": [[x, 420] for x in along_x]}

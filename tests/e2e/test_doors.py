@@ -1,0 +1,141 @@
+"""Every way in: a hostile file, a finger, the keyboard alone; and the help beside it."""
+
+import base64
+
+import pytest
+from playwright.sync_api import expect
+
+BORDERS = ("left", "right", "top", "bottom")
+PASTE = """async ([data, type]) => {
+  const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0)), files = new DataTransfer();
+  files.items.add(new File([bytes], "pasted.png", { type }));
+  dispatchEvent(new ClipboardEvent("paste", { clipboardData: files }));
+}"""
+DROP = """async ([data, type]) => {
+  const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0)), files = new DataTransfer();
+  files.items.add(new File([bytes], "dropped.png", { type }));
+  dispatchEvent(new DragEvent("drop", { dataTransfer: files, bubbles: true, cancelable: true }));
+}"""
+
+
+@pytest.mark.parametrize("content", [b"", b"GIF89a not a picture", b"\x89PNG\r\n\x1a\n" + b"\x00" * 40, b"<svg onload='alert(1)'/>"])
+def test_a_file_that_is_no_picture_is_refused_with_its_fix(operator, content):
+    operator.page.get_by_test_id("file").set_input_files({"name": "holiday.png", "mimeType": "image/png", "buffer": content})
+    notice = operator.page.get_by_test_id("notice")
+    expect(notice).to_be_visible()
+    assert len(notice.inner_text().split(".")) > 2, "what is wrong, and what to do"
+    expect(operator.page.get_by_test_id("drop")).to_be_enabled()
+    notice.get_by_role("button", name="Dismiss").click()
+    expect(notice).to_have_count(0)
+
+
+@pytest.mark.parametrize("way", [PASTE, DROP])
+def test_a_picture_can_be_pasted_and_dropped(operator, straight_picture, way):
+    operator.page.evaluate(way, [base64.b64encode(straight_picture.read_bytes()).decode(), "image/png"])
+    expect(operator.page.get_by_test_id("step-picture")).to_have_attribute("aria-current", "step")
+    expect(operator.page.get_by_test_id("picture")).to_be_visible()
+
+
+def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, server, straight_picture):
+    from conftest import Operator
+
+    context = browser.new_context(viewport={"width": 1024, "height": 768}, has_touch=True)
+    page = context.new_page()
+    operator = Operator(page, server).visit().open(straight_picture, "table", "full")
+    fingers = context.new_cdp_session(page)
+
+    def touch(kind, *spots):
+        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
+            {"x": x, "y": y, "id": i} for i, (x, y) in enumerate(spots)]})
+
+    touch("touchStart", operator.spot(90, 220))
+    expect(page.get_by_test_id("loupe")).to_be_visible()
+    loupe, spot = page.get_by_test_id("loupe").bounding_box(), operator.spot(90, 220)
+    assert loupe["y"] + loupe["height"] < spot[1], "the loupe stands clear of the finger"
+    for x in (88, 85, 80):
+        touch("touchMove", operator.spot(x, 220))
+    touch("touchEnd")
+    assert operator.points("left") == [[pytest.approx(80, abs=0.6), pytest.approx(220, abs=0.6)]]
+
+    before = page.get_by_test_id("picture").bounding_box()["width"]
+    touch("touchStart", (400, 400))
+    touch("touchStart", (400, 400), (500, 400))
+    for step in range(10, 60, 10):
+        touch("touchMove", (400 - step, 400), (500 + step, 400))
+    touch("touchEnd")
+    assert page.get_by_test_id("picture").bounding_box()["width"] == pytest.approx(2 * before, rel=0.05)
+    assert len(operator.points("left")) == 1, "the first of two fingers places nothing"
+    context.close()
+
+
+def test_the_keyboard_alone_goes_from_the_camera_to_a_saved_version(operator):
+    page = operator.page
+    page.get_by_test_id("camera-overhead").focus()
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("next")).to_have_text("Next: borders", timeout=30_000)
+    page.get_by_test_id("next").focus()
+    page.keyboard.press("Enter")
+    page.wait_for_function("document.querySelector('[data-testid=picture]')?.naturalWidth > 0")
+    page.get_by_test_id("stage").focus()
+    # From the middle of the picture: the field's borders in the demo's picture lie about there, which is all it takes.
+    for key, start, step in (("1", "ArrowLeft", "ArrowDown"), ("2", "ArrowRight", "ArrowDown"),
+                             ("3", "ArrowUp", "ArrowRight"), ("4", "ArrowDown", "ArrowRight")):
+        page.keyboard.press(key)
+        for i in range(5):
+            page.keyboard.press("a")
+            for _ in range(40):
+                page.keyboard.press(f"Control+{start}")
+            for _ in range(12 * i):
+                page.keyboard.press(f"Control+{step}")
+    expect(page.get_by_test_id("next")).to_have_text("Next: model", timeout=10_000)
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("step-model")).to_have_attribute("aria-current", "step")
+    expect(page.get_by_test_id("next")).to_have_text("Save and compare")
+    page.keyboard.press("Control+s")
+    expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step", timeout=20_000)
+    page.get_by_test_id("wipe").focus()
+    page.keyboard.press("ArrowRight")
+    assert page.get_by_test_id("wipe").get_attribute("aria-valuenow") == "52"
+
+
+def test_help_lists_the_keys_of_every_action_and_opens_the_manual(operator):
+    page = operator.page
+    page.keyboard.press("?")
+    expect(page.get_by_test_id("keys")).to_contain_text("Undo")
+    expect(page.get_by_test_id("keys")).to_contain_text("Ctrl Z")
+    page.keyboard.press("F1")
+    page.get_by_test_id("manual").get_by_role("link", name="Clicking the borders well").click()
+    expect(page.get_by_test_id("manual")).to_contain_text("middle of the painted line")
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("help-panel")).to_have_count(0)
+
+
+def test_the_page_asks_nobody_but_its_own_server(page, server):
+    elsewhere = []
+    page.on("request", lambda request: elsewhere.append(request.url) if not request.url.startswith((server.url, "data:", "blob:")) else None)
+    page.goto(server.url)
+    expect(page.get_by_test_id("camera-overhead")).to_be_visible()
+    page.goto(server.url + "/docs")
+    expect(page.locator(".swagger-ui .info")).to_be_visible()
+    assert elsewhere == []
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (1024, 768)], ids=["laptop", "tablet"])
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_nothing_is_cut_off(browser, server, straight_picture, frame_points, tmp_path, size, scheme):
+    from conftest import Operator
+
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
+    operator = Operator(context.new_page(), server).visit().open(straight_picture, "table", "full")
+    for border in BORDERS:
+        operator.click(border, frame_points[border])
+    operator.next("model")
+    operator.page.screenshot(path=tmp_path / "model.png")
+    for shown in ("next", "saved", "help", "step-activate", "do-lines", "verdict"):
+        box = operator.page.get_by_test_id(shown).bounding_box()
+        assert box["x"] >= 0 and box["x"] + box["width"] <= size[0] + 0.5, shown
+    wide = operator.page.evaluate("document.documentElement.scrollWidth")
+    assert wide <= size[0]
+    overflowing = operator.page.evaluate("[...document.querySelectorAll('aside, .verdict, footer')].filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName)")
+    assert overflowing == []
+    context.close()

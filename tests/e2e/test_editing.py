@@ -1,0 +1,145 @@
+"""Editing points: every change can be undone, moved finely, and is drawn at once."""
+
+import pytest
+from playwright.sync_api import expect
+
+# Marks when an answer to /fit/border was read, when the curve was redrawn, and when the next frame began.
+WATCH = """
+const original = window.fetch;
+window.marks = { answers: [], drawn: [], frames: [] };
+window.fetch = async (...asked) => {
+  const response = await original(...asked);
+  if (!String(asked[0]).endsWith("/fit/border")) return response;
+  const read = response.json.bind(response);
+  response.json = async () => {
+    const answer = await read();
+    marks.answers.push(performance.mark("answer").startTime);
+    requestAnimationFrame(() => marks.frames.push(performance.mark("frame").startTime));
+    return answer;
+  };
+  return response;
+};
+"""
+WATCH_CURVE = """() => new MutationObserver(() => marks.drawn.push(performance.mark("drawn").startTime))
+  .observe(document.querySelector("[data-testid=curve-left]"), { attributes: true, attributeFilter: ["d"] })"""
+
+
+@pytest.fixture
+def editing(operator, straight_picture, frame_points):
+    """Six points on the left border, clicked."""
+    operator.open(straight_picture, "table", "full").click("left", frame_points["left"])
+    assert operator.points("left") == frame_points["left"]
+    return operator
+
+
+def test_undo_and_redo_go_through_every_change(editing, frame_points):
+    page = editing.page
+    page.keyboard.press("Delete")
+    assert len(editing.points("left")) == 5
+    page.keyboard.press("Control+z")
+    assert editing.points("left") == frame_points["left"]
+    for _ in range(6):
+        page.keyboard.press("Control+z")
+    assert editing.points("left") == []
+    for _ in range(6):
+        page.keyboard.press("Control+Shift+Z")
+    assert editing.points("left") == frame_points["left"]
+
+
+def test_undo_takes_back_another_field_and_its_region(editing):
+    page = editing.page
+    before = editing.draft()
+    page.get_by_test_id("step-picture").click()
+    page.get_by_test_id("field").select_option("ssl-div-b")
+    page.get_by_test_id("region").select_option("half-right")
+    page.get_by_test_id("do-turn").click()
+    after = editing.draft()
+    assert (after["field"], after["region"], after["rotate"]) == ("ssl-div-b", "half-right", 90)
+    assert after["observations"] == before["observations"]
+    page.get_by_test_id("stage").focus()
+    for _ in range(3):
+        page.keyboard.press("Control+z")
+    assert {**editing.draft(), "updated_at": None} == {**before, "updated_at": None}
+
+
+def test_arrow_keys_move_a_point_by_a_tenth_and_with_shift_by_one(editing):
+    page = editing.page
+    x, y = editing.points("left")[5]
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Shift+ArrowUp")
+    assert editing.points("left")[5] == [pytest.approx(x + 0.2, abs=1e-9), y - 1]
+
+
+def test_tab_goes_from_point_to_point_and_then_leaves_the_picture(editing):
+    page = editing.page
+    page.keyboard.press("Escape")
+    for index in range(6):
+        page.keyboard.press("Tab")
+        expect(page.locator(f"[data-point='left:{index}'].picked")).to_be_visible()
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.dataset.testid") != "stage"
+
+
+def test_a_drag_moves_the_point_and_is_one_change(editing, frame_points):
+    page = editing.page
+    page.mouse.move(*editing.spot(80, 210))
+    page.mouse.down()
+    for x in range(80, 100, 2):
+        page.mouse.move(*editing.spot(x, 212))
+    expect(page.get_by_test_id("loupe")).to_be_visible()
+    page.mouse.up()
+    assert editing.points("left")[2] == [pytest.approx(98, abs=0.02), pytest.approx(212, abs=0.02)]
+    page.keyboard.press("Control+z")
+    assert editing.points("left") == frame_points["left"]
+
+
+def test_a_box_selects_what_lies_in_it(editing):
+    page = editing.page
+    page.keyboard.down("Shift")
+    page.mouse.move(*editing.spot(40, 100))
+    page.mouse.down()
+    page.mouse.move(*editing.spot(120, 300), steps=4)
+    page.mouse.up()
+    page.keyboard.up("Shift")
+    expect(page.locator(".point.picked")).to_have_count(3)
+    page.keyboard.press("Delete")
+    assert len(editing.points("left")) == 3
+
+
+def test_the_wheel_zooms_about_the_pointer_and_space_pans(editing):
+    page = editing.page
+    before = editing.spot(80, 210)
+    page.mouse.move(*before)
+    page.mouse.wheel(0, -600)
+    page.wait_for_function("!document.querySelector('[data-testid=read-out] .zoom').textContent.startsWith('1')")
+    assert editing.spot(80, 210) == (pytest.approx(before[0], abs=0.5), pytest.approx(before[1], abs=0.5))
+    page.keyboard.down(" ")
+    page.mouse.down()
+    page.mouse.move(before[0] + 50, before[1] + 30)
+    page.mouse.up()
+    page.keyboard.up(" ")
+    assert editing.spot(80, 210) == (pytest.approx(before[0] + 50, abs=0.5), pytest.approx(before[1] + 30, abs=0.5))
+    assert len(editing.points("left")) == 6
+
+
+def test_the_curve_is_redrawn_in_the_frame_of_the_answer(operator, straight_picture, frame_points):
+    page = operator.page
+    page.add_init_script(WATCH)
+    # A parabola through three points follows each; among many, one far off would be a stray and bend nothing.
+    operator.visit().open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
+    page.get_by_test_id("degree").select_option("2")
+    expect(page.get_by_test_id("curve-left")).to_be_attached()
+    page.evaluate(WATCH_CURVE)
+    page.evaluate("marks.answers.length = marks.drawn.length = marks.frames.length = 0")
+    page.mouse.move(*operator.spot(80, 140))
+    page.mouse.down()
+    for i in range(40):
+        page.mouse.move(*operator.spot(80 + i / 2, 140))
+    page.mouse.up()
+    page.wait_for_timeout(500)
+    marks = page.evaluate("marks")
+    answers, drawn, frames = marks["answers"], marks["drawn"], marks["frames"]
+    assert len(answers) >= 10
+    late = [a for a, frame in zip(answers, frames, strict=True) if not any(a <= d <= frame for d in drawn)]
+    assert not late, f"{len(late)} of {len(answers)} answers missed their frame"

@@ -1,0 +1,68 @@
+"""Nothing is lost: reloads, second tabs, a server that goes away."""
+
+from conftest import Operator
+from playwright.sync_api import expect
+
+
+def test_a_reload_goes_on_where_the_operator_stood(operator, straight_picture, frame_points):
+    operator.open(straight_picture, "table", "full").click("left", frame_points["left"]).click("top", frame_points["top"])
+    before = operator.draft()
+    operator.page.reload()
+    expect(operator.page.get_by_test_id("border-top")).to_contain_text("6 points")
+    expect(operator.page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step")
+    assert operator.draft() == before
+
+
+def test_a_click_that_was_not_saved_yet_survives_a_reload(operator, straight_picture, frame_points):
+    operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
+    operator.draft()
+    operator.page.route("**/api/v1/drafts/*", lambda route: route.abort() if route.request.method == "PUT" else route.continue_())
+    operator.click("left", frame_points["left"][3:4])
+    expect(operator.page.get_by_test_id("saved")).to_have_attribute("data-state", "away")
+    operator.page.unroute("**/api/v1/drafts/*")
+    operator.page.reload()
+    expect(operator.page.get_by_test_id("border-left")).to_contain_text("4 points")
+    assert operator.points("left") == frame_points["left"][:4]
+
+
+def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operator, context, server, straight_picture,
+                                                                         frame_points):
+    operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:2])
+    operator.draft()
+    other = Operator(context.new_page(), server)
+    other.page.goto(operator.page.url)
+    expect(other.page.get_by_test_id("border-left")).to_contain_text("2 points")
+    other.click("left", frame_points["left"][2:3])
+    other.draft()
+    operator.click("top", frame_points["top"][:2])
+    expect(operator.page.get_by_test_id("conflict")).to_be_visible()
+    operator.page.get_by_test_id("keep-mine").click()
+    assert operator.points("top") == frame_points["top"][:2]
+    assert operator.points("left") == frame_points["left"][:2]
+    operator.page.get_by_test_id("stage").focus()
+    operator.page.keyboard.press("Control+z")  # theirs stands one undo back
+    assert operator.points("left") == frame_points["left"][:3]
+    operator.page.keyboard.press("Control+y")
+
+    other.click("right", frame_points["right"][:1])
+    expect(other.page.get_by_test_id("conflict")).to_be_visible()
+    other.page.get_by_test_id("take-theirs").click()
+    expect(other.page.get_by_test_id("conflict")).to_have_count(0)
+    assert other.points("top") == frame_points["top"][:2]
+    other.page.get_by_test_id("stage").focus()
+    other.page.keyboard.press("Control+z")  # ours too
+    assert other.points("right") == frame_points["right"][:1]
+
+
+def test_work_goes_on_while_the_server_is_away(page, own_server, straight_picture, frame_points):
+    operator = Operator(page, own_server).visit()
+    operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
+    operator.draft()
+    own_server.stop()
+    operator.click("left", frame_points["left"][3:])
+    expect(page.get_by_test_id("away")).to_be_visible(timeout=10_000)
+    expect(page.get_by_test_id("border-left")).to_contain_text("6 points")
+    own_server.start()
+    expect(page.get_by_test_id("away")).to_have_count(0, timeout=20_000)
+    assert operator.points("left") == frame_points["left"]
+    expect(page.get_by_test_id("curve-left")).to_be_attached()

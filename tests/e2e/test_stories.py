@@ -1,0 +1,120 @@
+"""Whole stories, by real mouse clicks: from a picture to a calibration, and the same numbers at every door."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from app.cli.server import DEMO_CAMERAS
+from app.field import BORDERS
+from app.field_reader import field_from_json
+from app.sources import Surroundings, source_from_url
+from app.sources.sim.clicks import border_clicks
+
+STRAIGHT_PX = 1.0  # how straight a border must be in the corrected picture
+REAL = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}
+
+
+def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server, tmp_path):
+    camera, region = _demo_truth(server)
+    operator.take()
+    for feature, points in border_clicks(camera, region, 9).items():
+        operator.click(feature, points[1:-1])  # a corner belongs to two borders
+    expect(operator.page.get_by_test_id("verdict")).to_have_attribute("data-level", "unknown")
+    operator.page.screenshot(path=tmp_path / "borders.png")
+    operator.next("model").next("compare")
+    expect(operator.page.get_by_test_id("corrected")).to_be_visible(timeout=20_000)
+    operator.page.screenshot(path=tmp_path / "compare.png")
+    operator.next("activate")
+    operator.page.get_by_test_id("next").click()
+    expect(operator.page.get_by_test_id("sentence")).to_contain_text("is active")
+    assert operator.saved()["active"]
+    assert server.api("GET", "/cameras/overhead").json()["active_calibration"] == operator.saved()["id"]
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(operator, server, clicks, real_data, tmp_path,
+                                                                           name):
+    picture, given = real_data(REAL[name]), clicks(name)
+    operator.open(picture, given["field"], given["region"]).click_all(given["observations"])
+    assert operator.draft()["observations"] == [{**o, "z_mm": 0} for o in given["observations"]]
+    operator.page.screenshot(path=tmp_path / "borders.png")
+    operator.next("model").next("compare")
+    page = operator.saved()
+
+    rest = server.api("POST", "/calibrations", json={**given, "model": "polynomial"}).json()
+    assert rest["model"]["parameters"] == page["model"]["parameters"]
+    assert rest["report"] == page["report"]
+
+    shell = _calibrated_by_shell(picture, given, tmp_path)
+    assert shell["model"]["parameters"] == page["model"]["parameters"]
+    assert shell["report"]["rms_px"] == pytest.approx(page["report"]["rms_px"], abs=1e-12)
+
+    for feature, axis, at in (("left", 0, 0), ("top", 1, 0), ("right", 0, None), ("bottom", 1, None)):
+        raw = next(o["points"] for o in given["observations"] if o["feature"] == feature)
+        answer = server.api("POST", f"/calibrations/{page['id']}/transform",
+                            json={"from": "image", "to": "corrected", "points": raw}).json()
+        across = np.array(answer["points"])[:, axis]
+        wanted = page["corrected_size"][axis] - 1 if at is None else at
+        assert np.abs(across - wanted).max() <= STRAIGHT_PX
+    expect(operator.page.get_by_test_id("corrected")).to_be_visible(timeout=20_000)
+    operator.page.screenshot(path=tmp_path / "compare.png")
+
+
+def test_saving_the_same_clicks_again_makes_no_new_version(operator, straight_picture, frame_points):
+    operator.open(straight_picture, "table", "full")
+    for feature in BORDERS:
+        operator.click(feature, frame_points[feature])
+    operator.next("model").next("compare")
+    first = operator.saved()["id"]
+    operator.page.get_by_test_id("step-borders").click()
+    operator.next("model").next("compare")
+    assert operator.saved()["id"] == first
+
+
+def test_every_download_is_the_saved_version(operator, straight_picture, frame_points):
+    operator.open(straight_picture, "table", "full")
+    for feature in BORDERS:
+        operator.click(feature, frame_points[feature])
+    operator.next("model").next("compare")
+    files = {}
+    for form in ("json", "npz", "png"):
+        with operator.page.expect_download() as download:
+            operator.page.get_by_test_id(f"download-{form}").click()
+        files[form] = Path(download.value.path()).read_bytes()
+    assert json.loads(files["json"])["id"] == operator.saved()["id"]
+    assert files["npz"].startswith(b"PK")
+    assert files["png"].startswith(b"\x89PNG")
+
+
+def test_a_stray_click_is_named_and_can_be_removed(operator, straight_picture, frame_points):
+    operator.open(straight_picture, "table", "full")
+    for feature in BORDERS:
+        operator.click(feature, frame_points[feature])
+    operator.click("left", [[110, 240]])
+    expect(operator.page.locator("[data-point='left:6'].stray")).to_be_visible()
+    operator.page.get_by_test_id("remove-stray").first.click()
+    expect(operator.page.locator(".point.stray")).to_have_count(0)
+    assert operator.points("left") == frame_points["left"]
+
+
+def _demo_truth(server):
+    """The demo's simulated camera itself, and the region it looks at."""
+    settings = DEMO_CAMERAS[0]
+    field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
+    source = source_from_url(settings["source"], Surroundings(fields={field.name: field}))
+    return source.camera, field.region(settings["region"])
+
+
+def _calibrated_by_shell(picture, given, tmp_path):
+    points, out = tmp_path / "points.json", tmp_path / "calibration.json"
+    points.write_text(json.dumps(given))
+    command = [str(Path(sys.executable).parent / "touchline"), "calibrate", str(picture), "--field", given["field"],
+               "--region", given["region"], "--points", str(points), "-o", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return json.loads(out.read_text())
