@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
+import numpy as np
+
 from app.errors import BadInput, Unavailable
 from app.field import Field, Region
 from app.geometry import ImageSize
@@ -26,7 +28,7 @@ CAMERAS = {
     "8": tuple(f"eighth-{i}" for i in range(8)),
 }
 MAX_PIXELS = 6_000_000  # each takes about 60 bytes while the field is painted
-HEIGHT_PER_SIDE = 0.72  # the usual height of a camera over a field: 6.5 m over 9 m
+HEIGHT_PER_DIAGONAL = 0.7  # lower, and a strong lens shows its corners bent back
 
 
 class SimSource:
@@ -42,7 +44,7 @@ class SimSource:
         Option("rotate", "choice", None, "How the region stands in the picture; its own turn if left out.", unit="°",
                choices=("0", "90", "180", "270")),
         Option("lens", "choice", "strong", "What the lens does to straight lines.", choices=tuple(LENSES)),
-        Option("height", "float", None, "Height above the carpet; 0.72 of the region's longer side if left out.",
+        Option("height", "float", None, "Height above the carpet; 0.7 of the region's diagonal if left out.",
                (200, 100_000), "mm"),
         Option("tilt", "float", 0.0, "How far the camera looks up the picture.", (-60, 60), "°"),
         Option("pan", "float", 0.0, "How far it looks to the right.", (-60, 60), "°"),
@@ -111,7 +113,7 @@ def _region(field: Field, options: Mapping[str, Any]) -> Region:
 
 
 def _camera(region: Region, options: Mapping[str, Any]) -> SimCamera:
-    height_mm = options["height"] or HEIGHT_PER_SIDE * max(region.width_mm, region.height_mm)
+    height_mm = options["height"] or HEIGHT_PER_DIAGONAL * float(np.hypot(region.width_mm, region.height_mm))
     return SimCamera.above(region, _size(options["size"]), LENSES[options["lens"]], height_mm=height_mm,
                            tilt_deg=options["tilt"], pan_deg=options["pan"], roll_deg=options["roll"],
                            fill=options["fill"])

@@ -15,7 +15,7 @@ from app.sources.sim.paint import Ground, Plane, inside
 Colour = tuple[float, float, float]  # BGR
 Outline = Callable[[NDArray], NDArray]  # points (..., 2) mm → signed distance mm, negative inside
 Spot = tuple[float, float]
-_STEP_MM = 8.0  # of a side's sweep: less than half of the thinnest wall
+_STEP_MM = 8.0  # of a side's sweep, at most: less than half of the thinnest wall
 
 
 def disc(centre: Spot, radius_mm: float) -> Outline:
@@ -126,7 +126,8 @@ def _draw_tall(patch: _Patch, thing: Tall) -> None:
     if thing.shadow:
         patch.darken(thing.outline(patch.floor) - 8, 0.28 * thing.reach_mm, thing.shadow)
     lean = np.hypot(*np.subtract(thing.centre, patch.eye[:2])) / patch.eye[2]
-    steps = int(np.clip(lean * (thing.z_high - thing.z_low) / _STEP_MM, 2, 64))
+    step_mm = min(_STEP_MM, 2 * float(patch.sigma_mm.min()))  # as fine as the blur: no stairs are seen
+    steps = int(np.clip(lean * (thing.z_high - thing.z_low) / step_mm, 2, 64))
     levels = np.linspace(thing.z_low, thing.z_high, steps)
     patch.lay(np.min([thing.outline(patch.at(z)) for z in levels], axis=0), thing.side, z_mm=thing.z_low)
     top = patch.at(thing.z_high)
