@@ -28,7 +28,7 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
     given = dict(options or {})
     start = given.pop("start", None)
     settings = read_options(model_class.OPTIONS, given)
-    _check(observations, image_size)
+    check_inside_picture(observations, image_size)
     problem = gather(observations, field, region, with_offsets=settings["line_sigma_mm"] > 0)
     held = _held_lens(model_class, settings)
     width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
@@ -66,11 +66,12 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
         if "terms" in {o.name for o in model_class.OPTIONS} else
         {"start": parameters_json(model), "click_sigma_px": best.sigma_px},
     }
-    return Fit(model, inliers, (True,) * len(observations), tuple(_strays(observations, problem, best)), notes,
+    return Fit(model, inliers, (True,) * len(observations), tuple(name_strays(observations, problem, best)), notes,
                covariance=best.covariance, parameter_names=tuple(np.array(best.task.names)[best.task.free]))
 
 
-def _check(observations: Observations, image_size: ImageSize) -> None:
+def check_inside_picture(observations: Observations, image_size: ImageSize) -> None:
+    """Refuse, by name, a click that no picture of that size can have."""
     for o in observations:
         outside = np.flatnonzero(((o.points < -1) | (o.points > np.array(tuple(image_size)))).any(axis=1))
         if outside.size:
@@ -134,7 +135,8 @@ def _task(model_class: type[RayCamera], state: RayState, problem: RayProblem, te
     return Task(problem, tuple(priors), free, names, held is not None)
 
 
-def _strays(observations: Observations, problem: RayProblem, found: Found) -> list[Warning]:
+def name_strays(observations: Observations, problem: RayProblem, found: Found) -> list[Warning]:
+    """A warning for each click that was left out."""
     named = []
     for (i, k), fine, px in zip(problem.owners, found.inliers, found.pixels, strict=True):
         if not fine:

@@ -1,0 +1,128 @@
+"""Homography: a camera without a lens; straight lines stay straight, and eight numbers say all.
+
+    (X, Y, 1) ~ M (x, y, 1),   M = field_from_raw, scaled to det M = -1
+
+A picture's y runs down and the field's up, so a camera above the carpet has det M < 0 exactly where depth, the third
+component, is positive: the scale makes M unique, and its sign says which side of the horizon is seen. R. Hartley,
+A. Zisserman, "Multiple View Geometry" (2004), ch. 4.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from app.errors import BadInput
+from app.field import Field, Region
+from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.models import Option, Progress, no_progress
+from app.models.lens import Array
+from app.models.rays import example_fields
+from app.models.rays_options import RAY_OPTIONS
+from app.models.rectangle_view import VIEW_FIELDS, RectangleView, read_view
+from app.models.rotation import matrix_from_vector
+from app.records import Fit, Observations
+
+SHARED = ("line_sigma_mm", "click_sigma_px", "w_max_rectangle_px", "h_max_rectangle_px", "n_rectangles_x",
+          "n_rectangles_y", "robust")
+UNIT_DET = 1e-6  # how far a determinant may be from -1 after a trip through text
+
+Matrix = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+
+
+@dataclass(frozen=True)
+class Homography(RectangleView):
+    """field_from_raw: rows of M, which takes raw pixels (x, y, 1) to field mm."""
+
+    NAME: ClassVar[str] = "homography"
+    TITLE: ClassVar[str] = "Homography"
+    HELP: ClassVar[str] = ("A camera without lens distortion, straight from four lines. "
+                           "Exact for a perfect lens; a bent picture leaves centimetres.")
+    OPTIONS: ClassVar[tuple[Option, ...]] = tuple(o for o in RAY_OPTIONS if o.name in SHARED)
+
+    field_from_raw: Matrix
+    width_px: float
+    height_px: float
+    n_rectangles_x: int
+    n_rectangles_y: int
+    region: Region
+    image_size: ImageSize
+
+    @cached_property
+    def _matrix(self) -> Array:
+        return np.array(self.field_from_raw)
+
+    @cached_property
+    def raw_from_field(self) -> Array:
+        """The inverse matrix (3, 3)."""
+        return np.linalg.inv(self._matrix)
+
+    def corrected_from_raw(self, points: Points) -> Points:
+        """Raw pixels to corrected ones; NaN on and beyond the horizon."""
+        return self.corrected_from_field(apply(self._matrix, points))
+
+    def raw_from_corrected(self, points: Points) -> Points:
+        """Corrected pixels to raw ones; NaN for places behind the camera."""
+        with np.errstate(invalid="ignore"):
+            return apply(self.raw_from_field, self.field_from_corrected(points))
+
+    @classmethod
+    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
+            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
+        """Fit to points anywhere along lines and arcs, and to landmarks; see homography_fit.py."""
+        from app.models.homography_fit import fit_homography
+        return fit_homography(observations, field, region, image_size, options, progress)
+
+    @classmethod
+    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+        return "8 points on four lines, two each way (a landmark counts for 2); nine on each of the four are good."
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
+        """Read what asdict() wrote; BadInput for anything else."""
+        try:
+            p = dict(parameters)
+            names = {f.name for f in fields(cls)}
+            if set(p) != names:
+                raise ValueError(f"expected {', '.join(sorted(names))}")
+            matrix = tuple(tuple(map(float, row)) for row in p["field_from_raw"])
+            if [len(row) for row in matrix] != [3, 3, 3]:
+                raise ValueError("field_from_raw is not 3 × 3")
+            with np.errstate(all="ignore"):
+                unit = (np.abs(matrix) < MAX_COORDINATE).all() and abs(np.linalg.det(np.array(matrix)) + 1) < UNIT_DET
+            if not unit:
+                raise ValueError("the determinant of field_from_raw is not -1")
+            return cls(field_from_raw=matrix, **read_view(p))
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+            raise BadInput(f"These are no parameters of a {cls.NAME} model: {error}.",
+                           "Give what Touchline exported as json.", reason="bad-parameters") from None
+
+    @classmethod
+    def examples(cls) -> Iterable[Self]:
+        """Pinhole cameras: straight down, tilted, and tilted over half a field."""
+        for common in example_fields():
+            rotation, position = matrix_from_vector(np.array(common["rotation"])), np.array(common["position_mm"])
+            focal, (x, y) = common["focal_px"], common["centre_px"]
+            camera = np.array([[focal, 0, x], [0, focal, y], [0, 0, 1.0]])
+            raw_from_field = camera @ rotation @ np.array([[1, 0, -position[0]], [0, 1, -position[1]],
+                                                           [0, 0, -position[2]]])
+            yield cls(field_from_raw=normalised(np.linalg.inv(raw_from_field)),
+                      **{name: common[name] for name in VIEW_FIELDS})
+
+
+def normalised(matrix: Array) -> Matrix:
+    """The same homography with determinant -1, as nested tuples."""
+    scaled = matrix / np.cbrt(-np.linalg.det(matrix))
+    return tuple(tuple(map(float, row)) for row in scaled)
+
+
+def apply(matrix: Array, points: Points) -> Points:
+    """Points (..., 2) through a homography; NaN where depth is not positive, or a coordinate beyond all fields."""
+    with np.errstate(all="ignore"):
+        points = np.asarray(points, float)
+        there = points @ matrix[:, :2].T + matrix[:, 2]
+        mapped = there[..., :2] / there[..., 2:]
+        near = (np.abs(points) < MAX_COORDINATE).all(axis=-1) & (np.abs(mapped) < MAX_COORDINATE).all(axis=-1)
+    return unreachable_where(~near | ~(there[..., 2] > 0), mapped)

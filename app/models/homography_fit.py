@@ -1,0 +1,138 @@
+"""Fitting a homography: normalised DLT from points anywhere along lines, then the distances in pixels, arcs too."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from app.errors import FitFailed
+from app.field import Field, Region
+from app.geometry import ImageSize
+from app.models import Progress, parameters_json, read_options
+from app.models.homography import Homography
+from app.models.homography_state import HomographyState
+from app.models.lens import Array
+from app.models.lens_fit import check_inside_picture, name_strays
+from app.models.linear import MIN_ROWS, Incidences, homography_from_lines
+from app.models.ray_problem import Prior, RayProblem, gather, incidences
+from app.models.ray_solve import Found, Task, rows_of, solve
+from app.models.rectangles import rectangles
+from app.records import Fit, Observations, Warning
+
+TRIALS, PER_TRIAL = 60, 12  # random dozens of clicks: with one stray in ten, seventeen of sixty are clean
+SUSPECT = 5.0  # a click this many times the median off may have spoilt the linear start
+MAX_SIGMA_SHARE = 0.1  # of the region's shorter side: a corner known no better is not known
+
+
+def fit_homography(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+                   options: Mapping[str, Any] | None, progress: Progress) -> Fit:
+    """Fit Homography. Options: see its OPTIONS; "start" (parameters) begins near a known answer."""
+    given = dict(options or {})
+    start = given.pop("start", None)
+    settings = read_options(Homography.OPTIONS, given)
+    check_inside_picture(observations, image_size)
+    flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
+    problem = gather(flat, field, region, with_offsets=settings["line_sigma_mm"] > 0)
+    width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
+    progress(0.1, "Looking for a view of the field")
+    if start is None:
+        begin = _start(problem, incidences(flat, field, region), region, image_size)
+    else:
+        begin = HomographyState.of(Homography.from_parameters(start), len(problem.line_names))
+    _refuse_too_few(problem)
+    priors = tuple(Prior(f"line_{i}", 0.0, settings["line_sigma_mm"]) for i in range(len(problem.line_names)))
+    names = begin.names
+    progress(0.4, "Refining")
+    found = solve(Task(problem, priors, np.ones(len(names), bool), names), begin, settings)
+    state = found.minimum.state
+    _refuse_what_cannot_be(found, region)
+    model = Homography(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
+                       n_rectangles_y=n_y, region=region, image_size=image_size)
+    inliers = tuple(np.ones(len(o.points), bool) for o in observations)
+    for (i, k), fine in zip(problem.owners, found.inliers, strict=True):
+        inliers[i][k] = fine
+    notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": len(names),
+             "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
+             "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
+    return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations),
+               (*name_strays(observations, problem, found), *_above(observations)), notes,
+               covariance=found.covariance, parameter_names=names)
+
+
+def _start(problem: RayProblem, lines: Incidences, region: Region, image_size: ImageSize) -> HomographyState:
+    """The linear answer; where a few clicks stand out, the best of many from a dozen clicks each."""
+    centre = np.array(image_size.centre)
+
+    def linear(which: Array) -> HomographyState:
+        found = homography_from_lines(Incidences(lines.pixels[which], lines.lines[which]), centre, bends=np.zeros(1))
+        from_centre = np.array([[1, 0, -centre[0]], [0, 1, -centre[1]], [0, 0, 1.0]])
+        return HomographyState.seeing(np.linalg.inv(found.field_from_plane @ from_centre), region,
+                                      len(problem.line_names))
+
+    def misses(state: HomographyState) -> Array:
+        problem.places = np.empty(0)
+        r, _ = problem.residuals(state)
+        return np.where(np.isfinite(r), np.abs(r), np.inf)
+
+    rows = len(lines.pixels)
+    states, refusal = [], None
+    try:
+        states.append(linear(np.arange(rows)))
+    except FitFailed as error:
+        refusal = error
+    if rows > PER_TRIAL and (refusal or misses(states[0]).max() > SUSPECT * np.median(misses(states[0]))):
+        rng = np.random.default_rng(0)
+        for _ in range(TRIALS):
+            try:
+                states.append(linear(rng.choice(rows, PER_TRIAL, replace=False)))
+            except FitFailed:
+                continue
+    if not states:
+        raise refusal
+    return min(states, key=lambda s: float(np.sum(np.minimum(misses(s), 100.0))))
+
+
+def _refuse_too_few(problem: RayProblem) -> None:
+    rows = rows_of(problem)
+    if rows < MIN_ROWS:
+        raise FitFailed(f"There are {rows} measurements; a view of the field has {MIN_ROWS} unknowns.",
+                        f"Click at least {MIN_ROWS - rows} more points.", reason="too-few-points")
+
+
+def _refuse_what_cannot_be(found: Found, region: Region) -> None:
+    """A mirrored view, and one that the clicks leave open: both look fine by their residuals."""
+    state = found.minimum.state
+    if not np.isfinite(found.minimum.cost):
+        raise FitFailed("No view of the field was found that sees the clicked lines where they were clicked.",
+                        "Check which line each click belongs to, and the region.", reason="no-camera")
+    corners = region.field_from_region(np.array([[0, 0], [1, 0], [0, 1], [1, 1.0]]) *
+                                       [region.width_mm, region.height_mm])
+    jacobian = found.minimum.jacobian
+    spread = np.linalg.svd(jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300), compute_uv=False)
+    with np.errstate(all="ignore"):
+        _, by_point, by = state.project_jacobian(np.concatenate([corners, np.zeros((4, 1))], axis=1))
+        if spread[-1] > 1e-10 * spread[0] and np.isfinite(by).all():
+            moves = np.linalg.solve(by_point[:, :, :2], by)  # (4, 2, 8) field mm
+            variance = np.einsum("nij,jk,nik->n", moves, found.covariance[:8, :8], moves)
+        else:
+            variance = np.full(4, np.inf)
+    sigma_mm = np.sqrt(np.where(np.isfinite(variance), variance, np.inf))
+    worst = int(np.argmax(sigma_mm))
+    if not sigma_mm[worst] < MAX_SIGMA_SHARE * min(region.width_mm, region.height_mm):
+        corner = f"{('top', 'bottom')[worst // 2]} {('left', 'right')[worst % 2]}"
+        raise FitFailed(f"The clicked lines do not determine how the camera sees the field: its {corner} corner may lie "
+                        f"anywhere within {sigma_mm[worst]:.3g} mm." if np.isfinite(sigma_mm[worst]) else
+                        "The clicked lines do not determine how the camera sees the field.",
+                        "Click points on at least four lines, two in each direction, along their whole length.",
+                        reason="lines-not-enough")
+    if np.linalg.det(state.raw_from_unit) * np.linalg.det(state.unit_from_field) > 0:
+        raise FitFailed("The field appears mirrored in the picture.",
+                        "Check which border is left and which is right, or turn the region; a mirrored picture must "
+                        "be flipped back first.", reason="mirrored")
+
+
+def _above(observations: Observations) -> list[Warning]:
+    return [Warning("above-the-carpet", f"The points on {o.label} are {o.z_mm:g} mm above the carpet; a homography "
+                    "knows only the carpet, so they were left out.", "Fit a lens model to use them.", str(o.feature))
+            for o in observations if o.z_mm != 0 and len(o.points)]
