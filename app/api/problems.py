@@ -41,6 +41,11 @@ VALUE_FIXES = {
     "extra_forbidden": "Leave it out, or correct its name.",
     "finite_number": "Send a finite number.",
     "json_invalid": "Send valid JSON: no NaN, no comments, no trailing commas.",
+    "less_than_equal": "Stay within the limit that is named.",
+    "greater_than_equal": "Stay within the limit that is named.",
+    "too_long": "Send fewer.",
+    "too_short": "Send more.",
+    "string_too_long": "Shorten it.",
     "string_unicode": "Send valid Unicode text.",
     "model_attributes_type": "Send a JSON object, with Content-Type: application/json.",
 }
@@ -51,6 +56,7 @@ VALUE_REASONS = {
     "less_than_equal": "out-of-range",
     "greater_than_equal": "out-of-range",
     "too_long": "too-many",
+    "string_too_long": "too-long",
     "json_invalid": "bad-json",
 }
 

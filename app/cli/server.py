@@ -14,9 +14,14 @@ ConfigOption = Annotated[Path | None, typer.Option("--config", metavar="FILE", h
 OpenOption = Annotated[bool, typer.Option("--open/--no-browser", help="Open the page in a browser.")]
 LogOption = Annotated[bool, typer.Option("--verbose", "-v", help="Log every request.")]
 
+# Three fields, three lenses: what a camera's straight lines look like before anybody has calibrated it.
 DEMO_CAMERAS = (
-    {"id": "overhead", "name": "Overhead, VSSS field", "source": "sim://vsss-3v3?camera=0", "field": "vsss-3v3",
-     "region": "full"},
+    {"id": "overhead", "name": "Small field, barrel lens", "source": "sim://vsss-3v3?lens=strong",
+     "field": "vsss-3v3", "region": "full"},
+    {"id": "east", "name": "Half a large field, tilted", "source": "sim://ssl-div-b?cameras=2&camera=1&lens=half&tilt=8",
+     "field": "ssl-div-b", "region": "half-right"},
+    {"id": "table", "name": "Table, pincushion lens", "source": "sim://table?lens=pincushion",
+     "field": "table", "region": "full"},
 )
 
 

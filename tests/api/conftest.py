@@ -31,8 +31,17 @@ def client(settings):
 @pytest.fixture(scope="module")
 def standing(tmp_path_factory):
     """One client for all tests of a file: for those that leave nothing behind."""
-    with TestClient(create_app(Settings(data=tmp_path_factory.mktemp("data"), cameras=CAMERAS)), base_url=HERE) as client:
+    settings = Settings(data=tmp_path_factory.mktemp("data"), cameras=CAMERAS)
+    with TestClient(create_app(settings), base_url=HERE) as client:
         yield client
+
+
+@pytest.fixture(scope="module")
+def standing_calibration(standing) -> dict:
+    """A calibration that all tests of a file read."""
+    task = json.loads((CLICKS / "ssl_2008_half.json").read_text())
+    kept = standing.post(f"{API}/snapshots", files={"file": encoded("png", gradient(780, 580))}).json()
+    return standing.post(f"{API}/calibrations", json={**without_size(task), "snapshot": kept["id"]}).json()
 
 
 @pytest.fixture

@@ -1,0 +1,79 @@
+"""Fits that save nothing: one border at once, and the preview of a whole calibration."""
+
+import numpy as np
+import pytest
+from refusals import API, without_size
+
+BORDER = f"{API}/fit/border"
+
+
+def bowed(count=9, bow_px=12.0):
+    """A left border down a picture of 640 × 480, bowed outwards in its middle."""
+    y = np.linspace(20, 460, count)
+    return np.stack([60 - bow_px * (1 - ((y - 239.5) / 240) ** 2), y], axis=1).tolist()
+
+
+def test_a_border_is_answered_with_its_curve_residuals_and_signed_distortion(standing):
+    body = {"points": bowed(), "axis": "x_of_y", "degree": 2, "image_size": [640, 480]}
+    found = standing.post(BORDER, json=body).json()
+    assert found["degree"] == 2 and len(found["coefficients"]) == 3
+    assert found["rms_px"] < 1e-9 and max(map(abs, found["residuals_px"])) < 1e-9 and found["outliers"] == []
+    assert found["kind"] == "barrel" and found["distortion_pct"] < 0
+    curve = np.array(found["curve"])
+    assert curve[0, 1] == -0.5 and curve[-1, 1] == 479.5
+    assert np.allclose(np.polynomial.polynomial.polyval(curve[:, 1], found["coefficients"]), curve[:, 0], atol=1e-6)
+
+
+def test_an_automatic_degree_says_why(standing):
+    found = standing.post(BORDER, json={"points": bowed(), "axis": "x_of_y", "degree": "auto"}).json()
+    assert found["degree"] == 2 and "leave-one-out" in found["degree_reason"]
+
+
+def test_a_stray_point_is_named_by_its_index(standing):
+    points = bowed(15)
+    points[7][0] += 30
+    assert standing.post(BORDER, json={"points": points, "axis": "x_of_y", "degree": 2}).json()["outliers"] == [7]
+
+
+def test_a_border_across_the_picture_is_the_same_with_x_and_y_exchanged(standing):
+    down = standing.post(BORDER, json={"points": bowed(), "axis": "x_of_y", "degree": 3}).json()
+    across = standing.post(BORDER, json={"points": [p[::-1] for p in bowed()], "axis": "y_of_x", "degree": 3}).json()
+    assert down["coefficients"] == across["coefficients"]
+
+
+def test_many_points_give_the_same_as_numpy(standing):
+    rng = np.random.default_rng(3)
+    y = np.linspace(20, 4000, 2000)
+    points = np.stack([60 + y * 0.05 - (y / 1000) ** 2 + rng.normal(0, 0.3, 2000), y], axis=1)
+    found = standing.post(BORDER, json={"points": points.tolist(), "axis": "x_of_y", "degree": 3}).json()
+    kept = np.delete(np.arange(2000), found["outliers"])
+    expected = np.polynomial.Polynomial.fit(points[kept, 1], points[kept, 0], 3).convert().coef
+    assert np.allclose(found["coefficients"], expected, rtol=1e-6)
+
+
+def test_whole_numbers_are_numbers(standing):
+    body = {"points": [[60, 20], [50, 240], [60, 460], [52, 130]], "axis": "x_of_y", "degree": 2}
+    assert standing.post(BORDER, json=body).status_code == 200
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_the_preview_is_what_would_be_saved_and_saves_nothing(client, snapshot, task, quick):
+    body = {**without_size(task), "snapshot": snapshot["id"]}
+    shown = client.post(f"{API}/fit/preview", params={"quick": quick}, json=body).json()
+    assert client.get(f"{API}/calibrations").json()["items"] == []
+    kept = client.post(f"{API}/calibrations", json=body).json()
+    assert shown["model"] == kept["model"] and shown["corrected_size"] == kept["corrected_size"]
+    assert (shown["report"]["cv_rms_mm"] is None) == quick
+    if not quick:
+        assert shown["report"] == kept["report"]
+    assert shown["overlay"] == client.get(f"{API}/calibrations/{kept['id']}/overlay.json").json()["features"]
+
+
+def test_the_preview_draws_the_borders_through_the_clicks(standing, task):
+    overlay = standing.post(f"{API}/fit/preview", json=task).json()["overlay"]
+    drawn = {shape["feature"]: shape["points"] for shape in overlay if shape["kind"] == "border"}
+    assert set(drawn) == {"left", "right", "top", "bottom"}
+    for observation in task["observations"]:
+        curve = np.array([p for p in drawn[observation["feature"]] if p])
+        for point in observation["points"]:
+            assert np.linalg.norm(curve - point, axis=1).min() < 12  # the polyline's corners are 50 mm apart
