@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.correction import View, correction_map
-from app.errors import BadInput, Conflict
+from app.errors import BadInput, Conflict, FitFailed
+from app.evaluate.compare import Candidate, parameters_of
+from app.evaluate.compare import compare as compare_fits
 from app.evaluate.cross_validation import held_out_mm
 from app.evaluate.distortion import bow_pct, kind_of
 from app.evaluate.report import report
@@ -46,6 +48,36 @@ def calibrate(observations: Observations, field: Field, region: Region, image_si
     held_out = held_out_mm(model_class, fit, observations, field, region, image_size, options,
                            progress) if cross_validate else None
     return Calibrated(fit, report(fit, observations, field, region, held_out))
+
+
+def compare(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+            models: tuple[str, ...] | None = None, options: Mapping[str, Any] | None = None,
+            progress: Progress = no_progress) -> dict[str, Any]:
+    """Fit several models (all, if none are named) to the same observations and rank them; plain JSON.
+
+    options: those that a model does not know are not given to it. A model that cannot be fitted is listed under
+    "failed" with its reason and fix.
+    """
+    names = tuple(models or MODELS)
+    fitted, failed = [], []
+    for index, name in enumerate(names):
+        model_class = MODELS[name]
+        known = {o.name for o in model_class.OPTIONS}
+        mine = {key: value for key, value in (options or {}).items() if key in known}
+
+        def part(share: float, words: str, done: int = index, title: str = model_class.TITLE) -> None:
+            progress((done + share) / len(names), f"{title}: {words}")
+
+        try:
+            made = calibrate(observations, field, region, image_size, name, mine, part)
+        except FitFailed as refusal:
+            failed.append({"model": name, "title": model_class.TITLE, "reason": refusal.reason,
+                           "what": refusal.what, "fix": refusal.fix})
+            continue
+        fitted.append(Candidate(name, model_class.TITLE, made.fit, made.report, parameters_of(made.fit)))
+    if not fitted:
+        raise FitFailed("No model could be fitted to these points.", failed[0]["fix"], reason=failed[0]["reason"])
+    return {**compare_fits(fitted, region), "failed": failed}
 
 
 def border(points: Points, axis: str, degree: int | str, image_size: ImageSize | None = None) -> dict[str, Any]:

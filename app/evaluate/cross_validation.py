@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.errors import FitFailed
+from app.evaluate.folds import folds_for
 from app.evaluate.residuals import feature_residuals
+from app.evaluate.uncertainty import knows_its_error
 from app.field import Field, Region
 from app.geometry import ImageSize
 from app.models import CameraModel, Progress, no_progress
 from app.records import Fit, Observation, Observations
-
-MAX_FOLDS = 48  # with more points than that, several are left out at a time
 
 
 def held_out_mm(model_class: type[CameraModel], fit: Fit, observations: Observations, field: Field, region: Region,
@@ -22,24 +22,23 @@ def held_out_mm(model_class: type[CameraModel], fit: Fit, observations: Observat
                 ) -> tuple[NDArray[np.float64], ...]:
     """Leave points out, fit the rest, and measure where the left-out ones land: mm per point.
 
-    The choices of the fit (degrees, strays) are kept, so this is the error of the curves, not of choosing them.
-    Strays are not measured; points the others cannot predict, and features the fit does not rest on, are NaN.
+    Which points go together: folds.py. The choices of the fit (degrees, terms, strays) are kept, so this is the error
+    of the curves, not of choosing them. Strays are not measured; points the others cannot predict, and features the
+    fit does not rest on, are NaN.
     """
     clean = tuple(replace(o, points=o.points[fine]) for o, fine in zip(observations, fit.inliers, strict=True))
     result = tuple(np.full(len(o.points), np.nan) for o in observations)
-    places = [(i, k) for i, o in enumerate(clean) if fit.used[i] for k in range(len(o.points))]
-    folds = min(len(places), MAX_FOLDS)
+    folds = folds_for(clean, fit.used, needs_every_border=not knows_its_error(fit))
     kept = {**(options or {}), **fit.notes.get("choices", {}), "robust": False}
-    for fold in range(folds):
-        progress(fold / folds, "Checking with points left out")
-        out = places[fold::folds]  # strided, so that neighbours are not left out together
+    for fold, out in enumerate(folds):
+        progress(fold / len(folds), "Checking with points left out")
         try:
             model = model_class.fit(_without(clean, out), field, region, image_size, kept).model
         except FitFailed:
             continue
         for i, k in out:
             alone = replace(clean[i], points=clean[i].points[k:k + 1])
-            original = np.flatnonzero(fit.inliers[i])[k]
+            original = np.flatnonzero(fit.inliers[i])[k]  # clean counts without the strays
             result[i][original] = feature_residuals(model, alone, field, region).mm[0]
     return result
 

@@ -6,10 +6,15 @@ from typing import Any
 import numpy as np
 
 from app.evaluate.distortion import distortion_report
+from app.evaluate.next_click import next_best_click
+from app.evaluate.observability import observability_warnings
 from app.evaluate.residuals import FeatureResiduals, feature_residuals, rms
+from app.evaluate.uncertainty import knows_its_error, sigma_report
 from app.field import BORDERS, Field, Region
 from app.records import Fit, Observations, Warning
 
+REPORTED_NOTES = ("degree", "relation", "terms", "click_sigma_px", "degrees_of_freedom", "parameters",
+                  "line_offsets_mm")
 GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
 FAIR_MM = 15.0  # robots still meet the ball
 
@@ -25,20 +30,24 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     held = _joined([held_out[i] for i in rests]) if held_out is not None else np.empty(0)
     check_mm = rms(_joined([inside_mm[i] for i in checks]))
     cv_rms_mm = rms(held)
-    warnings = [*fit.warnings, *_blind_spots(fit, observations, check_mm)]
+    warnings = [*fit.warnings, *observability_warnings(fit, region), *_blind_spots(fit, observations)]
+    sigma = sigma_report(fit, region)
     return {
         "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
         "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": _max(_joined([inside_mm[i] for i in rests])),
         "cv_rms_mm": cv_rms_mm, "check_rms_mm": check_mm,
         "inliers": int(sum(fine.sum() for fine in fit.inliers)),
         "outliers": int(sum((~fine).sum() for fine in fit.inliers)),
-        "sigma_mm": None,  # no covariance is known for borders that are curves of their own
+        "sigma_mm": sigma,  # None where each border is a curve of its own: no common parameters, no covariance
         "distortion": distortion_report(fit.model, region, _border_clicks(fit, observations)),
         "per_feature": [_feature_json(r, fine, used) for r, fine, used
                         in zip(residuals, fit.inliers, fit.used, strict=True)],
-        "verdict": _verdict(cv_rms_mm, check_mm, knows_inside=_knows_inside(fit, observations)),
+        "verdict": _verdict(cv_rms_mm, check_mm, sigma, knows_inside=_knows_inside(fit, observations)),
+        "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
-        **{key: value for key, value in fit.notes.items() if key in ("degree", "relation")},
+        "covariance": {"names": list(fit.parameter_names), "matrix": fit.covariance.tolist()}
+        if knows_its_error(fit) else None,
+        **{key: value for key, value in fit.notes.items() if key in REPORTED_NOTES},
     }
 
 
@@ -73,12 +82,18 @@ def _number(value: float) -> float | None:
 
 
 def _knows_inside(fit: Fit, observations: Observations) -> bool:
-    return any(o.feature not in BORDERS and len(o.points) for o in observations)
+    """A lens bends the inside as it bends the borders; curves of their own know nothing between them."""
+    return knows_its_error(fit) or any(o.feature not in BORDERS and len(o.points) for o in observations)
 
 
-def _verdict(cv_mm: float | None, check_mm: float | None, knows_inside: bool) -> dict[str, Any]:
-    """One length, one level, one sentence. The worse of the two held-out figures counts."""
-    known = [mm for mm in (cv_mm, check_mm) if mm is not None]
+def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, Any] | None,
+             knows_inside: bool) -> dict[str, Any]:
+    """One length, one level, one sentence. The worst of the held-out figures and the expected error counts.
+
+    Expected error at hat height is no part of the length, which is one on the carpet, but it caps the level.
+    """
+    expected = None if sigma is None else sigma["rms"]
+    known = [mm for mm in (cv_mm, check_mm, expected) if mm is not None]
     if not known:
         return {"mm": None, "level": "unknown", "sentence": "Nothing was held out, so nothing is known of the error."}
     mm = max(known)
@@ -86,14 +101,19 @@ def _verdict(cv_mm: float | None, check_mm: float | None, knows_inside: bool) ->
         return {"mm": mm, "level": "unknown",
                 "sentence": f"The borders hold to {mm:.1f} mm. Nothing inside the field was clicked, so the error "
                             "there is not known; a strong lens leaves centimetres."}
-    level = "good" if mm <= GOOD_MM else "fair" if mm <= FAIR_MM else "poor"
+    hat = sigma["hat"]["rms"] if sigma and "hat" in sigma else 0.0
+    level = "good" if max(mm, hat) <= GOOD_MM else "fair" if max(mm, hat) <= FAIR_MM else "poor"
     words = {"good": "Good enough for ball and robots.", "fair": "Robots will find the ball, with some play.",
              "poor": "Too coarse for play: positions inside the field are off by centimetres."}[level]
-    where = "on lines the fit has not used" if check_mm is not None and mm == check_mm else "on points left out"
+    where = ("expected on the carpet" if mm == expected else "on lines the fit has not used" if mm == check_mm
+             else "on points left out")
+    if hat > mm and hat > GOOD_MM:
+        words = (f"The carpet fits, robots' hats may be {hat:.0f} mm off." if level == "fair" else
+                 f"The carpet fits, but robots' hats may be {hat:.0f} mm off: too coarse for play.")
     return {"mm": mm, "level": level, "sentence": f"{words} {mm:.1f} mm {where}."}
 
 
-def _blind_spots(fit: Fit, observations: Observations, check_mm: float | None) -> list[Warning]:
+def _blind_spots(fit: Fit, observations: Observations) -> list[Warning]:
     """What these figures cannot see."""
     if _knows_inside(fit, observations):
         return []

@@ -16,7 +16,7 @@ from app.models.lens import Array
 from app.models.lens_fit import check_inside_picture, name_strays
 from app.models.linear import MIN_ROWS, Incidences, homography_from_lines
 from app.models.ray_problem import Prior, RayProblem, gather, incidences
-from app.models.ray_solve import Found, Task, rows_of, solve
+from app.models.ray_solve import MAX_STRAYS, Found, Task, rows_of, solve
 from app.models.rectangles import rectangles
 from app.records import Fit, Observations, Warning
 
@@ -40,6 +40,8 @@ def fit_homography(observations: Observations, field: Field, region: Region, ima
         begin = _start(problem, incidences(flat, field, region), region, image_size)
     else:
         begin = HomographyState.of(Homography.from_parameters(start), len(problem.line_names))
+    whole, seen = problem, _seen(problem, begin, settings["robust"])
+    problem = whole.only(seen)
     _refuse_too_few(problem)
     priors = tuple(Prior(f"line_{i}", 0.0, settings["line_sigma_mm"]) for i in range(len(problem.line_names)))
     names = begin.names
@@ -50,13 +52,16 @@ def fit_homography(observations: Observations, field: Field, region: Region, ima
     model = Homography(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
                        n_rectangles_y=n_y, region=region, image_size=image_size)
     inliers = tuple(np.ones(len(o.points), bool) for o in observations)
-    for (i, k), fine in zip(problem.owners, found.inliers, strict=True):
+    inlier = seen.copy()
+    inlier[seen] = found.inliers
+    for (i, k), fine in zip(whole.owners, inlier, strict=True):
         inliers[i][k] = fine
     notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": len(names),
              "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
              "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
     return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations),
-               (*name_strays(observations, problem, found), *_above(observations)), notes,
+               (*name_strays(observations, problem, found), *_beyond(observations, whole.owners[~seen]),
+                *_above(observations)), notes,
                covariance=found.covariance, parameter_names=names)
 
 
@@ -93,6 +98,15 @@ def _start(problem: RayProblem, lines: Incidences, region: Region, image_size: I
     return min(states, key=lambda s: float(np.sum(np.minimum(misses(s), 100.0))))
 
 
+def _seen(problem: RayProblem, state: HomographyState, robust: bool) -> Array:
+    """Which clicks (n,) lie where this view sees carpet at all; a few that do not are strays, and the fit is rid of them."""
+    problem.places = np.empty(0)
+    r, _ = problem.residuals(state)
+    finite = np.isfinite(r)
+    seen = np.concatenate([finite[:problem.curves], finite[problem.curves:].reshape(-1, 2).all(axis=1)])
+    return seen if robust and (~seen).sum() <= MAX_STRAYS * seen.size else np.ones_like(seen)
+
+
 def _refuse_too_few(problem: RayProblem) -> None:
     rows = rows_of(problem)
     if rows < MIN_ROWS:
@@ -103,9 +117,6 @@ def _refuse_too_few(problem: RayProblem) -> None:
 def _refuse_what_cannot_be(found: Found, region: Region) -> None:
     """A mirrored view, and one that the clicks leave open: both look fine by their residuals."""
     state = found.minimum.state
-    if not np.isfinite(found.minimum.cost):
-        raise FitFailed("No view of the field was found that sees the clicked lines where they were clicked.",
-                        "Check which line each click belongs to, and the region.", reason="no-camera")
     corners = region.field_from_region(np.array([[0, 0], [1, 0], [0, 1], [1, 1.0]]) *
                                        [region.width_mm, region.height_mm])
     jacobian = found.minimum.jacobian
@@ -130,6 +141,12 @@ def _refuse_what_cannot_be(found: Found, region: Region) -> None:
         raise FitFailed("The field appears mirrored in the picture.",
                         "Check which border is left and which is right, or turn the region; a mirrored picture must "
                         "be flipped back first.", reason="mirrored")
+
+
+def _beyond(observations: Observations, owners: Array) -> list[Warning]:
+    return [Warning("stray-click", f"Point {k + 1} of {observations[i].label} lies beyond the horizon of the others; it "
+                    "was left out of the fit.", "Drag it onto the line, or remove it.",
+                    str(observations[i].feature), int(k)) for i, k in owners]
 
 
 def _above(observations: Observations) -> list[Warning]:

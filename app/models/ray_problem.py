@@ -94,7 +94,8 @@ class RayProblem:
             places = places + np.where(self.radius > 0, step / np.where(self.radius > 0, self.radius, 1), step)
             if np.abs(step).max(initial=0.0) < 1e-7:
                 break
-        self.places = places
+        # A look from where a curve cannot be seen must not spoil the next one.
+        self.places = places if first else np.where(np.isfinite(pixel).all(axis=1), places, self.places)
         return self._curve(places, state)
 
     def _first_places(self, state: RayState) -> Array:

@@ -14,9 +14,10 @@ from app.models.solve import Minimum, minimise
 
 CLICK_PX = 0.5  # σ of a click before the clicks themselves tell
 START_STEPS = 8
-CLICK_PRIOR = 4  # clicks that this guess weighs
+CLICK_PRIOR = 1  # clicks that this guess weighs
 STRAY_SIGMAS = 4.5
 STRAY_PX = 1.5  # nothing nearer is called a stray
+CORE = 4.0  # medians: what tells the first spread, 2.7 σ
 MAX_STRAYS = 0.3  # of all clicks
 TOLD_SHARE = 0.3  # of a wide prior's σ: a parameter known better than this is told by the clicks
 
@@ -67,9 +68,13 @@ def best_start(task: Task, starts: list[RayState]) -> RayState:
         tried.append(_minimise(task, begin, 2 * CLICK_PX, rows_of(task.problem), steps=START_STEPS))
     best = min(tried, key=lambda m: m.cost)
     if not np.isfinite(best.cost):
-        raise FitFailed("No camera was found that sees the clicked lines where they were clicked.",
-                        "Check which line each click belongs to, and the region.", reason="no-camera")
+        raise no_camera()
     return best.state
+
+
+def no_camera() -> FitFailed:
+    return FitFailed("No camera was found that sees the clicked lines where they were clicked.",
+                     "Check which line each click belongs to, and the region.", reason="no-camera")
 
 
 def solve(task: Task, start: RayState, settings: Mapping[str, Any]) -> Found:
@@ -79,10 +84,13 @@ def solve(task: Task, start: RayState, settings: Mapping[str, Any]) -> Found:
     rows = rows_of(task.problem)
     task.problem.places = np.empty(0)
     best = _minimise(task, start, sigma, rows if robust else 0)
+    if not np.isfinite(best.cost):
+        raise no_camera()
     inliers = np.ones(len(task.problem.pixels), bool)
     for _ in range(4 if robust else 1):
         pixels = _distances(task.problem, best.state)
-        spread = settings["click_sigma_px"] or _spread(pixels[inliers], int(task.free.sum()))
+        trusted = inliers if _ else np.abs(pixels) <= CORE * np.median(np.abs(pixels))  # wild ones must not hide another
+        spread = settings["click_sigma_px"] or _spread(pixels[trusted], int(task.free.sum()))
         strays = np.abs(pixels) > max(STRAY_SIGMAS * spread, STRAY_PX) if robust else ~inliers
         if strays.sum() > MAX_STRAYS * strays.size:
             strays = np.zeros_like(strays)  # that many are no strays: the model is wrong, or the lines are mixed up
@@ -95,6 +103,8 @@ def solve(task: Task, start: RayState, settings: Mapping[str, Any]) -> Found:
     spread = settings["click_sigma_px"] or _spread(pixels[inliers], int(task.free.sum()))
     kept = Task(task.problem.only(inliers), task.priors, task.free, task.names)
     best = _minimise(kept, best.state, spread, 0)
+    if not np.isfinite(best.cost):
+        raise no_camera()
     kept = Task(kept.problem, _still_needed(task, best), task.free, task.names)
     if len(kept.priors) < len(task.priors):
         best = _minimise(kept, best.state, spread, 0)

@@ -61,7 +61,7 @@ class RayCamera:
         return np.array(self.lens_terms)
 
     def project(self, points_field_xyz: Array) -> Points:
-        """Field mm (..., 3) to raw pixels (..., 2); NaN behind the camera, beyond the horizon, or far off the picture."""
+        """Field mm (..., 3) to raw pixels (..., 2); NaN behind the camera, past the horizon, or far off the picture."""
         with np.errstate(all="ignore"):
             rays = (np.asarray(points_field_xyz, float) - np.array(self.position_mm)) @ self.camera_from_field.T
             plane = self.LENS.distort(self._terms, rays)
@@ -85,6 +85,33 @@ class RayCamera:
         """Further outside the picture than a lens is believed, or not a number."""
         extent = (0.5 + REACH) * np.array(tuple(self.image_size), float)
         return ~(np.abs(pixels - np.array(self.image_size.centre)) <= extent).all(axis=-1)
+
+    def field_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> Array:
+        """How the place where a pixel's ray meets the plane moves when named parameters do: (n, 2, len(names)) mm.
+
+        points_field_xyz (n, 3): the places. Names as in Fit.parameter_names; a line's own offset moves no ray.
+        """
+        by_point, columns = self._pixel_jacobian(points_field_xyz, names)
+        return -np.linalg.solve(by_point[:, :, :2], columns)
+
+    def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
+        """How a click's distance from the curve at places (n, 2) mm running along (n, 2) moves: (n, len(names)) px."""
+        flat = np.zeros((len(places), 1))
+        by_point, columns = self._pixel_jacobian(np.concatenate([places, flat], axis=1), names)
+        seen = np.einsum("nij,nj->ni", by_point, np.concatenate([along, flat], axis=1))
+        across = np.stack([-seen[:, 1], seen[:, 0]], axis=1) / np.linalg.norm(seen, axis=1, keepdims=True)
+        return np.einsum("ni,nik->nk", across, columns)
+
+    def _pixel_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> tuple[Array, Array]:
+        """The pixel's derivative by the field point (n, 2, 3) and by named parameters (n, 2, len(names))."""
+        from app.models.ray_state import RayState
+        state = RayState.of(self)
+        _, by_point, by = state.project_jacobian(np.asarray(points_field_xyz, float))
+        columns = np.zeros((len(by), 2, len(names)))
+        for column, name in enumerate(names):
+            if name in state.names:
+                columns[:, :, column] = by[:, :, state.names.index(name)]
+        return by_point, columns
 
     @property
     def corrected_size(self) -> ImageSize:

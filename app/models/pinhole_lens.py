@@ -1,0 +1,109 @@
+"""A lens without a pose: what a board tells of a camera, kept until a field says where the camera hangs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Self
+
+import numpy as np
+
+from app.errors import BadInput
+from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.models import MODELS
+from app.models.lens import Array, Lens
+
+HELD = ("log_focal", "aspect", "centre_x", "centre_y")  # the names before those of the lens's own terms
+
+
+@dataclass(frozen=True)
+class PinholeLens:
+    """pixel = centre + focal · (1, aspect) · distort(ray).
+
+    model: the camera model whose lens it is, a name in MODELS. terms: all of that lens's, in its order.
+    estimated: names of what was estimated (out of HELD and the lens's terms); covariance: theirs, n × n, in the units
+    of the parameters (the focal length as its logarithm). What is not named was held fast.
+    """
+
+    model: str
+    terms: tuple[float, ...]
+    focal_px: float
+    aspect: float
+    centre_px: tuple[float, float]
+    image_size: ImageSize
+    estimated: tuple[str, ...] = ()
+    covariance: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def lens(self) -> type[Lens]:
+        return MODELS[self.model].LENS
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter by its name, as the covariance knows it."""
+        return {"log_focal": float(np.log(self.focal_px)), "aspect": self.aspect, "centre_x": self.centre_px[0],
+                "centre_y": self.centre_px[1], **dict(zip(self.lens.TERMS, self.terms, strict=True))}
+
+    @property
+    def sigma(self) -> dict[str, float]:
+        """One σ of each estimated parameter."""
+        return {name: float(np.sqrt(max(self.covariance[i][i], 0.0))) for i, name in enumerate(self.estimated)}
+
+    def project(self, rays: Array) -> Points:
+        """Rays (…, 3) in the camera's frame to raw pixels (…, 2); NaN beyond the lens's horizon."""
+        with np.errstate(all="ignore"):
+            pixels = self.lens.distort(np.array(self.terms), np.asarray(rays, float)) * self._focal \
+                + np.array(self.centre_px)
+            return unreachable_where(~(np.abs(pixels) < MAX_COORDINATE).all(axis=-1), pixels)
+
+    def rays(self, pixels: Points) -> Array:
+        """Raw pixels (…, 2) to rays (…, 3) of unit length; NaN where the lens sends none."""
+        with np.errstate(all="ignore"):
+            rays = self.lens.undistort(np.array(self.terms),
+                                       (np.asarray(pixels, float) - np.array(self.centre_px)) / self._focal)
+            return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+
+    @property
+    def _focal(self) -> Array:
+        return self.focal_px * np.array([1.0, self.aspect])
+
+    def to_json(self) -> dict[str, Any]:
+        return {"model": self.model, "terms": list(self.terms), "focal_px": self.focal_px, "aspect": self.aspect,
+                "centre_px": list(self.centre_px),
+                "image_size": {"width": self.image_size.width, "height": self.image_size.height},
+                "estimated": list(self.estimated), "covariance": [list(row) for row in self.covariance]}
+
+    @classmethod
+    def from_json(cls, value: Any) -> Self:
+        """Read what to_json wrote; BadInput for anything else."""
+        try:
+            p = dict(value)
+            names = {f.name for f in fields(cls)}
+            if set(p) != names:
+                raise ValueError(f"expected {', '.join(sorted(names))}")
+            if not isinstance(p["image_size"], Mapping):
+                raise ValueError("image_size is no object")
+            lens = cls(str(p["model"]), tuple(map(float, p["terms"])), float(p["focal_px"]), float(p["aspect"]),
+                       tuple(map(float, p["centre_px"])),
+                       ImageSize.of((p["image_size"]["width"], p["image_size"]["height"])),
+                       tuple(map(str, p["estimated"])), tuple(tuple(map(float, row)) for row in p["covariance"]))
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            raise BadInput(f"This is no lens: {error}.", "Give what a board calibration answered as its lens.",
+                           reason="bad-parameters") from None
+        lens._refuse_nonsense()
+        return lens
+
+    def _refuse_nonsense(self) -> None:
+        numbers = np.array([*self.terms, self.focal_px, self.aspect, *self.centre_px])
+        known = hasattr(MODELS[self.model], "LENS")  # an unknown name is refused by the table itself
+        n = len(self.estimated)
+        fine = (known and len(self.terms) == len(self.lens.TERMS) and len(self.centre_px) == 2
+                and np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE
+                and 0.05 * self.image_size.width <= self.focal_px <= 100 * self.image_size.width
+                and 0.5 <= self.aspect <= 2 and len(set(self.estimated)) == n
+                and set(self.estimated) <= {*HELD, *self.lens.TERMS} and len(self.covariance) == n
+                and all(len(row) == n for row in self.covariance))
+        if fine and n:
+            c = np.array(self.covariance)
+            fine = np.isfinite(c).all() and np.allclose(c, c.T, rtol=1e-6, atol=0) and (np.diag(c) >= 0).all()
+        if not fine:
+            raise BadInput("These parameters describe no lens.", "Give what a board calibration answered as its lens.",
+                           reason="bad-parameters")
