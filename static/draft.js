@@ -20,10 +20,11 @@ let timer = 0;
 /** @param {string} id */
 const localKey = (id) => `touchline.draft.${id}`;
 
-/** Bring back the draft of a picture; clicks that never reached the server come back too. @param {string} id */
-export async function openDraft(id) {
-  kept = null;
-  const server = await read(await request("GET", `/drafts/${id}`));
+/** The draft of a picture, as the server has it. @param {string} id */
+export const fetchDraft = async (id) => read(await request("GET", `/drafts/${id}`));
+
+/** Work on a draft; clicks that never reached the server come back too. @param {string} id @param {Kept} server */
+export function openDraft(id, server) {
   const local = readLocal(id);
   kept = server;
   if (!local || same(local.doc, server.doc)) {
@@ -80,7 +81,7 @@ const save = newestWins(async (/** @type {string} */ id) => {
 /** @param {string} id */
 async function somebodyWasFaster(id) {
   try {
-    const theirs = await read(await request("GET", `/drafts/${id}`));
+    const theirs = await fetchDraft(id);
     if (!same(theirs.doc, doc.value)) return conflict(theirs);
     kept = theirs;
     localStorage.removeItem(localKey(id));
@@ -137,7 +138,7 @@ async function lookAgain() {
   const id = snapshot.value?.id;
   if (!id || !kept || draft.value.state !== "saved") return;
   try {
-    const now = await read(await request("GET", `/drafts/${id}`));
+    const now = await fetchDraft(id);
     const untouched = snapshot.value?.id === id && draft.value.state === "saved" && now.etag !== kept.etag;
     if (!untouched) return;
     kept = now;

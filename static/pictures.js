@@ -1,8 +1,9 @@
 // Bringing a picture to the page: from a file, the clipboard, a camera, or the ones that are kept.
+import { batch } from "@preact/signals";
 import { call, request } from "./api.js";
-import { change, doc } from "./document.js";
-import { closeDraft, openDraft } from "./draft.js";
-import { busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "./state.js";
+import { doc, load } from "./document.js";
+import { closeDraft, fetchDraft, openDraft } from "./draft.js";
+import { active, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "./state.js";
 import { findVersion, forgetVersion } from "./versions.js";
 import { fit } from "./view.js";
 
@@ -53,13 +54,18 @@ async function bring(doing, fetchIt) {
 
 /** Work on a kept picture, where its draft stands. @param {import("./types").Snapshot} picture @param {import("./types").StepId} at */
 export async function openSnapshot(picture, at) {
-  closePicture();
-  await openDraft(picture.id);
-  snapshot.value = picture;
+  const kept = await fetchDraft(picture.id);
+  // At once: nothing may see one picture with another's clicks, and the address changes only once.
+  batch(() => {
+    closePicture();
+    openDraft(picture.id, kept);
+    snapshot.value = picture;
+    step.value = at;
+    help.value = "";
+    active.value = "left";
+  });
   fit(picture);
-  step.value = at;
-  help.value = "";
-  if (!doc.value.field) change({ ...doc.value, ...firstGuess(picture) });
+  if (!doc.value.field) load({ ...doc.value, ...firstGuess(picture) });
   await findVersion(picture.id);
 }
 

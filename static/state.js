@@ -56,8 +56,9 @@ export function tell(notice) {
 
 /** Tell what went wrong, with its fix. @param {unknown} error */
 export function tellError(error) {
-  const { message, fix } = /** @type {{ message: string, fix?: string }} */ (error);
-  tell({ level: "warn", text: message, fix: fix ?? "Check that the server runs; the page tries again by itself." });
+  const { message, fix, status } = /** @type {{ message: string, fix?: string, status?: number }} */ (error);
+  const action = status === 401 ? { label: "Sign in…", run: () => location.assign("/login") } : undefined;
+  tell({ level: "warn", text: message, fix: fix ?? "Check that the server runs; the page tries again by itself.", action });
 }
 
 /** @param {number} id */

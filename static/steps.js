@@ -3,7 +3,7 @@ import { computed } from "@preact/signals";
 import { many } from "./format.js";
 import { BORDERS, doc, pointsOf } from "./document.js";
 import { preview, refusal, stale } from "./fitting.js";
-import { active, camera, region, snapshot, step } from "./state.js";
+import { active, camera, cameras, region, snapshot, step } from "./state.js";
 import { isSaved, version } from "./versions.js";
 
 /** @typedef {import("./types").StepId} StepId @typedef {{ id: StepId, label: string, done: boolean, open: boolean, sentence: string }} Step */
@@ -84,7 +84,8 @@ export const nextThing = computed(() => {
   /** @param {string} action @param {string} label @param {string} [missing] */
   const thing = (action, label, missing = "") => ({ action, label, missing });
   switch (step.value) {
-    case "camera": return snapshot.value ? thing("step-picture", "Next: picture") : thing("open", "Open a picture…");
+    case "camera": return snapshot.value ? thing("step-picture", "Next: picture")
+      : cameras.value.length === 1 ? thing("take", "Take a picture") : thing("open", "Open a picture…");
     case "picture": return thing("step-borders", "Next: borders", region.value ? "" : current.value.sentence);
     case "borders": {
       const border = nextBorder.value;

@@ -28,7 +28,7 @@ const laid = computed(() => {
 });
 
 /** What the pointer is over, in the words of POST transform. */
-const asked = computed(() => {
+export const asked = computed(() => {
   const at = pointer.value, id = version.value?.id, here = laid.value;
   if (!at || !id || !here || !comparing.value) return null;
   const { mode, at: share } = compare.value, { k, tx } = view.value;

@@ -3,7 +3,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { doc, pointsOf } from "../document.js";
 import { curves, isCurve } from "../fitting.js";
 import { html } from "../html.js";
-import { editing, picked, pointer, tool } from "../state.js";
+import { editing, picked, pointer, step, tool } from "../state.js";
 import { stageSize, toStage, view } from "../view.js";
 import { colour, path } from "./drawing.js";
 
@@ -16,7 +16,7 @@ function target() {
   if (!editing.value || tool.value !== "pick") return null;
   const at = pointer.value, last = picked.value.at(-1);
   const point = last && pointsOf(doc.value, last.feature)[last.index];
-  if (point && (!at || at.down)) return { x: point[0], y: point[1], touch: at?.touch ?? false };
+  if (point && (at?.down || (!at && step.value === "borders"))) return { x: point[0], y: point[1], touch: at?.touch ?? false };
   return at && (!at.touch || at.down) ? at : null;
 }
 

@@ -9,7 +9,7 @@ import { Toolbar } from "../panels/toolbar.js";
 import { comparing, editing, pointer, snapshot, step, tool } from "../state.js";
 import { listen } from "../tools/pointer.js";
 import { fit, stageSize, view } from "../view.js";
-import { Corrected, RawLines, Wipe, rawClip, underPointer } from "./compare.js";
+import { Corrected, RawLines, Wipe, asked, rawClip, underPointer } from "./compare.js";
 import { Loupe } from "./loupe.js";
 import { Overlay } from "./overlay.js";
 
@@ -64,10 +64,11 @@ function label() {
 
 /** What is under the pointer. */
 function ReadOut() {
-  const at = pointer.value, spot = comparing.value ? underPointer.value : null;
+  const at = pointer.value, spot = underPointer.value, on = asked.value;
+  const [name, [x, y]] = on?.from === "corrected" ? ["Corrected pixel", on.point] : ["Pixel", [at?.x ?? 0, at?.y ?? 0]];
   return html`<div class="read-out" data-off-stage data-testid="read-out">
-    <span>${at ? html`Pixel <b>${number(at.x)}, ${number(at.y)}</b>` : html`<span class="dim">Point at the picture for its position</span>`}</span>
-    ${comparing.value && at && html`<span>Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b></span>`}
+    <span>${at ? html`${name} <b>${number(x)}, ${number(y)}</b>` : html`<span class="dim">Point at the picture for its position</span>`}</span>
+    ${on && html`<span>Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b></span>`}
     <span class="zoom">${number(view.value.k * 100, 0)} %</span>
   </div>`;
 }

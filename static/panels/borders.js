@@ -7,7 +7,7 @@ import { many, mm, number, words } from "../format.js";
 import { html } from "../html.js";
 import { printed } from "../keys.js";
 import { colour } from "../layers/drawing.js";
-import { active, field } from "../state.js";
+import { active, field, model } from "../state.js";
 import { lineUnder } from "./field_drawing.js";
 import { ActionButton } from "./toolbar.js";
 
@@ -66,8 +66,9 @@ function Degree() {
     const { degree: _, ...others } = doc.value.options;
     change({ ...doc.value, options: text === "auto" ? others : { ...others, degree: Number(text) } });
   };
-  return html`<label class="pair"><span>Degree of the curves</span>
+  const isChosen = model.value?.options.some((o) => o.name === "degree");
+  return html`${isChosen && html`<label class="pair"><span>Degree of the curves</span>
       <select data-testid="degree" value=${String(value)} onChange=${(/** @type {any} */ e) => choose(e.target.value)}>
-        <option value="auto">Auto</option>${[1, 2, 3, 4, 5, 6, 7, 8].map((d) => html`<option key=${d} value=${String(d)}>${d}</option>`)}</select></label>
+        <option value="auto">Auto</option>${[1, 2, 3, 4, 5, 6, 7, 8].map((d) => html`<option key=${d} value=${String(d)}>${d}</option>`)}</select></label>`}
     ${isCurve(curve) && html`<p class="reason" data-testid="degree-reason"><b>${words(border)}: degree ${curve.degree}.</b> ${curve.degree_reason}</p>`}`;
 }

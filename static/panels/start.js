@@ -3,7 +3,7 @@ import { run } from "../actions.js";
 import { address } from "../api.js";
 import { dayAndTime } from "../format.js";
 import { html } from "../html.js";
-import { openSnapshot, takePicture } from "../pictures.js";
+import { openById, takePicture } from "../pictures.js";
 import { busy, cameras, fields, snapshots } from "../state.js";
 
 export function Start() {
@@ -20,7 +20,7 @@ export function Start() {
         <b>${busy.value || "Open a picture…"}</b><small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small></button></section>
     ${snapshots.value.length > 0 && html`<section aria-label="Earlier pictures"><h2>Go on with an earlier picture</h2>
       <ul class="recent">${snapshots.value.map((s) => html`<li key=${s.id}>
-        <button type="button" data-testid=${`recent-${s.id}`} onClick=${() => void openSnapshot(s, "borders")} aria-label=${`Go on with the picture of ${dayAndTime(s.taken_at)}`}>
+        <button type="button" data-testid=${`recent-${s.id}`} onClick=${() => void openById(s.id, "borders")} aria-label=${`Go on with the picture of ${dayAndTime(s.taken_at)}`}>
           <img loading="lazy" alt="" src=${address(`/snapshots/${s.id}/image.jpg`)}/><small>${dayAndTime(s.taken_at)}<br/>${s.width} × ${s.height} px</small>
         </button></li>`)}</ul></section>`}
   </div>`;

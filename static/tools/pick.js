@@ -7,21 +7,21 @@ import { toPicture, toStage } from "../view.js";
 /** @typedef {import("../types").Pick} Pick @typedef {{ x: number, y: number, touch: boolean, shift: boolean, ctrl: boolean }} At stage pixels */
 
 const REACH_PX = 11, REACH_TOUCH_PX = 22; // how near a press must be to hold a point
+const OTHERS = 0.5; // of that for points of other lines: where lines cross, a press means the active one
 const STILL_PX = 3; // a press that moves less is a click: hands shake
-const PREFER_PX = 4; // points of the active line win by so much
 
 /** @type {{ before: import("../types").Doc, from: At, picks: Pick[], added: boolean, moved: boolean } | null} */
 let drag = null;
 
 /** The nearest point within reach. @param {At} at @returns {Pick | null} */
 export function pointAt({ x, y, touch }) {
-  let best = null, nearest = touch ? REACH_TOUCH_PX : REACH_PX;
+  let best = null, nearest = 1; // of the reach
   for (const { feature, points } of doc.value.observations) {
     if (typeof feature !== "string") continue;
+    const reach = (touch ? REACH_TOUCH_PX : REACH_PX) * (feature === active.value ? 1 : OTHERS);
     points.forEach((p, index) => {
-      const [sx, sy] = toStage(...p);
-      const distance = Math.hypot(sx - x, sy - y) - (feature === active.value ? PREFER_PX : 0);
-      if (distance < nearest) { best = { feature, index }; nearest = distance; }
+      const [sx, sy] = toStage(...p), share = Math.hypot(sx - x, sy - y) / reach;
+      if (share < nearest) { best = { feature, index }; nearest = share; }
     });
   }
   return best;

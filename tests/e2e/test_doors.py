@@ -52,6 +52,7 @@ def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, ser
     expect(page.get_by_test_id("loupe")).to_be_visible()
     loupe, spot = page.get_by_test_id("loupe").bounding_box(), operator.spot(90, 220)
     assert loupe["y"] + loupe["height"] < spot[1], "the loupe stands clear of the finger"
+    assert abs(loupe["x"] + loupe["width"] / 2 - spot[0]) < 100, "and near it"
     for x in (88, 85, 80):
         touch("touchMove", operator.spot(x, 220))
     touch("touchEnd")
@@ -64,7 +65,8 @@ def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, ser
         touch("touchMove", (400 - step, 400), (500 + step, 400))
     touch("touchEnd")
     assert page.get_by_test_id("picture").bounding_box()["width"] == pytest.approx(2 * before, rel=0.05)
-    assert len(operator.points("left")) == 1, "the first of two fingers places nothing"
+    expect(page.get_by_test_id("border-left")).to_contain_text("1 point")  # the first of two fingers places nothing
+    assert len(operator.points("left")) == 1
     context.close()
 
 
