@@ -1,15 +1,16 @@
 """/calibrations: versions that are made, read, activated, and put to use."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
+from app.api import answer_schemas
 from app.api.answers import Json
 from app.api.asked import task_of
 from app.api.bodies import uploaded_file
 from app.api.imported import calibration_from_file
-from app.api.schemas import Cursor, FitRequest, Id, IdQuery, Limit, Listing
+from app.api.schemas import Cursor, FitRequest, Id, IdQuery, Limit
 from app.api.work import at_work
 from app.exports import EXPORTS
 from app.records import Calibration
@@ -17,11 +18,13 @@ from app.records import Calibration
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
 MAX_IMPORT_BYTES = 4 << 20
+BYTES = {"schema": {"type": "string", "format": "binary"}}
+FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/json": {}, "application/octet-stream": BYTES}}}
 IMPORT_BODY = {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": {
     "type": "object", "required": ["file"], "properties": {"file": {"type": "string", "format": "binary"}}}}}}}
 
 
-@router.post("", status_code=201)
+@router.post("", status_code=201, response_model=answer_schemas.Calibration)
 async def create(request: Request, body: FitRequest) -> Json:
     """Fit, judge and keep: a new version of its camera's calibration. Nothing is kept when anything fails."""
     calibration = await at_work(request, _made, request, body)
@@ -35,7 +38,7 @@ def _made(request: Request, body: FitRequest) -> Calibration:
     return store.save(task.record(done, parent=before[0].id if before else None))
 
 
-@router.post("/import", status_code=201, openapi_extra=IMPORT_BODY)
+@router.post("/import", status_code=201, response_model=answer_schemas.Calibration, openapi_extra=IMPORT_BODY)
 async def import_file(request: Request) -> Json:
     """Keep a calibration that was exported as json, here or elsewhere, as a new version: multipart with `file`."""
     data, _ = await uploaded_file(request, MAX_IMPORT_BYTES)
@@ -47,7 +50,7 @@ def _imported(request: Request, data: bytes) -> Calibration:
     return request.app.state.store.save(calibration_from_file(data))
 
 
-@router.get("", response_model=Listing)
+@router.get("", response_model=answer_schemas.Calibrations)
 def listing(request: Request, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
             cursor: Cursor = None) -> Json:
     """Versions, newest first."""
@@ -55,7 +58,7 @@ def listing(request: Request, camera: Annotated[IdQuery | None, Query()] = None,
     return Json({"items": [item.to_json() for item in page.items], "next_cursor": page.next_cursor})
 
 
-@router.get("/{id}")
+@router.get("/{id}", response_model=answer_schemas.Calibration)
 def read(request: Request, id: Id) -> Json:
     """One version, with everything it came from."""
     return Json(request.app.state.store.calibration(id).to_json())
@@ -68,13 +71,13 @@ def delete(request: Request, id: Id) -> Response:
     return Response(status_code=204)
 
 
-@router.post("/{id}/activate")
+@router.post("/{id}/activate", response_model=answer_schemas.Calibration)
 def activate(request: Request, id: Id) -> Json:
     """Make it its camera's; the former one stays, so rolling back is activating that."""
     return Json(request.app.state.store.activate(id).to_json())
 
 
-@router.get("/{id}/export/{format}")
+@router.get("/{id}/export/{format}", response_class=Response, responses=FILE)
 async def export(request: Request, id: Id, format: Id) -> Response:
     """The calibration as a file of that format."""
     kind = EXPORTS[format]

@@ -4,21 +4,22 @@ from typing import Any
 
 from fastapi import APIRouter, Request
 
+from app.api import answer_schemas
 from app.api.answers import Json
-from app.api.schemas import Id, Listing
+from app.api.schemas import Id
 from app.settings import CameraSettings
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 
 
-@router.get("", response_model=Listing)
+@router.get("", response_model=answer_schemas.Cameras)
 def listing(request: Request) -> Json:
     """Every camera: what it is called, and the field and region that it looks at."""
     items = [_described(request, camera) for camera in request.app.state.settings.cameras]
     return Json({"items": items, "next_cursor": None})
 
 
-@router.get("/{id}")
+@router.get("/{id}", response_model=answer_schemas.Camera)
 def read(request: Request, id: Id) -> Json:
     """One camera."""
     return Json(_described(request, request.app.state.settings.camera(id)))

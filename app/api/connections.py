@@ -26,7 +26,7 @@ def watched_connections(*, head_s: float = 10.0, per_address: int = 40) -> type[
 
 
 class WatchedConnection(HttpToolsProtocol):
-    """An HTTP connection that is closed when a request's head is late or too long. WebSockets leave at their upgrade."""
+    """An HTTP connection, closed when a request's head is late or too long. WebSockets leave at their upgrade."""
 
     head_s: float
     per_address: int
@@ -47,7 +47,8 @@ class WatchedConnection(HttpToolsProtocol):
             self._counted = address
             self.open[address] += 1
             if self.open[address] > self.per_address:
-                return self._close(503, "too-many-connections", f"Your address has {self.per_address} connections open.",
+                return self._close(503, "too-many-connections",
+                                   f"{self.per_address} connections are open from your address.",
                                    "Close some tabs or scripts, then try again.", {"Retry-After": "5"})
         self._start_timer()
 

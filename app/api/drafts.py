@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Header, Request
 from starlette.responses import Response
 
-from app.api import schemas
+from app.api import answer_schemas, schemas
 from app.api.answers import Json
 from app.api.problems import problem, problem_of
 from app.api.schemas import Id
@@ -15,13 +15,13 @@ from app.store import Draft
 router = APIRouter(prefix="/drafts", tags=["drafts"])
 
 
-@router.get("/{snapshot}")
+@router.get("/{snapshot}", response_model=answer_schemas.Draft)
 def read(request: Request, snapshot: Id) -> Json:
     """The draft as it was saved last, or an empty one; its ETag goes into the next PUT's If-Match."""
     return _answer(request.app.state.store.draft(snapshot))
 
 
-@router.put("/{snapshot}")
+@router.put("/{snapshot}", response_model=answer_schemas.Draft)
 def save(request: Request, snapshot: Id, body: schemas.Draft,
          if_match: Annotated[str | None, Header(max_length=200)] = None) -> Response:
     """Save over the draft that If-Match names: 428 without it, 412 with the `current` draft if somebody was faster."""

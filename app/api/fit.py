@@ -5,6 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 
 from app import pipeline
+from app.api import answer_schemas
 from app.api.answers import Json
 from app.api.asked import task_of
 from app.api.schemas import BorderRequest, FitRequest
@@ -18,7 +19,7 @@ router = APIRouter(prefix="/fit", tags=["fit"])
 FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once than handed to a thread
 
 
-@router.post("/border")
+@router.post("/border", response_model=answer_schemas.Border)
 async def border(request: Request, body: BorderRequest) -> Json:
     """One border's curve through its clicks: degree, coefficients, residuals, strays, distortion."""
     size = ImageSize.of(body.image_size) if body.image_size else None
@@ -28,7 +29,7 @@ async def border(request: Request, body: BorderRequest) -> Json:
     return Json(await at_work(request, pipeline.border, points, body.axis, body.degree, size))
 
 
-@router.post("/preview")
+@router.post("/preview", response_model=answer_schemas.Preview)
 async def preview(request: Request, body: FitRequest,
                   quick: Annotated[bool, Query(description="leave the cross-validation out")] = False) -> Json:
     """What POST /calibrations would save for the same body: model, report and the field drawn into the picture."""

@@ -5,8 +5,8 @@ import time
 from fastapi import APIRouter, Request
 
 from app import __version__
+from app.api.answer_schemas import Health
 from app.api.answers import Json
-from app.api.schemas import Health
 
 router = APIRouter(tags=["health"])
 

@@ -4,14 +4,14 @@ from typing import Any
 
 from fastapi import APIRouter
 
+from app.api import answer_schemas
 from app.api.answers import Json
-from app.api.schemas import Listing
 from app.models import MODELS
 
 router = APIRouter(tags=["models"])
 
 
-@router.get("/models", response_model=Listing)
+@router.get("/models", response_model=answer_schemas.Models)
 def models() -> Json:
     """Every model with its options (name, type, default, range, unit, help) and how few points it needs."""
     return Json({"items": [_described(name) for name in MODELS], "next_cursor": None})

@@ -7,9 +7,10 @@ from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
 from app import pipeline
+from app.api import answer_schemas
 from app.api.answers import Json, points_or_null
 from app.api.bodies import BINARY, binary_points, content_type, json_body
-from app.api.schemas import FrameName, Id, MarginPx, PointsAnswer, TransformRequest, WidthPx
+from app.api.schemas import FrameName, Id, MarginPx, TransformRequest, WidthPx
 from app.api.work import at_work
 from app.correction import View
 from app.errors import BadInput, Conflict
@@ -28,7 +29,7 @@ BODY = {"requestBody": {"required": True, "content": {
 ANSWER: dict[int | str, dict[str, Any]] = {200: {"content": {BINARY: BYTES}}}
 
 
-@router.post("/transform", response_model=PointsAnswer, openapi_extra=BODY, responses=ANSWER)
+@router.post("/transform", response_model=answer_schemas.Transformed, openapi_extra=BODY, responses=ANSWER)
 async def transform(request: Request, id: Id, source: Annotated[FrameName | None, Query(alias="from")] = None,
                     target: Annotated[FrameName | None, Query(alias="to")] = None,
                     z_mm: Annotated[float, Query(ge=-10_000, le=10_000, allow_inf_nan=False)] = 0.0) -> Response:
@@ -56,7 +57,7 @@ async def transform(request: Request, id: Id, source: Annotated[FrameName | None
     return Json({"points": points_or_null(found)})
 
 
-@router.get("/overlay.json")
+@router.get("/overlay.json", response_model=answer_schemas.Overlay)
 def overlay(request: Request, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
             width: WidthPx = None) -> Json:
     """The region's borders and all that is painted on the field, as polylines; null where out of reach."""

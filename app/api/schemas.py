@@ -110,21 +110,6 @@ class Problem(BaseModel):
     fix: str
 
 
-class Health(BaseModel):
-    status: Literal["ok"]
-    version: str
-    uptime_s: float
-
-
-class PointsAnswer(BaseModel):
-    points: list[list[float] | None]
-
-
-class Listing(BaseModel):
-    items: list[dict[str, Any]]
-    next_cursor: str | None
-
-
 # "default" describes every refusal: any call may be refused for its token, its size or its path.
 PROBLEMS: dict[int | str, dict[str, Any]] = {
     "default": {"description": "What was wrong, and what to do", "content": {

@@ -5,9 +5,10 @@ from typing import Any, Literal
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
+from app.api import answer_schemas
 from app.api.answers import Json, picture
 from app.api.bodies import content_type, json_body, uploaded_file
-from app.api.schemas import CameraSnapshot, Cursor, Id, Limit, Listing
+from app.api.schemas import CameraSnapshot, Cursor, Id, Limit
 from app.api.work import at_work
 from app.errors import BadInput
 from app.images import screen
@@ -24,7 +25,7 @@ BODY = {"requestBody": {"required": True, "content": {
     "application/json": {"schema": CameraSnapshot.model_json_schema()}}}}
 
 
-@router.post("", status_code=201, openapi_extra=BODY)
+@router.post("", status_code=201, response_model=answer_schemas.Snapshot, openapi_extra=BODY)
 async def create(request: Request) -> Json:
     """Keep a picture: multipart with `file` (PNG, JPEG, BMP or WebP), or JSON {"camera": id} to take one now."""
     state = request.app.state
@@ -56,14 +57,14 @@ def _taken(request: Request, camera: str) -> Snapshot:
     return state.store.add_snapshot(data, frame.size, "png", camera)
 
 
-@router.get("", response_model=Listing)
+@router.get("", response_model=answer_schemas.Snapshots)
 def listing(request: Request, limit: Limit = 50, cursor: Cursor = None) -> Json:
     """Newest first."""
     page = request.app.state.store.snapshots(limit, cursor)
     return Json({"items": [snapshot.to_json() for snapshot in page.items], "next_cursor": page.next_cursor})
 
 
-@router.get("/{id}")
+@router.get("/{id}", response_model=answer_schemas.Snapshot)
 def read(request: Request, id: Id) -> Json:
     """What a snapshot is: size, camera, when it was taken, the checksum of its bytes."""
     return Json(request.app.state.store.snapshot(id).to_json())

@@ -1,0 +1,178 @@
+"""What answers look like, for the documentation: the routes send their JSON as it is, tests hold it to this."""
+
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+Point = list[float]
+Points = list[Point | None]  # null: out of reach
+
+
+class Answer(BaseModel):
+    """Entries may be added, and are never renamed."""
+
+    model_config = ConfigDict(extra="allow")
+
+
+class Health(Answer):
+    status: Literal["ok"]
+    version: str
+    uptime_s: float
+
+
+class Page(Answer):
+    """Newest first; next_cursor asks for the ones after, null at the end."""
+
+    next_cursor: str | None
+
+
+class Snapshot(Answer):
+    id: str
+    width: int
+    height: int
+    camera: str | None
+    taken_at: str
+    sha256: str
+
+
+class Snapshots(Page):
+    items: list[Snapshot]
+
+
+class Camera(Answer):
+    id: str
+    name: str
+    field: str | None
+    region: str | None
+    active_calibration: str | None
+
+
+class Cameras(Page):
+    items: list[Camera]
+
+
+class Field(Answer):
+    name: str
+    title: str
+    length_mm: float
+    width_mm: float
+    lines: list[dict[str, Any]]
+    arcs: list[dict[str, Any]]
+    landmarks: dict[str, Point]
+    regions: dict[str, dict[str, Any]]
+
+
+class Fields(Page):
+    items: list[Field]
+
+
+class Option(Answer):
+    name: str
+    type: str
+    default: Any
+    help: str
+    range: list[float] | None
+    unit: str | None
+    choices: list[str]
+
+
+class Model(Answer):
+    name: str
+    title: str
+    help: str
+    points_needed: str
+    options: list[Option]
+
+
+class Models(Page):
+    items: list[Model]
+
+
+class Draft(Answer):
+    field: str | None
+    region: str | None
+    rotate: int | None
+    model: str | None
+    options: dict[str, Any]
+    observations: list[dict[str, Any]]
+    updated_at: str | None
+
+
+class Border(Answer):
+    degree: int
+    degree_reason: str
+    coefficients: list[float]
+    rms_px: float
+    loo_rms_px: float | None
+    residuals_px: list[float]
+    outliers: list[int]
+    curve: list[Point]
+    distortion_pct: float
+    kind: str | None
+
+
+class FittedModel(Answer):
+    name: str
+    parameters: dict[str, Any]
+
+
+class Report(Answer):
+    rms_px: float | None
+    max_px: float | None
+    rms_mm: float | None
+    max_mm: float | None
+    cv_rms_mm: float | None
+    inliers: int
+    outliers: int
+    distortion: dict[str, Any]
+    per_feature: list[dict[str, Any]]
+    verdict: dict[str, Any]
+    warnings: list[dict[str, Any]]
+
+
+class Drawn(Answer):
+    feature: str
+    kind: Literal["border", "line", "arc", "landmark"]
+    points: Points
+
+
+class Overlay(Answer):
+    features: list[Drawn]
+
+
+class Preview(Answer):
+    model: FittedModel
+    report: Report
+    corrected_size: list[int]
+    overlay: list[Drawn]
+
+
+class Calibration(Answer):
+    id: str
+    version: int
+    camera: str | None
+    field: str
+    region: str
+    rotate: int
+    model: FittedModel
+    image_size: list[int]
+    corrected_size: list[int]
+    observations: list[dict[str, Any]]
+    options: dict[str, Any]
+    report: Report
+    created_at: str
+    software: str
+    snapshot: str | None
+    image_sha256: str | None
+    parent: str | None
+    note: str
+    active: bool
+    field_definition: dict[str, Any]
+
+
+class Calibrations(Page):
+    items: list[Calibration]
+
+
+class Transformed(Answer):
+    points: Points
