@@ -176,6 +176,38 @@ def test_the_manuals_commands_do_what_they_say(picture, tmp_path):
     assert (tmp_path / "corrected.png").stat().st_size > 1000
 
 
+def test_the_rest_manuals_examples_do_what_they_say(picture, tmp_path):
+    clicks = re.search(r"```json file=clicks.json\n(.*?)```", MANUAL.read_text(), re.DOTALL)[1]
+    (tmp_path / "clicks.json").write_text(clicks)
+    examples = re.findall(r"```python run\n(.*?)```", (MANUAL.parent / "api.md").read_text(), re.DOTALL)
+    assert len(examples) >= 3
+    server = subprocess.Popen([*TOUCHLINE, "serve", "--port", "0", "--data", str(tmp_path / "data")],
+                              cwd=MANUAL.parents[2], stdout=subprocess.PIPE, text=True)
+    try:
+        url = server.stdout.readline().split()[-1]
+        script = "\n".join(examples).replace("http://127.0.0.1:8000/", url)
+        done = subprocess.run([sys.executable, "-c", script + "\nprint(np.isfinite(field_mm).mean())"], cwd=tmp_path,
+                              capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+        sentence, points, reached = done.stdout.strip().split("\n")
+        assert "mm" in sentence and len(json.loads(points)) == 2 and float(reached) > 0.9
+        assert (tmp_path / "corrected.png").stat().st_size > 1000
+    finally:
+        server.terminate()
+        server.wait(10)
+
+
+def test_the_rest_manual_names_every_call(tmp_path):
+    from app.main import create_app
+    from app.settings import Settings
+
+    paths = create_app(Settings(data=tmp_path / "data")).openapi()["paths"]
+    text = (MANUAL.parent / "api.md").read_text()
+    for path in paths:
+        name = path.removeprefix("/api/v1").replace("{format}", "json" if "export" in path else "png")
+        assert f"{name}`" in text or f"{name}?" in text, f"{path} is missing in api.md"
+
+
 def test_serve_says_its_address_and_ends_within_five_seconds_of_sigterm(tmp_path):
     server = subprocess.Popen([*TOUCHLINE, "serve", "--port", "0", "--data", str(tmp_path / "data")],
                               cwd=MANUAL.parents[2], stdout=subprocess.PIPE, text=True)
