@@ -71,10 +71,13 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
         error = np.sqrt(np.mean(np.where(np.isfinite(miss), miss, 1e3) ** 2, axis=1))
         error = np.where((np.abs(np.sign(depth).sum(axis=1)) == rows), error, np.inf)  # the horizon cuts the clicks
     best = int(np.argmin(error))
-    if not np.isfinite(error[best]) or values[best, 1] < DEGENERATE * values[best, -1]:
+    if values[best, 1] < DEGENERATE * values[best, -1]:
         raise FitFailed("The clicked lines do not determine how the camera sees the field.",
                         "Click points on at least four lines, two in each direction, along their whole length.",
                         reason="lines-not-enough")
+    if not np.isfinite(error[best]):
+        raise FitFailed("No camera sees the clicked lines where they were clicked: some would lie behind it.",
+                        "Check which line each click belongs to, and the region.", reason="no-camera")
     field_from_plane = np.linalg.inv(unit) @ g[best] * np.sign(depth[best, 0])
     field_from_plane = field_from_plane @ np.diag([1 / reach, 1 / reach, 1.0])
     return PlaneStart(field_from_plane, float(bends[best] / reach**2), float(error[best] * spots))

@@ -83,7 +83,7 @@ class RayProblem:
     def _nearest(self, state: RayState) -> tuple[Array, Array, Array]:
         """Curve places nearest to the clicks: points, unit tangents and normals in the field, each (c, 3)."""
         first = len(self.places) != self.curves
-        places = self._first_places(state) if first else self.places
+        places = begin = self._first_places(state) if first else self.places
         clicks = self.pixels[:self.curves]
         for _ in range(FIRST_FOOT_STEPS if first else FOOT_STEPS):
             points, tangents, _ = self._curve(places, state)
@@ -95,7 +95,7 @@ class RayProblem:
             if np.abs(step).max(initial=0.0) < 1e-7:
                 break
         # A look from where a curve cannot be seen must not spoil the next one.
-        self.places = places if first else np.where(np.isfinite(pixel).all(axis=1), places, self.places)
+        self.places = np.where(np.isfinite(pixel).all(axis=1), places, begin)
         return self._curve(places, state)
 
     def _first_places(self, state: RayState) -> Array:

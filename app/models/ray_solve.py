@@ -15,6 +15,8 @@ from app.models.solve import Minimum, minimise
 CLICK_PX = 0.5  # σ of a click before the clicks themselves tell
 START_STEPS = 8
 CLICK_PRIOR = 1  # clicks that this guess weighs
+ENTER = 3.0
+ENTER_EACH = 2.0  # more for terms that come in company: one of them alone may be all that is needed
 STRAY_SIGMAS = 4.5
 STRAY_PX = 1.5  # nothing nearer is called a stray
 CORE = 4.0  # medians: what tells the first spread, 2.7 σ
@@ -89,7 +91,7 @@ def solve(task: Task, start: RayState, settings: Mapping[str, Any]) -> Found:
     inliers = np.ones(len(task.problem.pixels), bool)
     for _ in range(4 if robust else 1):
         pixels = _distances(task.problem, best.state)
-        trusted = inliers if _ else np.abs(pixels) <= CORE * np.median(np.abs(pixels))  # wild ones must not hide another
+        trusted = inliers if _ else np.abs(pixels) <= CORE * np.median(np.abs(pixels))  # wild ones hide others
         spread = settings["click_sigma_px"] or _spread(pixels[trusted], int(task.free.sum()))
         strays = np.abs(pixels) > max(STRAY_SIGMAS * spread, STRAY_PX) if robust else ~inliers
         if strays.sum() > MAX_STRAYS * strays.size:
@@ -165,13 +167,17 @@ def _spread(pixels: Array, parameters: int) -> float:
 
 
 def significantly_better(simple: Found, rich: Found) -> bool:
-    """F test at about 1 %: does the richer lens explain more than its extra terms would of noise?"""
+    """Does the richer lens explain more than its extra terms would of noise? ENTER is F, tuned for least error.
+
+    Measured over lenses and tilts, 16 seeds each: at 2 noise gets in (2.3 mm for 1.4 where there is no lens), at 6
+    k2 stays out where it is needed (2.2 mm for 1.8).
+    """
     extra = int(rich.task.free.sum() - simple.task.free.sum())
     freedom = len(rich.pixels) - int(rich.task.free.sum())
     if extra <= 0 or freedom < 3:
         return False
     gain = (simple.cost - rich.cost) / extra
-    return gain > (4 + 8 / extra + 12 / freedom) * max(rich.cost / freedom, 1e-12)
+    return gain > (ENTER + ENTER_EACH * (extra - 1) + 12 / freedom) * max(rich.cost / freedom, 1e-12)
 
 
 def cleared(state: RayState, terms: tuple[str, ...]) -> RayState:
