@@ -2,16 +2,23 @@
 
 import struct
 
+import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pictures import HOSTILE, encoded, gradient, jpeg_with_size, lossless_webp, png_bomb
 
 from app.errors import BadImage, ImageTooLarge, TouchlineError
 from app.images import Declared, Limits, screen
 
 FORMATS = {"png": "png", "jpg": "jpeg", "bmp": "bmp", "webp": "webp"}
-SEEDS = [encoded(suffix) for suffix in FORMATS] + [encoded("jpg", gradient(16, 16), 2, 1), encoded("webp", None, 64, 50)]
+SEEDS = [*map(encoded, FORMATS),
+         encoded("jpg", gradient(16, 16), cv2.IMWRITE_JPEG_PROGRESSIVE, 1),
+         encoded("webp", gradient(), cv2.IMWRITE_WEBP_QUALITY, 50)]
+BEGINNINGS = [b"", *(seed[:size] for seed in SEEDS for size in (2, 4, 12, 30))]
+HOW = st.sampled_from(["set", "cut", "insert", "drop"])
+EDITS = st.tuples(st.integers(0, 400), HOW, st.binary(min_size=1, max_size=6))
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
@@ -20,7 +27,7 @@ def test_an_honest_header_gives_format_and_size(suffix):
 
 
 def test_a_lossy_webp_gives_its_size_too():
-    assert screen(encoded("webp", gradient(70, 30), 64, 50)) == Declared("webp", 70, 30)  # 64: WebP quality
+    assert screen(encoded("webp", gradient(70, 30), cv2.IMWRITE_WEBP_QUALITY, 50)) == Declared("webp", 70, 30)
 
 
 def test_a_top_down_bmp_has_a_positive_height():
@@ -83,9 +90,7 @@ def test_a_jpeg_that_says_its_size_twice_is_damaged():
 
 
 @settings(max_examples=3000, deadline=500)  # ms; a screen is linear in a few kB
-@given(seed=st.sampled_from(SEEDS), edits=st.lists(
-    st.tuples(st.integers(0, 400), st.sampled_from(["set", "cut", "insert", "drop"]), st.binary(min_size=1, max_size=6)),
-    min_size=1, max_size=8))
+@given(seed=st.sampled_from(SEEDS), edits=st.lists(EDITS, min_size=1, max_size=8))
 def test_a_mutated_header_is_declared_within_limits_or_refused(seed, edits):
     data = bytearray(seed)
     for at, how, with_bytes in edits:
@@ -100,9 +105,9 @@ def test_a_mutated_header_is_declared_within_limits_or_refused(seed, edits):
 
 
 @settings(max_examples=1000)
-@given(magic=st.sampled_from([b"", *(seed[:k] for seed in SEEDS for k in (2, 4, 12, 30))]), tail=st.binary(max_size=200))
-def test_any_bytes_are_declared_within_limits_or_refused(magic, tail):
-    _declared_or_refused(magic + tail)
+@given(beginning=st.sampled_from(BEGINNINGS), tail=st.binary(max_size=200))
+def test_any_bytes_are_declared_within_limits_or_refused(beginning, tail):
+    _declared_or_refused(beginning + tail)
 
 
 def _declared_or_refused(data):

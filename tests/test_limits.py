@@ -57,8 +57,9 @@ async def shout(websocket):
         await websocket.send_text(await websocket.receive_text())
 
 
-APP = Starlette(routes=[*(Route(f"/{f.__name__}", f, methods=["GET", "POST"]) for f in
-                          (length, ignore, begin_then_read, busy_then_read, read_then_stream)), WebSocketRoute("/shout", shout)])
+ROUTES = (length, ignore, begin_then_read, busy_then_read, read_then_stream)
+APP = Starlette(routes=[*(Route(f"/{route.__name__}", route, methods=["GET", "POST"]) for route in ROUTES),
+                        WebSocketRoute("/shout", shout)])
 
 
 @contextmanager
@@ -269,7 +270,7 @@ def test_blank_lines_do_not_keep_a_connection_open(port, requests):
             line.sendall(head("ignore", JSON, 0))
             assert answer(line)[0] == 200
         begin = time.monotonic()
-        with pytest.raises(OSError):  # noqa: PT011 a broken pipe or a reset, as the system likes
+        with pytest.raises(OSError):  # a broken pipe or a reset, as the system likes
             while time.monotonic() - begin < 5:
                 line.sendall(b"\r\n")
                 time.sleep(0.05)
@@ -338,18 +339,19 @@ def test_a_websocket_lives_on_and_leaves_the_count(monkeypatch):
     from websockets.sync.client import connect as open_socket
 
     monkeypatch.setattr("app.api.connections._is_this_machine", lambda address: False)
-    with serving(watched_connections(head_s=0.3, per_address=1)) as port:
-        with open_socket(f"ws://127.0.0.1:{port}/shout", close_timeout=1) as socket_:
-            time.sleep(0.5)
-            socket_.send("still here")
-            assert socket_.recv(timeout=5) == "still here"
-            with connect(port) as line:
-                line.sendall(head("ignore", JSON, 0))
-                assert answer(line)[0] == 200
+    with (serving(watched_connections(head_s=0.3, per_address=1)) as port,
+          open_socket(f"ws://127.0.0.1:{port}/shout", close_timeout=1) as viewer):
+        time.sleep(0.5)
+        viewer.send("still here")
+        assert viewer.recv(timeout=5) == "still here"
+        with connect(port) as line:
+            line.sendall(head("ignore", JSON, 0))
+            assert answer(line)[0] == 200
 
 
-@pytest.mark.parametrize(("address", "is_ours"), [("127.0.0.1", True), ("127.8.8.8", True), ("::1", True), ("", True),
-                                                  ("::ffff:127.0.0.1", True), ("192.168.1.7", False), ("::ffff:10.0.0.1", False)])
+@pytest.mark.parametrize(("address", "is_ours"), [
+    ("127.0.0.1", True), ("127.8.8.8", True), ("::1", True), ("", True), ("::ffff:127.0.0.1", True),
+    ("192.168.1.7", False), ("::ffff:10.0.0.1", False)])
 def test_this_machine_is_told_from_others(address, is_ours):
     from app.api.connections import _is_this_machine
 

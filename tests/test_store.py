@@ -9,7 +9,8 @@ from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from app.errors import BadInput, Conflict, NotFound, Stale, Unavailable
 from app.geometry import ImageSize
@@ -254,6 +255,13 @@ def test_a_damaged_snapshot_is_told_and_the_same_picture_can_be_kept_anew(store,
     again = look.add_snapshot(b"x" * 200, SIZE, "png")
     assert look.picture(again.id) == b"x" * 200
     look.close()
+
+
+def test_a_damaged_picture_that_nobody_has_noticed_is_made_whole_by_its_next_upload(store):
+    kept = store.add_snapshot(b"x" * 200, SIZE, "png")
+    damage(store.folder / "pictures" / f"{kept.sha256}.png", "one bit")
+    store.add_snapshot(b"x" * 200, SIZE, "png")
+    assert store.picture(kept.id) == b"x" * 200
 
 
 def test_a_damaged_list_of_active_versions_is_told_and_no_version_is_lost(store):

@@ -18,7 +18,7 @@ READY, DECODED, UNDECODABLE, OTHER_SIZE, OUT_OF_MEMORY = range(5)
 
 
 def main() -> None:
-    """Answer requests on standard input, which is a socket, until it closes; argument 1 is the address space in bytes."""
+    """Answer requests on standard input, a socket, until it closes; argument 1 is the address space in bytes."""
     line = socket.socket(fileno=0)
     decode = _decoder()
     _confine(memory_bytes=int(sys.argv[1]))

@@ -86,7 +86,7 @@ class Store:
         return self._drafts.get(self.snapshot(snapshot).id)
 
     def save_draft(self, snapshot: str, body: Mapping[str, Any], etag: str) -> Draft:
-        """Save over the draft with that ETag; Stale, with `current` and `etag` in its details, if it is not the last."""
+        """Save over the draft with that ETag; Stale, with `current` and `etag` in its details, if that is old."""
         return self._drafts.save(self.snapshot(snapshot).id, body, etag)
 
     # Calibrations

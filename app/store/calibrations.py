@@ -24,7 +24,8 @@ from app.store.quarantine import Damage, DamagedFile, Quarantine
 from app.store.records import Records
 from app.store.shelf import Clock, Page, new_id, page, readable, stamp
 
-NAME = re.compile(r"(?P<sequence>[0-9]{10})\.(?P<camera>[0-9a-f]{12})\.(?P<version>[0-9]{6})\.(?P<id>[0-9a-f]{16})\.json")
+NAME = re.compile(r"(?P<sequence>[0-9]{10})\.(?P<camera>[0-9a-f]{12})\."
+                  r"(?P<version>[0-9]{6})\.(?P<id>[0-9a-f]{16})\.json")
 ACTIVE = "active.json"
 
 

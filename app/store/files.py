@@ -37,8 +37,15 @@ def write_whole(path: Path, data: bytes) -> None:
 
 
 def move_whole(path: Path, target: Path) -> None:
-    """Move a file to another folder of the same disk; on return the move survives a power cut."""
-    os.replace(path, target)
+    """Move a file to another folder of the same disk; on return the move survives a power cut.
+
+    It may have been moved before by a call that failed later on.
+    """
+    try:
+        os.replace(path, target)
+    except FileNotFoundError:
+        if not target.exists():
+            raise
     flush_folder(target.parent)
     flush_folder(path.parent)
 

@@ -18,7 +18,7 @@ class FolderLock:
         except OSError:
             owner = os.read(self._handle, 20).decode("ascii", "replace").strip()
             os.close(self._handle)
-            raise Unavailable(f"The data folder {folder} is in use by another Touchline (process {owner or 'unknown'}).",
+            raise Unavailable(f"The data folder {folder} is used by another Touchline (process {owner or 'unknown'}).",
                               "End that one, or name another folder with --data.",
                               reason="data-folder-in-use") from None
         os.ftruncate(self._handle, 0)

@@ -1,6 +1,7 @@
 """Damaged files are moved aside and named, never read as something else and never silently missing."""
 
 import logging
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,10 +45,8 @@ class Quarantine:
         while target.exists():
             count += 1
             target = target.with_name(f"{path.name}.{count}")
-        try:
+        with suppress(FileNotFoundError):  # another thread has found it as well, and was faster
             move_whole(path, target)
-        except FileNotFoundError:
-            pass  # another thread has found it as well, and was faster
         log.error("%s/%s is damaged (%s); it was moved to %s", kind, path.name, why, target)
         return DamagedFile(Damage(kind, target.name))
 
