@@ -19,6 +19,7 @@ import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "./panels/p
 import { Figures, Verdict } from "./panels/verdict.js";
 import { ComparePanel, VersionsPanel } from "./panels/versions.js";
 import { loadLists, openFile } from "./pictures.js";
+import { startRanking } from "./ranking.js";
 import { startRouter } from "./router.js";
 import { help, step } from "./state.js";
 import { current } from "./steps.js";
@@ -83,6 +84,7 @@ async function start() {
   startKeys();
   startFitting();
   startSaving();
+  startRanking();
   startComparing();
   await loadLists();
   await startRouter();

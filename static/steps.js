@@ -85,7 +85,7 @@ export const nextThing = computed(() => {
   const thing = (action, label, missing = "") => ({ action, label, missing });
   switch (step.value) {
     case "camera": return snapshot.value ? thing("step-picture", "Next: picture")
-      : cameras.value.length === 1 ? thing("take", "Take a picture") : thing("open", "Open a picture…");
+      : cameras.value.length ? thing("take", `Take a picture with ${cameras.value[0].name}`) : thing("open", "Open a picture…");
     case "picture": return thing("step-borders", "Next: borders", region.value ? "" : current.value.sentence);
     case "borders": {
       const border = nextBorder.value;

@@ -43,8 +43,13 @@ export interface Report {
   degree?: Record<string, { degree: number; reason: string }>;
   per_feature: { feature: string | Point; n: number; used: boolean; rms_px: number | null; rms_mm: number | null; max_mm: number | null }[];
   verdict: { mm: number | null; level: "good" | "fair" | "poor" | "unknown"; sentence: string };
+  sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number } } | null;
+  next_click?: { feature: string; point: Point; worst_mm: number; worst_mm_then: number } | null;
   warnings: Warning[];
 }
+/** One model among all, on the same clicks. field_mm: what it would miss inside the field. */
+export interface Ranked { model: string; title: string; parameters: number; field_mm: number | null; held_out_mm: number | null }
+export interface Ranking { ranking: Ranked[]; recommended: string | null; reason: string }
 export interface Preview { report: Report; corrected_size: Point; overlay: Feature[] }
 export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;

@@ -1,13 +1,14 @@
 // Drawn over the raw picture while it is clicked: curves, points, the field's lines, the selection box.
 import { computed } from "@preact/signals";
 import { BORDERS, doc } from "../document.js";
-import { curves, isCurve, preview } from "../fitting.js";
-import { words } from "../format.js";
+import { curves, isCurve, preview, stale } from "../fitting.js";
+import { mm, words } from "../format.js";
 import { html } from "../html.js";
 import { active, box, editing, picked, showLines, snapshot } from "../state.js";
 import { toStage, view } from "../view.js";
 import { colour, path, placed } from "./drawing.js";
 
+const WORTH = 0.95; // a gain smaller than a twentieth is not worth a click
 const BEYOND_PX = 6; // a curve is bold from its first to its last point, and a little further
 
 export function Overlay() {
@@ -16,7 +17,7 @@ export function Overlay() {
     ${showLines.value && picture && html`<${FieldLines} name="on-raw" size=${[picture.width, picture.height]} features=${preview.value?.overlay ?? []}
       transform=${placed(view.value.tx, view.value.ty, view.value.k)}/>`}
     <${Curves}/>
-    ${editing.value && html`<${Points}/><${Box}/>`}
+    ${editing.value && html`<${NextClick}/><${Points}/><${Box}/>`}
   </svg>`;
 }
 
@@ -89,6 +90,15 @@ function labelPlace(points) {
   if (points.length === 0) return null;
   const [x, y] = toStage(...points[points.length >> 1]);
   return [x + 12, y - 10];
+}
+
+/** Where one more click would help most, and what it would gain. */
+function NextClick() {
+  const next = stale.value ? null : preview.value?.report.next_click;
+  if (!next || next.worst_mm_then > WORTH * next.worst_mm) return null;
+  const [x, y] = toStage(...next.point);
+  return html`<g class="next-click" data-testid="next-click" transform=${`translate(${x} ${y})`}><circle r="10"/>
+    <text x="15" y="4">next best click: ${mm(next.worst_mm)} → ${mm(next.worst_mm_then)} mm</text></g>`;
 }
 
 function Box() {

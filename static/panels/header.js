@@ -30,7 +30,7 @@ export function Header() {
 function Next() {
   const { action, label, missing } = nextThing.value;
   const waits = busy.value !== "" || missing !== "";
-  return html`<button type="button" class="go" data-testid="next" aria-disabled=${waits} title=${missing || undefined}
+  return html`<button type="button" class="go" data-testid="next" aria-disabled=${waits} title=${missing || label}
     onClick=${() => { if (!waits) run(action); }}>${busy.value || label}</button>`;
 }
 

@@ -17,11 +17,12 @@ export function Residuals() {
   const all = groups.flatMap(({ bars }) => bars.map((b) => Math.abs(b.px)));
   if (!all.length) return null;
   const top = roundUp(Math.max(...all)), step = (WIDTH - GAP * (groups.length - 1)) / all.length, y = (/** @type {number} */ px) => (HEIGHT / 2) * (1 - px / top);
+  const digits = top < 0.1 ? 2 : 1;
   let x = -GAP;
   return html`<section aria-label="Residuals"><h2>Residuals, px</h2>
     <svg class="residuals" data-testid="residuals" viewBox=${`0 0 ${WIDTH + 34} ${HEIGHT}`} role="img" aria-label=${`Residuals of ${all.length} points, at most ${number(Math.max(...all), 2)} px`}>
       <path class="axis" d=${`M0 ${HEIGHT / 2}H${WIDTH}M0 1H${WIDTH}M0 ${HEIGHT - 1}H${WIDTH}`}/>
-      <text x=${WIDTH + 4} y="9">+${number(top, 1)}</text><text x=${WIDTH + 4} y=${HEIGHT / 2 + 3}>0</text><text x=${WIDTH + 4} y=${HEIGHT - 2}>−${number(top, 1)}</text>
+      <text x=${WIDTH + 4} y="9">+${number(top, digits)}</text><text x=${WIDTH + 4} y=${HEIGHT / 2 + 3}>0</text><text x=${WIDTH + 4} y=${HEIGHT - 2}>−${number(top, digits)}</text>
       ${groups.map(({ border, bars }) => { x += GAP; return bars.map(({ index, px, stray }) => {
         const at = x; x += step;
         const isPicked = picked.value.some((p) => p.feature === border && p.index === index);

@@ -2,13 +2,14 @@
 import { BORDERS, doc } from "../document.js";
 import { activateFeature, remove, select } from "../editing.js";
 import { curves, isCurve, preview, refusal, stale } from "../fitting.js";
-import { mm, number, pct, words } from "../format.js";
+import { many, mm, number, pct, words } from "../format.js";
 import { html } from "../html.js";
 import { colour } from "../layers/drawing.js";
-import { field, snapshot } from "../state.js";
+import { field, model, snapshot, step } from "../state.js";
 import { Residuals } from "./residuals.js";
 
 const STANDARD_PCT = 3; // Eq. (9): a standard lens is within ±3 %
+const SHOWN = 2; // warnings; the others open on demand, so that the figures stay in sight
 const LEVEL = { good: "Good", fair: "Fair", poor: "Poor", unknown: "Not known inside" };
 
 /** @param {{ report?: import("../types").Report }} props a saved version's report, else the present one */
@@ -16,10 +17,11 @@ export function Verdict({ report }) {
   const it = report ?? preview.value?.report, why = report ? null : refusal.value;
   return html`<section aria-label="Verdict"><h2>Verdict</h2>
     <div class=${`verdict${!report && stale.value ? " stale" : ""}`} data-testid="verdict" data-level=${it?.verdict.level ?? ""} aria-live="polite">
-      ${it ? html`<div class="big">${mm(it.verdict.mm)}<small> mm held-out error</small></div>
+      ${it ? html`<div class="big">${mm(it.verdict.mm)}<small> mm ${it.sigma_mm && it.verdict.mm === it.sigma_mm.rms ? "expected error" : "held-out error"}</small></div>
         <p><b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}.</b> ${it.verdict.sentence}</p>
-        <dl><div><dd>${mm(it.rms_mm)} mm</dd><dt>borders, rms</dt></div><div><dd>${mm(it.max_mm)} mm</dd><dt>worst point</dt></div>
-          <div><dd data-testid="rms-px">${number(it.rms_px, 2)} px</dd><dt>residual, rms</dt></div></dl>`
+        <dl>${it.sigma_mm ? html`<div><dd>${mm(it.sigma_mm.rms)} mm</dd><dt>carpet</dt></div>${it.sigma_mm.hat && html`<div><dd>${mm(it.sigma_mm.hat.rms)} mm</dd><dt>hat height</dt></div>`}`
+          : html`<div><dd>${mm(it.rms_mm)} mm</dd><dt>borders</dt></div><div><dd>${mm(it.max_mm)} mm</dd><dt>worst click</dt></div>`}
+          <div><dd data-testid="rms-px">${number(it.rms_px, 2)} px</dd><dt>residual</dt></div></dl>`
       : why ? html`<div class="big dim">– <small>mm</small></div><p data-testid="missing"><b>${why.detail}</b> ${why.fix}</p>`
         : html`<div class="big dim">– <small>mm</small></div><p>${snapshot.value ? "Click along the four borders; the verdict grows with every point." : "Open a picture first."}</p>`}
     </div>
@@ -29,12 +31,30 @@ export function Verdict({ report }) {
 
 /** @param {{ warnings: import("../types").Warning[], canFix: boolean }} props */
 function Warnings({ warnings, canFix }) {
-  return html`<ul class="warnings" data-testid="warnings">${warnings.map((w, i) => html`<li key=${w.reason + w.feature + w.index + i} data-reason=${w.reason}>
+  const item = (/** @type {import("../types").Warning} */ w) => html`<${WarningItem} key=${w.reason + w.feature + w.index + w.text} w=${w} canFix=${canFix}/>`;
+  return html`<ul class="warnings" data-testid="warnings">${warnings.slice(0, SHOWN).map(item)}</ul>
+    ${warnings.length > SHOWN && html`<details class="more"><summary>Show ${many(warnings.length - SHOWN, "more warning")}</summary><ul class="warnings">${warnings.slice(SHOWN).map(item)}</ul></details>`}`;
+}
+
+/** @param {{ w: import("../types").Warning, canFix: boolean }} props */
+function WarningItem({ w, canFix }) {
+  return html`<li data-reason=${w.reason}>
     <b>${w.text}</b> ${w.fix}
     ${canFix && w.feature !== null && w.index !== null && html`<${StrayButtons} feature=${w.feature} index=${w.index}/>`}
     ${canFix && w.reason === "inside-not-checked" && field.value?.arcs.some((a) => a.name === "centre-circle")
       && html`<div class="line"><button type="button" onClick=${() => activateFeature("centre-circle")}>Click the centre circle</button></div>`}
-  </li>`)}</ul>`;
+    ${canFix && w.reason === "height-unknown" && model.value?.options.some((o) => o.name === "height_mm")
+      && html`<div class="line"><button type="button" data-testid="enter-height" onClick=${() => void enterHeight()}>Enter camera height…</button></div>`}
+  </li>`;
+}
+
+/** To the field where the cure goes. */
+async function enterHeight() {
+  step.value = "model";
+  await new Promise(requestAnimationFrame); // once it is drawn
+  const input = document.getElementById("option-height_mm");
+  input?.scrollIntoView({ block: "center" });
+  input?.focus();
 }
 
 /** @param {{ feature: string, index: number }} pick */
