@@ -173,6 +173,16 @@ def test_a_picture_that_needs_more_memory_than_a_decoder_has_is_refused_and_the_
         assert decoder.pids == pids
 
 
+def test_a_decoder_gives_a_large_picture_s_memory_back():
+    with ImageDecoder(workers=1) as decoder:
+        decoder.frame_from_bytes(encoded("png"))
+        (pid,) = decoder.pids
+        before_mb = memory_mb(pid, "VmRSS")
+        decoder.frame_from_bytes(encoded("jpg", np.zeros((5000, 5000, 3), np.uint8)))  # 75 MB
+        time.sleep(0.2)
+        assert memory_mb(pid, "VmRSS") - before_mb < 20
+
+
 def test_the_decoding_process_can_write_no_file_and_knows_no_setting(monkeypatch):
     monkeypatch.setenv("TOUCHLINE_TOKEN", "secret")
     with ImageDecoder(workers=1) as decoder:

@@ -35,6 +35,7 @@ def main() -> None:
         line.sendall(ANSWER.pack(status, found_width, found_height))
         if status == DECODED:
             line.sendall(memoryview(pixels).cast("B"))
+        del pixels  # or it would lie beside the next one
 
 
 def _decoder():
