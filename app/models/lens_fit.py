@@ -66,8 +66,9 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
         if "terms" in {o.name for o in model_class.OPTIONS} else
         {"start": parameters_json(model), "click_sigma_px": best.sigma_px},
     }
+    found = tuple(name for name, free in zip(best.task.names, best.task.free, strict=True) if free)
     return Fit(model, inliers, (True,) * len(observations), tuple(name_strays(observations, problem, best)), notes,
-               covariance=best.covariance, parameter_names=tuple(np.array(best.task.names)[best.task.free]))
+               covariance=best.covariance, parameter_names=found)
 
 
 def check_inside_picture(observations: Observations, image_size: ImageSize) -> None:

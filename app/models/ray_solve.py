@@ -20,6 +20,7 @@ ENTER_EACH = 2.0  # more for terms that come in company: one of them alone may b
 STRAY_SIGMAS = 4.5
 STRAY_PX = 1.5  # nothing nearer is called a stray
 CORE = 4.0  # medians: what tells the first spread, 2.7 σ
+MISS_PX = 3.0  # a click missed by more counts so much when lenses are compared
 MAX_STRAYS = 0.3  # of all clicks
 TOLD_SHARE = 0.3  # of a wide prior's σ: a parameter known better than this is told by the clicks
 
@@ -44,7 +45,6 @@ class Found:
     pixels: Array  # residuals, px: signed for curves, distances for spots
     sigma_px: float
     freedom: int
-    cost: float  # of all clicks with a common ceiling, for comparing rungs
 
     @property
     def rms_px(self) -> float:
@@ -113,8 +113,7 @@ def solve(task: Task, start: RayState, settings: Mapping[str, Any]) -> Found:
     pixels = _distances(task.problem, best.state)
     freedom = rows_of(kept.problem) + len(task.priors) - int(task.free.sum())
     terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f and n in best.state.lens_names)
-    return Found(task, terms, best, inliers, pixels, float(spread), freedom,
-                  float(np.sum(np.minimum(pixels**2, STRAY_PX**2 * 4))))
+    return Found(task, terms, best, inliers, pixels, float(spread), freedom)
 
 
 def _still_needed(task: Task, found: Minimum[RayState]) -> tuple[Prior, ...]:
@@ -176,8 +175,10 @@ def significantly_better(simple: Found, rich: Found) -> bool:
     freedom = len(rich.pixels) - int(rich.task.free.sum())
     if extra <= 0 or freedom < 3:
         return False
-    gain = (simple.cost - rich.cost) / extra
-    return gain > (ENTER + ENTER_EACH * (extra - 1) + 12 / freedom) * max(rich.cost / freedom, 1e-12)
+    judged = simple.inliers | rich.inliers  # what both call a stray says nothing of the lens
+    simple_cost, rich_cost = (float(np.sum(np.minimum(f.pixels[judged] ** 2, MISS_PX**2))) for f in (simple, rich))
+    gain = (simple_cost - rich_cost) / extra
+    return gain > (ENTER + ENTER_EACH * (extra - 1) + 12 / freedom) * max(rich_cost / freedom, 1e-12)
 
 
 def cleared(state: RayState, terms: tuple[str, ...]) -> RayState:

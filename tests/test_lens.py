@@ -1,0 +1,97 @@
+"""The lenses: exact inverses, derivatives that a complex step confirms, OpenCV's numbers, and horizons."""
+
+import cv2
+import numpy as np
+import pytest
+
+from app.models.brown_conrady import BrownConradyLens
+from app.models.division import DivisionLens
+from app.models.fisheye import FisheyeLens
+from app.models.ssl import SslLens
+
+CASES = [(BrownConradyLens, (-0.28, 0.09, 0.001, -0.002, 0.003, 0, 0, 0)),
+         (BrownConradyLens, (0.4, 0.05, 0.0005, 0.001, 0.002, 0.7, 0.12, 0.006)),
+         (DivisionLens, (-0.25,)), (DivisionLens, (0.06,)), (DivisionLens, (0.0,)),
+         (SslLens, (0.3,)), (SslLens, (-0.05,)), (SslLens, (0.0,)),
+         (FisheyeLens, (0.0, 0.0, 0.0, 0.0)), (FisheyeLens, (0.08, -0.03, 0.01, -0.002))]
+every_lens = pytest.mark.parametrize("lens, terms", [(lens, np.array(terms)) for lens, terms in CASES])
+
+
+def rays(count=40, reach=0.9, seed=0):
+    rng = np.random.default_rng(seed)
+    found = np.concatenate([rng.uniform(-reach, reach, (count, 2)), np.ones((count, 1))], axis=1)
+    found[0, :2], found[1, :2] = 0.0, 1e-9
+    return found * rng.uniform(0.5, 3, (count, 1))
+
+
+@every_lens
+def test_undistort_is_the_inverse_of_distort(lens, terms):
+    there = rays(200)
+    back = lens.undistort(terms, lens.distort(terms, there))
+    np.testing.assert_allclose(back[:, :2] / back[:, 2:], there[:, :2] / there[:, 2:], atol=1e-11)
+
+
+@every_lens
+def test_derivatives_are_those_of_a_complex_step(lens, terms):
+    at = rays()
+    plane, by_ray, by_terms = lens.distort_jacobian(terms, at)
+    np.testing.assert_allclose(plane, lens.distort(terms, at), atol=1e-15)
+    for axis in range(3):
+        nudged = at.astype(complex)
+        nudged[:, axis] += 1e-30j
+        np.testing.assert_allclose(by_ray[..., axis], lens.distort(terms, nudged).imag / 1e-30, atol=1e-12)
+    for index in range(len(terms)):
+        nudged = terms.astype(complex)
+        nudged[index] += 1e-30j
+        np.testing.assert_allclose(by_terms[..., index], lens.distort(nudged, at).imag / 1e-30, atol=1e-12)
+
+
+@pytest.mark.parametrize("terms", [terms for lens, terms in CASES if lens is BrownConradyLens])
+def test_brown_conrady_is_opencvs(terms):
+    there = rays()
+    seen, _ = cv2.projectPoints(there, np.zeros(3), np.zeros(3), np.eye(3), np.array(terms))
+    np.testing.assert_allclose(BrownConradyLens.distort(np.array(terms), there), seen.reshape(-1, 2), atol=1e-12)
+
+
+@pytest.mark.parametrize("terms", [terms for lens, terms in CASES if lens is FisheyeLens])
+def test_the_fisheye_is_opencvs(terms):
+    there = rays()[2:]
+    seen, _ = cv2.fisheye.projectPoints(there.reshape(1, -1, 3), np.zeros(3), np.zeros(3), np.eye(3), np.array(terms))
+    np.testing.assert_allclose(FisheyeLens.distort(np.array(terms), there), seen.reshape(-1, 2), atol=1e-12)
+
+
+def test_a_fisheye_sees_behind_its_shoulder():
+    aside = np.array([[1.0, 0.0, -0.2], [0.0, -1.0, -0.4]])
+    terms = np.zeros(4)
+    back = FisheyeLens.undistort(terms, FisheyeLens.distort(terms, aside))
+    np.testing.assert_allclose(back / np.linalg.norm(back, axis=1, keepdims=True),
+                               aside / np.linalg.norm(aside, axis=1, keepdims=True), atol=1e-12)
+
+
+@pytest.mark.parametrize("lens, terms, radius", [
+    (BrownConradyLens, (-0.3, 0, 0, 0, 0, 0, 0, 0), 1.2),  # turns back at r = 1/√0.9 = 1.054
+    (DivisionLens, (0.25,), 1.1),  # turns back at r_u = 1
+    (SslLens, (-0.1,), 1.3)])  # r_d ≤ 1/√0.3, r_u ≤ 1.217
+def test_beyond_the_horizon_is_nan(lens, terms, radius):
+    assert np.isfinite(lens.distort(np.array(terms), np.array([[0.9 * radius * 0.9, 0.0, 1.0]]))).all()
+    assert np.isnan(lens.distort(np.array(terms), np.array([[radius, 0.0, 1.0]]))).all()
+
+
+@pytest.mark.parametrize("lens, terms, plane", [
+    (BrownConradyLens, (-0.3, 0, 0, 0, 0, 0, 0, 0), 0.8), (DivisionLens, (-0.25,), 2.1), (DivisionLens, (0.25,), 2.1),
+    (SslLens, (-0.1,), 1.9), (FisheyeLens, (-0.3, 0, 0, 0), 1.2)])
+def test_a_pixel_beyond_the_horizon_has_no_ray(lens, terms, plane):
+    assert np.isnan(lens.undistort(np.array(terms), np.array([[plane, 0.0]]))).all()
+
+
+@pytest.mark.parametrize("lens, terms", [(lens, terms) for lens, terms in CASES if lens is not FisheyeLens])
+def test_what_is_behind_the_camera_is_nan(lens, terms):
+    assert np.isnan(lens.distort(np.array(terms), np.array([[0.1, 0.1, -1.0], [0.1, 0.1, 0.0]]))).all()
+
+
+def test_the_sign_of_the_league_is_not_opencvs():
+    """A tool published k1 unchanged: barrel became pincushion. a ≈ -k1."""
+    there = np.array([[0.3, 0.1, 1.0]])
+    opencv = BrownConradyLens.distort(np.array([-0.2, 0, 0, 0, 0, 0, 0, 0.0]), there)
+    right, wrong = (SslLens.distort(np.array([a]), there) for a in (0.2, -0.2))
+    assert np.linalg.norm(right - opencv) < 0.1 * np.linalg.norm(wrong - opencv)
