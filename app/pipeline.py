@@ -44,10 +44,16 @@ def calibrate(observations: Observations, field: Field, region: Region, image_si
     for observation in observations:
         field.feature(observation.feature, region)  # an unknown name is refused before anything is computed
     model_class = MODELS[model]
-    fit = model_class.fit(observations, field, region, image_size, options, progress)
+    first, second = part_of(progress, 0.0, 0.5), part_of(progress, 0.5, 1.0)
+    fit = model_class.fit(observations, field, region, image_size, options, first)
     held_out = held_out_mm(model_class, fit, observations, field, region, image_size, options,
-                           progress) if cross_validate else None
+                           second) if cross_validate else None
     return Calibrated(fit, report(fit, observations, field, region, held_out))
+
+
+def part_of(progress: Progress, start: float, end: float, title: str = "") -> Progress:
+    """The progress of one part of a longer work, told as that stretch of the whole."""
+    return lambda share, words: progress(start + share * (end - start), title + words)
 
 
 def compare(observations: Observations, field: Field, region: Region, image_size: ImageSize,
@@ -65,9 +71,7 @@ def compare(observations: Observations, field: Field, region: Region, image_size
         known = {o.name for o in model_class.OPTIONS}
         mine = {key: value for key, value in (options or {}).items() if key in known}
 
-        def part(share: float, words: str, done: int = index, title: str = model_class.TITLE) -> None:
-            progress((done + share) / len(names), f"{title}: {words}")
-
+        part = part_of(progress, index / len(names), (index + 1) / len(names), f"{model_class.TITLE}: ")
         try:
             made = calibrate(observations, field, region, image_size, name, mine, part)
         except FitFailed as refusal:

@@ -1,4 +1,4 @@
-"""Cameras with rays from an operator's clicks: accuracy in millimetres, strays, priors, heights, and honest refusals."""
+"""Cameras with rays from an operator's clicks: millimetres, strays, priors, heights, and honest refusals."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 from clicked import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import marks_seen, plain_field
+from worlds import plain_field
 
 from app import pipeline
 from app.errors import BadInput, FitFailed, TouchlineError
@@ -85,8 +85,9 @@ def test_arcs_landmarks_and_lines_mix_freely(model):
     field = Field("marked", "Marked", 4000.0, 3000.0, plain_field().lines, {"circle": Arc("circle", (0.0, 0.0), 500.0)},
                   plain_field().landmarks, {"full": REGION})
     rng = np.random.default_rng(1)
-    circle = Observation("circle", "line", camera.raw_from_field(field.arcs["circle"].sample(13)) + rng.normal(0, 0.3, (13, 2)))
-    line = Observation("at-x-1", "line", camera.raw_from_field(field.lines["at-x-1"].sample(7)) + rng.normal(0, 0.3, (7, 2)))
+    round_, straight = (camera.raw_from_field(shape.sample(13)) + rng.normal(0, 0.3, (13, 2))
+                        for shape in (field.arcs["circle"], field.lines["at-x-1"]))
+    circle, line = Observation("circle", "line", round_), Observation("at-x-1", "line", straight)
     spot = Observation("mark-1-3", "landmark", camera.raw_from_field(np.array([field.landmarks["mark-1-3"].position])))
     borders = border_observations(camera, REGION, 6, 0.3, rng, anywhere=True)
     fit = MODELS[model].fit((*borders, circle, line, spot), field, REGION, SIZE)
@@ -155,8 +156,9 @@ def test_expected_error_is_the_observed_one():
 def test_the_next_best_click_lowers_the_worst_error_as_promised():
     camera = reference_camera("strong", 8)
     before = fitted(camera, 2, terms=["k1", "k2"], click_sigma_px=0.3)
-    made = pipeline.calibrate(border_observations(camera, REGION, 9, 0.3, np.random.default_rng(2), anywhere=True), FIELD,
-                              REGION, SIZE, "brown-conrady", {"terms": ["k1", "k2"], "click_sigma_px": 0.3})
+    clicks = border_observations(camera, REGION, 9, 0.3, np.random.default_rng(2), anywhere=True)
+    made = pipeline.calibrate(clicks, FIELD, REGION, SIZE, "brown-conrady",
+                              {"terms": ["k1", "k2"], "click_sigma_px": 0.3})
     told = made.report["next_click"]
     assert told["worst_mm_then"] < told["worst_mm"]
     added = Observation(told["feature"], "line", [told["point"]])
