@@ -25,7 +25,7 @@ IMPORT_BODY = {"requestBody": {"required": True, "content": {"multipart/form-dat
 
 
 @router.post("", status_code=201, response_model=answer_schemas.Calibration)
-async def create(request: Request, body: FitRequest) -> Json:
+async def make_calibration(request: Request, body: FitRequest) -> Json:
     """Fit, judge and keep: a new version of its camera's calibration. Nothing is kept when anything fails."""
     calibration = await at_work(request, _made, request, body)
     return Json(calibration.to_json(), 201, headers={"Location": f"/api/v1/calibrations/{calibration.id}"})
@@ -39,7 +39,7 @@ def _made(request: Request, body: FitRequest) -> Calibration:
 
 
 @router.post("/import", status_code=201, response_model=answer_schemas.Calibration, openapi_extra=IMPORT_BODY)
-async def import_file(request: Request) -> Json:
+async def import_calibration(request: Request) -> Json:
     """Keep a calibration that was exported as json, here or elsewhere, as a new version: multipart with `file`."""
     data, _ = await uploaded_file(request, MAX_IMPORT_BYTES)
     calibration = await at_work(request, _imported, request, data)
@@ -51,7 +51,7 @@ def _imported(request: Request, data: bytes) -> Calibration:
 
 
 @router.get("", response_model=answer_schemas.Calibrations)
-def listing(request: Request, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
+def list_calibrations(request: Request, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
             cursor: Cursor = None) -> Json:
     """Versions, newest first."""
     page = request.app.state.store.calibrations(camera, limit, cursor)
@@ -59,26 +59,26 @@ def listing(request: Request, camera: Annotated[IdQuery | None, Query()] = None,
 
 
 @router.get("/{id}", response_model=answer_schemas.Calibration)
-def read(request: Request, id: Id) -> Json:
+def read_calibration(request: Request, id: Id) -> Json:
     """One version, with everything it came from."""
     return Json(request.app.state.store.calibration(id).to_json())
 
 
 @router.delete("/{id}", status_code=204)
-def delete(request: Request, id: Id) -> Response:
+def delete_calibration(request: Request, id: Id) -> Response:
     """Forget one version; the active one cannot be forgotten."""
     request.app.state.store.delete_calibration(id)
     return Response(status_code=204)
 
 
 @router.post("/{id}/activate", response_model=answer_schemas.Calibration)
-def activate(request: Request, id: Id) -> Json:
+def activate_calibration(request: Request, id: Id) -> Json:
     """Make it its camera's; the former one stays, so rolling back is activating that."""
     return Json(request.app.state.store.activate(id).to_json())
 
 
 @router.get("/{id}/export/{format}", response_class=Response, responses=FILE)
-async def export(request: Request, id: Id, format: Id) -> Response:
+async def export_calibration(request: Request, id: Id, format: Id) -> Response:
     """The calibration as a file of that format."""
     kind = EXPORTS[format]
     calibration = request.app.state.store.calibration(id)

@@ -13,14 +13,14 @@ router = APIRouter(prefix="/cameras", tags=["cameras"])
 
 
 @router.get("", response_model=answer_schemas.Cameras)
-def listing(request: Request) -> Json:
+def list_cameras(request: Request) -> Json:
     """Every camera: what it is called, and the field and region that it looks at."""
     items = [_described(request, camera) for camera in request.app.state.settings.cameras]
     return Json({"items": items, "next_cursor": None})
 
 
 @router.get("/{id}", response_model=answer_schemas.Camera)
-def read(request: Request, id: Id) -> Json:
+def read_camera(request: Request, id: Id) -> Json:
     """One camera."""
     return Json(_described(request, request.app.state.settings.camera(id)))
 

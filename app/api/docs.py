@@ -9,6 +9,7 @@ from app.errors import Unavailable
 
 START = "SwaggerUIBundle({url: '/api/v1/openapi.json', dom_id: '#swagger-ui', deepLinking: true});"
 PAGE = f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Touchline: REST</title>
+<link rel="icon" href="/icon.svg">
 <link rel="stylesheet" href="/vendor/swagger-ui/swagger-ui.css"></head><body><div id="swagger-ui"></div>
 <script src="/vendor/swagger-ui/swagger-ui-bundle.js"></script><script>{START}</script></body></html>"""
 

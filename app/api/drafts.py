@@ -16,13 +16,13 @@ router = APIRouter(prefix="/drafts", tags=["drafts"])
 
 
 @router.get("/{snapshot}", response_model=answer_schemas.Draft)
-def read(request: Request, snapshot: Id) -> Json:
+def read_draft(request: Request, snapshot: Id) -> Json:
     """The draft as it was saved last, or an empty one; its ETag goes into the next PUT's If-Match."""
     return _answer(request.app.state.store.draft(snapshot))
 
 
 @router.put("/{snapshot}", response_model=answer_schemas.Draft)
-def save(request: Request, snapshot: Id, body: schemas.Draft,
+def save_draft(request: Request, snapshot: Id, body: schemas.Draft,
          if_match: Annotated[str | None, Header(max_length=200)] = None) -> Response:
     """Save over the draft that If-Match names: 428 without it, 412 with the `current` draft if somebody was faster."""
     store = request.app.state.store

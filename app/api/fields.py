@@ -12,18 +12,18 @@ router = APIRouter(prefix="/fields", tags=["fields"])
 
 
 @router.get("", response_model=answer_schemas.Fields)
-def fields(request: Request) -> Json:
+def list_fields(request: Request) -> Json:
     """Every field, whole: lines, arcs, landmarks and regions, mm."""
     return Json({"items": [field.to_json() for field in request.app.state.fields.values()], "next_cursor": None})
 
 
 @router.get("/{name}", response_model=answer_schemas.Field)
-def field(request: Request, name: Id) -> Json:
+def read_field(request: Request, name: Id) -> Json:
     """One field by name."""
     return Json(request.app.state.fields[name].to_json())
 
 
 @router.put("/{name}", response_model=answer_schemas.Field)
-def put_field(request: Request, name: Id, body: Annotated[dict[str, Any], Body()]) -> Json:
+def write_field(request: Request, name: Id, body: Annotated[dict[str, Any], Body()]) -> Json:
     """Make or change a field of your own; those that come with Touchline stay as they are."""
     return Json(request.app.state.fields.put(name, body).to_json())

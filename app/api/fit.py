@@ -20,7 +20,7 @@ FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once th
 
 
 @router.post("/border", response_model=answer_schemas.Border)
-async def border(request: Request, body: BorderRequest) -> Json:
+async def fit_border(request: Request, body: BorderRequest) -> Json:
     """One border's curve through its clicks: degree, coefficients, residuals, strays, distortion."""
     size = ImageSize.of(body.image_size) if body.image_size else None
     points = as_points(body.points, "The border's points")
@@ -30,7 +30,7 @@ async def border(request: Request, body: BorderRequest) -> Json:
 
 
 @router.post("/preview", response_model=answer_schemas.Preview)
-async def preview(request: Request, body: FitRequest,
+async def preview_calibration(request: Request, body: FitRequest,
                   quick: Annotated[bool, Query(description="leave the cross-validation out")] = False) -> Json:
     """What POST /calibrations would save for the same body: model, report and the field drawn into the picture."""
     task = await at_work(request, task_of, request, body)

@@ -12,7 +12,7 @@ router = APIRouter(tags=["models"])
 
 
 @router.get("/models", response_model=answer_schemas.Models)
-def models() -> Json:
+def list_models() -> Json:
     """Every model with its options (name, type, default, range, unit, help) and how few points it needs."""
     return Json({"items": [_described(name) for name in MODELS], "next_cursor": None})
 

@@ -25,7 +25,7 @@ BODY = {"requestBody": {"required": False, "content": {"multipart/form-data": {"
 
 
 @router.post("/correct", response_class=Response, responses=ANSWER, openapi_extra=BODY)
-async def correct(request: Request, id: Id, snapshot: Annotated[IdQuery | None, Query()] = None,
+async def correct_picture(request: Request, id: Id, snapshot: Annotated[IdQuery | None, Query()] = None,
                   margin_px: MarginPx = 0, width: WidthPx = None, format: Format = "png") -> Response:
     """The corrected picture of an uploaded one (multipart, `file`), or of a snapshot named in the query."""
     state = request.app.state
@@ -38,7 +38,7 @@ async def correct(request: Request, id: Id, snapshot: Annotated[IdQuery | None, 
 
 
 @router.get("/corrected.{format}", response_class=Response, responses=ANSWER)
-async def corrected(request: Request, id: Id, format: Format, snapshot: Annotated[IdQuery | None, Query()] = None,
+async def show_corrected(request: Request, id: Id, format: Format, snapshot: Annotated[IdQuery | None, Query()] = None,
                     margin_px: MarginPx = 0, width: WidthPx = None) -> Response:
     """The corrected picture of its own snapshot, or of another one of the same size."""
     calibration = request.app.state.store.calibration(id)

@@ -30,7 +30,7 @@ ANSWER: dict[int | str, dict[str, Any]] = {200: {"content": {BINARY: BYTES}}}
 
 
 @router.post("/transform", response_model=answer_schemas.Transformed, openapi_extra=BODY, responses=ANSWER)
-async def transform(request: Request, id: Id, source: Annotated[FrameName | None, Query(alias="from")] = None,
+async def transform_points(request: Request, id: Id, source: Annotated[FrameName | None, Query(alias="from")] = None,
                     target: Annotated[FrameName | None, Query(alias="to")] = None,
                     z_mm: Annotated[float, Query(ge=-10_000, le=10_000, allow_inf_nan=False)] = 0.0) -> Response:
     """Points from one frame to another.
@@ -58,7 +58,7 @@ async def transform(request: Request, id: Id, source: Annotated[FrameName | None
 
 
 @router.get("/overlay.json", response_model=answer_schemas.Overlay)
-def overlay(request: Request, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
+def draw_field(request: Request, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
             width: WidthPx = None) -> Json:
     """The region's borders and all that is painted on the field, as polylines; null where out of reach."""
     calibration = request.app.state.store.calibration(id)

@@ -26,7 +26,7 @@ BODY = {"requestBody": {"required": True, "content": {
 
 
 @router.post("", status_code=201, response_model=answer_schemas.Snapshot, openapi_extra=BODY)
-async def create(request: Request) -> Json:
+async def keep_snapshot(request: Request) -> Json:
     """Keep a picture: multipart with `file` (PNG, JPEG, BMP or WebP), or JSON {"camera": id} to take one now."""
     state = request.app.state
     kind = content_type(request)
@@ -58,20 +58,20 @@ def _taken(request: Request, camera: str) -> Snapshot:
 
 
 @router.get("", response_model=answer_schemas.Snapshots)
-def listing(request: Request, limit: Limit = 50, cursor: Cursor = None) -> Json:
+def list_snapshots(request: Request, limit: Limit = 50, cursor: Cursor = None) -> Json:
     """Newest first."""
     page = request.app.state.store.snapshots(limit, cursor)
     return Json({"items": [snapshot.to_json() for snapshot in page.items], "next_cursor": page.next_cursor})
 
 
 @router.get("/{id}", response_model=answer_schemas.Snapshot)
-def read(request: Request, id: Id) -> Json:
+def read_snapshot(request: Request, id: Id) -> Json:
     """What a snapshot is: size, camera, when it was taken, the checksum of its bytes."""
     return Json(request.app.state.store.snapshot(id).to_json())
 
 
 @router.get("/{id}/image.{format}", response_class=Response, responses=PICTURE)
-async def image(request: Request, id: Id, format: Literal["png", "jpg"]) -> Response:
+async def show_snapshot(request: Request, id: Id, format: Literal["png", "jpg"]) -> Response:
     """The picture, pixel for pixel as the sensor saw it: encoded anew, so that no viewer turns it by its EXIF note."""
     # An id is never used for another picture, so a browser may keep it for ever.
     return await at_work(request, _encoded, request, id, format)

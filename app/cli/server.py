@@ -16,11 +16,11 @@ LogOption = Annotated[bool, typer.Option("--verbose", "-v", help="Log every requ
 
 # Three fields, three lenses: what a camera's straight lines look like before anybody has calibrated it.
 DEMO_CAMERAS = (
-    {"id": "overhead", "name": "Small field, barrel lens", "source": "sim://vsss-3v3?lens=strong",
+    {"id": "overhead", "name": "Overhead camera, barrel lens", "source": "sim://vsss-3v3?lens=strong",
      "field": "vsss-3v3", "region": "full"},
-    {"id": "east", "name": "Half a large field, tilted", "source": "sim://ssl-div-b?cameras=2&camera=1&lens=half&tilt=8",
+    {"id": "east", "name": "East camera, tilted", "source": "sim://ssl-div-b?cameras=2&camera=1&lens=half&tilt=8",
      "field": "ssl-div-b", "region": "half-right"},
-    {"id": "table", "name": "Table, pincushion lens", "source": "sim://table?lens=pincushion",
+    {"id": "table", "name": "Table camera, pincushion lens", "source": "sim://table?lens=pincushion",
      "field": "table", "region": "full"},
 )
 

@@ -1,5 +1,7 @@
 """Who may come in."""
 
+import re
+
 import pytest
 from starlette.testclient import TestClient
 
@@ -114,3 +116,10 @@ def test_every_answer_says_what_a_page_may_load(standing):
         headers = standing.get(path, follow_redirects=False).headers
         assert "default-src 'self'" in headers["content-security-policy"], path
         assert headers["x-content-type-options"] == "nosniff"
+
+
+def test_the_documentation_page_loads_nothing_from_elsewhere(standing):
+    page = standing.get("/docs").text
+    assert "//" not in page.replace("<!doctype", "")
+    loaded = re.findall(r'(?:src|href)="([^"]+)"', page)
+    assert len(loaded) == 3 and all(standing.get(path).status_code == 200 for path in loaded)
