@@ -5,6 +5,7 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -210,7 +211,7 @@ def test_the_rest_manual_names_every_call(tmp_path):
 
 def test_serve_says_its_address_and_ends_within_five_seconds_of_sigterm(tmp_path):
     server = subprocess.Popen([*TOUCHLINE, "serve", "--port", "0", "--data", str(tmp_path / "data")],
-                              cwd=MANUAL.parents[2], stdout=subprocess.PIPE, text=True)
+                              cwd=MANUAL.parents[2], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         url = server.stdout.readline().split()[-1]
         assert json.load(urlopen(url + "api/v1/health", timeout=20))["status"] == "ok"
@@ -218,10 +219,15 @@ def test_serve_says_its_address_and_ends_within_five_seconds_of_sigterm(tmp_path
         again = subprocess.run([*TOUCHLINE, "serve", "--port", port, "--data", str(tmp_path / "d2")],
                                cwd=MANUAL.parents[2], capture_output=True, text=True, timeout=30)
         assert again.returncode == 4 and "fix: Choose another with --port" in again.stderr
+        half_sent = socket.create_connection(("127.0.0.1", int(port)))
+        half_sent.sendall(b"POST /api/v1/fit/border HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
+                          b"Content-Length: 1000\r\n\r\n{")
+        time.sleep(0.3)
         start = time.monotonic()
         server.send_signal(signal.SIGTERM)
-        server.wait(10)
+        _, told = server.communicate(timeout=10)
         assert time.monotonic() - start < 5
+        assert b" 503 " in half_sent.recv(1000) and "Traceback" not in told
     finally:
         server.kill()
         server.wait()

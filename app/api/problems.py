@@ -3,6 +3,7 @@
 A caller's mistake is a 4xx. An error that we did not foresee is logged with an id, and answered with that id.
 """
 
+import asyncio
 import logging
 import secrets
 from collections.abc import Sequence
@@ -113,6 +114,11 @@ class Unexpected:
 
         try:
             await self.app(scope, receive, watch)
+        except asyncio.CancelledError:
+            # Only a server that is ending cancels a request; its log has said so.
+            if scope["type"] == "http" and not started:
+                await problem(503, "shutting-down", "Shutting down", "The server is shutting down.",
+                              "Try again when it is back.")(scope, receive, send)
         except Exception:
             if scope["type"] != "http":
                 raise
