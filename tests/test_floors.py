@@ -8,11 +8,11 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 FLOORS = [
-    ["errors", "geometry", "records", "registry", "field", "field_reader", "cv"],  # 0 words
+    ["errors", "geometry", "records", "registry", "field", "field_reader", "board", "cv"],  # 0 words
     ["models", "vision"],                                                          # 1 numbers
-    ["correction", "evaluate"],                                                    # 2 numbers about models
+    ["correction", "evaluate", "heatmap"],                                                    # 2 numbers about models
     ["sources", "exports", "images", "store", "publish"],                          # 3 edges
-    ["pipeline", "task", "jobs", "live", "settings"],                              # 4 work
+    ["pipeline", "board_pipeline", "task", "jobs", "live", "settings"],                              # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors
     ["main"],                                                                      # 6 wiring
 ]

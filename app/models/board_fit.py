@@ -1,7 +1,7 @@
 """A lens from many views of a board: start, robust search, what disagrees left out, terms chosen, covariance."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from app.errors import BadInput, FitFailed
 from app.geometry import ImageSize
 from app.models import MODELS, Option, Progress, no_progress, read_options
 from app.models.board_gate import FIRST_SIGMA_PX, Fitter, Gated, Solved, put_back
-from app.models.board_start import start_states
+from app.models.board_start import start_states, state_with_poses
 from app.models.board_state import WARP, BoardState, Sights
 from app.models.board_terms import chosen_rung, ladder_of
 from app.models.board_views import LeftOut, refuse_what_is_no_board, unusable_views
@@ -22,6 +22,9 @@ from app.models.rays import RayCamera
 MIN_VIEWS = 3  # each view gives two numbers to the lens; three leave something to check it with
 MIN_WARP_VIEWS = 4
 SEARCH_STEPS = 15  # for each start; the best is then refined
+SEARCH_VIEWS = 24  # enough to find the lens from, spread over all
+LADDER_VIEWS = 120  # enough to choose its terms from
+LADDER_STEPS = 20  # a set of terms that takes longer is hardly supported
 
 BOARD_OPTIONS: tuple[Option, ...] = (
     Option("warp", "bool", True, "Estimate how the board is bowed: two numbers for all views."),
@@ -144,32 +147,41 @@ def shared_covariance(solved: Solved) -> Array:
 
 
 def _search(fitter: Fitter, model: type[RayCamera], sights: Sights, terms: tuple[str, ...]) -> BoardState:
-    """The best of several starts."""
-    tries = [fitter.solve(sights, start, terms, FIRST_SIGMA_PX, robust=True, max_steps=SEARCH_STEPS)
-             for start in start_states(model, sights, fitter.image_size, bend=bool(terms))]
+    """The best of several starts, on some of the views; then the poses of all."""
+    few = sights.only(_spread(len(sights.pixels), SEARCH_VIEWS))
+    tries = [fitter.solve(few, start, terms, FIRST_SIGMA_PX, robust=True, max_steps=SEARCH_STEPS)
+             for start in start_states(model, few, fitter.image_size, bend=bool(terms))]
     best = min(tries, key=lambda t: t.minimum.cost)
     if not np.isfinite(best.minimum.cost):
         raise FitFailed("No camera was found that sees the board as these views show it.",
                         "Check the board's columns and rows, and that corners and places are in the same order.",
                         reason="no-camera")
-    return best.minimum.state
+    lens = best.minimum.state
+    posed = state_with_poses(lens.lens, lens.terms, float(np.exp(lens.log_focal)), lens.aspect, lens.centre_px, sights)
+    return replace(posed, warp_mm=lens.warp_mm)
 
 
 def _choose(fitter: Fitter, found: Gated, sights: Sights, ladder: tuple[tuple[str, ...], ...], progress: Progress,
             ) -> tuple[Gated, dict[str, float]]:
     """Every rung on the same corners; then what disagrees with the chosen one, found anew."""
-    same, sigma = sights.only(found.keep).without(found.strays[found.keep]), found.solved.sigma_px
-    state, rungs = found.state.only(found.keep), []
+    some = np.flatnonzero(found.keep)[_spread(int(found.keep.sum()), LADDER_VIEWS)]
+    same, sigma = sights.only(some).without(found.strays[some]), found.solved.sigma_px
+    state, rungs = found.state.only(some), []
     for number, terms in enumerate(ladder):
         progress(0.4 + 0.4 * number / len(ladder), f"Trying {' '.join(terms) or 'no distortion'}")
-        rungs.append(fitter.solve(same, state, terms, sigma))
-    chosen = chosen_rung([r.minimum for r in rungs], [r.names for r in rungs], [r.prior for r in rungs])
+        rungs.append(fitter.solve(same, state, terms, sigma, max_steps=LADDER_STEPS))
+    chosen = chosen_rung(rungs)
     best = rungs[chosen]
-    gated = fitter.gate(sights, put_back(found.state, best.minimum.state, found.keep), ladder[chosen], best.sigma_px,
+    gated = fitter.gate(sights, put_back(found.state, best.minimum.state, some), ladder[chosen], best.sigma_px,
                         found.keep)
     why = tuple(a or b for a, b in zip(found.why, gated.why, strict=True))
     return Gated(gated.solved, gated.state, gated.keep, gated.strays, why), \
         {" ".join(r.terms): r.sigma_px for r in rungs}
+
+
+def _spread(count: int, most: int) -> Array:
+    """Indices of at most so many views, evenly over all."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
 
 
 def _finish(fitter: Fitter, found: Gated, sights: Sights) -> Solved:

@@ -78,6 +78,11 @@ class Fitter:
         problem = BoardProblem(sights, free, self.image_size, sigma_px)
         return Solved(problem, problem.solve(start, robust=robust, max_steps=max_steps), terms)
 
+    def poses(self, sights: Sights, start: BoardState, sigma_px: float) -> Blocks[BoardState]:
+        """The same with the lens and the bow held fast."""
+        problem = BoardProblem(sights, np.zeros(len(start.names), bool), self.image_size, sigma_px)
+        return problem.solve(start)
+
     def gate(self, sights: Sights, start: BoardState, terms: tuple[str, ...], sigma_px: float, keep: Array) -> Gated:
         """Fit, leave out what disagrees, fit again, until nothing changes. keep (v,): views to begin with."""
         robust = self.settings["robust"]
@@ -107,7 +112,7 @@ class Fitter:
 
 
 def put_back(full: BoardState, part: BoardState, keep: Array) -> BoardState:
-    """The state of all views, with what was found for the kept ones."""
+    """The state of all views, with what was found for some (mask or indices)."""
     rotations, shifts = full.rotations.copy(), full.shifts_mm.copy()
     rotations[keep], shifts[keep] = part.rotations, part.shifts_mm
     return replace(part, rotations=rotations, shifts_mm=shifts)

@@ -12,6 +12,7 @@ from app.models.lens import Array
 # So wide that corners decide, and narrow enough that no unknown runs off to infinity. Shares of the picture's width
 # and of the board's half diagonal where they are lengths.
 WIDE = {"log_focal": 2.0, "aspect": 0.5, "centre": 0.5, "p1": 0.3, "p2": 0.3, "warp": 0.05}
+FAR = 0.25  # of the picture's width: the residual of a corner that a lens cannot see
 WIDE_TERM = 10.0  # a rational lens has terms of a few units
 
 
@@ -36,13 +37,16 @@ class BoardProblem:
         return self._beforehand(state)[1][self.free]
 
     def look(self, state: BoardState) -> tuple[Array, Array, Array]:
-        """Residuals and derivatives in σ; nought where no corner was seen."""
-        pixels, shared, own = state.project_jacobian(self.sights)
-        off = ~self.sights.present
-        residuals = (pixels - self.sights.pixels) / self.sigma_px
-        shared, own = shared[..., self.free] / self.sigma_px, own / self.sigma_px
-        for array in (residuals, shared, own):
-            array[off] = 0
+        """Residuals and derivatives in σ; nought where no corner was seen. A lost corner costs much but pulls nowhere."""
+        pixels, shared, own = state.project_jacobian(self.sights, self.free)
+        residuals = pixels - self.sights.pixels
+        lost = ~(np.isfinite(residuals).all(axis=-1) & np.isfinite(shared).all(axis=(-2, -1)))
+        if lost.any():  # beyond this lens's horizon: as far off as can be, and nothing says which way is back
+            residuals[lost], shared[lost], own[lost] = FAR * self.image_size.width, 0, 0
+        seen = np.where(self.sights.present, 1 / self.sigma_px, 0.0)[..., None]
+        residuals *= seen
+        shared *= seen[..., None]
+        own *= seen[..., None]
         return residuals, shared, own
 
     def away(self, state: BoardState) -> Array:

@@ -92,8 +92,8 @@ Normal = tuple[Array, Array, Array, Array, Array]
 
 def _normal(residuals: Array, shared: Array, own: Array, weight: Array | None) -> Normal:
     """U (n, n), W (v, k, n), V (v, k, k), a (n,), b (v, k)."""
-    v, n, k = len(residuals), shared.shape[-1], own.shape[-1]
-    r, s, o = residuals.reshape(v, -1), shared.reshape(v, -1, n), own.reshape(v, -1, k)
+    v, rows, n, k = len(residuals), residuals[0].size, shared.shape[-1], own.shape[-1]
+    r, s, o = residuals.reshape(v, rows), shared.reshape(v, rows, n), own.reshape(v, rows, k)
     if weight is None:
         sw, ow = s.transpose(0, 2, 1), o.transpose(0, 2, 1)
     else:

@@ -106,21 +106,28 @@ class BoardState:
         """(v, m, 2) raw px."""
         return self.lens.distort(self.terms, self.rays(sights)) * self._focal + self.centre_px
 
-    def project_jacobian(self, sights: Sights) -> tuple[Array, Array, Array]:
-        """Pixels (v, m, 2), their derivative by names (v, m, 2, n), and by turn and shift of the view (v, m, 2, 6)."""
+    def project_jacobian(self, sights: Sights, free: Array) -> tuple[Array, Array, Array]:
+        """Pixels (v, m, 2), their derivative by the free ones of names (v, m, 2, n), and by turn and shift of the view
+        (v, m, 2, 6)."""
         arms = self._points(sights) @ self.rotations.transpose(0, 2, 1)
         plane, by_ray, by_terms = self.lens.distort_jacobian(self.terms, arms + self.shifts_mm[:, None])
         focal = self._focal
         by_ray = by_ray * focal[:, None]
-        n = 4 + len(self.terms)
-        shared = np.zeros((*plane.shape, n + 2))
-        shared[..., 0] = plane * focal
-        shared[..., 1, 1] = plane[..., 1] * np.exp(self.log_focal)
-        shared[..., 0, 2] = shared[..., 1, 3] = 1.0
-        shared[..., 4:n] = by_terms * focal[:, None]
         normal = self.rotations[:, None, None, :, 2]  # where the board's z points: a bow moves corners along it
-        shared[..., n:] = np.sum(by_ray * normal, axis=-1)[..., None] * sights.bow[..., None, :]
-        own = np.empty((*plane.shape, 6))
+        shared = np.zeros((*plane.shape, int(free.sum())), by_terms.dtype)
+        for column, index in enumerate(np.flatnonzero(free)):
+            name, into = self.names[index], shared[..., column]
+            if name == "log_focal":
+                into[...] = plane * focal
+            elif name == "aspect":
+                into[..., 1] = plane[..., 1] * focal[0]
+            elif name in ("centre_x", "centre_y"):
+                into[..., int(name == "centre_y")] = 1.0
+            elif name in WARP:
+                into[...] = np.sum(by_ray * normal, axis=-1) * sights.bow[..., WARP.index(name), None]
+            else:
+                into[...] = by_terms[..., index - 4] * focal
+        own = np.empty((*plane.shape, 6), by_ray.dtype)
         # A turn ω before the rotation moves a corner by ω × arm: d pixel / d ω = arm × (d pixel / d ray), row by row.
         ax, ay, az = (arms[..., None, i] for i in range(3))
         bx, by, bz = (by_ray[..., i] for i in range(3))

@@ -5,9 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from app.models.board_solve import Blocks
+from app.models.board_gate import Solved
 from app.models.lens import Array
 from app.models.rays import RayCamera
+
+# Terms of a fraction can hide errors of the board and bend wildly beyond the corners: they must earn a fifth of σ.
+RATIONAL_GAIN = 0.2
 
 
 def ladder_of(model: type[RayCamera], settings: Mapping[str, Any]) -> tuple[tuple[str, ...], ...]:
@@ -19,40 +22,43 @@ def ladder_of(model: type[RayCamera], settings: Mapping[str, Any]) -> tuple[tupl
     return ladder if ladder[-1] == model.LENS.TERMS else (*ladder, model.LENS.TERMS)
 
 
-def chosen_rung(minima: Sequence[Blocks], names: Sequence[tuple[str, ...]], prior: Sequence[Array]) -> int:
-    """Index of the simplest rung that the richer ones do not beat. names and prior: of each minimum's free unknowns."""
+def chosen_rung(rungs: Sequence[Solved]) -> int:
+    """Index of the simplest rung that the richer ones, fitted to the same corners, do not beat."""
     best = 0
-    for rung in range(1, len(minima)):
-        extra = np.array([name not in names[best] for name in names[rung]])
-        if extra.any() and needed(minima[rung], extra, names[rung], prior[rung]):
-            best = rung
+    for number, rung in enumerate(rungs[1:], 1):
+        least_gain = RATIONAL_GAIN if {"k4", "k5", "k6"} <= set(rung.terms) else 0.0
+        if needed(rungs[best], rung) and rung.sigma_px < (1 - least_gain) * rungs[best].sigma_px:
+            best = number
     return best
 
 
-def needed(minimum: Blocks, extra: Array, names: tuple[str, ...], prior: Array) -> bool:
-    """Whether the extra unknowns differ from nought beyond noise: a Wald test at about 1 %.
+def needed(simple: Solved, rich: Solved) -> bool:
+    """Whether the extra terms explain more than noise would let them: a likelihood ratio, at about 1 %.
 
-    Twice: with the covariance that white noise would give, and with one that lets the residuals of a view err together
-    (K.-Y. Liang, S. Zeger, 1986), for a finder's and a board's errors do. Both must agree.
+    The gain is measured against the noise of a corner, and against how much more than that the views scatter as wholes
+    (J. Rao, A. Scott 1984): the errors of a finder and of a board come alike to all corners of a view.
     """
-    reduced = minimum.reduced
-    v, n = len(reduced), reduced.shape[-1]
-    information = np.einsum("vij,vik->jk", reduced, reduced, optimize=True) + np.diag(prior**2)
+    extra = np.array([name not in simple.names for name in rich.names])
+    q, freedom = int(extra.sum()), rich.freedom
+    if not q or freedom < 1 or not np.isfinite(rich.minimum.cost):
+        return False
+    gain = (simple.minimum.cost - rich.minimum.cost) / q
+    views = len(rich.problem.sights.pixels)
+    limit = (4 + 3 / q) * (1 + 3 / max(views - q, 1))  # F at about 1 %
+    noise = np.sum(rich.minimum.residuals**2) / freedom
+    return bool(gain > limit * max(noise, _scatter_of_views(rich, extra)))
+
+
+def _scatter_of_views(rich: Solved, extra: Array) -> float:
+    """What one unknown gains by chance, given how each view pulls at the extra ones."""
+    reduced = rich.minimum.reduced
+    information = rich.minimum.information + np.diag(rich.prior**2)
     scale = 1 / np.sqrt(np.diag(information))
     inverse = np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-13, hermitian=True) * np.outer(scale, scale)
-    residuals = minimum.residuals.reshape(v, -1)
-    pulls = np.einsum("vij,vi->vj", reduced, residuals)
-    together = inverse @ (pulls.T @ pulls) @ inverse * v / max(v - 1, 1)
-    q = int(extra.sum())
-    terms = minimum.state.shared[[minimum.state.names.index(name) for name in np.array(names)[extra]]]
-    corners = int((minimum.residuals != 0).any(axis=-1).sum())
-    white = inverse * np.sum(residuals**2) / max(2 * corners - n - 6 * v, 1)
-    freedom = max(v - q, 1)
-    limit = 4 + 8 / q + 12 / freedom if q < 4 else 3.3 + 12 / freedom  # F at 1 %, near enough
-    return all(_wald(terms, covariance[np.ix_(extra, extra)]) / q > limit for covariance in (white, together))
-
-
-def _wald(values: Array, covariance: Array) -> float:
-    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    return float((values / scale) @ np.linalg.pinv(covariance / np.outer(scale, scale), rcond=1e-10, hermitian=True)
-                 @ (values / scale))
+    pulls = np.einsum("vij,vi->vj", reduced, rich.minimum.residuals.reshape(len(reduced), -1))
+    moves = (pulls @ inverse)[:, extra]  # what each view alone would do to the extra terms
+    own = inverse[np.ix_(extra, extra)]
+    size = np.sqrt(np.diag(own))
+    together = (moves / size).T @ (moves / size) * len(reduced) / max(len(reduced) - 1, 1)
+    return float(np.trace(np.linalg.pinv(own / np.outer(size, size), rcond=1e-10, hermitian=True) @ together)
+                 / extra.sum())

@@ -1,0 +1,42 @@
+"""A chessboard corner to a few hundredths of a pixel, in a window as large as its squares allow.
+
+Where four squares meet, the gradient at every pixel stands perpendicular to the line from the corner to that pixel;
+least squares over a window find the corner (W. Förstner 1987, as cornerSubPix does). A window that reaches the next
+corner is drawn to it; one that is too small averages little noise. So each corner gets its own.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.cv import refine_corners
+from app.geometry import Points
+
+REACH = 0.4  # of a square's side: safely inside the four squares
+HALF_WINDOW = (2, 11)  # px; below two there are too few pixels, beyond eleven the lens bends the squares' edges
+NEIGHBOUR = 1.5  # squares; so far apart are corners whose distance tells how large the squares look here
+
+
+def refined(gray: NDArray[np.uint8], corners: Points, places: NDArray[np.float64], reach: float = REACH) -> Points:
+    """The corners (n, 2), each refined in its own window; one that would leave its window stays where it was.
+
+    places (n, 2): where they are on the board, in squares. reach: how far the four squares are empty, in squares.
+    """
+    if len(corners) < 2:
+        return corners
+    halves = np.clip((reach * _square_px(corners, places)).astype(int), *HALF_WINDOW)
+    found = corners.copy()
+    for half in np.unique(halves):
+        mine = halves == half
+        found[mine] = refine_corners(gray, corners[mine], int(half))
+    ran = np.abs(found - corners).max(axis=1) > halves
+    return np.where(ran[:, None], corners, found)
+
+
+def _square_px(corners: Points, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How long the shortest side of a square looks at each corner; the board's usual where no neighbour was seen."""
+    apart = np.linalg.norm(corners[:, None] - corners[None], axis=-1)
+    squares = np.linalg.norm(places[:, None] - places[None], axis=-1)
+    near = (squares > 0) & (squares < NEIGHBOUR)
+    sides = np.where(near, apart / np.where(near, squares, 1), np.inf).min(axis=1)
+    known = np.isfinite(sides)
+    return np.where(known, sides, np.median(sides[known]) if known.any() else 0.0)
