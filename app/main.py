@@ -18,6 +18,7 @@ from app.api import (
     fit,
     headers,
     health,
+    judgement,
     models,
     pictures,
     points,
@@ -30,14 +31,15 @@ from app.api.connections import watched_connections
 from app.api.frames import Frames
 from app.api.limits import MB, BodyLimits
 from app.api.schemas import PROBLEMS
-from app.api.work import new_limiter
+from app.api.work import open_workplaces
 from app.images import ImageDecoder, Limits
 from app.settings import LOOPBACK, Settings, shipped
 from app.sources import Surroundings
 from app.store import Store
 from app.store.field_shelf import FieldShelf
 
-RESOURCES = (health, cameras, snapshots, fields, drafts, models, fit, calibrations, points, pictures)
+RESOURCES = (health, cameras, snapshots, fields, drafts, models, fit, calibrations, judgement, points,
+             pictures)
 API = "/api/v1"
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
@@ -53,7 +55,7 @@ def create_app(settings: Settings) -> FastAPI:
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         with (store, ImageDecoder(image_limits(settings)) as decoder,
               closing(cameras_of(settings, app, decoder)) as taken):
-            app.state.limiter = new_limiter()
+            open_workplaces(app)
             app.state.decoder = decoder
             app.state.cameras = taken
             app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.picture(id)))

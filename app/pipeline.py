@@ -1,6 +1,6 @@
 """How things flow: observations become a fit, a fit becomes a report, a model becomes a picture. A dozen lines each."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -12,10 +12,13 @@ from app.errors import BadInput, Conflict, FitFailed
 from app.evaluate.compare import Candidate, parameters_of
 from app.evaluate.compare import compare as compare_fits
 from app.evaluate.cross_validation import held_out_mm
+from app.evaluate.difference import difference_report
 from app.evaluate.distortion import bow_pct, kind_of
 from app.evaluate.report import report
+from app.evaluate.uncertainty import expected_error, grid_over
 from app.field import BORDERS, Field, Region
 from app.geometry import ImageSize, Points, as_points
+from app.heatmap import heat_map
 from app.models import MODELS, CameraModel, Progress, field_from_raw, no_progress, raw_from_field
 from app.models.border import MAX_DEGREE, fit_curve
 from app.records import Fit, Observations
@@ -82,6 +85,36 @@ def compare(observations: Observations, field: Field, region: Region, image_size
     if not fitted:
         raise FitFailed("No model could be fitted to these points.", failed[0]["fix"], reason=failed[0]["reason"])
     return {**compare_fits(fitted, region), "failed": failed}
+
+
+def uncertainty(model: CameraModel, covariance: Mapping[str, Any] | None, region: Region, z_mm: float = 0.0,
+                columns: int = 25, rows: int = 19) -> dict[str, Any]:
+    """Expected field error in the plane at z_mm over a grid, as plain JSON, from a report's "covariance"."""
+    if covariance is None or not hasattr(model, "field_jacobian"):
+        raise Conflict(f"{model.TITLE} have no common parameters whose error could be known." if covariance is None else
+                       f"{model.TITLE} cannot tell how places move with its parameters.",
+                       "Use a lens model; held-out error is known for every model.", reason="no-covariance")
+    if z_mm != 0 and not hasattr(model, "project"):
+        raise Conflict(f"{model.TITLE} knows only the carpet, not what is {z_mm:g} mm above it.",
+                       "Use a lens model, or z_mm 0.", reason="no-rays")
+    fit = Fit(model, (), (), covariance=np.array(covariance["matrix"]), parameter_names=tuple(covariance["names"]))
+    sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows))
+    return {**sigma.to_json(), "grid": {"places": sigma.places.tolist(), "sigma_mm": sigma.sigma_mm.tolist()}}
+
+
+def difference(one: CameraModel, other: CameraModel, region: Region) -> dict[str, Any]:
+    """How far two calibrations of one picture are apart over the region, in mm and px, as plain JSON."""
+    if tuple(one.image_size) != tuple(other.image_size):
+        raise Conflict("The two calibrations are for pictures of different sizes.",
+                       "Compare calibrations of one camera at one size.", reason="size-mismatch")
+    return difference_report(one, other, region)
+
+
+def millimetre_map(values: Sequence[Sequence[float | None]], region: Region, title: str) -> NDArray[np.uint8]:
+    """A grid of millimetres over the region as a picture with its scale."""
+    width = 640
+    return heat_map(np.array(values, float), width=width, height=round(width * region.height_mm / region.width_mm),
+                    unit="mm", title=title)
 
 
 def border(points: Points, axis: str, degree: int | str, image_size: ImageSize | None = None) -> dict[str, Any]:

@@ -40,6 +40,11 @@ class Task:
         return pipeline.calibrate(self.observations, self.field, self.region, self.image_size, self.model,
                                   self.options, progress, cross_validate=cross_validate)
 
+    def compare(self, models: list[str] | None, progress: Progress = no_progress) -> dict[str, Any]:
+        """Several models (all, where none are named) on the same observations, ranked."""
+        return pipeline.compare(self.observations, self.field, self.region, self.image_size,
+                                tuple(models) if models else None, self.options, progress)
+
     def record(self, done: Calibrated, *, version: int = 1, parent: str | None = None) -> Calibration:
         """The result as one immutable version, with all that it came from."""
         return Calibration(

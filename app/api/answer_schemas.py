@@ -174,5 +174,31 @@ class Calibrations(Page):
     items: list[Calibration]
 
 
+class Ranking(Answer):
+    ranking: list[dict[str, Any]]
+    recommended: str | None
+    reason: str
+    failed: list[dict[str, Any]]
+
+
+class Uncertainty(Answer):
+    z_mm: float
+    median: float
+    rms: float
+    max: float
+    worst_place: Point
+    grid: dict[str, Any]
+
+
+class Difference(Answer):
+    rms_mm: float | None
+    median_mm: float | None
+    max_mm: float | None
+    worst_place: Point | None
+    rms_px: float | None
+    max_px: float | None
+    grid: dict[str, Any] | None
+
+
 class Transformed(Answer):
     points: Points

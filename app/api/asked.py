@@ -22,8 +22,12 @@ def task_of(request: Request, body: FitRequest) -> Task:
     if snapshot is not None and given is not None and given != snapshot.size:
         raise Conflict(f"The snapshot is {snapshot.size.width} × {snapshot.size.height} px, not {given.width} × "
                        f"{given.height} px.", "Leave image_size out.", reason="size-mismatch")
+    options = {**body.options}
+    if isinstance(options.get("lens"), str):  # a calibration by its id: the fit is given its model, and keeps it
+        held = state.store.calibration(options["lens"])
+        options["lens"] = {"name": held.model_name, "parameters": dict(held.model_parameters)}
     return Task(observations_from_json([o.model_dump(exclude_defaults=False) for o in body.observations]), field,
-                region, snapshot.size if snapshot else given, body.model, body.options,
+                region, snapshot.size if snapshot else given, body.model, options,
                 camera=body.camera or (snapshot.camera if snapshot else None),
                 snapshot=snapshot.id if snapshot else None,
                 image_sha256=snapshot.sha256 if snapshot else None, note=body.note)

@@ -1,5 +1,6 @@
 """/calibrations: versions that are made, read, activated, and put to use."""
 
+from functools import partial
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
@@ -10,8 +11,8 @@ from app.api.answers import Json
 from app.api.asked import task_of
 from app.api.bodies import uploaded_file
 from app.api.imported import calibration_from_file
-from app.api.schemas import Cursor, FitRequest, Id, IdQuery, Limit
-from app.api.work import at_work
+from app.api.schemas import CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
+from app.api.work import at_length, at_work
 from app.exports import EXPORTS
 from app.records import Calibration
 
@@ -36,6 +37,13 @@ def _made(request: Request, body: FitRequest) -> Calibration:
     done = task.run()
     before = store.calibrations(task.camera, limit=1).items if task.camera is not None else ()
     return store.save(task.record(done, parent=before[0].id if before else None))
+
+
+@router.post("/compare", response_model=answer_schemas.Ranking)
+async def compare_models(request: Request, body: CompareRequest) -> Json:
+    """Every model (or those in `models`) on the same clicks, best first; keeps nothing and may take ten seconds."""
+    task = await at_work(request, task_of, request, body)
+    return Json(await at_length(request, partial(task.compare, body.models)))
 
 
 @router.post("/import", status_code=201, response_model=answer_schemas.Calibration, openapi_extra=IMPORT_BODY)

@@ -20,7 +20,9 @@ Size = Annotated[list[Side], Field(min_length=2, max_length=2)]
 Name = Annotated[str, Field(min_length=1, max_length=64)]
 Rotate = Literal[0, 90, 180, 270]
 Number = Annotated[float, Field(allow_inf_nan=False)]
-OptionValue = bool | int | Number | Annotated[str, Field(max_length=200)] | None
+OptionText = Annotated[str, Field(max_length=200)]
+OptionValue = (bool | int | Number | OptionText | Annotated[list[OptionText], Field(max_length=20)]
+               | Annotated[dict[OptionText, int | Number | OptionText], Field(max_length=8)] | None)
 FrameName = Literal["image", "corrected", "field"]
 
 # Ids and names in a path: short, and never a path of their own.
@@ -68,6 +70,12 @@ class FitRequest(Strict):
     options: Annotated[dict[str, OptionValue], Field(max_length=50)] = {}
     observations: Annotated[list[Observation], Field(max_length=500)]
     note: Annotated[str, Field(max_length=2000)] = ""
+
+
+class CompareRequest(FitRequest):
+    """The same, for several models; `model` is not looked at."""
+
+    models: Annotated[list[Name], Field(min_length=1, max_length=20)] | None = None
 
 
 class Draft(Strict):
