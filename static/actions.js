@@ -84,7 +84,7 @@ const TABLE = [
   { id: "next", label: "Do the next thing (the bright button)", keys: ["Enter"], group: "Steps",
     run: () => run(nextThing.value.action), enabled: () => !nextThing.value.missing },
   { id: "save", label: "Save a version and compare", short: "Save and compare", keys: ["ctrl+s"], group: "Steps", run: () => void saveVersion(),
-    enabled: () => has() && preview.value !== null },
+    enabled: () => has() && doc.value.observations.length > 0 }, // if something is missing, the server says what
   { id: "activate", label: "Activate this version for its camera", short: "Activate", group: "Steps",
     run: () => void (version.value && activate(version.value.id)), enabled: () => isSaved.value && !version.value?.active },
 

@@ -113,8 +113,12 @@ class Operator:
         self.page.get_by_test_id("next").click()
         expect(self.page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=20_000)
         if step in ("borders", "model"):
-            self.page.wait_for_function("document.querySelector('[data-testid=picture]')?.naturalWidth > 0")
+            self.wait_for_picture()
         return self
+
+    def wait_for_picture(self) -> None:
+        """Until it can be drawn. (wait_for_function would evaluate text, which the page's policy forbids.)"""
+        self.page.get_by_test_id("picture").evaluate("picture => picture.decode()")
 
     def spot(self, x: float, y: float) -> tuple[float, float]:
         """Where a picture pixel is on the screen."""

@@ -77,21 +77,16 @@ def test_the_keyboard_alone_goes_from_the_camera_to_a_saved_version(operator):
     expect(page.get_by_test_id("next")).to_have_text("Next: borders", timeout=30_000)
     page.get_by_test_id("next").focus()
     page.keyboard.press("Enter")
-    page.wait_for_function("document.querySelector('[data-testid=picture]')?.naturalWidth > 0")
+    operator.wait_for_picture()
     page.get_by_test_id("stage").focus()
-    # From the middle of the picture: the field's borders in the demo's picture lie about there, which is all it takes.
-    for key, start, step in (("1", "ArrowLeft", "ArrowDown"), ("2", "ArrowRight", "ArrowDown"),
-                             ("3", "ArrowUp", "ArrowRight"), ("4", "ArrowDown", "ArrowRight")):
-        page.keyboard.press(key)
-        for i in range(5):
-            page.keyboard.press("a")
-            for _ in range(40):
-                page.keyboard.press(f"Control+{start}")
-            for _ in range(12 * i):
-                page.keyboard.press(f"Control+{step}")
-    expect(page.get_by_test_id("next")).to_have_text("Next: model", timeout=10_000)
+    # A point lands in the middle of the stage: pan to a border, then along it.
+    for key, towards, along in (("1", "ArrowLeft", "ArrowDown"), ("2", "ArrowRight", "ArrowDown"),
+                                ("3", "ArrowUp", "ArrowRight"), ("4", "ArrowDown", "ArrowRight")):
+        for pressed in ("Escape", "0", key, *[towards] * 5, *["a", "Escape", along] * 5):
+            page.keyboard.press(pressed)
+    expect(page.get_by_test_id("next")).to_have_text("Next: model")
+    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=10_000)
     page.keyboard.press("Enter")
-    expect(page.get_by_test_id("step-model")).to_have_attribute("aria-current", "step")
     expect(page.get_by_test_id("next")).to_have_text("Save and compare")
     page.keyboard.press("Control+s")
     expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step", timeout=20_000)

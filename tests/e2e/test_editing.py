@@ -1,5 +1,7 @@
 """Editing points: every change can be undone, moved finely, and is drawn at once."""
 
+import re
+
 import pytest
 from playwright.sync_api import expect
 
@@ -112,7 +114,7 @@ def test_the_wheel_zooms_about_the_pointer_and_space_pans(editing):
     before = editing.spot(80, 210)
     page.mouse.move(*before)
     page.mouse.wheel(0, -600)
-    page.wait_for_function("!document.querySelector('[data-testid=read-out] .zoom').textContent.startsWith('1')")
+    expect(page.locator("[data-testid=read-out] .zoom")).to_have_text(re.compile("^2"))
     assert editing.spot(80, 210) == (pytest.approx(before[0], abs=0.5), pytest.approx(before[1], abs=0.5))
     page.keyboard.down(" ")
     page.mouse.down()
