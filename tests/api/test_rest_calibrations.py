@@ -68,6 +68,17 @@ def test_an_unknown_id_is_said_to_be_unknown(standing, call):
     refusal(standing.request(method, f"{CAL}/0123456789abcdef{path}"), 404, "unknown-calibration")
 
 
+def test_models_are_compared_on_the_same_clicks_and_nothing_is_kept(client, task):
+    found = client.post(f"{CAL}/compare", json={**task, "models": ["polynomial", "homography"]}).json()
+    assert {row["model"] for row in found["ranking"]} | {row["model"] for row in found["failed"]} == {
+        "polynomial", "homography"}
+    assert found["recommended"] == "polynomial" and found["reason"]
+    assert client.get(CAL).json()["items"] == []
+    refusal(client.post(f"{CAL}/compare", json={**task, "models": ["no-such"]}), 404, "unknown-camera-model")
+    refusal(client.post(f"{CAL}/compare", json={**task, "models": []}), 422)
+    refusal(client.post(f"{CAL}/compare", json={**task, "field": "no-such"}), 404, "unknown-field")
+
+
 def transformed(client, id, source, target, points, **more):
     answer = client.post(f"{CAL}/{id}/transform", json={"from": source, "to": target, "points": points, **more})
     assert answer.status_code == 200, answer.text
