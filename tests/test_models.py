@@ -36,6 +36,8 @@ def own_options(model) -> dict:
                 "n_rectangles_x": model.n_rectangles_x, "n_rectangles_y": model.n_rectangles_y,
                 **{f"{a}_max_rectangle_px": getattr(model, side) / getattr(model, f"n_rectangles_{b}")
                    for a, side, b in (("w", "width_px", "x"), ("h", "height_px", "y"))}}
+    if model.NAME == "thin-plate":  # stiffness 0: exact points are passed through exactly
+        return {"base": model.base_name, "smoothing": 0.0}
     if model.NAME != "polynomial":
         return {}
     return {"degree": {side: getattr(model, side).degree for side in ("left", "right", "top", "bottom")},

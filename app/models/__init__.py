@@ -142,6 +142,7 @@ class CameraModel(Protocol):
 MODELS = Registry("camera model", {
     "polynomial": "app.models.polynomial:Polynomial",  # the paper's: two one-dimensional corrections from four borders
     "homography": "app.models.homography:Homography",  # no lens at all: eight numbers from four lines
+    "thin-plate": "app.models.thin_plate:ThinPlate",  # bends away what another model leaves, without a reason
     "division": "app.models.division:Division",  # a pinhole with one distortion number
     "brown-conrady": "app.models.brown_conrady:BrownConrady",  # radial and tangential terms: nearly every field camera
     "fisheye": "app.models.fisheye:Fisheye",  # Kannala–Brandt, for very wide lenses

@@ -63,7 +63,7 @@ def fit_homography(observations: Observations, field: Field, region: Region, ima
              "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
     return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations),
                (*name_strays(observations, problem, found), *_beyond(observations, whole.owners[~seen]),
-                *_above(observations)), notes,
+                *above_the_carpet(observations, "a homography")), notes,
                covariance=found.covariance, parameter_names=names)
 
 
@@ -157,7 +157,8 @@ def _beyond(observations: Observations, owners: Array) -> list[Warning]:
                     str(observations[i].feature), int(k)) for i, k in owners]
 
 
-def _above(observations: Observations) -> list[Warning]:
-    return [Warning("above-the-carpet", f"The points on {o.label} are {o.z_mm:g} mm above the carpet; a homography "
-                    "knows only the carpet, so they were left out.", "Fit a lens model to use them.", str(o.feature))
+def above_the_carpet(observations: Observations, who: str) -> list[Warning]:
+    """A warning for each observation that a model without rays cannot use; who: "a homography"."""
+    return [Warning("above-the-carpet", f"The points on {o.label} are {o.z_mm:g} mm above the carpet; {who} knows only "
+                    "the carpet, so they were left out.", "Fit a lens model to use them.", str(o.feature))
             for o in observations if o.z_mm != 0 and len(o.points)]

@@ -1,0 +1,204 @@
+"""Thin-plate spline on top of another model: bends away, without a reason, what that model leaves.
+
+    raw = base.raw_from_corrected(q + s(q)),   q corrected px, s a thin-plate spline (spline.py)
+
+so the map that draws the corrected picture is explicit; the way back solves q + s(q) = p by Newton's method. s is known
+only around the field and must not fold the picture: on the box that the model reaches, I + ds/dq has a positive
+definite symmetric part, which makes q + s(q) one-to-one on a convex set. F. Bookstein, PAMI 11 (1989).
+
+It bends the carpet's picture and knows no rays: what stands above the carpet is beyond it.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from app.errors import BadInput
+from app.field import Field, Region
+from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.models import CameraModel, Option, Progress, model_from_json, no_progress
+from app.models.homography import Homography
+from app.models.lens import Array
+from app.models.spline import Spline
+from app.records import Fit, Observations
+
+BASES = ("homography", "division", "brown-conrady")
+REACHES = (0.5, 0.25, 0.1, 0.05)  # of the field's extent on each side; the widest without a fold is kept
+LEAST_STRETCH = 0.05  # a picture squeezed to less than this share is folding
+FOLD_GRID = 41
+NEWTON_STEPS = 40
+NEWTON_PX = 1e-11
+
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class ThinPlate:
+    """A base model and a displacement of its corrected pixels.
+
+    knots: corrected px. weights, plane: px; see spline.py, with unit half the corrected picture's longer side.
+    reach: how far around the field the spline is believed, as a share of the field's extent.
+    """
+
+    NAME: ClassVar[str] = "thin-plate"
+    TITLE: ClassVar[str] = "Thin-plate spline"
+    HELP: ClassVar[str] = ("Bends what another model leaves, as little as the clicks allow. Needs clicks all over the "
+                           "field: where there are none it only guesses smoothly.")
+    OPTIONS: ClassVar[tuple[Option, ...]] = (
+        Option("base", "choice", "homography", "The model that is bent.", choices=BASES),
+        Option("smoothing", "float", None, "How stiff the spline is; 0 passes through every click. Empty: chosen by "
+               "cross-validation.", (0, 1e4)),
+        *(o for o in Homography.OPTIONS if o.name != "line_sigma_mm"),
+    )
+
+    base_name: str
+    base: CameraModel
+    knots: tuple[Pair, ...]
+    weights: tuple[Pair, ...]
+    plane: tuple[Pair, Pair, Pair]
+    reach: float
+
+    width_px = property(lambda self: self.base.width_px)
+    height_px = property(lambda self: self.base.height_px)
+    n_rectangles_x = property(lambda self: self.base.n_rectangles_x)
+    n_rectangles_y = property(lambda self: self.base.n_rectangles_y)
+    region = property(lambda self: self.base.region)
+    image_size = property(lambda self: self.base.image_size)
+
+    @classmethod
+    def of(cls, base: CameraModel, spline: Spline, reach: float) -> Self:
+        middle, unit = frame(base)
+
+        def pairs(array: Array) -> tuple[Pair, ...]:
+            return tuple((float(x), float(y)) for x, y in array)
+        return cls(base.NAME, base, pairs(spline.knots * unit + middle), pairs(spline.weights), pairs(spline.plane),
+                   float(reach))
+
+    @cached_property
+    def _spline(self) -> Spline:
+        middle, unit = frame(self.base)
+        return Spline((np.array(self.knots).reshape(-1, 2) - middle) / unit, np.array(self.weights).reshape(-1, 2),
+                      np.array(self.plane))
+
+    @property
+    def corrected_size(self) -> ImageSize:
+        return self.base.corrected_size
+
+    def field_from_corrected(self, points: Points) -> Points:
+        return self.base.field_from_corrected(points)
+
+    def corrected_from_field(self, points: Points) -> Points:
+        return self.base.corrected_from_field(points)
+
+    def raw_from_corrected(self, points: Points) -> Points:
+        """Corrected pixels to raw ones; NaN beyond the box that the spline is believed in."""
+        points = np.asarray(points, float)
+        return self.base.raw_from_corrected(unreachable_where(~self._inside(points), self._bent(points)))
+
+    def corrected_from_raw(self, points: Points) -> Points:
+        """Raw pixels to corrected ones, to 1e-9 px; NaN where no place in the box is seen there."""
+        wanted = self.base.corrected_from_raw(points)
+        flat = wanted.reshape(-1, 2)
+        found = np.full(flat.shape, np.nan)
+        known = np.flatnonzero(np.isfinite(flat).all(axis=1))
+        found[known] = self._unbent(flat[known])
+        found = found.reshape(wanted.shape)
+        return unreachable_where(~self._inside(found), found)
+
+    def _bent(self, points: Points) -> Points:
+        middle, unit = frame(self.base)
+        with np.errstate(all="ignore"):
+            near = np.where(self._inside(points)[..., None], points, np.nan)
+            return near + self._spline(((near - middle) / unit).reshape(-1, 2)).reshape(points.shape)
+
+    def _unbent(self, wanted: Points) -> Points:
+        """Solve q + s(q) = wanted (n, 2) inside a slightly larger box; NaN where Newton's method does not end there."""
+        middle, unit = frame(self.base)
+        half = np.array([self.width_px, self.height_px]) * (0.5 + self.reach) + 1.0
+        goal = (wanted - middle) / unit
+        limit = half / unit
+        q = np.clip(goal, -limit, limit)
+        todo = np.arange(len(q))
+        for _ in range(NEWTON_STEPS):
+            value, slope = self._spline.with_gradient(q[todo])
+            error = goal[todo] - q[todo] - value / unit
+            step = np.linalg.solve(np.eye(2) + slope / unit, error[..., None])[..., 0]
+            q[todo] = np.clip(q[todo] + step, -limit, limit)  # what leaves the box comes back, or stays at its edge
+            todo = todo[np.abs(error).max(axis=1) * unit > NEWTON_PX]
+            if not todo.size:
+                break
+        left = np.abs(goal - q - self._spline(q) / unit).max(axis=1, initial=0.0) * unit
+        return np.where((left < 1e-9)[:, None], q * unit + middle, np.nan)
+
+    def _inside(self, points: Points) -> Array:
+        middle, _ = frame(self.base)
+        half = np.array([self.width_px, self.height_px]) * (0.5 + self.reach)
+        return (np.abs(points - middle) <= half).all(axis=-1)
+
+    @classmethod
+    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
+            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
+        """Fit the base, then the spline to what it leaves; see thin_plate_fit.py."""
+        from app.models.thin_plate_fit import fit_thin_plate
+        return fit_thin_plate(observations, field, region, image_size, options, progress)
+
+    @classmethod
+    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+        return ("8 points on four lines, two each way, for the model underneath; nine on each border and as many again "
+                "on lines inside the field to bend it.")
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
+        """Read what asdict() wrote; BadInput for anything else."""
+        try:
+            p = dict(parameters)
+            names = {f.name for f in fields(cls)}
+            if set(p) != names or p["base_name"] not in BASES:
+                raise ValueError(f"expected {', '.join(sorted(names))}")
+            model = cls(p["base_name"], model_from_json(p["base_name"], p["base"]),
+                        *(tuple((float(x), float(y)) for x, y in p[name]) for name in ("knots", "weights", "plane")),
+                        float(p["reach"]))
+            numbers = np.array([*model.knots, *model.weights, *model.plane])
+            if not (len(model.knots) == len(model.weights) and len(model.plane) == 3
+                    and (np.abs(numbers) < MAX_COORDINATE).all() and model.reach in REACHES):
+                raise ValueError("the spline's numbers do not belong together")
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+            raise BadInput(f"These are no parameters of a {cls.NAME} model: {error}.",
+                           "Give what Touchline exported as json.", reason="bad-parameters") from None
+        if unfolded_reach(model.base, model._spline) < model.reach:
+            raise BadInput("This thin-plate spline folds the picture.", "Give what Touchline exported as json.",
+                           reason="bad-parameters")
+        return model
+
+    @classmethod
+    def examples(cls) -> Iterable[Self]:
+        """Two that find nothing to bend, and a lens's barrel bent away from a homography."""
+        from app.models.division import Division
+        from app.models.thin_plate_example import bent_example
+        flat = Spline(np.empty((0, 2)), np.empty((0, 2)), np.zeros((3, 2)))
+        for base in (*list(Homography.examples())[1:2], *list(Division.examples())[2:]):
+            yield cls.of(base, flat, REACHES[0])
+        yield bent_example()
+
+
+def frame(base: CameraModel) -> tuple[Array, float]:
+    """The middle of the corrected picture, px, and half its longer side: where a spline's own coordinates begin."""
+    return np.array([base.width_px, base.height_px]) / 2, max(base.width_px, base.height_px) / 2
+
+
+def unfolded_reach(base: CameraModel, spline: Spline) -> float:
+    """The widest of REACHES within which the spline does not fold the picture; 0 if it folds at the field itself."""
+    _, unit = frame(base)
+    extent = np.array([base.width_px, base.height_px]) / unit
+    for reach in REACHES:
+        x, y = (np.linspace(-1, 1, FOLD_GRID) * e * (0.5 + reach) for e in extent)
+        places = np.concatenate([np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2), spline.knots])
+        slope = spline.with_gradient(places)[1] / unit + np.eye(2)
+        mean, half = (slope[:, 0, 0] + slope[:, 1, 1]) / 2, (slope[:, 0, 0] - slope[:, 1, 1]) / 2
+        least = mean - np.hypot(half, (slope[:, 0, 1] + slope[:, 1, 0]) / 2)  # eigenvalue of the symmetric part
+        if least.min() > LEAST_STRETCH:
+            return reach
+    return 0.0
