@@ -1,5 +1,5 @@
 // The operator's document (field, region, model, clicks) and its history. Undo is an earlier copy.
-import { signal } from "@preact/signals";
+import { batch, signal } from "@preact/signals";
 
 /** @typedef {import("./types").Doc} Doc @typedef {import("./types").Border} Border @typedef {import("./types").Point} Point */
 
@@ -33,9 +33,11 @@ export function showWhileDragging(next) {
 /** End of a drag: all of it becomes one change. @param {Doc} before */
 export function endDrag(before) {
   const after = doc.value;
-  doc.value = before;
-  change(after);
-  dragging.value = false;
+  batch(() => { // nobody sees the document jump back for a moment
+    doc.value = before;
+    change(after);
+    dragging.value = false;
+  });
 }
 
 /** Forget a drag. @param {Doc} before */

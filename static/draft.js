@@ -1,5 +1,5 @@
 // Keeps the document: on the server after every change, and in this browser until the server has it.
-import { effect, signal, untracked } from "@preact/signals";
+import { batch, effect, signal, untracked } from "@preact/signals";
 import { Away, Problem, online, request } from "./api.js";
 import { EMPTY, change, doc, dragging, fromDraft, load, same } from "./document.js";
 import { newestWins } from "./newest.js";
@@ -106,8 +106,7 @@ export function keepMine() {
   const mine = doc.value;
   kept = theirs;
   settle("unsaved");
-  change(theirs.doc);
-  change(mine);
+  batch(() => { change(theirs.doc); change(mine); });
   void save(snapshot.value.id);
 }
 
