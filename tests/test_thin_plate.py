@@ -146,6 +146,9 @@ def test_there_and_back_holds_up_to_the_edge_of_its_reach_and_beyond_is_nothing(
     assert seen_there.mean() > 0.9
     np.testing.assert_allclose(model.corrected_from_raw(raw[seen_there]), near[seen_there], atol=1e-6)
     assert np.isnan(model.raw_from_corrected(half * 2.1)).all()
+    edge = np.array([[model.width_px / 2 - half[0] - 0.5, model.height_px / 2]])  # half a pixel past it
+    bend = model._spline(np.array([[-1 - 2 * model.reach, 0.0]]))
+    assert np.isnan(model.corrected_from_raw(model.base.raw_from_corrected(edge + bend))).all()
     beyond = model.base.raw_from_corrected(np.array([model.width_px / 2, model.height_px + 2 * half[1]]))
     assert np.isfinite(beyond).all() and np.isnan(model.corrected_from_raw(beyond)).all()
 
@@ -201,7 +204,7 @@ def test_its_choices_make_the_same_fit_again():
 
 
 def test_without_smoothing_it_passes_through_every_click_on_lines_and_arcs():
-    observations = clicks(TILTED, inside=("circle", *INSIDE))
+    observations = clicks(TILTED, noise_px=0.0, inside=("circle", *INSIDE))
     model = ThinPlate.fit(observations, FIELD, FULL, SIZE, {"smoothing": 0.0, "robust": False}).model
     for o in observations:
         place = field_from_raw(model, o.points)
