@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from clicked import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera  # noqa: E402
+from clicked import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 
-from app.evaluate.uncertainty import HAT_MM, expected_error, grid_over  # noqa: E402
-from app.models import MODELS, field_from_raw  # noqa: E402
-from app.models.ray_problem import gather  # noqa: E402
-from app.models.ray_state import RayState  # noqa: E402
-from app.records import Fit  # noqa: E402
-from app.sources.sim.clicks import border_observations, known_grid, landmark_observations, rms_mm  # noqa: E402
+from app.evaluate.uncertainty import HAT_MM, expected_error, grid_over
+from app.models import MODELS, field_from_raw
+from app.models.ray_problem import gather
+from app.models.ray_state import RayState
+from app.records import Fit
+from app.sources.sim.clicks import border_observations, known_grid, landmark_observations, rms_mm
 
 SEEDS = 16
 BOUND_SEEDS = 60
