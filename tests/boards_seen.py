@@ -12,6 +12,7 @@ SIZE = ImageSize(1280, 1024)
 BOARD = Board("chessboard", 10, 10, 100.0)  # nearly a metre: what the field's builders print on a stiff plate
 TRUTH = PinholeLens("brown-conrady", (-0.28, 0.09, 0.0006, -0.0004, 0, 0, 0, 0), 900.0, 1.0, (652.0, 498.0), SIZE)
 FISHEYE = PinholeLens("fisheye", (-0.02, 0.004, -0.001, 0.0), 420.0, 1.0, (645.0, 505.0), SIZE)
+TRIES = 50  # poses at a time, of which those inside the picture stay
 PLAIN = ("k1", "k2", "p1", "p2", "k3")
 
 
@@ -29,33 +30,34 @@ def views_of(truth: PinholeLens = TRUTH, count: int = 40, *, seed: int = 0, nois
              stray_share: float = 0.0) -> tuple[BoardView, ...]:
     """count views with every corner inside the picture, near and far, turned and tilted, all over the picture.
 
-    Tilts are even in ±tilt_deg about x and y; the board fills 0.55 to 1.25 of the picture's width. Strays are moved by
-    up to 20 px.
+    Tilts against the camera's axis are even in ±tilt_deg about x and y; face on, in the middle, the board fills 0.6 to
+    1.4 of the picture's width. Strays are moved by up to 20 px.
     """
     rng = np.random.default_rng(seed)
     places, flat = bowed(board, bow_mm), board.places_mm
     middle = flat.mean(axis=0)
+    outline = [0, board.columns - 1, -1, -board.columns]
     size = np.array(tuple(truth.image_size))
     views = []
     while len(views) < count:
-        ray = truth.rays(rng.uniform(0, 1, 2) * size)
-        facing = toward(ray) @ matrices_from_vectors(rng.uniform(-1, 1, (1, 3)) * np.radians([tilt_deg, tilt_deg, 180]))[0]
-        distance = 2 * middle[0] * rng.uniform(0.8, 1.8) * truth.focal_px / size[0]
-        pixels = truth.project((places - middle) @ facing.T + ray * distance)
-        if not (np.isfinite(pixels).all() and (pixels > 0).all() and (pixels < size - 1).all()):
-            continue
-        pixels = pixels + rng.normal(0, noise_px, pixels.shape) if noise_px else pixels
-        strays = rng.random(len(pixels)) < stray_share
-        pixels[strays] += rng.uniform(-1, 1, (int(strays.sum()), 2)) * 20
-        views.append(BoardView(pixels, flat, f"view {len(views) + 1}"))
+        turns = matrices_from_vectors(rng.uniform(-1, 1, (TRIES, 3)) * np.radians([tilt_deg, tilt_deg, 180]))
+        spots = truth.rays(rng.uniform(0, 1, (TRIES, 2)) * size)
+        distances = 2 * middle[0] * rng.uniform(0.7, 1.6, TRIES) * truth.focal_px / size[0]
+        seen = (places - middle) @ turns.transpose(0, 2, 1) + (spots * distances[:, None])[:, None]
+        inside = _inside(truth.project(seen[:, outline]), size)
+        for points in seen[inside]:
+            pixels = truth.project(points)
+            if _inside(pixels, size) and len(views) < count:
+                pixels = pixels + rng.normal(0, noise_px, pixels.shape) if noise_px else pixels
+                strays = rng.random(len(pixels)) < stray_share
+                pixels[strays] += rng.uniform(-1, 1, (int(strays.sum()), 2)) * 20
+                views.append(BoardView(pixels, flat, f"view {len(views) + 1}"))
     return tuple(views)
 
 
-def toward(ray: np.ndarray) -> np.ndarray:
-    """The rotation that brings (0, 0, 1) to the unit ray, so that a tilt is one against the line of sight."""
-    axis = np.array([-ray[1], ray[0], 0.0])
-    sine = np.linalg.norm(axis)
-    return matrices_from_vectors((axis / max(sine, 1e-12) * np.arctan2(sine, ray[2]))[None])[0]
+def _inside(pixels: np.ndarray, size: np.ndarray) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        return ((pixels > 0) & (pixels < size - 1)).all(axis=(-2, -1))
 
 
 def picture_of(board: Board, homography: np.ndarray, size: tuple[int, int] = (1000, 800)) -> np.ndarray:

@@ -79,11 +79,11 @@ def next_view(fit: BoardFit) -> NextView | None:
     information = np.linalg.pinv(covariance, rcond=1e-15, hermitian=True)
     tried, told = _candidates(fit)
     best = None
-    for (place, spot, lean), gain in zip(tried, told, strict=True):
+    for (place, spot, nearer), gain in zip(tried, told, strict=True):
         after = _worst(sensitivity, np.linalg.pinv(information + gain, rcond=1e-15, hermitian=True))
         if np.isfinite(after) and (best is None or after < best.worst_after_px):
-            best = NextView(_words(place, lean), (float(spot[0]), float(spot[1])), NEXT_TILT_DEG if lean else 0.0,
-                            lean, before, after)
+            best = NextView(_words(place, nearer), (float(spot[0]), float(spot[1])),
+                            NEXT_TILT_DEG if nearer else 0.0, nearer, before, after)
     return best
 
 
@@ -100,14 +100,14 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
     middle = (places.min(axis=0) + places.max(axis=0)) / 2
     distance = np.ptp(places[:, 0]) * fit.lens.focal_px / (NEXT_SHARE * size[0])
     tried, rotations, shifts = [], [], []
-    for (i, across), (j, down), lean in product(enumerate(PLACES[0]), enumerate(PLACES[1]), ("", *LEANS)):
+    for (i, across), (j, down), nearer in product(enumerate(PLACES[0]), enumerate(PLACES[1]), ("", *LEANS)):
         spot = np.array([0.22 + 0.28 * i, 0.22 + 0.28 * j]) * size
         ray = fit.lens.rays(spot)
         if not np.isfinite(ray).all():
             continue
-        facing = matrices_from_vectors(_turn_to(ray)[None])[0]
-        rotation = facing @ matrices_from_vectors(_lean(lean)[None])[0]
-        tried.append((f"{down} {across}".strip(), spot, lean))
+        facing = matrices_from_vectors(turn_to(ray)[None])[0]
+        rotation = facing @ matrices_from_vectors(lean(nearer)[None])[0]
+        tried.append((f"{down} {across}".strip(), spot, nearer))
         rotations.append(rotation)
         shifts.append(ray * distance - rotation @ middle)
     k = len(tried)
@@ -118,7 +118,8 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
         pixels = state.project(sights)
         inside = ((pixels > 0) & (pixels < size - 1)).all(axis=-1)
     sights = replace(sights, pixels=np.nan_to_num(pixels), present=inside)
-    _, shared, own = BoardProblem(sights, fit.solved.problem.free, fit.lens.image_size, max(fit.sigma_px, 1e-6)).look(state)
+    problem = BoardProblem(sights, fit.solved.problem.free, fit.lens.image_size, max(fit.sigma_px, 1e-6))
+    _, shared, own = problem.look(state)
     shared, own = shared.reshape(k, -1, shared.shape[-1]), own.reshape(k, -1, 6)
     seen = inside.sum(axis=1) >= NEXT_CORNERS
     shared, own = shared[seen], own[seen]
@@ -127,21 +128,21 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
     return [t for t, ok in zip(tried, seen, strict=True) if ok], reduced.transpose(0, 2, 1) @ reduced
 
 
-def _turn_to(ray: Array) -> Array:
+def turn_to(ray: Array) -> Array:
     """The rotation vector that brings (0, 0, 1) to the unit ray."""
     axis = np.array([-ray[1], ray[0], 0.0])
     sine = np.linalg.norm(axis)
     return axis / sine * np.arctan2(sine, ray[2]) if sine > 1e-9 else np.zeros(3)
 
 
-def _lean(nearer: str) -> Array:
+def lean(nearer: str) -> Array:
     """A board's rotation vector with that edge nearer."""
     angle = np.radians(NEXT_TILT_DEG)
     return {"": np.zeros(3), "right": np.array([0, angle, 0]), "left": np.array([0, -angle, 0]),
             "top": np.array([angle, 0, 0]), "bottom": np.array([-angle, 0, 0])}[nearer]
 
 
-def _words(place: str, lean: str) -> str:
+def _words(place: str, nearer: str) -> str:
     where = f"in the {place} of the picture" if place else "in the middle of the picture"
-    how = f"tilted about {NEXT_TILT_DEG:.0f}° with its {lean} edge nearer to the camera" if lean else "facing the camera"
+    how = f"tilted about {NEXT_TILT_DEG:.0f}° with its {nearer} edge nearer to the camera" if nearer else "facing the camera"
     return f"Hold the board {where}, filling about a third of its width, {how}."

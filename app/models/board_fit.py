@@ -24,6 +24,8 @@ MIN_WARP_VIEWS = 4
 SEARCH_STEPS = 15  # for each start; the best is then refined
 SEARCH_VIEWS = 24  # enough to find the lens from, spread over all
 LADDER_VIEWS = 120  # enough to choose its terms from
+NONSENSE = 0.02  # of the picture's width: a lens that misses the corners by more explains none of them
+NONSENSE_STRAYS = 0.4  # of the corners
 LADDER_STEPS = 20  # a set of terms that takes longer is hardly supported
 
 BOARD_OPTIONS: tuple[Option, ...] = (
@@ -120,6 +122,7 @@ def fit_board(views: tuple[BoardView, ...], image_size: ImageSize, model: type[R
     _enough(int(found.keep.sum()), left_out)
     progress(0.9, "Saying how sure it is")
     solved = _finish(fitter, found, sights)
+    _refuse_nonsense(solved, found, sights)
     used = np.zeros(len(views), bool)
     used[usable[found.keep]] = True
     left_out += [LeftOut(int(usable[i]), sights.names[i], "disagrees", f"{sights.names[i]} was left out: {why}.")
@@ -142,6 +145,8 @@ def shared_covariance(solved: Solved) -> Array:
     known = solved.prior
     information = solved.minimum.information * (solved.problem.sigma_px / max(solved.sigma_px, 1e-12)) ** 2
     information = information + np.diag(known**2)
+    if not np.isfinite(information).all():  # numpy's eigenvalues would not end
+        return np.full_like(information, np.nan)
     scale = 1 / np.sqrt(np.diag(information))
     return np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-15, hermitian=True) * np.outer(scale, scale)
 
@@ -153,9 +158,7 @@ def _search(fitter: Fitter, model: type[RayCamera], sights: Sights, terms: tuple
              for start in start_states(model, few, fitter.image_size, bend=bool(terms))]
     best = min(tries, key=lambda t: t.minimum.cost)
     if not np.isfinite(best.minimum.cost):
-        raise FitFailed("No camera was found that sees the board as these views show it.",
-                        "Check the board's columns and rows, and that corners and places are in the same order.",
-                        reason="no-camera")
+        raise _no_camera()
     lens = best.minimum.state
     posed = state_with_poses(lens.lens, lens.terms, float(np.exp(lens.log_focal)), lens.aspect, lens.centre_px, sights)
     return replace(posed, warp_mm=lens.warp_mm)
@@ -187,7 +190,22 @@ def _spread(count: int, most: int) -> Array:
 def _finish(fitter: Fitter, found: Gated, sights: Sights) -> Solved:
     """The last fit, at the σ that the corners have, to the last digit."""
     return fitter.solve(sights.only(found.keep).without(found.strays[found.keep]), found.state.only(found.keep),
-                        found.solved.terms, max(found.solved.sigma_px, 1e-6))
+                        found.solved.terms, found.solved.sigma_px)
+
+
+def _refuse_nonsense(solved: Solved, found: Gated, sights: Sights) -> None:
+    """Corners that no camera could have seen give some minimum too; it is no lens."""
+    left = found.strays[found.keep].sum() / max(sights.present[found.keep].sum(), 1)
+    covariance = lens_covariance(solved)[1]
+    if not (solved.sigma_px < NONSENSE * solved.problem.image_size.width and left < NONSENSE_STRAYS
+            and np.isfinite(covariance).all() and np.isfinite(solved.minimum.state.shared).all()):
+        raise _no_camera()
+
+
+def _no_camera() -> FitFailed:
+    return FitFailed("No camera was found that sees the board as these views show it.",
+                     "Check the board's columns and rows, and that corners and places are in the same order.",
+                     reason="no-camera")
 
 
 def _enough(count: int, left_out: list[LeftOut]) -> None:

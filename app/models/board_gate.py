@@ -14,6 +14,7 @@ from app.models.lens import Array
 
 FIRST_SIGMA_PX = 0.5  # of a corner, before the corners themselves tell
 LEAST_SIGMA_PX = 0.005  # exact corners must not make strays of rounding errors
+LEAST_WEIGHT_PX = 1e-6  # no corner counts more than that, exact as it may be
 STRAY_SIGMAS = 4.5  # a Gaussian corner lies beyond once in 25,000
 VIEW_STRAYS = 0.3  # of a view's corners: more, and the view is wrong, not its corners
 VIEW_TIMES = 4.0  # the usual view's residual
@@ -75,12 +76,12 @@ class Fitter:
         keep = np.array([name in terms for name in start.lens.TERMS], bool)
         start = replace(start, terms=np.where(keep, start.terms, 0.0))
         free = free_mask(start, terms, **{name: self.settings[name] for name in ("aspect", "centre", "warp")})
-        problem = BoardProblem(sights, free, self.image_size, sigma_px)
+        problem = BoardProblem(sights, free, self.image_size, max(sigma_px, LEAST_WEIGHT_PX))
         return Solved(problem, problem.solve(start, robust=robust, max_steps=max_steps), terms)
 
     def poses(self, sights: Sights, start: BoardState, sigma_px: float) -> Blocks[BoardState]:
         """The same with the lens and the bow held fast."""
-        problem = BoardProblem(sights, np.zeros(len(start.names), bool), self.image_size, sigma_px)
+        problem = BoardProblem(sights, np.zeros(len(start.names), bool), self.image_size, max(sigma_px, LEAST_WEIGHT_PX))
         return problem.solve(start)
 
     def gate(self, sights: Sights, start: BoardState, terms: tuple[str, ...], sigma_px: float, keep: Array) -> Gated:

@@ -38,9 +38,11 @@ class BoardProblem:
 
     def look(self, state: BoardState) -> tuple[Array, Array, Array]:
         """Residuals and derivatives in σ; nought where no corner was seen. A lost corner costs much but pulls nowhere."""
-        pixels, shared, own = state.project_jacobian(self.sights, self.free)
-        residuals = pixels - self.sights.pixels
-        lost = ~(np.isfinite(residuals).all(axis=-1) & np.isfinite(shared).all(axis=(-2, -1)))
+        with np.errstate(all="ignore"):
+            pixels, shared, own = state.project_jacobian(self.sights, self.free)
+            residuals = pixels - self.sights.pixels
+            lost = ~(np.isfinite(residuals).all(axis=-1) & np.isfinite(shared).all(axis=(-2, -1))
+                     & np.isfinite(own).all(axis=(-2, -1)))
         if lost.any():  # beyond this lens's horizon: as far off as can be, and nothing says which way is back
             residuals[lost], shared[lost], own[lost] = FAR * self.image_size.width, 0, 0
         seen = np.where(self.sights.present, 1 / self.sigma_px, 0.0)[..., None]

@@ -129,7 +129,7 @@ def _step(normal: Normal, prior: Array, prior_residual: Array, damping: float) -
 
 def _firm(blocks: Array) -> Array:
     """The blocks with a hair on the diagonal: a view with too few corners must not end everybody's fit."""
-    return blocks + np.einsum("vi,ij->vij", np.einsum("vii->vi", blocks) * 1e-13 + 1e-300, np.eye(blocks.shape[-1]))
+    return blocks + np.einsum("vi,ij->vij", np.einsum("vii->vi", blocks) * 1e-13 + 1e-12, np.eye(blocks.shape[-1]))
 
 
 def _cost(residuals: Array, prior_residual: Array, robust: bool) -> float:

@@ -55,6 +55,7 @@ def poses_from_rays(rays: Array, sights: Sights) -> tuple[Array, Array]:
     ray × (r1 x + r2 y + t) = 0 is linear in the columns; the rotation nearest to them follows.
     """
     to_unit, places = _normalised(sights.places[..., :2], sights.present)
+    rays = np.where(np.isfinite(rays), rays, np.nan)
     m = _null_vectors(np.nan_to_num(rays), places, sights.present & np.isfinite(rays).all(axis=-1)) @ to_unit
     length = np.sqrt(np.linalg.norm(m[:, :, 0], axis=1) * np.linalg.norm(m[:, :, 1], axis=1))
     m = m / np.maximum(length, 1e-300)[:, None, None]

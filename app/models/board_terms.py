@@ -40,7 +40,7 @@ def needed(simple: Solved, rich: Solved) -> bool:
     """
     extra = np.array([name not in simple.names for name in rich.names])
     q, freedom = int(extra.sum()), rich.freedom
-    if not q or freedom < 1 or not np.isfinite(rich.minimum.cost):
+    if not q or freedom < 1 or not (np.isfinite(rich.minimum.cost) and np.isfinite(rich.minimum.reduced).all()):
         return False
     gain = (simple.minimum.cost - rich.minimum.cost) / q
     views = len(rich.problem.sights.pixels)
