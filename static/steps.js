@@ -99,6 +99,6 @@ export const nextThing = computed(() => {
       return isSaved.value ? thing("step-activate", "Next: activate") : thing("step-model", "Back: save the changes");
     default:
       return camera.value && version.value && !version.value.active
-        ? thing("activate", `Activate for ${camera.value.name}`) : thing("step-camera", "Next: another picture");
+        ? thing("activate", `Activate version ${version.value.version}`) : thing("step-camera", "Next: another picture");
   }
 });

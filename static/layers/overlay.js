@@ -5,10 +5,11 @@ import { curves, isCurve, preview, stale } from "../fitting.js";
 import { mm, words } from "../format.js";
 import { html } from "../html.js";
 import { active, box, editing, picked, showLines, snapshot } from "../state.js";
-import { toStage, view } from "../view.js";
+import { stageSize, toStage, view } from "../view.js";
 import { colour, path, placed } from "./drawing.js";
 
 const WORTH = 0.95; // a gain smaller than a twentieth is not worth a click
+const LABEL_PX = 230; // room for the words beside it
 const BEYOND_PX = 6; // a curve is bold from its first to its last point, and a little further
 
 export function Overlay() {
@@ -96,9 +97,9 @@ function labelPlace(points) {
 function NextClick() {
   const next = stale.value ? null : preview.value?.report.next_click;
   if (!next || next.worst_mm_then > WORTH * next.worst_mm) return null;
-  const [x, y] = toStage(...next.point);
+  const [x, y] = toStage(...next.point), isFarRight = x > stageSize.value.width - LABEL_PX;
   return html`<g class="next-click" data-testid="next-click" transform=${`translate(${x} ${y})`}><circle r="10"/>
-    <text x="15" y="4">next best click: ${mm(next.worst_mm)} → ${mm(next.worst_mm_then)} mm</text></g>`;
+    <text x=${isFarRight ? -15 : 15} y="4" text-anchor=${isFarRight ? "end" : "start"}>next best click: ${mm(next.worst_mm)} → ${mm(next.worst_mm_then)} mm</text></g>`;
 }
 
 function Box() {

@@ -32,9 +32,8 @@ export function Downloads() {
 export function VersionsPanel() {
   return html`<section aria-label="Versions"><h2>${camera.value ? `Versions for ${camera.value.name}` : "Saved versions"}</h2>
       <ul class="versions" data-testid="versions">${versions.value.map((v) => html`<li key=${v.id} class=${v.id === version.value?.id ? "now" : ""}>
-        <div><b>Version ${v.version}</b> <span class="dim">${dayAndTime(v.created_at)}</span>${v.active && html` <b class="level good">Active</b>`}
-          ${v.note && html`<small>${v.note}</small>`}</div>
-        <em>${mm(v.report?.verdict?.mm)} mm</em>
+        <div><b>Version ${v.version}</b>${v.active && html` <b class="level good">Active</b>`}</div><em>${mm(v.report.verdict.mm)} mm</em>
+        <small>${dayAndTime(v.created_at)}${v.note && `, ${v.note}`}</small>
         ${camera.value && !v.active && html`<button type="button" data-testid=${`activate-${v.version}`} onClick=${() => void activate(v.id)}>Activate</button>`}
       </li>`)}</ul>
       ${camera.value === null && html`<p class="dim">The picture is a file, so there is no camera to activate it for. Download it, or use it over REST.</p>`}</section>

@@ -36,6 +36,23 @@ def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server,
     assert server.api("GET", "/cameras/overhead").json()["active_calibration"] == operator.saved()["id"]
 
 
+def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
+    camera, region = _demo_truth(server)
+    page = operator.take().page
+    for feature, points in border_clicks(camera, region, 9).items():
+        operator.click(feature, points[1:-1])
+    operator.next("model")
+    expect(page.get_by_test_id("models").get_by_text("Recommended")).to_be_visible(timeout=30_000)
+    page.get_by_test_id("model-brown-conrady").click()
+    page.get_by_test_id("enter-height").click(timeout=10_000)
+    expect(page.get_by_test_id("option-height_mm")).to_be_focused()
+    page.get_by_test_id("option-height_mm").fill(f"{camera.position_mm[2]:.0f}")
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("enter-height")).to_have_count(0, timeout=10_000)
+    expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "good")
+    expect(page.get_by_test_id("next-click")).to_contain_text("next best click")
+
+
 @pytest.mark.parametrize("name", REAL)
 def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(operator, server, clicks, real_data, tmp_path,
                                                                            name):
