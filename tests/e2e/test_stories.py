@@ -49,6 +49,7 @@ def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     page.get_by_test_id("option-height_mm").fill(f"{camera.position_mm[2]:.0f}")
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("enter-height")).to_have_count(0, timeout=10_000)
+    assert operator.draft()["options"]["height_mm"]["value"] == pytest.approx(camera.position_mm[2], abs=0.5)
     expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "good")
     expect(page.get_by_test_id("next-click")).to_contain_text("next best click")
 
