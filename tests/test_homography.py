@@ -201,3 +201,14 @@ def test_field_lines_that_err_are_found_when_they_may():
     offsets = fit.notes["line_offsets_mm"]
     assert max(offsets, key=lambda name: abs(offsets[name])) == "at-x-2"
     assert 14 < abs(offsets["at-x-2"]) < 20
+
+
+def test_a_picture_that_falls_onto_one_line_is_no_view_of_a_field():
+    """Random clicks on spots that all lie on one line but for one: the best answer of the equations has no inverse."""
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        counts = {"mark-3-0": 1, "mark-2-4": 1, "mark-2-0": 4, "at-y-1": 5}
+        observations = tuple(Observation(name, "line", rng.uniform([0, 0], [1279, 1023], (n, 2)))
+                             for name, n in counts.items())
+        with pytest.raises(FitFailed):
+            Homography.fit(observations, FIELD, FULL, SIZE)

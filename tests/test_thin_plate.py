@@ -209,3 +209,9 @@ def test_without_smoothing_it_passes_through_every_click_on_lines_and_arcs():
     for o in observations:
         place = field_from_raw(model, o.points)
         np.testing.assert_allclose(place, FIELD.feature(o.feature, FULL).nearest(place), atol=1e-5)
+
+
+def test_a_click_on_the_very_centre_of_an_arc_is_no_end_of_the_world():
+    centre = Observation("circle", "line", raw_from_field(PINHOLE, np.array([[0.0, 0.0]])))
+    fit = ThinPlate.fit((*clicks(PINHOLE), centre), FIELD, FULL, SIZE)
+    assert [(w.reason, w.feature) for w in fit.warnings] == [("stray-click", "circle")]

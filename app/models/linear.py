@@ -71,7 +71,8 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
         error = np.sqrt(np.mean(np.where(np.isfinite(miss), miss, 1e3) ** 2, axis=1))
         error = np.where((np.abs(np.sign(depth).sum(axis=1)) == rows), error, np.inf)  # the horizon cuts the clicks
     best = int(np.argmin(error))
-    if values[best, 1] < DEGENERATE * values[best, -1]:
+    flattened = np.linalg.svd(g[best], compute_uv=False)[-1] < DEGENERATE  # the picture would fall onto one line
+    if flattened or values[best, 1] < DEGENERATE * values[best, -1]:
         raise FitFailed("The clicked lines do not determine how the camera sees the field.",
                         "Click points on at least four lines, two in each direction, along their whole length.",
                         reason="lines-not-enough")

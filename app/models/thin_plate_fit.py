@@ -8,7 +8,7 @@ import numpy as np
 
 from app.errors import FitFailed
 from app.field import Arc, Feature, Field, Landmark, Line, Region
-from app.geometry import ImageSize, Points
+from app.geometry import MAX_COORDINATE, ImageSize, Points
 from app.models import MODELS, CameraModel, Progress, read_options
 from app.models.homography_fit import above_the_carpet
 from app.models.lens import Array
@@ -68,8 +68,7 @@ def fit_thin_plate(observations: Observations, field: Field, region: Region, ima
     spline, smoother, smoothing = _settle(clicks.only(fine), base, smoothing)
     reach = unfolded_reach(base, spline)
     if not reach:
-        raise FitFailed("The spline would fold the picture.", "Raise the smoothing, check the clicks for strays, or "
-                        "choose a base that comes nearer.", reason="folds")
+        raise _folds()
     model = ThinPlate.of(base, spline, reach)
     inliers = tuple(np.ones(len(o.points), bool) for o in observations)
     warnings = []
@@ -85,6 +84,11 @@ def fit_thin_plate(observations: Observations, field: Field, region: Region, ima
              "click_sigma_px": settings["click_sigma_px"] or smoother.sigma_px(smoothing),
              "choices": {"base": base.NAME, "smoothing": smoothing, "base_choices": base_choices}}
     return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), tuple(warnings), notes)
+
+
+def _folds() -> FitFailed:
+    return FitFailed("The spline would fold the picture.", "Raise the smoothing, check the clicks for strays, or "
+                     "choose a base that comes nearer.", reason="folds")
 
 
 def _gather(observations: Observations, field: Field, region: Region, base: CameraModel) -> _Clicks:
@@ -112,6 +116,8 @@ def _knowledge(clicks: _Clicks, base: CameraModel, guess: Points) -> tuple[Knowl
     for i in np.unique(clicks.feature):
         feature, of = clicks.features[i], np.flatnonzero(clicks.feature == i)
         foot = feature.nearest(base.field_from_corrected(guess[of]))
+        if isinstance(feature, Arc):  # its very centre is as near to any place
+            foot = np.where(np.isfinite(foot), foot, feature.sample(1)[0])
         places[of] = base.corrected_from_field(foot)
         if isinstance(feature, Landmark):
             rows += [(j, axis) for j in of for axis in np.eye(2)]
@@ -182,7 +188,10 @@ def _settle(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> tupl
             spline = smoother.spline(chosen)
         else:
             spline = spline_through(known, smoother.strength(chosen))
-        following = clicks.base - spline((places - middle) / unit)
+        with np.errstate(all="ignore"):
+            following = clicks.base - spline((places - middle) / unit)
+        if not (np.abs(following) < MAX_COORDINATE).all():
+            raise _folds()
         moved = np.abs(following - guess).max()
         guess = following
         if moved < STILL_PX:
