@@ -16,7 +16,7 @@ from app.evaluate.difference import difference_report
 from app.evaluate.distortion import bow_pct, kind_of
 from app.evaluate.report import report
 from app.evaluate.uncertainty import expected_error, grid_over
-from app.field import BORDERS, Field, Region
+from app.field import BORDERS, Arc, Field, Line, Region
 from app.geometry import ImageSize, Points, as_points
 from app.heatmap import heat_map
 from app.models import MODELS, CameraModel, Progress, field_from_raw, no_progress, raw_from_field
@@ -26,6 +26,7 @@ from app.records import Fit, Observations
 Space = Literal["image", "corrected", "field"]
 CURVE_POINTS = 65  # a border drawn with so many is smooth on any screen
 OVERLAY_STEP_MM = 50.0
+OVERLAY_STEP_DEG = 4.0
 
 
 @dataclass(frozen=True)
@@ -184,11 +185,16 @@ def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["ra
     shapes = [("border", name, region.border(name)) for name in BORDERS]
     shapes += [("line", line.name, line) for line in field.lines.values()]
     shapes += [("arc", arc.name, arc) for arc in field.arcs.values()]
-    drawn = [(kind, name, shape.sample(max(2, min(400, 1 + round(shape.length_mm / OVERLAY_STEP_MM)))))
-             for kind, name, shape in shapes]
+    drawn = [(kind, name, shape.sample(_steps(shape))) for kind, name, shape in shapes]
     drawn += [("landmark", mark.name, np.array([mark.position])) for mark in field.landmarks.values()]
     return [{"feature": name, "kind": kind, "points": _plain(_seen(model, points, frame, view))}
             for kind, name, points in drawn]
+
+
+def _steps(shape: Line | Arc) -> int:
+    """How many points draw it smoothly: a line bends only through the lens, an arc by itself as well."""
+    by_angle = abs(shape.end_deg - shape.start_deg) / OVERLAY_STEP_DEG if isinstance(shape, Arc) else 0
+    return max(2, min(400, 1 + round(max(shape.length_mm / OVERLAY_STEP_MM, by_angle))))
 
 
 def _seen(model: CameraModel, field_points: Points, frame: str, view: View | None) -> Points:

@@ -1,15 +1,16 @@
 """Fitting a camera with rays: linear start, robust refinement, strays named, then plain least squares on the rest."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from app.errors import BadInput, FitFailed
+from app.errors import FitFailed
 from app.field import Field, Region
 from app.geometry import ImageSize
-from app.models import Progress, model_from_json, parameters_json, read_options
+from app.models import Progress, parameters_json, read_options
+from app.models.held_lens import held_lens, lens_prior, with_lens
+from app.models.pinhole_lens import PinholeLens
 from app.models.ray_problem import Prior, RayProblem, gather, incidences
 from app.models.ray_solve import Found, Task, best_start, cleared, first_bend, rows_of, significantly_better, solve
 from app.models.ray_start import start_states
@@ -30,7 +31,7 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
     settings = read_options(model_class.OPTIONS, given)
     check_inside_picture(observations, image_size)
     problem = gather(observations, field, region, with_offsets=settings["line_sigma_mm"] > 0)
-    held = _held_lens(model_class, settings)
+    held = held_lens(model_class, settings, image_size)
     width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
     if start is None:
         height = settings["height_mm"]["value"] if settings["height_mm"] else None
@@ -38,7 +39,7 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
     else:
         starts = [RayState.of(model_class.from_parameters(start), len(problem.line_names))]
     if held is not None:
-        starts = [_with_lens(state, held) for state in starts]
+        starts = [with_lens(state, held) for state in starts]
     ladder = _ladder(model_class, settings, held)
     best, tried = None, {}
     bent = _task(model_class, starts[0], problem, first_bend(ladder), settings, image_size, held)
@@ -54,6 +55,11 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
     state = best.minimum.state
     model = model_class(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
                         n_rectangles_y=n_y, region=region, image_size=image_size)
+    if not model.plausible():
+        raise FitFailed(f"The clicks lead to a camera that cannot be: {model.position_mm[2] / 1000:.3g} m above the "
+                        f"carpet with a focal length of {model.focal_px:.3g} px.",
+                        "Check which line each click belongs to, and the region; then click more points.",
+                        reason="implausible-camera")
     inliers = tuple(np.ones(len(o.points), bool) for o in observations)
     for (i, k), fine in zip(problem.owners, best.inliers, strict=True):
         inliers[i][k] = fine
@@ -82,24 +88,7 @@ def check_inside_picture(observations: Observations, image_size: ImageSize) -> N
                             "clicked on.", reason="outside-picture", feature=str(o.feature), index=int(outside[0]))
 
 
-def _held_lens(model_class: type[RayCamera], settings: Mapping[str, Any]) -> RayCamera | None:
-    """The lens that an option hands over: {"name", "parameters"} of the same kind of model."""
-    given = settings.get("lens")
-    if given is None:
-        return None
-    model = model_from_json(given["name"], given["parameters"])
-    if type(model) is not model_class:
-        raise BadInput(f"The held lens is {model.NAME}, the model to fit is {model_class.NAME}.",
-                       f"Fit {model.NAME}, or hold another lens.", reason="bad-option")
-    return model
-
-
-def _with_lens(state: RayState, held: RayCamera) -> RayState:
-    return replace(state, log_focal=float(np.log(held.focal_px)), aspect=held.aspect,
-                   centre_px=np.array(held.centre_px), terms=np.array(held.lens_terms))
-
-
-def _ladder(model_class: type[RayCamera], settings: Mapping[str, Any], held: RayCamera | None,
+def _ladder(model_class: type[RayCamera], settings: Mapping[str, Any], held: PinholeLens | None,
             ) -> tuple[tuple[str, ...], ...]:
     if held is not None:
         return (model_class.LENS.TERMS,)
@@ -108,15 +97,17 @@ def _ladder(model_class: type[RayCamera], settings: Mapping[str, Any], held: Ray
 
 
 def _task(model_class: type[RayCamera], state: RayState, problem: RayProblem, terms: tuple[str, ...],
-          settings: Mapping[str, Any], image_size: ImageSize, held: RayCamera | None) -> Task:
+          settings: Mapping[str, Any], image_size: ImageSize, held: PinholeLens | None) -> Task:
     names = state.names
     free = np.ones(len(names), bool)
     for i, name in enumerate(names):
         if name in model_class.LENS.TERMS:
             free[i] = name in terms
-    priors = []
+    priors, joint = [], None
     if held is not None:
-        free[:3 + len(model_class.LENS.TERMS)] = False
+        joint = lens_prior(held, settings)
+        free[:3 + len(model_class.LENS.TERMS)] = [joint is not None and n in joint.names for n in
+                                                  names[:3 + len(model_class.LENS.TERMS)]]
     else:
         centre_sigma = settings["centre_sigma_px"]
         free[1:3] = centre_sigma > 0
@@ -129,11 +120,11 @@ def _task(model_class: type[RayCamera], state: RayState, problem: RayProblem, te
     if problem.line_names:
         priors += [Prior(f"line_{i}", 0.0, settings["line_sigma_mm"]) for i in range(len(problem.line_names))]
     rows = rows_of(problem)
-    if rows + len(priors) - 1 < free.sum():
+    if rows + len(priors) + (len(joint.names) if joint else 0) - 1 < free.sum():
         raise FitFailed(f"There are {rows} measurements for {int(free.sum())} unknowns.",
                         f"Click at least {int(free.sum()) - rows} more points, or choose fewer lens terms.",
                         reason="too-few-points")
-    return Task(problem, tuple(priors), free, names, held is not None)
+    return Task(problem, tuple(priors), free, names, held is not None, joint)
 
 
 def name_strays(observations: Observations, problem: RayProblem, found: Found) -> list[Warning]:

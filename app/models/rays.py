@@ -177,24 +177,25 @@ class RayCamera:
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise BadInput(f"These are no parameters of a {cls.NAME} model: {error}.",
                            "Give what Touchline exported as json.", reason="bad-parameters") from None
-        model._refuse_nonsense()
+        if not model.plausible():
+            raise BadInput("These parameters describe no camera over a field.",
+                           "Give what Touchline exported as json.", reason="bad-parameters")
         return model
 
-    def _refuse_nonsense(self) -> None:
+    def plausible(self) -> bool:
+        """Whether this can be a camera above a field: finite, above the carpet, with a focal length somebody makes."""
         numbers = [*self.lens_terms, self.focal_px, self.aspect, *self.centre_px, *self.rotation, *self.position_mm,
                    self.width_px, self.height_px, *self.region.x_mm, *self.region.y_mm]
         width = self.image_size.width
         lengths_ok = (len(self.lens_terms) == len(self.LENS.TERMS) and len(self.centre_px) == 2
                       and len(self.rotation) == 3 and len(self.position_mm) == 3)
-        if not (lengths_ok and np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE
-                and 0.05 * width <= self.focal_px <= 100 * width and 0.5 <= self.aspect <= 2
-                and self.position_mm[2] > 0 and np.linalg.norm(self.rotation) < 10
-                and 1 <= self.width_px <= 65535 and 1 <= self.height_px <= 65535
-                and self.width_px * self.height_px <= 2e8
-                and 1 <= self.n_rectangles_x <= 1000 and 1 <= self.n_rectangles_y <= 1000
-                and self.region.width_mm > 0 and self.region.height_mm > 0):
-            raise BadInput("These parameters describe no camera over a field.",
-                           "Give what Touchline exported as json.", reason="bad-parameters")
+        return bool(lengths_ok and np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE
+                    and 0.05 * width <= self.focal_px <= 100 * width and 0.5 <= self.aspect <= 2
+                    and self.position_mm[2] > 0 and np.linalg.norm(self.rotation) < 10
+                    and 1 <= self.width_px <= 65535 and 1 <= self.height_px <= 65535
+                    and self.width_px * self.height_px <= 2e8
+                    and 1 <= self.n_rectangles_x <= 1000 and 1 <= self.n_rectangles_y <= 1000
+                    and self.region.width_mm > 0 and self.region.height_mm > 0)
 
 
 def example_fields() -> Iterator[dict[str, Any]]:
