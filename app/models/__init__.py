@@ -55,7 +55,8 @@ class Option:
         if self.type == "value-and-sigma":
             return self._read_value_and_sigma(value)
         if self.type == "calibration":
-            if isinstance(value, Mapping) and isinstance(value.get("parameters"), Mapping) and "name" in value:
+            if isinstance(value, Mapping) and "name" in value \
+                    and (isinstance(value.get("parameters"), Mapping) or isinstance(value.get("lens"), Mapping)):
                 return value
             raise self._refuse(value, "the id of a calibration")
         if self.type == "bool":

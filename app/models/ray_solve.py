@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.errors import FitFailed
+from app.models.held_lens import JointPrior
 from app.models.lens import Array
 from app.models.ray_problem import Prior, RayProblem
 from app.models.ray_state import RayState
@@ -33,7 +34,13 @@ class Task:
     priors: tuple[Prior, ...]
     free: Array
     names: tuple[str, ...]
-    held: bool = False  # the lens is given and stays
+    held: bool = False  # the lens is given
+    joint: JointPrior | None = None  # and known so well; held fast without
+
+    @property
+    def unknowns(self) -> int:
+        """What the clicks themselves have to tell."""
+        return int(self.free.sum()) - (len(self.joint.names) if self.joint else 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,26 +99,27 @@ def solve(task: Task, start: RayState, settings: Mapping[str, Any]) -> Found:
     for _ in range(4 if robust else 1):
         pixels = _distances(task.problem, best.state)
         trusted = inliers if _ else np.abs(pixels) <= CORE * np.median(np.abs(pixels))  # wild ones hide others
-        spread = settings["click_sigma_px"] or _spread(pixels[trusted], int(task.free.sum()))
+        spread = settings["click_sigma_px"] or _spread(pixels[trusted], task.unknowns)
         strays = np.abs(pixels) > max(STRAY_SIGMAS * spread, STRAY_PX) if robust else ~inliers
         if strays.sum() > MAX_STRAYS * strays.size:
             strays = np.zeros_like(strays)  # that many are no strays: the model is wrong, or the lines are mixed up
         if np.array_equal(~strays, inliers) and _ > 0:
             break
         inliers = ~strays
-        kept = Task(task.problem.only(inliers), task.priors, task.free, task.names)
+        kept = replace(task, problem=task.problem.only(inliers))
         best = _minimise(kept, best.state, spread, 0)
     pixels = _distances(task.problem, best.state)
-    spread = settings["click_sigma_px"] or _spread(pixels[inliers], int(task.free.sum()))
-    kept = Task(task.problem.only(inliers), task.priors, task.free, task.names)
+    spread = settings["click_sigma_px"] or _spread(pixels[inliers], task.unknowns)
+    kept = replace(task, problem=task.problem.only(inliers))
     best = _minimise(kept, best.state, spread, 0)
     if not np.isfinite(best.cost):
         raise no_camera()
-    kept = Task(kept.problem, _still_needed(task, best), task.free, task.names)
+    kept = replace(kept, priors=_still_needed(task, best))
     if len(kept.priors) < len(task.priors):
         best = _minimise(kept, best.state, spread, 0)
     pixels = _distances(task.problem, best.state)
-    freedom = rows_of(kept.problem) + len(task.priors) - int(task.free.sum())
+    known = len(task.priors) + (len(task.joint.names) if task.joint else 0)
+    freedom = rows_of(kept.problem) + known - int(task.free.sum())
     terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f and n in best.state.lens_names)
     return Found(task, terms, best, inliers, pixels, float(spread), freedom)
 
@@ -140,6 +148,9 @@ def _minimise(task: Task, start: RayState, sigma: float, robust_rows: int, steps
         by = np.zeros((len(task.priors), len(names)))
         for row, p in enumerate(task.priors):
             by[row, names.index(p.name)] = 1 / p.sigma
+        if task.joint:
+            known = np.concatenate([known, task.joint.residuals(values)])
+            by = np.concatenate([by, task.joint.jacobian(names)])
         return np.concatenate([r / sigma, known]), np.concatenate([j / sigma, by])[:, task.free]
 
     return minimise(start, evaluate, lambda state, delta: state.moved(delta, task.free),

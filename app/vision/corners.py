@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from app.cv import refine_corners
 from app.geometry import Points
 
-REACH = 0.4  # of a square's side: safely inside the four squares
-HALF_WINDOW = (2, 11)  # px; below two there are too few pixels, beyond eleven the lens bends the squares' edges
+REACH = 0.35  # of a square's side: inside the four squares even when they are seen from aside
+HALF_WINDOW = (2, 16)  # px; below two there are too few pixels, beyond sixteen nothing more is gained
 NEIGHBOUR = 1.5  # squares; so far apart are corners whose distance tells how large the squares look here
 
 

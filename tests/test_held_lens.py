@@ -1,0 +1,112 @@
+"""A lens from a board, held by the field's fit: fast, or with its own σ; and its record."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from boards_seen import SIZE as BOARD_SIZE
+from boards_seen import TRUTH, views_of
+from clicked import SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
+
+from app.errors import BadInput
+from app.evaluate.uncertainty import HAT_MM, expected_error
+from app.models import MODELS, parameters_json
+from app.models.board_fit import fit_board
+from app.models.held_lens import camera_lens, lens_prior
+from app.models.pinhole_lens import PinholeLens
+
+CAMERA = reference_camera("strong", 0)
+
+
+@pytest.fixture(scope="module")
+def board_lens() -> PinholeLens:
+    """The reference camera's lens, from twenty views of a board."""
+    truth = camera_lens(true_camera(CAMERA))
+    assert truth.image_size == SIZE == BOARD_SIZE
+    return fit_board(views_of(truth, 20, seed=5), SIZE, MODELS["brown-conrady"]).lens
+
+
+def option(lens: PinholeLens, sigma: str = "0") -> dict:
+    return {"lens": {"name": lens.model, "lens": json.loads(json.dumps(lens.to_json()))}, "lens_sigma": sigma}
+
+
+@pytest.mark.parametrize("sigma", ["0", "own"])
+def test_a_lens_from_a_board_replaces_the_tape(board_lens, sigma):
+    """Straight down without a height, the clicks alone cannot tell hat height; the board's focal length does."""
+    errors = [carpet_and_hat_mm(fitted(CAMERA, seed, tape=False, **option(board_lens, sigma)), CAMERA)
+              for seed in range(4)]
+    alone = [carpet_and_hat_mm(fitted(CAMERA, seed, tape=False), CAMERA)[1] for seed in range(4)]
+    carpet, hat = np.median(errors, axis=0)
+    assert carpet < 1.6 and hat < 1.8 and hat < np.median(alone) / 2
+
+
+def test_a_lens_held_fast_stays_and_one_with_sigma_moves_within_it(board_lens):
+    fast = fitted(CAMERA, 0, **option(board_lens)).model
+    assert fast.lens_terms == board_lens.terms and fast.focal_px == pytest.approx(board_lens.focal_px, rel=1e-12)
+    own = fitted(CAMERA, 0, **option(board_lens, "own"))
+    moved = np.log(own.model.focal_px / board_lens.focal_px) / board_lens.sigma["log_focal"]
+    assert 1e-6 < abs(moved) < 4
+    assert "log_focal" in own.parameter_names and own.model.aspect == board_lens.aspect
+
+
+def test_the_lenss_own_error_is_in_the_expected_one(board_lens):
+    region = true_camera(CAMERA).region
+    fast, own = (expected_error(fitted(CAMERA, 0, **option(board_lens, s)), region, HAT_MM).rms for s in ("0", "own"))
+    assert fast < own < 10 * fast
+
+
+def test_a_wrong_lens_is_corrected_by_clicks_only_where_its_sigma_lets_them(board_lens):
+    """k1 off by a σ that is a hundredfold the board's: held fast it spoils the carpet."""
+    camera = reference_camera("strong", 8)
+    wide = tuple(tuple(1e4 * v for v in row) for row in board_lens.covariance)
+    wrong = replace(board_lens, covariance=wide, terms=(
+        board_lens.terms[0] + 100 * board_lens.sigma["k1"], *board_lens.terms[1:]))
+    fast, own = (carpet_and_hat_mm(fitted(camera, 1, **option(wrong, s)), camera)[0] for s in ("0", "own"))
+    assert own < fast / 2
+
+
+def test_the_joint_prior_is_the_covariances_square(board_lens):
+    prior = lens_prior(board_lens, {"lens_sigma": "own"})
+    chosen = [board_lens.estimated.index(name) for name in prior.names]
+    covariance = np.array(board_lens.covariance)[np.ix_(chosen, chosen)]
+    step = np.linalg.cholesky(covariance) @ np.random.default_rng(0).normal(0, 1, len(chosen))
+    found = dict(zip(prior.names, prior.values + step, strict=True))
+    assert np.sum(prior.residuals(found) ** 2) == pytest.approx(step @ np.linalg.solve(covariance, step), rel=1e-4)
+    assert "aspect" not in prior.names
+
+
+def test_what_does_not_fit_the_picture_or_the_model_is_refused(board_lens):
+    with pytest.raises(BadInput, match="division"):
+        fitted(CAMERA, 0, "division", **option(board_lens))
+    small = replace(board_lens, image_size=type(SIZE)(640, 512))
+    with pytest.raises(BadInput, match="640 × 512"):
+        fitted(CAMERA, 0, **option(small))
+    taken = {"lens": {"name": "brown-conrady", "parameters": parameters_json(true_camera(CAMERA))}}
+    with pytest.raises(BadInput, match="how well"):
+        fitted(CAMERA, 0, **taken, lens_sigma="own")
+    with pytest.raises(BadInput):
+        fitted(CAMERA, 0, lens={"name": "brown-conrady", "lens": {"model": "brown-conrady"}})
+
+
+def test_a_lens_survives_its_json_exactly(board_lens):
+    assert PinholeLens.from_json(json.loads(json.dumps(board_lens.to_json()))) == board_lens
+    assert PinholeLens.from_json(TRUTH.to_json()) == TRUTH
+
+
+@pytest.mark.parametrize("change", [
+    {"model": "polynomial"}, {"model": "../x"}, {"terms": [0.1]}, {"focal_px": -3}, {"focal_px": float("nan")}, {"aspect": 0},
+    {"centre_px": [1]}, {"estimated": ["k1"]}, {"estimated": ["log_focal"], "covariance": [[-1.0]]},
+    {"estimated": ["nonsense"], "covariance": [[1.0]]}, {"more": 1}, {"image_size": [3, 4]}, {"terms": None},
+    {"estimated": ["k1", "k2"], "covariance": [[1.0, 2.0], [0.0, 1.0]]}])
+def test_what_is_no_lens_is_refused(change):
+    from app.errors import TouchlineError
+    with pytest.raises(TouchlineError):
+        PinholeLens.from_json({**TRUTH.to_json(), **change})
+
+
+def test_a_lens_projects_and_looks_back():
+    grid = np.stack(np.meshgrid(np.linspace(0, 1279, 9), np.linspace(0, 1023, 7)), -1)
+    rays = TRUTH.rays(grid)
+    np.testing.assert_allclose(np.linalg.norm(rays, axis=-1), 1)
+    np.testing.assert_allclose(TRUTH.project(rays * 3.0), grid, atol=1e-8)
