@@ -9,6 +9,7 @@
     ├── Conflict                  it exists, but not in the state that is wanted (409)
     ├── Stale                     somebody else was faster                       (412)
     ├── Cancelled                 the caller asked to stop                       (409)
+    ├── Busy                      more is asked at once than can be done         (429)
     └── Unavailable               a part that we need is down or busy            (503)
         └── DiskFull              nothing more can be saved                      (507)
 """
@@ -77,6 +78,11 @@ class Stale(TouchlineError):
 class Cancelled(TouchlineError):
     status = 409
     reason = "cancelled"
+
+
+class Busy(TouchlineError):
+    status = 429
+    reason = "busy"
 
 
 class Unavailable(TouchlineError):

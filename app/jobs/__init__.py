@@ -1,0 +1,21 @@
+"""Long work, done by processes of its own: it can be watched, cancelled and killed, and the server answers meanwhile.
+
+    def run(spec, progress): …                    a top-level function; plain JSON in, plain JSON out
+
+    with Jobs(workers=2) as jobs:
+        job = jobs.start("compare", run, spec)    queued; a frozen record
+        job = jobs.get(job.id)                    running 0.4 "Fitting k1 k2", later done with its result
+        jobs.cancel(job.id)                       cancelled, at once
+
+`job.py` is what a job is and the book in which jobs are kept; `engine.py` puts jobs on workers; `worker.py` is one
+process seen from outside, `child.py` from inside.
+
+Each worker has a process and a line of its own and does one job at a time, so that killing one touches no other's
+job. (concurrent.futures.ProcessPoolExecutor shares its lines: one worker killed while it wrote a result left the
+whole pool waiting for the rest of it.) Another engine, such as a cluster, needs no more than Worker.run and end.
+"""
+
+from app.jobs.engine import Jobs
+from app.jobs.job import ENDED, Job
+
+__all__ = ["ENDED", "Job", "Jobs"]

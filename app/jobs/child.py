@@ -1,0 +1,122 @@
+"""The process that does jobs, one after another: told what to do on a line, and gone when the line is.
+
+Every message is HEADER (its kind, how many bytes follow), then JSON. Nothing is pickled. Told: RUN {"number", "run":
+"module:function", "spec"} and CANCEL {"number"}. Answered: READY once, PROGRESS {"fraction", "message"}, then RESULT
+with what the function returned, or PROBLEM.
+
+It is started by path, with little memory, low priority and arithmetic on one thread; the server's own processes go
+first.
+"""
+
+import contextlib
+import json
+import math
+import os
+import queue
+import resource
+import socket
+import struct
+import sys
+import threading
+import time
+import traceback
+from importlib import import_module
+
+HEADER = struct.Struct("<BI")
+READY, RUN, CANCEL, PROGRESS, RESULT, PROBLEM = range(6)
+LEAST_S = 0.05  # between two reports of progress; more often nobody sees
+NICE = 5
+
+
+def main() -> None:
+    """Serve standard input, a socket, until it closes. Arguments: the path for imports as JSON, memory in bytes."""
+    sys.path[:] = json.loads(sys.argv[1])
+    _confine(int(sys.argv[2]))
+    import cv2
+    cv2.setNumThreads(1)
+    Child(socket.socket(fileno=0)).serve()
+
+
+class Child:
+    """One line, and the jobs that come over it."""
+
+    def __init__(self, line: socket.socket) -> None:
+        self._line = line
+        self._given: queue.SimpleQueue[dict] = queue.SimpleQueue()
+        self._cancelled = -1  # number of the job that is to stop
+        self._told_at, self._told = 0.0, ""
+
+    def serve(self) -> None:
+        threading.Thread(target=self._listen, daemon=True).start()
+        self._send(READY, {})
+        while True:
+            self._do(self._given.get())
+
+    def _do(self, task: dict) -> None:
+        from app.errors import Cancelled, TouchlineError
+        from app.jobs.job import problem_of
+
+        def progress(fraction: float, message: str) -> None:
+            if self._cancelled == task["number"]:
+                raise Cancelled("The job was cancelled.", "Start it again.")
+            now = time.monotonic()
+            if message != self._told or now - self._told_at >= LEAST_S:
+                self._told_at, self._told = now, message
+                self._send(PROGRESS, {"fraction": float(fraction), "message": message})
+
+        try:
+            module, _, name = task["run"].partition(":")
+            result = getattr(import_module(module), name)(task["spec"], progress)
+            self._send(RESULT, result)
+        except TouchlineError as error:
+            self._send(PROBLEM, problem_of(error))
+        except MemoryError:
+            self._send(PROBLEM, {"reason": "job-needs-memory"})
+        except (Exception, SystemExit):
+            self._send(PROBLEM, {"reason": "unexpected", "trace": traceback.format_exc()[-4000:]})
+
+    def _listen(self) -> None:
+        """Hear what is told while a job runs; without a server there is nobody to work for."""
+        with contextlib.suppress(OSError):
+            while True:
+                kind, length = HEADER.unpack(self._read(HEADER.size))
+                body = json.loads(self._read(length))
+                if kind == RUN:
+                    self._given.put(body)
+                else:
+                    self._cancelled = body["number"]
+        os._exit(0)
+
+    def _read(self, length: int) -> bytes:
+        data = bytearray()
+        while len(data) < length:
+            part = self._line.recv(min(length - len(data), 1 << 20))
+            if not part:
+                raise ConnectionResetError
+            data += part
+        return bytes(data)
+
+    def _send(self, kind: int, value: object) -> None:
+        text = json.dumps(without_nan(value), allow_nan=False).encode("ascii")
+        self._line.sendall(HEADER.pack(kind, len(text)) + text)
+
+
+def without_nan(value: object) -> object:
+    """Plain JSON with None for NaN and infinities."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: without_nan(item) for key, item in value.items()}
+    return [without_nan(item) for item in value] if isinstance(value, (list, tuple)) else value
+
+
+def _confine(memory_bytes: int) -> None:
+    os.nice(NICE)
+    for what, most in ((resource.RLIMIT_AS, memory_bytes), (resource.RLIMIT_CORE, 0)):
+        _, hard = resource.getrlimit(what)
+        limit = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(what, (limit, limit))
+
+
+if __name__ == "__main__":
+    main()
