@@ -1,5 +1,8 @@
 """Models on the same clicks, ranked by what they miss inside the field: the right one wins, for a reason it can say."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from clicked import FIELD, REGION, SIZE, reference_camera
@@ -8,9 +11,11 @@ from app import pipeline
 from app.errors import FitFailed
 from app.evaluate.difference import difference_report
 from app.evaluate.folds import folds_for
+from app.geometry import ImageSize
 from app.models import MODELS, field_from_raw
-from app.records import Observation
+from app.records import Observation, observations_from_json
 from app.sources.sim.clicks import border_observations, known_grid, rms_mm
+from app.store.fields import load_fields
 
 QUICK = ("polynomial", "homography", "division", "brown-conrady")
 
@@ -88,3 +93,20 @@ def test_lines_inside_are_left_out_whole_and_borders_in_thirds():
     for folds in (with_lens, of_borders):
         assert sorted(p for f in folds for p in f) == sorted(
             (i, k) for i, o in enumerate(observations) for k in range(len(o.points)))
+
+
+@pytest.mark.parametrize("name, field_name, worse", [("ssl_2008_half", "ssl-2008", ["polynomial", "homography"]),
+                                                      ("unball_full", "vsss-3v3", ["polynomial"])])
+def test_every_model_is_fitted_to_real_clicks_ranked_and_the_choice_explained(name, field_name, worse):
+    """The pictures are not needed: the clicks on them are ours."""
+    given = json.loads((Path(__file__).parent / "clicks" / f"{name}.json").read_text())
+    field = load_fields()[field_name]
+    found = pipeline.compare(observations_from_json(given["observations"]), field, field.region(given["region"]),
+                             ImageSize.of(given["image_size"]))
+    assert found["failed"] == []
+    rows = {row["model"]: row for row in found["ranking"]}
+    assert set(rows) == set(MODELS)
+    assert all(row["parameters"] >= 7 for row in rows.values())
+    assert hasattr(MODELS[found["recommended"]], "project")
+    assert all(rows[model]["field_mm"] > 2 * rows[found["recommended"]]["field_mm"] for model in worse)
+    assert found["reason"].startswith(rows[found["recommended"]]["title"]) and found["reason"].count(".") >= 1

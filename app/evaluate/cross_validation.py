@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from app.errors import FitFailed
 from app.evaluate.folds import folds_for
 from app.evaluate.residuals import feature_residuals
-from app.evaluate.uncertainty import knows_its_error
 from app.field import Field, Region
 from app.geometry import ImageSize
 from app.models import CameraModel, Progress, no_progress
@@ -28,7 +27,7 @@ def held_out_mm(model_class: type[CameraModel], fit: Fit, observations: Observat
     """
     clean = tuple(replace(o, points=o.points[fine]) for o, fine in zip(observations, fit.inliers, strict=True))
     result = tuple(np.full(len(o.points), np.nan) for o in observations)
-    folds = folds_for(clean, fit.used, needs_every_border=not knows_its_error(fit))
+    folds = folds_for(clean, fit.used, needs_every_border=model_class.NEEDS_EVERY_BORDER)
     kept = {**(options or {}), **fit.notes.get("choices", {}), "robust": False}
     for fold, out in enumerate(folds):
         progress(fold / len(folds), "Checking with points left out")

@@ -114,6 +114,7 @@ class CameraModel(Protocol):
     TITLE: ClassVar[str]
     HELP: ClassVar[str]
     OPTIONS: ClassVar[tuple[Option, ...]]
+    NEEDS_EVERY_BORDER: ClassVar[bool]  # made of borders: none of them can be left out to check it
 
     @property
     def corrected_size(self) -> ImageSize: ...

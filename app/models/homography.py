@@ -40,6 +40,7 @@ class Homography(RectangleView):
     TITLE: ClassVar[str] = "Homography"
     HELP: ClassVar[str] = ("A camera without lens distortion, straight from four lines. "
                            "Exact for a perfect lens; a bent picture leaves centimetres.")
+    NEEDS_EVERY_BORDER: ClassVar[bool] = False
     OPTIONS: ClassVar[tuple[Option, ...]] = tuple(o for o in RAY_OPTIONS if o.name in SHARED)
 
     field_from_raw: Matrix

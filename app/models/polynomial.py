@@ -55,6 +55,8 @@ class Polynomial:
         Option("robust", "bool", True, "Name stray clicks and leave them out of the fit."),
     )
 
+    NEEDS_EVERY_BORDER: ClassVar[bool] = True
+
     left: Curve
     right: Curve
     top: Curve

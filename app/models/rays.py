@@ -38,6 +38,7 @@ class RayCamera:
 
     NAME: ClassVar[str]
     LENS: ClassVar[type[Lens]]
+    NEEDS_EVERY_BORDER: ClassVar[bool] = False
 
     lens_terms: tuple[float, ...]
     focal_px: float

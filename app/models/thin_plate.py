@@ -47,6 +47,7 @@ class ThinPlate:
     TITLE: ClassVar[str] = "Thin-plate spline"
     HELP: ClassVar[str] = ("Bends what another model leaves, as little as the clicks allow. Needs clicks all over the "
                            "field: where there are none it only guesses smoothly.")
+    NEEDS_EVERY_BORDER: ClassVar[bool] = False
     OPTIONS: ClassVar[tuple[Option, ...]] = (
         Option("base", "choice", "homography", "The model that is bent.", choices=BASES),
         Option("smoothing", "float", None, "How stiff the spline is; 0 passes through every click. Empty: chosen by "

@@ -78,7 +78,9 @@ def fit_thin_plate(observations: Observations, field: Field, region: Region, ima
             warnings.append(_stray(observations, i, k, pixel, model, clicks.features))
     warnings += above_the_carpet(observations, "a thin-plate spline")
     base_choices = {k: v for k, v in base_fit.notes.get("choices", {}).items() if k != "click_sigma_px"}
-    notes = {"base": {"name": base.NAME, **{k: v for k, v in base_fit.notes.items() if k != "choices"}},
+    found = len(base_fit.parameter_names) or int(base_fit.notes.get("parameters", 0))
+    notes = {"parameters": found + round(smoother.effective_parameters(smoothing)),
+             "base": {"name": base.NAME, **{k: v for k, v in base_fit.notes.items() if k != "choices"}},
              "smoothing": {"value": smoothing, "effective_parameters": smoother.effective_parameters(smoothing),
                            "chosen": settings["smoothing"] is None},
              "click_sigma_px": settings["click_sigma_px"] or smoother.sigma_px(smoothing),
