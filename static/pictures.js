@@ -9,8 +9,16 @@ import { fit } from "./view.js";
 
 const LAST_FIELD = "touchline.field"; // a team calibrates the same field again and again
 
+/** @type {Promise<void>} */
+let lists = Promise.resolve();
+
 /** Lists that the page is built from; one that fails leaves the others standing. */
-export async function loadLists() {
+export function loadLists() {
+  lists = fetchLists();
+  return lists;
+}
+
+async function fetchLists() {
   const fill = async (/** @type {string} */ path, /** @type {(items: any[]) => void} */ keep) => {
     try {
       keep((await call("GET", path)).items);
@@ -42,6 +50,7 @@ async function bring(doing, fetchIt) {
   busy.value = doing;
   try {
     const picture = await fetchIt();
+    await lists; // a picture opened before the fields are known would be given none
     snapshots.value = [picture, ...snapshots.value.filter((s) => s.id !== picture.id)];
     notices.value = [];
     await openSnapshot(picture, "picture");

@@ -13,7 +13,8 @@ function read() {
 
 /** Follow the address from now on, and write it. Returns once the first picture is there. */
 export async function startRouter() {
-  await follow();
+  // Somebody may have opened a picture before we came so far: theirs, then, not the address's.
+  if (!snapshot.value) await follow();
   addEventListener("hashchange", () => void follow());
   effect(() => {
     const wanted = snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : "#/";

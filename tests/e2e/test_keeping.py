@@ -4,6 +4,20 @@ from conftest import Operator
 from playwright.sync_api import expect
 
 
+def test_a_picture_opened_before_the_lists_are_there_stays(page, server, straight_picture):
+    """On a slow network somebody is quicker than the page: late lists neither close the picture nor lose its field."""
+    held = []
+    page.route("**/api/v1/fields", lambda route: held.append(route))
+    page.goto(server.url)
+    page.get_by_test_id("file").set_input_files(straight_picture)
+    page.wait_for_timeout(700)
+    held[0].continue_()
+    expect(page.get_by_test_id("field")).to_be_visible()
+    expect(page.get_by_test_id("field").locator("option")).not_to_have_count(0)
+    page.wait_for_timeout(300)
+    expect(page.get_by_test_id("field")).to_be_visible()
+
+
 def test_a_reload_goes_on_where_the_operator_stood(operator, straight_picture, frame_points):
     operator.open(straight_picture, "table", "full").click("left", frame_points["left"]).click("top", frame_points["top"])
     before = operator.draft()
