@@ -17,13 +17,14 @@ from app.geometry import MAX_COORDINATE, Points, as_points
 KINDS = ("chessboard", "charuco")
 FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners; '
         'or "kind": "charuco" with "marker_mm" and "dictionary" as well.')
-CORNERS = (2, 100)  # along one side
-# The families that OpenCV prints; a name outside would otherwise be looked up in somebody else's module.
-DICTIONARIES = (*(f"DICT_{n}X{n}_{count}" for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)),
-                "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_16h5", "DICT_APRILTAG_25h9", "DICT_APRILTAG_36h10",
-                "DICT_APRILTAG_36h11")
+CORNERS = (3, 100)  # along one side; finders take no fewer
+# The families that OpenCV prints and how many markers each has; a name outside is looked up nowhere.
+DICTIONARIES = {**{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
+                "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
+                "DICT_APRILTAG_36h10": 2320, "DICT_APRILTAG_36h11": 587}
 MAX_VIEWS = 1000
 MAX_CORNERS = 10_000  # in one view
+MAX_WORK = 300_000  # views times the corners of the fullest: 2000 views of a usual board, and a few hundred megabytes
 
 
 @dataclass(frozen=True)
@@ -63,9 +64,13 @@ class Board:
             raise BadInput(f"Markers of {marker_mm:g} mm do not fit into squares of {square_mm:g} mm.",
                            "Measure both: the marker is the smaller one.", reason="bad-board")
         dictionary, legacy = value.get("dictionary"), value.get("legacy", False)
-        if dictionary not in DICTIONARIES:
+        if not isinstance(dictionary, str) or dictionary not in DICTIONARIES:
             raise BadInput(f"{dictionary!r} is no dictionary of markers.", f"Use one of: {', '.join(DICTIONARIES)}.",
                            reason="bad-board")
+        needed = (columns + 1) * (rows + 1) // 2
+        if needed > DICTIONARIES[dictionary]:
+            raise BadInput(f"The board has {needed} markers, {dictionary} only {DICTIONARIES[dictionary]}.",
+                           "Choose the dictionary that the board was printed with.", reason="bad-board")
         if not isinstance(legacy, bool):
             raise BadInput("A board's legacy is neither true nor false.", "Use true for boards printed by OpenCV "
                            "before 4.6.", reason="bad-board")
@@ -125,6 +130,9 @@ def views_from_json(value: Any) -> tuple[BoardView, ...]:
             raise BadInput(f"{name} has {len(pixels)} corners; {MAX_CORNERS} are the most.", "Use a coarser board.",
                            reason="too-many-points")
         views.append(BoardView(pixels, _places(item.get("object_points", ()), name), name))
+    if len(views) * max((len(view.pixels) for view in views), default=0) > MAX_WORK:
+        raise BadInput(f"{len(views)} views with up to {max(len(view.pixels) for view in views)} corners are more than a "
+                       "calibration takes.", "Leave some views out.", reason="too-many-points")
     return tuple(views)
 
 

@@ -137,7 +137,9 @@ def test_views_travel_as_json():
 @pytest.mark.parametrize("change", [{"kind": "circles"}, {"columns": 1}, {"rows": 6.5}, {"square_mm": 0},
                                     {"square_mm": float("nan")}, {"columns": True}, {"marker_mm": 3}, {"colour": "red"},
                                     {"kind": "charuco"}, {"kind": "charuco", "marker_mm": 40, "dictionary": "DICT_4X4_50"},
-                                    {"kind": "charuco", "marker_mm": 20, "dictionary": "CharucoBoard"}])
+                                    {"kind": "charuco", "marker_mm": 20, "dictionary": "CharucoBoard"},
+                                    {"kind": "charuco", "marker_mm": 20, "dictionary": ["DICT_4X4_50"]},
+                                    {"kind": "charuco", "marker_mm": 20, "dictionary": "DICT_APRILTAG_16h5"}])
 def test_no_board_is_refused_by_name(change):
     with pytest.raises(BadInput) as refusal:
         Board.from_json({"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30, **change})
@@ -152,7 +154,7 @@ def test_boards_survive_their_json():
 @pytest.mark.parametrize("value", [3, "ab", [3], [{"image_points": [[1, 2]]}], [{"image_points": "x"}], [{"more": 1}],
                                    [{"image_points": [[1, 2]], "object_points": [[1, "a", 0]]}],
                                    [{"image_points": [[1, 2]], "object_points": [[1, float("inf"), 0]]}],
-                                   [{}] * 1001])
+                                   [{}] * 1001, [{"image_points": [[1, 2]] * 9000, "object_points": [[1, 2, 0]] * 9000}] * 40])
 def test_what_is_no_list_of_views_is_refused(value):
     with pytest.raises(BadInput):
         views_from_json(value)

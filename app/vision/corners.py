@@ -13,7 +13,6 @@ from app.geometry import Points
 
 REACH = 0.35  # of a square's side: inside the four squares even when they are seen from aside
 HALF_WINDOW = (2, 16)  # px; below two there are too few pixels, beyond sixteen nothing more is gained
-NEIGHBOUR = 1.5  # squares; so far apart are corners whose distance tells how large the squares look here
 
 
 def refined(gray: NDArray[np.uint8], corners: Points, places: NDArray[np.float64], reach: float = REACH) -> Points:
@@ -34,9 +33,13 @@ def refined(gray: NDArray[np.uint8], corners: Points, places: NDArray[np.float64
 
 def _square_px(corners: Points, places: NDArray[np.float64]) -> NDArray[np.float64]:
     """How long the shortest side of a square looks at each corner; the board's usual where no neighbour was seen."""
-    apart = np.linalg.norm(corners[:, None] - corners[None], axis=-1)
-    squares = np.linalg.norm(places[:, None] - places[None], axis=-1)
-    near = (squares > 0) & (squares < NEIGHBOUR)
-    sides = np.where(near, apart / np.where(near, squares, 1), np.inf).min(axis=1)
+    steps = np.rint(places - places.min(axis=0)).astype(int) + 1
+    number = np.full(steps.max(axis=0) + 2, -1)  # which corner stands where, with an empty rim
+    number[steps[:, 0], steps[:, 1]] = np.arange(len(corners))
+    sides = np.full(len(corners), np.inf)
+    for across, down in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        neighbour = number[steps[:, 0] + across, steps[:, 1] + down]
+        apart = np.linalg.norm(corners - corners[neighbour], axis=1)
+        sides = np.where(neighbour >= 0, np.minimum(sides, apart), sides)
     known = np.isfinite(sides)
     return np.where(known, sides, np.median(sides[known]) if known.any() else 0.0)
