@@ -2,6 +2,7 @@
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
 import { preview } from "./fitting.js";
+import { HAT_MM, canHeat, differenceFrom, heat, others } from "./heat.js";
 import { takePicture } from "./pictures.js";
 import {
   active, cameras, compare, comparing, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
@@ -76,6 +77,15 @@ const TABLE = [
     pressed: () => compare.value.mode === "wipe", enabled: canCompare },
   { id: "corrected", label: "Show the corrected picture", short: "Corrected", keys: ["c"], group: "View", run: () => show("corrected"),
     pressed: () => compare.value.mode === "corrected", enabled: canCompare },
+  { id: "heat", label: "Show the expected error over the field", short: "Error", keys: ["e"], group: "View",
+    run: () => { heat.value = { ...heat.value, what: heat.value.what === "expected" ? "none" : "expected" }; },
+    pressed: () => heat.value.what === "expected", enabled: () => canHeat.value },
+  { id: "heat-height", label: "Switch the expected error between carpet and hat height", short: "Hat height", keys: ["z"], group: "View",
+    run: () => { heat.value = { ...heat.value, z_mm: heat.value.z_mm ? 0 : HAT_MM }; },
+    pressed: () => heat.value.z_mm > 0, enabled: () => canHeat.value && heat.value.what === "expected" },
+  { id: "difference", label: "Show the difference from another version", short: "Choose a version…", keys: ["d"], group: "View",
+    run: () => { if (heat.value.what === "difference") heat.value = { ...heat.value, what: "none" }; else differenceFrom(); },
+    pressed: () => heat.value.what === "difference", enabled: () => canHeat.value && others.value.length > 0 },
 
   ...STEPS.map(({ id, label }) => ({
     id: `step-${id}`, label: `Go to ${label.toLowerCase()}`, run: () => { step.value = id; },

@@ -5,6 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { filePicker } from "./actions.js";
 import { startSaving } from "./draft.js";
 import { startFitting } from "./fitting.js";
+import { startHeat } from "./heat.js";
 import { html } from "./html.js";
 import { startKeys } from "./keys.js";
 import { startComparing } from "./layers/compare.js";
@@ -86,6 +87,7 @@ async function start() {
   startSaving();
   startRanking();
   startComparing();
+  startHeat();
   await loadLists();
   await startRouter();
 }

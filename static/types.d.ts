@@ -53,7 +53,12 @@ export interface Ranking { ranking: Ranked[]; recommended: string | null; reason
 export interface Preview { report: Report; corrected_size: Point; overlay: Feature[] }
 export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
-  model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;
+  image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;
   corrected_size: Point; created_at: string; active: boolean; note: string;
+}
+/** Millimetres on a grid of field places: expected error of one version, or the difference between two. */
+export interface HeatMap {
+  of: string; what: "expected" | "difference"; z_mm: number; other: string | null; places: Point[][]; values: (number | null)[][]; top: number;
+  at: { corrected: (Point | null)[]; image: (Point | null)[] }; median_mm: number; worst_mm: number; worst_place: Point; rms_px: number | null; max_px: number | null;
 }
 export interface Notice { id: number; level: "info" | "warn"; text: string; fix: string; action?: { label: string; run: () => void } }

@@ -7,6 +7,7 @@ import { compare, comparing, pointer, showLines, snapshot, tellError } from "../
 import { version } from "../versions.js";
 import { stageSize, view } from "../view.js";
 import { bounds, placed } from "./drawing.js";
+import { Heat } from "./heat.js";
 import { FieldLines } from "./overlay.js";
 
 const MARGIN_PX = 40; // carpet shown around the region
@@ -65,12 +66,14 @@ export function Corrected() {
   if (!here || !it || mode === "raw") return null;
   // Half a pixel: an <img> begins at its first pixel's edge, positions at its centre.
   const x = (here.x - 0.5 * here.scale + 0.5) * k + tx, y = (here.y - 0.5 * here.scale + 0.5) * k + ty;
+  const size = it.corrected_size.map((side) => side + 2 * MARGIN_PX);
   const clip = mode === "wipe" ? `clip-path:inset(0 0 0 ${at * 100}%)` : "";
   return html`<div class="half" style=${clip}>
     <img class="picture" data-testid="corrected" alt="The corrected picture" draggable=${false} src=${correctedAddress(it.id, "jpg")}
       style=${`transform:translate(${x}px,${y}px) scale(${k * here.scale})`}/>
+    <${Heat} frame="corrected" size=${size} margin=${MARGIN_PX} x=${x} y=${y} k=${k * here.scale}/>
     ${showLines.value && html`<svg class="overlay" aria-hidden="true"><${FieldLines} name="on-corrected" features=${lines.value?.corrected ?? []}
-      size=${it.corrected_size.map((side) => side + 2 * MARGIN_PX)} transform=${placed(x, y, k * here.scale)}/></svg>`}
+      size=${size} transform=${placed(x, y, k * here.scale)}/></svg>`}
   </div>`;
 }
 

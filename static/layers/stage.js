@@ -2,14 +2,17 @@
 import { useEffect, useRef } from "preact/hooks";
 import { address } from "../api.js";
 import { selectNext } from "../editing.js";
-import { number } from "../format.js";
+import { mm, number } from "../format.js";
 import { html } from "../html.js";
+import { HeatLegend } from "../panels/heat.js";
 import { Start } from "../panels/start.js";
 import { Toolbar } from "../panels/toolbar.js";
+import { shown as heatMap, valueAt } from "../heat.js";
 import { comparing, editing, pointer, snapshot, step, tool } from "../state.js";
 import { listen } from "../tools/pointer.js";
 import { fit, stageSize, view } from "../view.js";
 import { Corrected, RawLines, Wipe, asked, rawClip, underPointer } from "./compare.js";
+import { Heat } from "./heat.js";
 import { Loupe } from "./loupe.js";
 import { Overlay } from "./overlay.js";
 
@@ -40,11 +43,13 @@ export function Stage() {
       <div class="half" style=${rawClip.value}>
         <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}
           src=${address(`/snapshots/${shown.id}/image.png`)} style=${`transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`}/>
+        <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k}/>
         ${comparing.value ? html`<${RawLines}/>` : html`<${Overlay}/>`}
       </div>
       ${comparing.value && html`<${Corrected}/><${Wipe}/>`}
       <${Loupe} picture=${picture}/>
       <${Toolbar}/>
+      <${HeatLegend}/>
       <${ReadOut}/>`}
   </main>`;
 }
@@ -64,11 +69,13 @@ function label() {
 
 /** What is under the pointer. */
 function ReadOut() {
+  const map = heatMap.value, there = map && underPointer.value ? valueAt(map, underPointer.value) : null;
   const at = pointer.value, spot = underPointer.value, on = asked.value;
   const [name, [x, y]] = on?.from === "corrected" ? ["Corrected pixel", on.point] : ["Pixel", [at?.x ?? 0, at?.y ?? 0]];
   return html`<div class="read-out" data-off-stage data-testid="read-out">
     <span>${at ? html`${name} <b>${number(x)}, ${number(y)}</b>` : html`<span class="dim">Point at the picture for its position</span>`}</span>
     ${on && html`<span>Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b></span>`}
+    ${on && map && html`<span>${map.what === "expected" ? "Expected error" : "Difference"} there <b>${there === null ? "–" : `${mm(there)} mm`}</b></span>`}
     <span class="zoom">${number(view.value.k * 100, 0)} %</span>
   </div>`;
 }

@@ -5,6 +5,7 @@ import { html } from "../html.js";
 import { camera } from "../state.js";
 import { activate, isSaved, version, versions } from "../versions.js";
 import { correctedAddress } from "../layers/compare.js";
+import { HeatPanel } from "./heat.js";
 import { ActionButton } from "./toolbar.js";
 
 export function ComparePanel() {
@@ -16,7 +17,7 @@ export function ComparePanel() {
       <ul class="plain facts"><li>Corrected picture <b>${it.corrected_size[0]} × ${it.corrected_size[1]} px</b></li>
         <li>Distortion <b>${pct(before_pct)} % → ${pct(after_pct)} %</b></li></ul>
       <p class="dim">Drag the bar across the picture: what is bent on the left must be straight on the right. Press L to lay the field's lines over both.</p></section>
-    <${Downloads}/>`;
+    <${HeatPanel}/><${Downloads}/>`;
 }
 
 export function Downloads() {

@@ -1,0 +1,52 @@
+// The words beside a map of millimetres: its scale, its figures, what else it can show, and why there is none.
+import { ACTIONS, run } from "../actions.js";
+import { dayAndTime, mm, number } from "../format.js";
+import { HAT_MM, differenceFrom, heat, isHot, notShown, others, shown } from "../heat.js";
+import { html } from "../html.js";
+import { STOPS } from "../layers/heat.js";
+import { models } from "../state.js";
+import { version, versions } from "../versions.js";
+import { ActionButton } from "./toolbar.js";
+
+/** On the stage, while a map is wanted. */
+export function HeatLegend() {
+  if (!isHot.value) return null;
+  const { what, z_mm } = heat.value, map = shown.value, why = notShown.value;
+  return html`<section class="legend" data-off-stage data-testid="legend" aria-label="Scale of the map">
+    <h2>${what === "expected" ? `Expected error ${z_mm ? "at hat height" : "on the carpet"}` : `Version ${version.value?.version} from version ${numberOf(heat.value.other)}`}</h2>
+    ${map && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${map.top} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
+      <div>${[0, 0.5, 1].map((share) => html`<span key=${share}>${tick(share * map.top)}${share === 1 ? " mm" : ""}</span>`)}</div></div>`}
+    ${why ? html`<p data-testid="no-map"><b>${why.detail}</b> ${why.fix}</p>` : !map && html`<p class="dim">The server computes it…</p>`}
+    ${what === "expected" && html`<div class="switch"><${Height} z_mm=${0} label="Carpet"/><${Height} z_mm=${HAT_MM} label="Hats"/></div>`}
+  </section>`;
+}
+
+/** @param {{ z_mm: number, label: string }} props */
+const Height = ({ z_mm, label }) => html`<button type="button" data-testid=${`height-${z_mm}`} aria-pressed=${heat.value.z_mm === z_mm}
+  onClick=${() => { if (heat.value.z_mm !== z_mm) run("heat-height"); }}>${label}</button>`;
+
+/** 0, 1.5, 3: no more digits than the scale has. @param {number} value */
+const tick = (value) => String(Number(value.toPrecision(2)));
+
+/** In the compare step: what can be laid over the picture, with its figures. */
+export function HeatPanel() {
+  const { what } = heat.value, map = shown.value, before = others.value;
+  return html`<section aria-label="Over the field"><h2>Over the field</h2>
+    <div class="line"><${ActionButton} id="heat" label=${what === "expected" ? "Hide expected error" : "Show expected error"}/></div>
+    ${map?.what === "expected" && html`<p class="reason" data-testid="heat-figures">${map.z_mm ? "At hat height" : "On the carpet"}: median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>.</p>`}
+    ${before.length > 0 && html`<label class="pair tall other"><span>Difference from</span><select data-testid="other" value=${what === "difference" ? heat.value.other : ""}
+        onChange=${(/** @type {any} */ e) => (e.target.value ? differenceFrom(e.target.value) : run("difference"))}>
+      <option value="">${what === "difference" ? "Hide it" : ACTIONS.get("difference")?.short}</option>
+      ${before.map((v) => html`<option key=${v.id} value=${v.id}>Version ${v.version}, ${titleOf(v.model.name)}, ${dayAndTime(v.created_at)}</option>`)}</select></label>`}
+    ${map?.what === "difference" && html`<p class="reason" data-testid="heat-figures">Median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>. In the picture <b>${number(map.rms_px, 2)} px</b> rms, worst <b>${number(map.max_px, 2)} px</b>.</p>`}
+  </section>`;
+}
+
+/** @param {import("../types").Point} place */
+const place = ([x, y]) => `${number(x, 0)}, ${number(y, 0)} mm`;
+
+/** @param {string} name */
+const titleOf = (name) => models.value.find((m) => m.name === name)?.title ?? name;
+
+/** @param {string | null} id */
+const numberOf = (id) => versions.value.find((v) => v.id === id)?.version ?? "–";

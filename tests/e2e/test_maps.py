@@ -1,0 +1,116 @@
+"""Maps over the picture: expected error of a version, and the difference between two, as REST tells them."""
+
+import pytest
+from playwright.sync_api import expect
+
+from app.cli.server import DEMO_CAMERAS
+from app.field_reader import field_from_json
+from app.sources import Surroundings, source_from_url
+from app.sources.sim.clicks import border_clicks
+
+COLOUR_AT = """(canvas, [u, v]) => [...canvas.getContext("2d").getImageData(
+  Math.round(u * (canvas.width - 1)), Math.round(v * (canvas.height - 1)), 1, 1).data]"""
+HIGHEST, LOWEST = (253, 231, 37), (68, 1, 84)  # the ends of the scale of colours
+
+
+@pytest.fixture
+def clicked(operator, server):
+    """A function that puts the operator before a fresh picture of the demo's camera with its borders clicked."""
+    settings = DEMO_CAMERAS[0]
+    field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
+    camera = source_from_url(settings["source"], Surroundings(fields={field.name: field})).camera
+    region = field.region(settings["region"])
+
+    def clicked(model: str, step: str = "model", noise_px: float = 0.3, **options):
+        points = border_clicks(camera, region, 9, noise_px)
+        snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]
+        draft = {"field": field.name, "region": region.name, "model": model, "options": options, "observations": [
+            {"feature": name, "kind": "line", "points": found[1:-1].tolist()} for name, found in points.items()]}
+        return operator.go_on(snapshot, draft, step)
+
+    return clicked
+
+
+def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, server, tmp_path):
+    operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0})
+    page = operator.page
+    expect(page.get_by_test_id("do-heat")).to_be_disabled()  # nothing is saved yet
+    operator.next("compare")
+    page.keyboard.press("e")
+    on_carpet = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json").json()
+    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {on_carpet['max']:.1f} mm", timeout=10_000)
+    expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{on_carpet['max']:.1f} mm")
+    page.screenshot(path=tmp_path / "carpet.png")
+
+    places, sigma = on_carpet["grid"]["places"], on_carpet["grid"]["sigma_mm"]
+    flat = [(s, p) for row, line in zip(sigma, places, strict=True) for s, p in zip(row, line, strict=True)]
+    shares = _shares(operator, [min(flat)[1], max(flat)[1]])
+    lowest, highest = (page.get_by_test_id("heat-corrected").evaluate(COLOUR_AT, share) for share in shares)
+    assert highest[3] == lowest[3] == 255
+    assert _brightness(highest) > _brightness(lowest)
+
+    page.get_by_test_id("height-150").click()
+    at_hats = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json?z_mm=150").json()
+    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {at_hats['max']:.1f} mm", timeout=10_000)
+    expect(page.get_by_test_id("legend")).to_contain_text("hat height")
+    page.screenshot(path=tmp_path / "hat.png")
+
+    page.get_by_test_id("step-model").click()  # the saved version is still what the document says
+    expect(page.get_by_test_id("heat-image")).to_be_visible()
+    page.screenshot(path=tmp_path / "model.png")
+    page.get_by_test_id("step-compare").click()
+    page.get_by_test_id("do-heat").first.click()
+    expect(page.get_by_test_id("heat-corrected")).to_have_count(0)
+
+
+def test_under_the_pointer_stands_the_error_that_the_map_shows_there(clicked, server):
+    operator = clicked("division").next("compare")
+    page = operator.page
+    page.keyboard.press("e")
+    page.keyboard.press("r")
+    expect(page.get_by_test_id("heat-image")).to_be_visible(timeout=10_000)
+    found = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json").json()["grid"]
+    row, column = 9, 12  # the middle of the field
+    place = found["places"][row][column]
+    pixel = server.api("POST", f"/calibrations/{operator.saved()['id']}/transform",
+                       json={"from": "field", "to": "image", "points": [place]}).json()["points"][0]
+    page.mouse.move(*operator.spot(*pixel))
+    expect(page.get_by_test_id("read-out")).to_contain_text(f"Expected error there {found['sigma_mm'][row][column]:.1f} mm")
+
+
+def test_a_model_that_knows_no_expected_error_says_why(clicked):
+    operator = clicked("polynomial").next("compare")
+    operator.page.get_by_test_id("do-heat").first.click()
+    expect(operator.page.get_by_test_id("no-map")).to_contain_text("no common parameters", timeout=10_000)
+    expect(operator.page.get_by_test_id("heat-corrected")).to_have_count(0)
+
+
+def test_the_difference_between_two_versions_is_a_map_with_its_figures(clicked, server, tmp_path):
+    operator = clicked("division").next("compare")
+    page, first = operator.page, operator.saved()["id"]
+    page.get_by_test_id("step-model").click()
+    page.get_by_test_id("model-homography").click()
+    operator.next("compare")
+    second = operator.saved()["id"]
+    page.get_by_test_id("other").select_option(first)
+    apart = server.api("GET", f"/calibrations/{second}/difference/{first}.json").json()
+    figures = page.get_by_test_id("heat-figures")
+    expect(figures).to_contain_text(f"Median {apart['median_mm']:.0f} mm, worst {apart['max_mm']:.0f} mm", timeout=10_000)
+    expect(figures).to_contain_text(f"{apart['max_px']:.2f} px")
+    expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{apart['max_mm']:.0f} mm")
+    page.screenshot(path=tmp_path / "difference.png")
+    page.keyboard.press("d")
+    expect(page.get_by_test_id("heat-corrected")).to_have_count(0)
+
+
+def _shares(operator, places):
+    """Field mm to where they lie on the corrected picture, as shares of its canvas."""
+    saved = operator.saved()
+    points = operator.server.api("POST", f"/calibrations/{saved['id']}/transform",
+                                 json={"from": "field", "to": "corrected", "points": places}).json()["points"]
+    width, height = saved["corrected_size"]
+    return [[(x + 40.5) / (width + 80), (y + 40.5) / (height + 80)] for x, y in points]
+
+
+def _brightness(colour):
+    return sum(colour[:3])
