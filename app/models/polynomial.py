@@ -23,6 +23,7 @@ from app.field import Field, Region
 from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
 from app.models import Option, Progress, no_progress
 from app.models.border import MAX_DEGREE, Curve
+from app.models.rectangle_view import read_view
 from app.records import Fit, Observations
 
 REACH = 1.0  # how far beyond the picture a border is still believed, as a share of the picture's extent
@@ -191,15 +192,9 @@ class Polynomial:
             names = {f.name for f in fields(cls)}
             if set(p) != names:
                 raise ValueError(f"expected {', '.join(sorted(names))}")
-            region = Region(str(p["region"]["name"]), tuple(map(float, p["region"]["x_mm"])),
-                            tuple(map(float, p["region"]["y_mm"])), int(p["region"]["rotate_deg"]))
-            size = p["image_size"]
-            model = cls(
-                **{name: _curve(p[name]) for name in ("left", "right", "top", "bottom")},
-                width_px=float(p["width_px"]), height_px=float(p["height_px"]),
-                n_rectangles_x=int(p["n_rectangles_x"]), n_rectangles_y=int(p["n_rectangles_y"]),
-                across_mm=tuple(map(float, p["across_mm"])), down_mm=tuple(map(float, p["down_mm"])),
-                region=region.rotated(region.rotate_deg), image_size=ImageSize.of((size["width"], size["height"])))
+            model = cls(**{name: _curve(p[name]) for name in ("left", "right", "top", "bottom")},
+                        across_mm=tuple(map(float, p["across_mm"])), down_mm=tuple(map(float, p["down_mm"])),
+                        **read_view(p))
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise BadInput(f"These are no parameters of a polynomial model: {error}.",
                            "Give what Touchline exported as json.", reason="bad-parameters") from None
@@ -208,17 +203,14 @@ class Polynomial:
 
     def _refuse_nonsense(self) -> None:
         """Parameters from outside may be any numbers; those that no fit makes are refused here."""
-        numbers = [self.width_px, self.height_px, *self.across_mm, *self.down_mm, *self.region.x_mm, *self.region.y_mm]
-        for curve in (self.left, self.right, self.top, self.bottom):
+        curves = (self.left, self.right, self.top, self.bottom)
+        numbers = [*self.across_mm, *self.down_mm]
+        for curve in curves:
             numbers += [curve.centre, curve.scale, *curve.coefficients]
-        curves_ok = all(1 <= len(c.coefficients) <= MAX_DEGREE + 1 and c.scale > 0
-                        for c in (self.left, self.right, self.top, self.bottom))
-        counts_ok = all(1 <= n <= 1000 for n in (self.n_rectangles_x, self.n_rectangles_y))
-        if not (np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE * 1e3 and curves_ok and counts_ok
-                and 1 <= self.width_px <= 65535 and 1 <= self.height_px <= 65535
-                and self.width_px * self.height_px <= 2e8 and len(self.across_mm) == 2 and self.across_mm[1] > 0
-                and 2 <= len(self.down_mm) <= 9 and self.down_mm[1:] != (0.0,) * (len(self.down_mm) - 1)
-                and self.region.width_mm > 0 and self.region.height_mm > 0):
+        if not (np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE * 1e3
+                and all(1 <= len(c.coefficients) <= MAX_DEGREE + 1 and c.scale > 0 for c in curves)
+                and len(self.across_mm) == 2 and self.across_mm[1] > 0
+                and 2 <= len(self.down_mm) <= 9 and self.down_mm[1:] != (0.0,) * (len(self.down_mm) - 1)):
             raise BadInput("These parameters describe no camera over a field.",
                            "Give what Touchline exported as json.", reason="bad-parameters")
 

@@ -19,6 +19,7 @@ from app.field import Field, Region
 from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
 from app.models import Progress, no_progress
 from app.models.lens import Array, Lens
+from app.models.rectangle_view import RectangleView, read_view
 from app.models.rotation import matrix_from_vector
 from app.records import Fit, Observations
 
@@ -26,7 +27,7 @@ REACH = 1.0  # how far beyond the picture a lens is still believed, as a share o
 
 
 @dataclass(frozen=True)
-class RayCamera:
+class RayCamera(RectangleView):
     """What all models with rays have in common; a lens makes it a model.
 
     A member names its LENS and says with lens_start(k1) which terms begin as r_d = r (1 + k1 r²).
@@ -114,24 +115,6 @@ class RayCamera:
                 columns[:, :, column] = by[:, :, state.names.index(name)]
         return by_point, columns
 
-    @property
-    def corrected_size(self) -> ImageSize:
-        """One more than I_width × I_height, so that the far borders are in the picture too."""
-        return ImageSize(round(self.width_px) + 1, round(self.height_px) + 1)
-
-    @property
-    def _mm_per_px(self) -> Array:
-        return np.array([self.region.width_mm / self.width_px, self.region.height_mm / self.height_px])
-
-    def field_from_corrected(self, points: Points) -> Points:
-        """Corrected pixels to field mm: a scale and the region's place."""
-        with np.errstate(invalid="ignore"):
-            return self.region.field_from_region(np.asarray(points, float) * self._mm_per_px)
-
-    def corrected_from_field(self, points: Points) -> Points:
-        with np.errstate(invalid="ignore"):
-            return self.region.region_from_field(np.asarray(points, float)) / self._mm_per_px
-
     def corrected_from_raw(self, points: Points) -> Points:
         """Raw pixels to corrected ones, by way of the carpet."""
         return self.corrected_from_field(self.unproject(points))
@@ -166,15 +149,9 @@ class RayCamera:
             names = {f.name for f in fields(cls)}
             if set(p) != names:
                 raise ValueError(f"expected {', '.join(sorted(names))}")
-            region = Region(str(p["region"]["name"]), tuple(map(float, p["region"]["x_mm"])),
-                            tuple(map(float, p["region"]["y_mm"])), int(p["region"]["rotate_deg"]))
-            size = p["image_size"]
-            model = cls(**{name: tuple(map(float, p[name])) for name in ("lens_terms", "centre_px", "rotation",
-                                                                         "position_mm")},
-                        **{name: float(p[name]) for name in ("focal_px", "aspect", "width_px", "height_px")},
-                        n_rectangles_x=int(p["n_rectangles_x"]), n_rectangles_y=int(p["n_rectangles_y"]),
-                        region=region.rotated(region.rotate_deg),
-                        image_size=ImageSize.of((size["width"], size["height"])))
+            tuples = ("lens_terms", "centre_px", "rotation", "position_mm")
+            model = cls(**{name: tuple(map(float, p[name])) for name in tuples}, focal_px=float(p["focal_px"]),
+                        aspect=float(p["aspect"]), **read_view(p))
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise BadInput(f"These are no parameters of a {cls.NAME} model: {error}.",
                            "Give what Touchline exported as json.", reason="bad-parameters") from None
@@ -185,18 +162,13 @@ class RayCamera:
 
     def plausible(self) -> bool:
         """Whether this can be a camera above a field: finite, above the carpet, with a focal length somebody makes."""
-        numbers = [*self.lens_terms, self.focal_px, self.aspect, *self.centre_px, *self.rotation, *self.position_mm,
-                   self.width_px, self.height_px, *self.region.x_mm, *self.region.y_mm]
+        numbers = [*self.lens_terms, self.focal_px, self.aspect, *self.centre_px, *self.rotation, *self.position_mm]
         width = self.image_size.width
         lengths_ok = (len(self.lens_terms) == len(self.LENS.TERMS) and len(self.centre_px) == 2
                       and len(self.rotation) == 3 and len(self.position_mm) == 3)
         return bool(lengths_ok and np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE
                     and 0.05 * width <= self.focal_px <= 100 * width and 0.5 <= self.aspect <= 2
-                    and self.position_mm[2] > 0 and np.linalg.norm(self.rotation) < 10
-                    and 1 <= self.width_px <= 65535 and 1 <= self.height_px <= 65535
-                    and self.width_px * self.height_px <= 2e8
-                    and 1 <= self.n_rectangles_x <= 1000 and 1 <= self.n_rectangles_y <= 1000
-                    and self.region.width_mm > 0 and self.region.height_mm > 0)
+                    and self.position_mm[2] > 0 and np.linalg.norm(self.rotation) < 10)
 
 
 def example_fields() -> Iterator[dict[str, Any]]:

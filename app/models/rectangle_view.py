@@ -32,10 +32,12 @@ class RectangleView:
 
     def field_from_corrected(self, points: Points) -> Points:
         """Corrected pixels to field mm: a scale and the region's place."""
-        return self.region.field_from_region(np.asarray(points, float) * self._mm_per_px)
+        with np.errstate(invalid="ignore"):
+            return self.region.field_from_region(np.asarray(points, float) * self._mm_per_px)
 
     def corrected_from_field(self, points: Points) -> Points:
-        return self.region.region_from_field(np.asarray(points, float)) / self._mm_per_px
+        with np.errstate(invalid="ignore"):
+            return self.region.region_from_field(np.asarray(points, float)) / self._mm_per_px
 
 
 VIEW_FIELDS = ("width_px", "height_px", "n_rectangles_x", "n_rectangles_y", "region", "image_size")
