@@ -45,7 +45,7 @@ def weakest_direction(fit: Fit, region: Region) -> WeakDirection | None:
     strong = np.argsort(share)[::-1]
     parts: list[str] = []
     for index in strong[share[strong] > 0.3 * share.max()]:
-        part = GROUPS.get(fit.parameter_names[index], "lens")
+        part = GROUPS.get(fit.parameter_names[index], "lens" if hasattr(fit.model, "project") else "perspective")
         if part not in parts:
             parts.append(part)
     taped = _with_taped_height(fit)

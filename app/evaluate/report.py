@@ -42,7 +42,8 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "distortion": distortion_report(fit.model, region, _border_clicks(fit, observations)),
         "per_feature": [_feature_json(r, fine, used) for r, fine, used
                         in zip(residuals, fit.inliers, fit.used, strict=True)],
-        "verdict": _verdict(cv_rms_mm, check_mm, sigma, knows_inside=_knows_inside(fit, observations)),
+        "verdict": _verdict(cv_rms_mm, check_mm, sigma, knows_inside=_knows_inside(fit, observations),
+                            rays=hasattr(fit.model, "project")),
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
         "covariance": {"names": list(fit.parameter_names), "matrix": fit.covariance.tolist()}
@@ -87,7 +88,7 @@ def _knows_inside(fit: Fit, observations: Observations) -> bool:
 
 
 def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, Any] | None,
-             knows_inside: bool) -> dict[str, Any]:
+             knows_inside: bool, rays: bool) -> dict[str, Any]:
     """One length, one level, one sentence. The worst of the held-out figures and the expected error counts.
 
     Expected error at hat height is no part of the length, which is one on the carpet, but it caps the level.
@@ -103,7 +104,9 @@ def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, An
                             "there is not known; a strong lens leaves centimetres."}
     hat = sigma["hat"]["rms"] if sigma and "hat" in sigma else 0.0
     level = "good" if max(mm, hat) <= GOOD_MM else "fair" if max(mm, hat) <= FAIR_MM else "poor"
-    words = {"good": "Good enough for ball and robots.", "fair": "Robots will find the ball, with some play.",
+    good = ("Good enough for ball and robots." if rays else
+            "Good enough for the ball; a robot's hat, 150 mm up, needs a model with rays.")
+    words = {"good": good, "fair": "Robots will find the ball, with some play.",
              "poor": "Too coarse for play: positions inside the field are off by centimetres."}[level]
     where = ("expected on the carpet" if mm == expected else "on lines the fit has not used" if mm == check_mm
              else "on points left out")

@@ -23,6 +23,7 @@ from app.models.rays import example_fields
 from app.models.rays_options import RAY_OPTIONS
 from app.models.rectangle_view import VIEW_FIELDS, RectangleView, read_view
 from app.models.rotation import matrix_from_vector
+from app.models.sensitivity import FittedState, Sensitive
 from app.records import Fit, Observations
 
 SHARED = ("line_sigma_mm", "click_sigma_px", "w_max_rectangle_px", "h_max_rectangle_px", "n_rectangles_x",
@@ -33,7 +34,7 @@ Matrix = tuple[tuple[float, float, float], tuple[float, float, float], tuple[flo
 
 
 @dataclass(frozen=True)
-class Homography(RectangleView):
+class Homography(RectangleView, Sensitive):
     """field_from_raw: rows of M, which takes raw pixels (x, y, 1) to field mm."""
 
     NAME: ClassVar[str] = "homography"
@@ -59,6 +60,10 @@ class Homography(RectangleView):
     def raw_from_field(self) -> Array:
         """The inverse matrix (3, 3)."""
         return np.linalg.inv(self._matrix)
+
+    def fit_state(self) -> FittedState:
+        from app.models.homography_state import HomographyState
+        return HomographyState.of(self)
 
     def corrected_from_raw(self, points: Points) -> Points:
         """Raw pixels to corrected ones; NaN on and beyond the horizon."""

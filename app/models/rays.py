@@ -21,13 +21,14 @@ from app.models import Progress, no_progress
 from app.models.lens import Array, Lens
 from app.models.rectangle_view import RectangleView, read_view
 from app.models.rotation import matrix_from_vector
+from app.models.sensitivity import FittedState, Sensitive
 from app.records import Fit, Observations
 
 REACH = 1.0  # how far beyond the picture a lens is still believed, as a share of the picture's extent
 
 
 @dataclass(frozen=True)
-class RayCamera(RectangleView):
+class RayCamera(RectangleView, Sensitive):
     """What all models with rays have in common; a lens makes it a model.
 
     A member names its LENS and says with lens_start(k1) which terms begin as r_d = r (1 + k1 r²).
@@ -88,32 +89,9 @@ class RayCamera(RectangleView):
         extent = (0.5 + REACH) * np.array(tuple(self.image_size), float)
         return ~(np.abs(pixels - np.array(self.image_size.centre)) <= extent).all(axis=-1)
 
-    def field_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> Array:
-        """How the place where a pixel's ray meets the plane moves when named parameters do: (n, 2, len(names)) mm.
-
-        points_field_xyz (n, 3): the places. Names as in Fit.parameter_names; a line's own offset moves no ray.
-        """
-        by_point, columns = self._pixel_jacobian(points_field_xyz, names)
-        return -np.linalg.solve(by_point[:, :, :2], columns)
-
-    def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
-        """How a click's distance from the curve at places (n, 2) mm running along (n, 2) moves: (n, len(names)) px."""
-        flat = np.zeros((len(places), 1))
-        by_point, columns = self._pixel_jacobian(np.concatenate([places, flat], axis=1), names)
-        seen = np.einsum("nij,nj->ni", by_point, np.concatenate([along, flat], axis=1))
-        across = np.stack([-seen[:, 1], seen[:, 0]], axis=1) / np.linalg.norm(seen, axis=1, keepdims=True)
-        return np.einsum("ni,nik->nk", across, columns)
-
-    def _pixel_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> tuple[Array, Array]:
-        """The pixel's derivative by the field point (n, 2, 3) and by named parameters (n, 2, len(names))."""
+    def fit_state(self) -> FittedState:
         from app.models.ray_state import RayState
-        state = RayState.of(self)
-        _, by_point, by = state.project_jacobian(np.asarray(points_field_xyz, float))
-        columns = np.zeros((len(by), 2, len(names)))
-        for column, name in enumerate(names):
-            if name in state.names:
-                columns[:, :, column] = by[:, :, state.names.index(name)]
-        return by_point, columns
+        return RayState.of(self)
 
     def corrected_from_raw(self, points: Points) -> Points:
         """Raw pixels to corrected ones, by way of the carpet."""
