@@ -10,6 +10,7 @@ from fastapi import APIRouter, FastAPI
 
 from app import __version__, serving
 from app.api import (
+    boards,
     calibrations,
     cameras,
     docs,
@@ -18,7 +19,9 @@ from app.api import (
     fit,
     headers,
     health,
+    jobs,
     judgement,
+    lenses,
     models,
     pictures,
     points,
@@ -33,13 +36,14 @@ from app.api.limits import MB, BodyLimits
 from app.api.schemas import PROBLEMS
 from app.api.work import open_workplaces
 from app.images import ImageDecoder, Limits
+from app.jobs import Jobs
 from app.settings import LOOPBACK, Settings, shipped
 from app.sources import Surroundings
 from app.store import Store
 from app.store.field_shelf import FieldShelf
 
-RESOURCES = (health, cameras, snapshots, fields, drafts, models, fit, calibrations, judgement, points,
-             pictures)
+RESOURCES = (health, cameras, snapshots, fields, drafts, models, fit, calibrations, boards, lenses, judgement,
+             points, pictures, jobs)
 API = "/api/v1"
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
@@ -54,10 +58,11 @@ def create_app(settings: Settings) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         with (store, ImageDecoder(image_limits(settings)) as decoder,
-              closing(cameras_of(settings, app, decoder)) as taken):
+              closing(cameras_of(settings, app, decoder)) as taken, jobs_of(settings) as jobs):
             open_workplaces(app)
             app.state.decoder = decoder
             app.state.cameras = taken
+            app.state.jobs = jobs
             app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.picture(id)))
             yield
 
@@ -81,6 +86,11 @@ def image_limits(settings: Settings) -> Limits:
     images = settings.images
     return Limits(max_bytes=int(images.max_file_mb * MB), max_pixels=int(images.max_megapixels * 1e6),
                   max_side_px=images.max_side_px, wall_s=images.decode_timeout_s)
+
+
+def jobs_of(settings: Settings) -> Jobs:
+    return Jobs(settings.jobs.workers, wall_s=settings.jobs.time_limit_s, kept=settings.jobs.kept,
+                modules=("app.task", "app.board_task"))
 
 
 def cameras_of(settings: Settings, app: FastAPI, decoder: ImageDecoder) -> CameraFrames:

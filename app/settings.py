@@ -56,6 +56,12 @@ class Images(_Section):
     decode_timeout_s: Seconds = 5.0
 
 
+class Jobs(_Section):
+    workers: Annotated[int, Field(ge=1, le=64)] = 2
+    time_limit_s: Seconds = 600.0
+    kept: Count = 100
+
+
 class CameraSettings(_Section):
     id: Name
     name: str = ""
@@ -79,6 +85,7 @@ class Settings(BaseSettings):
     token: Annotated[SecretStr, Field(min_length=16)] | None = None
     server: Server = Server()
     images: Images = Images()
+    jobs: Jobs = Jobs()
     cameras: tuple[CameraSettings, ...] = ()
 
     @model_validator(mode="after")

@@ -5,15 +5,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import field as member
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, Self
 
 from app import __version__, pipeline
 from app.errors import BadInput
 from app.field import Field, Region
+from app.field_reader import field_from_json
 from app.geometry import ImageSize
 from app.models import Progress, no_progress, parameters_json
 from app.pipeline import Calibrated
-from app.records import Calibration, Observations
+from app.records import Calibration, Observations, observations_from_json
+
+
+def run_fit(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: the task of spec, fitted and judged, as the JSON of a calibration that nobody has kept yet."""
+    task = Task.from_json(spec["task"])
+    return task.record(task.run(progress)).to_json()
+
+
+def run_compare(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: the models of spec (all, where none are named) on its task, ranked."""
+    return Task.from_json(spec["task"]).compare(spec["models"], progress)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +46,21 @@ class Task:
     def __post_init__(self) -> None:
         if not self.observations:
             raise BadInput("There are no observations.", "Click points on the four borders.", reason="too-few-points")
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything, for a job in another process."""
+        return {"observations": [o.to_json() for o in self.observations], "field": self.field.to_json(),
+                "region": self.region.name, "rotate": self.region.rotate_deg, "image_size": list(self.image_size),
+                "model": self.model, "options": dict(self.options), "camera": self.camera, "snapshot": self.snapshot,
+                "image_sha256": self.image_sha256, "note": self.note}
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> Self:
+        """Read what to_json wrote."""
+        field = field_from_json(value["field"])
+        return cls(observations_from_json(value["observations"]), field,
+                   field.region(value["region"], value["rotate"]), ImageSize.of(value["image_size"]), value["model"],
+                   value["options"], value["camera"], value["snapshot"], value["image_sha256"], value["note"])
 
     def run(self, progress: Progress = no_progress, *, cross_validate: bool = True) -> Calibrated:
         """Fit and judge; nothing is kept."""

@@ -181,6 +181,43 @@ class Ranking(Answer):
     failed: list[dict[str, Any]]
 
 
+class Job(Answer):
+    id: str
+    kind: str
+    state: Literal["queued", "running", "done", "failed", "cancelled"]
+    progress: float
+    message: str
+    result: Any
+    problem: dict[str, Any] | None
+    created_at: str
+    ended_at: str | None
+
+
+class Jobs(Page):
+    items: list[Job]
+
+
+class LensInShort(Answer):
+    id: str
+    created_at: str
+    camera: str | None
+    note: str
+    model: str
+    board: dict[str, Any] | None
+    image_size: list[int]
+
+
+class Lens(LensInShort):
+    lens: dict[str, Any]
+    report: dict[str, Any]
+    snapshots: list[str] | None
+    software: str
+
+
+class Lenses(Page):
+    items: list[LensInShort]
+
+
 class Uncertainty(Answer):
     z_mm: float
     median: float

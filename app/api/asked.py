@@ -23,9 +23,8 @@ def task_of(request: Request, body: FitRequest) -> Task:
         raise Conflict(f"The snapshot is {snapshot.size.width} × {snapshot.size.height} px, not {given.width} × "
                        f"{given.height} px.", "Leave image_size out.", reason="size-mismatch")
     options = {**body.options}
-    if isinstance(options.get("lens"), str):  # a calibration by its id: the fit is given its model, and keeps it
-        held = state.store.calibration(options["lens"])
-        options["lens"] = {"name": held.model_name, "parameters": dict(held.model_parameters)}
+    if isinstance(options.get("lens"), str):  # by its id: the fit is given the lens itself, and keeps it
+        options["lens"] = state.store.held_lens(options["lens"])
     return Task(observations_from_json([o.model_dump(exclude_defaults=False) for o in body.observations]), field,
                 region, snapshot.size if snapshot else given, body.model, options,
                 camera=body.camera or (snapshot.camera if snapshot else None),

@@ -1,5 +1,6 @@
 """/calibrations: versions that are made, read, activated, and put to use."""
 
+from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any
 
@@ -11,39 +12,56 @@ from app.api.answers import Json
 from app.api.asked import task_of
 from app.api.bodies import uploaded_file
 from app.api.imported import calibration_from_file
-from app.api.schemas import CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
+from app.api.jobs import accepted, result_of
+from app.api.schemas import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from app.api.work import at_length, at_work
 from app.exports import EXPORTS
 from app.records import Calibration
+from app.store import Store
+from app.task import run_compare, run_fit
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
 MAX_IMPORT_BYTES = 4 << 20
+ACCEPTED: dict[int | str, dict[str, Any]] = {202: {"model": answer_schemas.Job, "description": "a job: ?job=true"}}
 BYTES = {"schema": {"type": "string", "format": "binary"}}
 FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/json": {}, "application/octet-stream": BYTES}}}
 IMPORT_BODY = {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": {
     "type": "object", "required": ["file"], "properties": {"file": {"type": "string", "format": "binary"}}}}}}}
 
 
-@router.post("", status_code=201, response_model=answer_schemas.Calibration)
-async def make_calibration(request: Request, body: FitRequest) -> Json:
-    """Fit, judge and keep: a new version of its camera's calibration. Nothing is kept when anything fails."""
-    calibration = await at_work(request, _made, request, body)
+@router.post("", status_code=201, response_model=answer_schemas.Calibration, responses=ACCEPTED)
+async def make_calibration(request: Request, body: FitRequest, job: AsJob = False) -> Json:
+    """Fit, judge and keep: a new version of its camera's calibration. Nothing is kept when anything fails.
+
+    With ?job=true a job, whose result is {"calibration": id}.
+    """
+    task = await at_work(request, task_of, request, body)
+    keep = partial(_kept, request.app.state.store)
+    if job:
+        return accepted(request.app.state.jobs.start(
+            "calibration", run_fit, {"task": task.to_json()},
+            lambda made: {"calibration": keep(Calibration.from_json(made)).id}))
+    calibration = await at_work(request, lambda: keep(task.record(task.run())))
     return Json(calibration.to_json(), 201, headers={"Location": f"/api/v1/calibrations/{calibration.id}"})
 
 
-def _made(request: Request, body: FitRequest) -> Calibration:
-    task, store = task_of(request, body), request.app.state.store
-    done = task.run()
-    before = store.calibrations(task.camera, limit=1).items if task.camera is not None else ()
-    return store.save(task.record(done, parent=before[0].id if before else None))
+def _kept(store: Store, made: Calibration) -> Calibration:
+    before = store.calibrations(made.camera, limit=1).items if made.camera is not None else ()
+    return store.save(replace(made, parent=before[0].id if before else None))
 
 
-@router.post("/compare", response_model=answer_schemas.Ranking)
-async def compare_models(request: Request, body: CompareRequest) -> Json:
-    """Every model (or those in `models`) on the same clicks, best first; keeps nothing and may take ten seconds."""
+@router.post("/compare", response_model=answer_schemas.Ranking, responses=ACCEPTED)
+async def compare_models(request: Request, body: CompareRequest, job: AsJob = False) -> Response:
+    """Every model (or those in `models`) on the same clicks, best first; keeps nothing and may take ten seconds.
+
+    With ?job=true a job, whose result is the same ranking.
+    """
     task = await at_work(request, task_of, request, body)
-    return Json(await at_length(request, partial(task.compare, body.models)))
+    spec = {"task": task.to_json(), "models": body.models}
+    if job:
+        return accepted(request.app.state.jobs.start("comparison", run_compare, spec))
+    return result_of(await at_length(request, "comparison", run_compare, spec))
 
 
 @router.post("/import", status_code=201, response_model=answer_schemas.Calibration, openapi_extra=IMPORT_BODY)

@@ -15,6 +15,7 @@ MAX_TRANSFORM_POINTS = 100_000
 
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
 Pair = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+Triple = Annotated[list[Coordinate], Field(min_length=2, max_length=3)]
 Side = Annotated[int, Field(ge=2, le=65536)]
 Size = Annotated[list[Side], Field(min_length=2, max_length=2)]
 Name = Annotated[str, Field(min_length=1, max_length=64)]
@@ -31,6 +32,7 @@ IdQuery = Annotated[str, Query(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 MarginPx = Annotated[int, Query(ge=0, le=2000, description="carpet shown around the region, px")]
 WidthPx = Annotated[int | None, Query(ge=16, le=8192, description="width of the picture, px; natural when left out")]
 Limit = Annotated[int, Query(ge=1, le=200)]
+AsJob = Annotated[bool, Query(description="answer 202 with a job at once, and do it in the background")]
 Cursor = Annotated[str | None, Query(max_length=200)]
 
 
@@ -76,6 +78,29 @@ class CompareRequest(FitRequest):
     """The same, for several models; `model` is not looked at."""
 
     models: Annotated[list[Name], Field(min_length=1, max_length=20)] | None = None
+
+
+class SeenBoard(Strict):
+    """One view of a board: corners in the picture, and where they are on the board."""
+
+    image_points: Annotated[list[Pair], Field(max_length=10_000)] = Field(description="[x, y] px in the raw picture")
+    object_points: Annotated[list[Triple], Field(max_length=10_000)] = Field(description="[x, y, z] mm on the board")
+    name: Annotated[str, Field(max_length=200)] = ""
+
+
+class BoardRequest(Strict):
+    """Pictures of a board, or views of it, from which a lens is found."""
+
+    snapshots: Annotated[list[Name], Field(min_length=1, max_length=500)] | None = None
+    views: Annotated[list[SeenBoard], Field(min_length=1, max_length=1000)] | None = None
+    image_size: Size | None = None
+    board: Annotated[dict[OptionText, bool | int | Number | OptionText], Field(max_length=10)] | None = Field(
+        None, description='{"kind": "chessboard" or "charuco", "columns", "rows" (inner corners), "square_mm"}; a '
+                          'charuco board has "marker_mm", "dictionary" and "legacy" too')
+    model: Name = "brown-conrady"
+    options: Annotated[dict[str, OptionValue], Field(max_length=50)] = {}
+    camera: Name | None = None
+    note: Annotated[str, Field(max_length=2000)] = ""
 
 
 class Draft(Strict):

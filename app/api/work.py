@@ -1,27 +1,26 @@
-"""Where long arithmetic runs: on worker threads, a few at a time, so that short answers stay short."""
+"""Where long arithmetic runs, so that short answers stay short: a second's on threads, longer in processes."""
 
 import asyncio
 import os
 from collections.abc import Callable
-from threading import Event
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 from anyio import CapacityLimiter, to_thread
 from fastapi import FastAPI, Request
 from starlette.requests import HTTPConnection
 
-from app.errors import Cancelled
+from app.jobs import Job
 from app.models import Progress
 
 Given = ParamSpec("Given")
 Answer = TypeVar("Answer")
-LOOK_S = 0.5  # how often we look whether a caller still waits
+LOOK_S = 0.05  # how often we look whether a job has ended
+STAY_LOOKS = 10  # and every so many looks whether its caller still waits
 
 
 def open_workplaces(app: FastAPI) -> None:
     """Room for so many computations at once; within a running event loop."""
     app.state.limiter = CapacityLimiter(max(4, os.cpu_count() or 4))  # fits and pictures, below a second or two
-    app.state.long_limiter = CapacityLimiter(1)  # many seconds: never two, and never in the way of the others
 
 
 async def at_work(connection: HTTPConnection, job: Callable[Given, Answer], *args: Given.args,
@@ -30,22 +29,17 @@ async def at_work(connection: HTTPConnection, job: Callable[Given, Answer], *arg
     return await to_thread.run_sync(lambda: job(*args, **kwargs), limiter=connection.app.state.limiter)
 
 
-async def at_length(request: Request, job: Callable[[Progress], Answer]) -> Answer:
-    """Run a job of many seconds, one at a time; it ends early when its caller has gone."""
-    gone = Event()
-
-    def progress(fraction: float, message: str) -> None:
-        if gone.is_set():
-            raise Cancelled("The caller has gone.", "Ask again.")
-
-    async def watch() -> None:
-        while not await request.is_disconnected():
-            await asyncio.sleep(LOOK_S)
-        gone.set()
-
-    watcher = asyncio.create_task(watch())
+async def at_length(request: Request, kind: str, run: Callable[[Any, Progress], Any], spec: Any) -> Job:
+    """Do a job of many seconds and wait for its end; it is cancelled when its caller has gone."""
+    jobs = request.app.state.jobs
+    job = jobs.start(kind, run, spec)
+    looks = 0
     try:
-        return await to_thread.run_sync(job, progress, limiter=request.app.state.long_limiter)
+        while not jobs.get(job.id).ended:
+            await asyncio.sleep(LOOK_S)
+            looks += 1
+            if looks % STAY_LOOKS == 0 and await request.is_disconnected():
+                break
+        return jobs.get(job.id)
     finally:
-        gone.set()
-        watcher.cancel()
+        jobs.cancel(job.id)

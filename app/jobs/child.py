@@ -29,11 +29,13 @@ NICE = 5
 
 
 def main() -> None:
-    """Serve standard input, a socket, until it closes. Arguments: the path for imports as JSON, memory in bytes."""
+    """Serve standard input, a socket, until it closes. Arguments: paths for imports and modules, as JSON; bytes."""
     sys.path[:] = json.loads(sys.argv[1])
-    _confine(int(sys.argv[2]))
+    _confine(int(sys.argv[3]))
     import cv2
     cv2.setNumThreads(1)
+    for module in json.loads(sys.argv[2]):  # what jobs will need: a cancelled one has no time to import it
+        import_module(module)
     Child(socket.socket(fileno=0)).serve()
 
 

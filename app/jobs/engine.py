@@ -35,15 +35,15 @@ class Jobs:
     """Long work in processes of its own; thread-safe. Close it, or use it as a context: no process is left then.
 
     workers: jobs done at once; processes start with the first jobs. wall_s: the longest that a job may take. kept:
-    how many ended jobs can still be read.
+    how many ended jobs can still be read. modules: what each process imports before its first job.
     """
 
     def __init__(self, workers: int = 2, *, wall_s: float = 600.0, kept: int = 100,
-                 memory_bytes: int = MEMORY_BYTES) -> None:
+                 memory_bytes: int = MEMORY_BYTES, modules: tuple[str, ...] = ()) -> None:
         self._wall_s = wall_s
         self._book = Book(kept)
         self._orders: queue.SimpleQueue[_Order | None] = queue.SimpleQueue()
-        self._workers = [Worker(memory_bytes) for _ in range(workers)]
+        self._workers = [Worker(memory_bytes, modules) for _ in range(workers)]
         self._threads: list[Thread] = []
         self._lock = Lock()
         self._closed = False

@@ -45,7 +45,8 @@ class JobFailed(Exception):
 class Worker:
     """A place for one job at a time. Only end() may be called by another thread than its own."""
 
-    def __init__(self, memory_bytes: int) -> None:
+    def __init__(self, memory_bytes: int, modules: tuple[str, ...] = ()) -> None:
+        self._modules = modules
         self._memory_bytes = memory_bytes
         self._process: subprocess.Popen[bytes] | None = None
         self._line: socket.socket | None = None
@@ -113,9 +114,9 @@ class Worker:
             environment = {k: v for k, v in os.environ.items() if not k.startswith("TOUCHLINE_TOKEN")} | ONE_THREAD
             with theirs:
                 self._process = subprocess.Popen(
-                    [sys.executable, "-P", str(Path(child.__file__)), json.dumps(sys.path), str(self._memory_bytes)],
-                    env=environment, stdin=theirs, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                    start_new_session=True)
+                    [sys.executable, "-P", str(Path(child.__file__)), json.dumps(sys.path), json.dumps(self._modules),
+                     str(self._memory_bytes)], env=environment, stdin=theirs, stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL, start_new_session=True)
         if self._receive(START_S)[0] != child.READY:
             raise WorkerDied
 

@@ -1,4 +1,4 @@
-"""What is kept: snapshots, drafts and calibrations in files of one data folder, and fields as YAML.
+"""What is kept: snapshots, drafts, calibrations and lenses in files of one data folder, and fields as YAML.
 
 What a Store answers is a contract; that it is files is not. Every file is whole or not there, carries its
 checksum, and is checked whenever it is read; a damaged one is moved to quarantine/ and named in `damaged`.
@@ -11,20 +11,21 @@ What a call has returned survives a killed process and a power cut. One process 
         store.activate(calibration.id)
 
 files.py writes, records.py adds the checksum, quarantine.py takes the damaged, lock.py keeps others out; snapshots,
-drafts and calibrations are a shelf each. Fields stand apart (field_shelf.py): they are written by people too.
+drafts, calibrations and lenses are a shelf each. Fields stand apart (field_shelf.py): they are written by people too.
 """
 
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Self
 
-from app.errors import Unavailable
+from app.errors import NotFound, Unavailable
 from app.geometry import ImageSize
 from app.records import Calibration
 from app.store.calibrations import Calibrations
 from app.store.drafts import EMPTY, Draft, Drafts
 from app.store.files import make_folder
+from app.store.lenses import Lenses
 from app.store.lock import FolderLock
 from app.store.quarantine import Damage, DamagedFile, Quarantine
 from app.store.shelf import Clock, Page, utc_now
@@ -49,6 +50,7 @@ class Store:
             self._snapshots = Snapshots(self.folder, self._quarantine, clock)
             self._drafts = Drafts(self.folder, self._quarantine, clock)
             self._calibrations = Calibrations(self.folder, self._quarantine, clock)
+            self._lenses = Lenses(self.folder, self._quarantine, clock)
             undo.pop_all()
 
     def close(self) -> None:
@@ -74,6 +76,10 @@ class Store:
     def picture(self, id: str) -> bytes:
         """A snapshot's bytes as they came: still a stranger's, so only images.py decodes them."""
         return self._snapshots.picture(id)
+
+    def picture_path(self, id: str) -> Path:
+        """Where those bytes stand, for another process that reads them and checks the snapshot's sha256 itself."""
+        return self._snapshots.path(self.snapshot(id))
 
     def snapshots(self, limit: int = 50, cursor: str | None = None) -> Page[Snapshot]:
         """Newest first."""
@@ -114,6 +120,35 @@ class Store:
     def active(self, camera: str | None) -> Calibration | None:
         """A camera's active version, if there is one."""
         return self._calibrations.active(camera)
+
+    # Lenses from boards
+
+    def add_lens(self, lens: Mapping[str, Any]) -> dict[str, Any]:
+        """Keep what a board calibration answered, plain JSON; id and created_at are given here."""
+        return self._lenses.add(lens)
+
+    def lens(self, id: str) -> dict[str, Any]:
+        """One lens, as it was kept; NotFound."""
+        return self._lenses.get(id)
+
+    def lenses(self, limit: int = 50, cursor: str | None = None) -> Page[dict[str, Any]]:
+        """Newest first."""
+        return self._lenses.list(limit, cursor)
+
+    def delete_lens(self, id: str) -> None:
+        """Forget a lens; calibrations that held it keep their copy."""
+        self._lenses.delete(id)
+
+    def held_lens(self, id: str) -> dict[str, Any]:
+        """A lens for a fit's option, by the id of the calibration or the lens from a board that has it."""
+        with suppress(NotFound):
+            calibration = self.calibration(id)
+            return {"name": calibration.model_name, "parameters": dict(calibration.model_parameters)}
+        with suppress(NotFound):
+            lens = self.lens(id)
+            return {"name": lens["model"], "lens": lens["lens"]}
+        raise NotFound(f"There is no calibration or lens {id!r} whose lens could be held.",
+                       "List them with GET /api/v1/calibrations and GET /api/v1/lenses.", reason="unknown-lens")
 
     # Health
 

@@ -90,10 +90,14 @@ class Snapshots:
             raise _unknown(id)
         return Snapshot(**record)
 
+    def path(self, snapshot: Snapshot) -> Path:
+        """Where a snapshot's bytes stand."""
+        return self._pictures / f"{snapshot.sha256}.{snapshot.format}"
+
     def picture(self, id: str) -> bytes:
         """The bytes as they came, checked against their checksum."""
         snapshot = self.get(id)
-        path = self._pictures / f"{snapshot.sha256}.{snapshot.format}"
+        path = self.path(snapshot)
         try:
             data = path.read_bytes()
         except FileNotFoundError:

@@ -1,0 +1,81 @@
+"""/jobs: long work that was asked for: how far it has come, what came of it, and the way to stop it."""
+
+import asyncio
+from collections.abc import AsyncIterable
+from dataclasses import asdict
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Request
+from fastapi.sse import EventSourceResponse, ServerSentEvent
+from starlette.responses import Response
+
+from app.api import answer_schemas
+from app.api.answers import Json
+from app.api.problems import MANUAL, problem
+from app.api.schemas import Id
+from app.jobs import Job
+
+router = APIRouter(prefix="/jobs", tags=["jobs"])
+
+LOOK_S = 0.1  # how often a watched job is looked at
+
+
+@router.get("", response_model=answer_schemas.Jobs)
+def list_jobs(request: Request) -> Json:
+    """Every job since the server was started, newest first; of those that have ended, the last hundred."""
+    return Json({"items": [described(job) for job in request.app.state.jobs.all()], "next_cursor": None})
+
+
+@router.get("/{id}", response_model=answer_schemas.Job)
+def read_job(request: Request, id: Id) -> Json:
+    """A job as it is now: state, progress from 0 to 1, and in the end its result or its problem."""
+    return Json(described(request.app.state.jobs.get(id)))
+
+
+@router.delete("/{id}", response_model=answer_schemas.Job)
+def cancel_job(request: Request, id: Id) -> Json:
+    """Cancel it, at once and as often as you like; a job that has ended stays as it ended. Nothing is kept by half."""
+    return Json(described(request.app.state.jobs.cancel(id)))
+
+
+def known_job(request: Request, id: Id) -> Job:
+    """Refused before the stream begins, where there is no such job."""
+    return request.app.state.jobs.get(id)
+
+
+@router.get("/{id}/events", response_class=EventSourceResponse)
+async def watch_job(request: Request, job: Annotated[Job, Depends(known_job)]) -> AsyncIterable[ServerSentEvent]:
+    """Server-sent events: the job now and after every change, until it has ended; then the stream closes."""
+    jobs = request.app.state.jobs
+    while True:
+        yield ServerSentEvent(data=described(job))
+        if job.ended:
+            return
+        before = job
+        while job is before:
+            await asyncio.sleep(LOOK_S)
+            job = jobs.get(job.id)
+
+
+def described(job: Job) -> dict[str, Any]:
+    """A job as JSON; its problem is what the same refusal would be as an answer."""
+    told = None
+    if job.problem is not None:
+        told = {key: value for key, value in job.problem.items() if key != "reason"}
+        told["type"] = MANUAL + job.problem["reason"]
+    return {**asdict(job), "problem": told}
+
+
+def accepted(job: Job) -> Json:
+    """202: it is being done, and there it can be watched."""
+    return Json(described(job), 202, headers={"Location": f"/api/v1/jobs/{job.id}"})
+
+
+def result_of(job: Job) -> Response:
+    """The answer to who has waited for it."""
+    if job.state == "done":
+        return Json(job.result)
+    told = dict(job.problem or {"reason": "cancelled", "title": "Cancelled", "status": 409, "fix": "Ask again.",
+                                "detail": f"{job.message}."})
+    return problem(told.pop("status"), told.pop("reason"), told.pop("title"), told.pop("detail"), told.pop("fix"),
+                   **told)

@@ -1,0 +1,208 @@
+"""REST of long work: calibrations and comparisons as jobs, watched, cancelled, and answered to who waits."""
+
+import contextlib
+import json
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from http.client import IncompleteRead
+from pathlib import Path
+from urllib.request import Request, urlopen
+
+import jobs_done
+import pytest
+from jobs_watched import accepted, ended
+from refusals import API, refusal
+
+CAL = f"{API}/calibrations"
+
+
+@pytest.fixture
+def engine(client):
+    return client.app.state.jobs
+
+
+def test_a_calibration_made_by_a_job_is_the_one_that_is_made_at_once(client, task):
+    at_once = client.post(CAL, json={**task, "camera": "north"}).json()
+    job = accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"}))
+    told = ended(client, job)
+    assert told["state"] == "done" and told["progress"] == 1 and told["problem"] is None
+    made = client.get(f"{CAL}/{told['result']['calibration']}").json()
+    same = ("model", "report", "observations", "options", "field_definition", "corrected_size", "software")
+    assert {key: made[key] for key in same} == {key: at_once[key] for key in same}
+    assert made["version"] == 2 and made["parent"] == at_once["id"]
+    assert [item["id"] for item in client.get(CAL).json()["items"]] == [made["id"], at_once["id"]]
+
+
+def test_a_comparison_by_a_job_is_the_one_that_is_waited_for(client, task):
+    body = {**task, "models": ["polynomial", "homography"]}
+    told = ended(client, accepted(client.post(f"{CAL}/compare?job=true", json=body)))
+    assert told["state"] == "done" and told["result"] == client.post(f"{CAL}/compare", json=body).json()
+    assert client.get(CAL).json()["items"] == []
+    kinds = [job["kind"] for job in client.get(f"{API}/jobs").json()["items"]]
+    assert kinds == ["comparison", "comparison"]
+
+
+def test_what_a_job_refuses_is_the_problem_that_the_call_would_have_answered(client, task):
+    task["observations"] = task["observations"][:1]
+    told = ended(client, accepted(client.post(f"{CAL}?job=true", json=task)))
+    at_once = refusal(client.post(CAL, json=task), 422)
+    assert told["state"] == "failed" and told["result"] is None and told["problem"] == at_once
+    assert client.get(CAL).json()["items"] == []
+    refusal(client.post(f"{CAL}?job=true", json={**task, "field": "no-such"}), 404, "unknown-field")
+    refusal(client.post(f"{CAL}?job=perhaps", json=task), 422)
+
+
+def test_a_job_is_cancelled_as_often_as_one_likes_and_an_unknown_one_is_404(client, engine):
+    job = engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 30})
+    for _ in range(3):
+        answer = client.delete(f"{API}/jobs/{job.id}")
+        assert answer.status_code == 200 and answer.json()["state"] == "cancelled"
+    assert client.get(f"{API}/jobs/{job.id}").json()["ended_at"]
+    for call in (client.get, client.delete):
+        refusal(call(f"{API}/jobs/nobody"), 404, "unknown-job")
+    refusal(client.get(f"{API}/jobs/nobody/events"), 404, "unknown-job")
+
+
+def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client, task):
+    rng = random.Random(3)
+    ended(client, accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"})))  # starts the process
+    start = time.monotonic()
+    ended(client, accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"})))
+    usual_s, made = time.monotonic() - start, 2
+    for _ in range(15):
+        job = accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"}))
+        time.sleep(rng.uniform(0, 2 * usual_s))
+        client.delete(f"{API}/jobs/{job['id']}")
+        told = ended(client, job, 5)
+        assert told["state"] in ("done", "cancelled"), told
+        made += told["state"] == "done"
+        if told["state"] == "done":
+            assert client.get(f"{CAL}/{told['result']['calibration']}").status_code == 200
+    assert 2 < made < 17
+    items = client.get(f"{CAL}?limit=100").json()["items"]
+    assert [item["version"] for item in items] == list(range(made, 0, -1))
+    assert not list(client.app.state.settings.data.rglob("*.tmp"))
+
+
+def test_a_worker_that_is_killed_is_a_failed_job_and_the_next_one_is_done(client, engine, task):
+    job = engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 30})
+    while client.get(f"{API}/jobs/{job.id}").json()["message"] != "sleeping":
+        time.sleep(0.01)
+    os.kill(engine.pids[0], signal.SIGKILL)
+    told = ended(client, {"id": job.id}, 5)
+    assert told["state"] == "failed" and told["problem"]["type"] == "/problems/worker-died"
+    assert told["problem"]["fix"]
+    body = {**task, "models": ["homography"]}
+    assert client.post(f"{CAL}/compare", json=body).json()["recommended"] == "homography"
+
+
+def test_events_tell_every_change_until_the_end(client, engine):
+    job = engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 1.0})
+    with client.stream("GET", f"{API}/jobs/{job.id}/events") as answer:
+        assert answer.headers["content-type"].startswith("text/event-stream")
+        told = [json.loads(line.removeprefix("data: ")) for line in answer.iter_lines() if line.startswith("data: ")]
+    assert len(told) >= 4 and told[-1] == client.get(f"{API}/jobs/{job.id}").json()
+    assert told[-1]["state"] == "done" and told[-1]["result"] == {"slept": 1.0}
+    progress = [event["progress"] for event in told]
+    assert progress == sorted(progress) and progress[-1] == 1
+    with client.stream("GET", f"{API}/jobs/{job.id}/events") as again:  # of an ended job: its end, at once
+        assert sum(line.startswith("data: ") for line in again.iter_lines()) == 1
+
+
+def test_too_many_jobs_are_429_and_not_an_error_of_the_server(client, engine, task):
+    for _ in range(22):
+        engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 60})
+        time.sleep(0.02)
+        if sum(job.state == "queued" for job in engine.all()) >= 20:
+            break
+    refusal(client.post(f"{CAL}?job=true", json=task), 429, "too-many-jobs")
+    refusal(client.post(f"{CAL}/compare", json=task), 429, "too-many-jobs")
+
+
+@pytest.fixture
+def served(tmp_path):
+    """A real server: (url, its process)."""
+    server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0",
+                               "--data", str(tmp_path / "data")], cwd=Path(__file__).parents[2],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        yield server.stdout.readline().split()[-1] + "api/v1", server
+    finally:
+        server.kill()
+        server.wait()
+
+
+def asked(url, body=None):
+    data = None if body is None else json.dumps(body).encode()
+    with urlopen(Request(url, data, {"Content-Type": "application/json"}), timeout=60) as answer:
+        return json.load(answer)
+
+
+def children(pid):
+    """Processes that stand below a process, from the system's own list."""
+    below = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            text = stat.read_text()
+        except OSError:
+            continue
+        below.setdefault(int(text.rpartition(")")[2].split()[1]), []).append(int(stat.parent.name))
+    found, open_ = [], [pid]
+    while open_:
+        more = below.get(open_.pop(), [])
+        found += more
+        open_ += more
+    return found
+
+
+def test_a_comparison_ends_when_its_caller_has_gone_and_borders_are_fitted_meanwhile(served, task):
+    url, _ = served
+    border = {"points": [[70.3, 85.4], [64.5, 190.5], [63.8, 295.5], [67.8, 400.5], [76.0, 505.6]], "axis": "x_of_y"}
+    asked(f"{url}/fit/border", border)
+    host, port = url.split("/")[2].split(":")
+    body = json.dumps(task).encode()
+    with socket.create_connection((host, int(port))) as line:
+        line.sendall(b"POST /api/v1/calibrations/compare HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json"
+                     b"\r\nContent-Length: %d\r\n\r\n" % len(body) + body)
+        until = time.monotonic() + 20
+        while not (jobs := asked(f"{url}/jobs")["items"]) or jobs[0]["progress"] == 0:
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        times = []
+        for _ in range(20):
+            start = time.monotonic()
+            asked(f"{url}/fit/border", border)
+            times.append(time.monotonic() - start)
+        assert sorted(times)[10] < 0.05, times  # a thread's arithmetic would hold every answer up
+        assert asked(f"{url}/jobs")["items"][0]["state"] == "running"
+    until = time.monotonic() + 3
+    while asked(f"{url}/jobs")["items"][0]["state"] == "running":
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    assert asked(f"{url}/jobs")["items"][0]["state"] == "cancelled"
+
+
+def test_no_process_is_left_when_a_server_with_running_jobs_is_stopped(served, task):
+    url, server = served
+    job = asked(f"{url}/calibrations/compare?job=true", task)
+
+    def watch():
+        with contextlib.suppress(IncompleteRead), urlopen(f"{url}/jobs/{job['id']}/events", timeout=60) as events:
+            events.read()
+
+    threading.Thread(target=watch, daemon=True).start()
+    while asked(f"{url}/jobs/{job['id']}")["progress"] == 0:
+        time.sleep(0.05)
+    below = children(server.pid)
+    assert len(below) >= 3  # two that decode, one that works
+    start = time.monotonic()
+    server.send_signal(signal.SIGTERM)
+    _, told = server.communicate(timeout=10)
+    assert time.monotonic() - start < 5 and "Traceback" not in told, told
+    assert not [pid for pid in below if Path(f"/proc/{pid}").exists()]
