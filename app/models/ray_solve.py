@@ -114,9 +114,11 @@ def solve(task: Task, start: RayState, settings: Mapping[str, Any]) -> Found:
     best = _minimise(kept, best.state, spread, 0)
     if not np.isfinite(best.cost):
         raise no_camera()
-    kept = replace(kept, priors=_still_needed(task, best))
-    if len(kept.priors) < len(task.priors):
-        best = _minimise(kept, best.state, spread, 0)
+    freed = replace(kept, priors=_still_needed(task, best))
+    if len(freed.priors) < len(task.priors):
+        free = _minimise(freed, best.state, spread, 0)
+        if np.isfinite(free.cost):  # else a look at the same place went out of reach: the priors stay
+            best, kept = free, freed
     pixels = _distances(task.problem, best.state)
     known = len(task.priors) + (len(task.joint.names) if task.joint else 0)
     freedom = rows_of(kept.problem) + known - int(task.free.sum())
@@ -131,7 +133,9 @@ def _still_needed(task: Task, found: Minimum[RayState]) -> tuple[Prior, ...]:
 
 
 def covariance_of(jacobian: Array) -> Array:
-    """(JᵀJ)⁻¹ of whitened residuals, by way of unit columns."""
+    """(JᵀJ)⁻¹ of whitened residuals, by way of unit columns. Refuses what would hang the decomposition."""
+    if not np.isfinite(jacobian).all():
+        raise no_camera()
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0] = 1.0
     information = (jacobian / scale).T @ (jacobian / scale)

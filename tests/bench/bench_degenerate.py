@@ -1,6 +1,6 @@
 """Random degenerate clicks against every model: no hang, nothing non-finite, every refusal with its fix.
 
-Command: python tests/bench/bench_degenerate.py [COUNT]   (20 000 take about half an hour)
+Command: python tests/bench/bench_degenerate.py [COUNT [FIRST SEED]]   (20 000 take about half an hour)
 """
 
 import json
@@ -88,14 +88,17 @@ def tried(rng, kind, model: str) -> str:
     return "fitted"
 
 
-def main(count: int) -> None:
+def main(count: int, first: int = 0) -> None:
     outcomes, slowest = {kind.__name__: Counter() for kind in KINDS}, 0.0
     names = list(MODELS)
-    for seed in range(count):
+    for seed in range(first, first + count):
         rng = np.random.default_rng(seed)
         kind, model = KINDS[seed % len(KINDS)], names[(seed // len(KINDS)) % len(names)]
         start = time.process_time()
-        outcomes[kind.__name__][tried(rng, kind, model)] += 1
+        try:
+            outcomes[kind.__name__][tried(rng, kind, model)] += 1
+        except Exception as error:
+            raise AssertionError(f"seed {seed}: {kind.__name__} on {model}") from error
         slowest = max(slowest, time.process_time() - start)
         assert slowest < SLOW_S, f"seed {seed}: {kind.__name__} on {model} took {slowest:.1f} s"
     for kind, counts in outcomes.items():
@@ -104,4 +107,4 @@ def main(count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20_000)
+    main(*(map(int, sys.argv[1:]) if len(sys.argv) > 1 else (20_000,)))
