@@ -130,9 +130,10 @@ def views_from_json(value: Any) -> tuple[BoardView, ...]:
             raise BadInput(f"{name} has {len(pixels)} corners; {MAX_CORNERS} are the most.", "Use a coarser board.",
                            reason="too-many-points")
         views.append(BoardView(pixels, _places(item.get("object_points", ()), name), name))
-    if len(views) * max((len(view.pixels) for view in views), default=0) > MAX_WORK:
-        raise BadInput(f"{len(views)} views with up to {max(len(view.pixels) for view in views)} corners are more than a "
-                       "calibration takes.", "Leave some views out.", reason="too-many-points")
+    most = max((len(view.pixels) for view in views), default=0)
+    if len(views) * most > MAX_WORK:
+        raise BadInput(f"{len(views)} views with up to {most} corners are more than a calibration takes.",
+                       "Leave some views out.", reason="too-many-points")
     return tuple(views)
 
 

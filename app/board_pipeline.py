@@ -26,7 +26,8 @@ def find(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView:
     """The board in one picture; FitFailed where there is none."""
     view = find_board(pixels, board, name)
     if view is None:
-        raise FitFailed(f"{name or 'The picture'} shows no {board.kind} of {board.columns} × {board.rows} inner corners.",
+        raise FitFailed(f"{name or 'The picture'} shows no {board.kind} of {board.columns} × {board.rows} inner "
+                        "corners.",
                         "Count the inner corners again; the whole board must be in the picture, sharp and unhidden."
                         if board.kind == "chessboard" else
                         "Check columns, rows and dictionary, and whether the board is an old one (legacy).",
@@ -37,7 +38,7 @@ def find(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView:
 def calibrate_board(views: Sequence[BoardView], board: Board | None, image_size: ImageSize,
                     model: str = "brown-conrady", options: Mapping[str, Any] | None = None,
                     progress: Progress = no_progress) -> dict[str, Any]:
-    """{"model", "lens", "board", "image_size", "report"}, plain JSON. board: None where views carry their own places."""
+    """{"model", "lens", "board", "image_size", "report"}, plain JSON. board: None where views bring their places."""
     fit = fit_board(tuple(views), image_size, board_model(model), options,
                     lambda fraction, message: progress(fraction * FITTING, message))
     progress(FITTING, "Judging it")

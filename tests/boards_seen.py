@@ -42,7 +42,7 @@ def views_of(truth: PinholeLens = TRUTH, count: int = 40, *, seed: int = 0, nois
     while len(views) < count:
         turns = matrices_from_vectors(rng.uniform(-1, 1, (TRIES, 3)) * np.radians([tilt_deg, tilt_deg, 180]))
         spots = truth.rays(rng.uniform(0, 1, (TRIES, 2)) * size)
-        distances = 2 * middle[0] * rng.uniform(0.7, 1.6, TRIES) * truth.focal_px / size[0]
+        distances = 2 * middle.max() * rng.uniform(0.7, 1.6, TRIES) * truth.focal_px / size[0]
         seen = (places - middle) @ turns.transpose(0, 2, 1) + (spots * distances[:, None])[:, None]
         inside = _inside(truth.project(seen[:, outline]), size)
         for points in seen[inside]:
@@ -70,9 +70,9 @@ def picture_of(board: Board, homography: np.ndarray, size: tuple[int, int] = (10
         y, x = np.mgrid[:round(height * scale), :round(width * scale)] // round(board.square_mm * scale)
         drawn = np.where((x + y) % 2 == 0, 20, 235).astype(np.uint8)
     drawn = cv2.copyMakeBorder(drawn, 80, 80, 80, 80, cv2.BORDER_CONSTANT, value=235)
-    # A drawing's pixel centre p stands at mm (p + 0.5 - 80) / scale from the outer corner, the first inner one a square in.
-    mm = np.array([[1 / scale, 0, (0.5 - 80) / scale - board.square_mm], [0, 1 / scale, (0.5 - 80) / scale - board.square_mm],
-                   [0, 0, 1]])
+    # A drawing's pixel centre p stands (p + 0.5 - 80) / scale mm from the outer corner, a square before an inner one.
+    begin = (0.5 - 80) / scale - board.square_mm
+    mm = np.array([[1 / scale, 0, begin], [0, 1 / scale, begin], [0, 0, 1]])
     larger = np.array([[fine, 0, (fine - 1) / 2], [0, fine, (fine - 1) / 2], [0, 0, 1]])
     seen = cv2.warpPerspective(drawn, larger @ homography @ mm, (size[0] * fine, size[1] * fine),
                                borderValue=200)

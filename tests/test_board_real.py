@@ -84,7 +84,8 @@ def test_a_webcams_face_on_views_are_flagged_though_the_residual_is_small(seen, 
     views, size = seen("photonvision/squares/lifecam", "*/*", Board("chessboard", 10, 10, 25.4))
     filed = json.loads(real_data("boards/photonvision/calibration/lifecam480p.json").read_text())["observations"]
     theirs = tuple(BoardView(np.array([[p["x"], p["y"]] for p in o["locationInImageSpace"]]),
-                             np.array([[p["x"], p["y"], p["z"]] for p in o["locationInObjectSpace"]], float), o["snapshotName"])
+                             np.array([[p["x"], p["y"], p["z"]] for p in o["locationInObjectSpace"]], float),
+                             o["snapshotName"])
                    for o in filed)
     for given in (views, theirs):
         report = calibrate_board(given, None, size)["report"]
@@ -101,7 +102,8 @@ def test_views_that_all_face_the_camera_leave_the_focal_length_open(seen):
     assert answer["report"]["next_view"]["worst_after_px"] < 0.5 * answer["report"]["next_view"]["worst_before_px"]
 
 
-@pytest.mark.parametrize("folder, legacy", [("2024-05-07_lifecam_1280", False), ("2024-06-19_lifecam_480_Old_Pattern", True)])
+@pytest.mark.parametrize("folder, legacy", [("2024-05-07_lifecam_1280", False),
+                                            ("2024-06-19_lifecam_480_Old_Pattern", True)])
 def test_charuco_boards_of_both_patterns(seen, folder, legacy):
     board = Board("charuco", 7, 7, 25.4, 19.05, "DICT_4X4_1000", legacy)
     views, size = seen(f"photonvision/charuco/{folder}", "*", board)

@@ -15,7 +15,7 @@ from app.evaluate.board_structure import neighbour_correlation
 from app.evaluate.lens_uncertainty import expected_over_picture
 from app.models import MODELS
 from app.models.board_fit import fit_board
-from app.models.board_state import matrices_from_vectors
+from app.models.board_state import Sights, matrices_from_vectors
 
 BROWN = MODELS["brown-conrady"]
 
@@ -39,6 +39,7 @@ def test_well_spread_views_are_good_and_the_report_is_plain_json():
 def test_views_that_face_the_camera_are_flagged_as_badly_spread():
     report = calibrate_board(views_of(count=20, tilt_deg=4), BOARD, SIZE)["report"]
     assert report["verdict"]["level"] == "poor" and "badly-spread-views" in reasons(report)
+    assert any("are tilted by 25°" in w["text"] for w in report["warnings"])
     assert report["rms_px"] < 0.3  # the small residual proves nothing
     assert report["next_view"]["tilt_deg"] == 35
 
@@ -99,9 +100,26 @@ def test_tilts_and_cells_are_those_of_the_views():
             assert along * sign < 0
 
 
-def test_noise_has_no_neighbours():
-    fit = fit_board(views_of(count=10), SIZE, BROWN, {})
-    assert abs(neighbour_correlation(fit)) < 0.1
+def test_noise_has_no_neighbours_and_a_shape_has():
+    sights, rng = Sights.of(views_of(count=6)), np.random.default_rng(0)
+    noise = rng.normal(0, 1, sights.pixels.shape)
+    assert abs(neighbour_correlation(noise, sights)) < 0.1
+    rows = np.repeat(rng.normal(0, 1, (6, 10, 2)), 10, axis=1)  # alike along each row, and rows know nothing of others
+    assert neighbour_correlation(rows, sights) == pytest.approx(1.0)
+    shuffled = rng.permutation(100)  # the order in which corners are listed is nobody's business
+    mixed = Sights.of(tuple(v.only(shuffled) for v in views_of(count=6)))
+    assert neighbour_correlation(rows[:, shuffled], mixed) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("edge, corner", [("left", 0), ("right", 9), ("top", 4), ("bottom", 94)])
+def test_a_lean_brings_its_edge_nearer(edge, corner):
+    away = (matrices_from_vectors(lean(edge)[None])[0] @ (BOARD.places_mm - BOARD.places_mm.mean(axis=0)).T)[2]
+    assert away[corner] < -200 and lean("").tolist() == [0, 0, 0]
+
+
+def test_corners_that_are_found_badly_are_said_to_be():
+    report = calibrate_board(views_of(count=15, noise_px=3.0), BOARD, SIZE)["report"]
+    assert "noisy-corners" in reasons(report) and report["verdict"]["level"] == "poor"
 
 
 def test_left_out_views_stand_in_the_report_with_their_reason():
@@ -136,7 +154,8 @@ def test_views_travel_as_json():
 
 @pytest.mark.parametrize("change", [{"kind": "circles"}, {"columns": 1}, {"rows": 6.5}, {"square_mm": 0},
                                     {"square_mm": float("nan")}, {"columns": True}, {"marker_mm": 3}, {"colour": "red"},
-                                    {"kind": "charuco"}, {"kind": "charuco", "marker_mm": 40, "dictionary": "DICT_4X4_50"},
+                                    {"kind": "charuco"},
+                                    {"kind": "charuco", "marker_mm": 40, "dictionary": "DICT_4X4_50"},
                                     {"kind": "charuco", "marker_mm": 20, "dictionary": "CharucoBoard"},
                                     {"kind": "charuco", "marker_mm": 20, "dictionary": ["DICT_4X4_50"]},
                                     {"kind": "charuco", "marker_mm": 20, "dictionary": "DICT_APRILTAG_16h5"}])
@@ -154,7 +173,8 @@ def test_boards_survive_their_json():
 @pytest.mark.parametrize("value", [3, "ab", [3], [{"image_points": [[1, 2]]}], [{"image_points": "x"}], [{"more": 1}],
                                    [{"image_points": [[1, 2]], "object_points": [[1, "a", 0]]}],
                                    [{"image_points": [[1, 2]], "object_points": [[1, float("inf"), 0]]}],
-                                   [{}] * 1001, [{"image_points": [[1, 2]] * 9000, "object_points": [[1, 2, 0]] * 9000}] * 40])
+                                   [{}] * 1001,
+                                   [{"image_points": [[1, 2]] * 9000, "object_points": [[1, 2, 0]] * 9000}] * 40])
 def test_what_is_no_list_of_views_is_refused(value):
     with pytest.raises(BadInput):
         views_from_json(value)

@@ -1,4 +1,4 @@
-"""Boards in pictures: corners to a few hundredths of a pixel, new and old ChArUco patterns, and nothing where none is."""
+"""Boards in pictures: corners to a few hundredths of a pixel, new and old ChArUco patterns, nothing where none is."""
 
 from dataclasses import replace
 

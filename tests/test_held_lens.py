@@ -95,7 +95,8 @@ def test_a_lens_survives_its_json_exactly(board_lens):
 
 
 @pytest.mark.parametrize("change", [
-    {"model": "polynomial"}, {"model": "../x"}, {"terms": [0.1]}, {"focal_px": -3}, {"focal_px": float("nan")}, {"aspect": 0},
+    {"model": "polynomial"}, {"model": "../x"}, {"terms": [0.1]}, {"focal_px": -3}, {"focal_px": float("nan")},
+    {"aspect": 0},
     {"centre_px": [1]}, {"estimated": ["k1"]}, {"estimated": ["log_focal"], "covariance": [[-1.0]]},
     {"estimated": ["nonsense"], "covariance": [[1.0]]}, {"more": 1}, {"image_size": [3, 4]}, {"terms": None},
     {"estimated": ["k1", "k2"], "covariance": [[1.0, 2.0], [0.0, 1.0]]}])

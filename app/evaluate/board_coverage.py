@@ -144,5 +144,5 @@ def lean(nearer: str) -> Array:
 
 def _words(place: str, nearer: str) -> str:
     where = f"in the {place} of the picture" if place else "in the middle of the picture"
-    how = f"tilted about {NEXT_TILT_DEG:.0f}° with its {nearer} edge nearer to the camera" if nearer else "facing the camera"
+    how = f"tilted about {NEXT_TILT_DEG:.0f}° with its {nearer} edge nearer" if nearer else "facing the camera"
     return f"Hold the board {where}, filling about a third of its width, {how}."

@@ -18,7 +18,7 @@ def board_report(fit: BoardFit) -> dict[str, Any]:
     lengths = np.linalg.norm(fit.residuals_px, axis=-1)
     degrees, leans = tilts(fit)
     counts, expected = cell_counts(fit), expected_over_picture(fit.lens)
-    cv, correlation = cross_validate(fit), neighbour_correlation(fit)
+    cv, correlation = cross_validate(fit), neighbour_correlation(fit.residuals_px, fit.sights)
     cover = float((counts > 0).mean())
     warnings = [w.to_json() for w in board_warnings(fit, cv, expected, cover, degrees, correlation)]
     following = next_view(fit)
@@ -70,7 +70,7 @@ def _bow(fit: BoardFit) -> dict[str, Any] | None:
             "sigma": [float(sigma[i]) for i in at]}
 
 
-DOUBTS = ("badly-spread-views", "wrong-model", "halves-disagree")
+DOUBTS = ("wrong-model", "noisy-corners", "badly-spread-views", "halves-disagree")
 GOOD_SIGMAS = 3.0  # of a corner: so well a lens is known from about twenty well-spread views
 
 

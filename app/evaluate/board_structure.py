@@ -5,17 +5,18 @@ Noise of one corner says nothing of the next one's; the error of a wrong model i
 
 import numpy as np
 
-from app.models.board_fit import BoardFit
+from app.models.board_state import Sights
+from app.models.lens import Array
 
 SAME_ROW = 1e-3  # of the board's size
 
 
-def neighbour_correlation(fit: BoardFit) -> float:
-    """Correlation of the residuals of corners that are neighbours in a row: about 0 for noise, towards 1 for shape."""
-    residuals = fit.residuals_px
+def neighbour_correlation(residuals: Array, sights: Sights) -> float:
+    """Correlation of the residuals (v, m, 2) of corners that are neighbours in a row: about 0 for noise, towards 1 for
+    shape."""
     fine = np.isfinite(residuals).all(axis=-1)
-    x, y = fit.sights.places[..., 0], fit.sights.places[..., 1]
-    step = SAME_ROW * fit.sights.size_mm
+    x, y = sights.places[..., 0], sights.places[..., 1]
+    step = SAME_ROW * sights.size_mm
     order = np.lexsort((np.where(fine, x, np.inf), np.where(fine, np.rint(y / step), np.inf)), axis=1)
     r, row, known = (np.take_along_axis(a, order if a.ndim == 2 else order[..., None], axis=1)
                      for a in (residuals, np.rint(y / step), fine))

@@ -16,6 +16,7 @@ EXPECTED_SIGMAS = 5.0  # an error over the picture beyond it: the views hardly d
 HALVES_SIGMAS = 10.0
 SHAPE = 0.3  # correlation of neighbours' residuals; noise makes less than 0.1
 SHAPE_SIGMA_PX = 0.3  # below it, finders and boards alone make correlations up to 0.6 on real pictures
+NOISY_PX = 1.0
 HELD_OUT_TIMES = 1.5
 UNSUPPORTED_SIGMAS = 2.0
 MUCH_BOW = 0.02  # of the board's half diagonal
@@ -46,7 +47,7 @@ def _spread(fit: BoardFit, cv: CrossValidation, expected: Array, cover: float, t
         yield Warning("badly-spread-views", f"The views leave the lens uncertain by {middle:.2g} px over the picture, "
                       f"{middle / max(fit.sigma_px, 1e-9):.0f} times a corner's noise.", cure)
     if cover < LEAST_COVER:
-        yield Warning("picture-not-covered", f"Corners reach {cover:.0%} of the picture; elsewhere the lens is a guess.",
+        yield Warning("picture-not-covered", f"Corners reach {cover:.0%} of the picture; the rest is a guess.",
                       "Add views near the picture's edges and corners.")
     if cv.halves_ratio > HALVES_SIGMAS:
         yield Warning("halves-disagree", f"Lenses from half the views each differ by {2 * cv.halves_px:.2g} px, "
@@ -59,11 +60,15 @@ def _spread(fit: BoardFit, cv: CrossValidation, expected: Array, cover: float, t
 
 
 def _model(fit: BoardFit, cv: CrossValidation, correlation: float) -> Iterator[Warning]:
-    if correlation > SHAPE and fit.sigma_px > SHAPE_SIGMA_PX or cv.held_ratio > HELD_OUT_TIMES:
+    if (correlation > SHAPE and fit.sigma_px > SHAPE_SIGMA_PX) or cv.held_ratio > HELD_OUT_TIMES:
         other = "fisheye" if fit.lens.model != "fisheye" else "brown-conrady"
-        yield Warning("wrong-model", f"What is left over has a shape (neighbouring corners err alike, "
+        yield Warning("wrong-model", "What is left over has a shape (neighbouring corners err alike, "
                       f"{correlation:.2f}; held-out views err {cv.held_ratio:.1f} times as much as used ones): "
                       "this lens cannot be described by these terms.", f"Try more terms, or the model {other}.")
+    if fit.sigma_px > NOISY_PX:
+        yield Warning("noisy-corners", f"Corners lie {fit.sigma_px:.2g} px from where the lens sees them; sharp "
+                      "pictures give 0.1 to 0.3 px.",
+                      "Hold the board still and in focus; check its columns, rows and squares.")
     for name in fit.terms:
         value, sigma = fit.lens.values[name], fit.lens.sigma.get(name, 0.0)
         if abs(value) < UNSUPPORTED_SIGMAS * sigma:

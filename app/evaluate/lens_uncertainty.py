@@ -12,7 +12,7 @@ from app.models.pinhole_lens import PinholeLens
 
 
 def lens_sensitivity(lens: PinholeLens, names: tuple[str, ...], pixels: Array) -> Array:
-    """(n, 2, len(names)) px per unit of each named parameter at pixels (n, 2), rotations taken out; NaN out of reach."""
+    """(n, 2, len(names)) px per unit of each named parameter at pixels (n, 2), rotations taken out; NaN afar."""
     rays = lens.rays(pixels)
     plane, by_ray, by_terms = lens.lens.distort_jacobian(np.array(lens.terms), rays)
     focal = lens.focal_px * np.array([1.0, lens.aspect])

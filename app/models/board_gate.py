@@ -1,4 +1,4 @@
-"""Fitting again and again until what disagrees is left out: corners beyond the noise, and views that are wrong whole."""
+"""Fitting anew until what disagrees is left out: corners beyond the noise, and views that are wrong whole."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -81,8 +81,8 @@ class Fitter:
 
     def poses(self, sights: Sights, start: BoardState, sigma_px: float) -> Blocks[BoardState]:
         """The same with the lens and the bow held fast."""
-        problem = BoardProblem(sights, np.zeros(len(start.names), bool), self.image_size, max(sigma_px, LEAST_WEIGHT_PX))
-        return problem.solve(start)
+        nothing = np.zeros(len(start.names), bool)
+        return BoardProblem(sights, nothing, self.image_size, max(sigma_px, LEAST_WEIGHT_PX)).solve(start)
 
     def gate(self, sights: Sights, start: BoardState, terms: tuple[str, ...], sigma_px: float, keep: Array) -> Gated:
         """Fit, leave out what disagrees, fit again, until nothing changes. keep (v,): views to begin with."""

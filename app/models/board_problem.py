@@ -37,7 +37,7 @@ class BoardProblem:
         return self._beforehand(state)[1][self.free]
 
     def look(self, state: BoardState) -> tuple[Array, Array, Array]:
-        """Residuals and derivatives in σ; nought where no corner was seen. A lost corner costs much but pulls nowhere."""
+        """Residuals and derivatives in σ; nought where no corner was seen. A lost one costs much and pulls nowhere."""
         with np.errstate(all="ignore"):
             pixels, shared, own = state.project_jacobian(self.sights, self.free)
             residuals = pixels - self.sights.pixels

@@ -1,4 +1,4 @@
-"""Where the search for a lens from a board begins: homographies, Zhang's intrinsics, poses along rays, a scan of lenses.
+"""Where the search for a lens from a board begins: homographies, Zhang's intrinsics, poses along rays, a scan.
 
 Z. Zhang, "A flexible new technique for camera calibration", PAMI 2000. His closed form supposes a lens without
 distortion; where the lens is strong, a scan over focal lengths, judged by how well poses fit along the rays, is what

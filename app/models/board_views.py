@@ -13,6 +13,7 @@ from app.models.lens import Array
 
 MIN_CORNERS = 6  # a pose takes six of twelve numbers; with four corners, one wrong corner would go unseen
 THIN = 0.02  # corners narrower than this share of their length are on one line
+SAME_PX = 1e-3  # two pictures never agree so well; a picture given twice would seem to make the lens surer
 FLAT = 0.05  # of the board's half diagonal; a bow beyond it is no board
 
 
@@ -31,6 +32,7 @@ class LeftOut:
 
 def unusable_views(views: tuple[BoardView, ...], image_size: ImageSize) -> Iterator[LeftOut]:
     """The views that are left out before anything is computed, each with its reason."""
+    first: dict[bytes, str] = {}
     for index, view in enumerate(views):
         name = view.name or f"view {index + 1}"
         n = len(view.pixels)
@@ -41,6 +43,10 @@ def unusable_views(views: tuple[BoardView, ...], image_size: ImageSize) -> Itera
         elif ((view.pixels < -1) | (view.pixels > np.array(tuple(image_size)))).any():
             yield LeftOut(index, name, "outside-picture", f"{name} has corners outside the picture of "
                           f"{image_size.width} × {image_size.height} px.")
+        elif (same := np.rint(view.pixels / SAME_PX).tobytes()) in first:
+            yield LeftOut(index, name, "seen-already", f"{name} is {first[same]} once more: it tells nothing new.")
+        else:
+            first[same] = name
 
 
 def refuse_what_is_no_board(views: tuple[BoardView, ...]) -> None:

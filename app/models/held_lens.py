@@ -53,8 +53,8 @@ def held_lens(model_class: type[RayCamera], settings: Mapping[str, Any], image_s
         raise BadInput(f"The held lens is {name}, the model to fit is {model_class.NAME}.",
                        f"Fit {name}, or hold another lens.", reason="bad-option")
     if lens.image_size != image_size:
-        raise BadInput(f"The held lens is of pictures of {lens.image_size.width} × {lens.image_size.height} px, this one "
-                       f"has {image_size.width} × {image_size.height} px.",
+        raise BadInput(f"The held lens is of pictures of {lens.image_size.width} × {lens.image_size.height} px, this "
+                       f"one has {image_size.width} × {image_size.height} px.",
                        "Hold a lens that was calibrated at this size.", reason="bad-option")
     if settings.get("lens_sigma") == "own" and not lens.estimated:
         raise BadInput("It is not known how well the held lens is known.",

@@ -29,7 +29,8 @@ def opencv(views: tuple[BoardView, ...], size: ImageSize) -> tuple[PinholeLens, 
                        (float(k[0, 2]), float(k[1, 2])), size), float(rms), seconds
 
 
-def mrcal(views: tuple[BoardView, ...], board: Board, size: ImageSize, focal_px: float) -> tuple[PinholeLens, float] | None:
+def mrcal(views: tuple[BoardView, ...], board: Board, size: ImageSize, focal_px: float,
+          ) -> tuple[PinholeLens, float] | None:
     """mrcal's lens with five terms from the same corners, and the seconds its command took; None where it is absent."""
     if MRCAL is None:
         return None
