@@ -1,6 +1,7 @@
 // Everything an operator can do, in one table. Toolbar, shortcuts, the bright button and the list of keys read it.
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
+import { comparison, compareModels, ranking, stopComparing, useModel } from "./ranking.js";
 import { preview } from "./fitting.js";
 import { HAT_MM, canHeat, differenceFrom, heat, others } from "./heat.js";
 import { takePicture } from "./pictures.js";
@@ -86,6 +87,12 @@ const TABLE = [
   { id: "difference", label: "Show the difference from another version", short: "Choose a version…", keys: ["d"], group: "View",
     run: () => { if (heat.value.what === "difference") heat.value = { ...heat.value, what: "none" }; else differenceFrom(); },
     pressed: () => heat.value.what === "difference", enabled: () => canHeat.value && others.value.length > 0 },
+
+  { id: "compare-models", label: "Compare the models on these clicks", short: "Compare the models", group: "Model", run: compareModels,
+    enabled: () => editing.value && preview.value !== null && comparison.value === null },
+  { id: "stop-comparing", label: "Stop comparing the models", short: "Stop", group: "Model", run: stopComparing, enabled: () => comparison.value !== null },
+  { id: "use-recommended", label: "Use the recommended model", keys: ["m"], group: "Model", run: () => useModel(ranking.value?.recommended ?? ""),
+    enabled: () => step.value === "model" && Boolean(ranking.value?.recommended) },
 
   ...STEPS.map(({ id, label }) => ({
     id: `step-${id}`, label: `Go to ${label.toLowerCase()}`, run: () => { step.value = id; },

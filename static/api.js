@@ -25,15 +25,15 @@ export class Away extends Error {}
 
 /**
  * @param {string} method @param {string} path
- * @param {{ json?: unknown, body?: BodyInit, headers?: Record<string, string> }} [send]
+ * @param {{ json?: unknown, body?: BodyInit, headers?: Record<string, string>, keepalive?: boolean }} [send] keepalive: even when the page is left
  * @returns {Promise<Response>}
  */
-export async function request(method, path, { json, body, headers = {} } = {}) {
+export async function request(method, path, { json, body, headers = {}, keepalive = false } = {}) {
   if (json !== undefined) {
     body = JSON.stringify(json);
     headers = { ...headers, "Content-Type": "application/json" };
   }
-  const options = { method, body, headers: { Accept: "application/json", ...headers } };
+  const options = { method, body, keepalive, headers: { Accept: "application/json", ...headers } };
   let response;
   try {
     response = await fetch(ROOT + path, options);

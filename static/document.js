@@ -84,6 +84,14 @@ export function withPoints(document, feature, points, kind) {
   return { ...document, observations: [...others, ...own].toSorted((a, b) => rank(a) - rank(b)) };
 }
 
+/** The document with another model. Options that mean the same to both stay, but for a lens, which is of one model.
+ * @param {Doc} document @param {import("./types").Model} next @param {import("./types").Model | null} before @returns {Doc} */
+export function withModel(document, next, before) {
+  const lenses = new Set(next.options.filter((o) => o.type === "calibration").flatMap(({ name }) => [name, `${name}_sigma`]));
+  const kept = next.options.filter((o) => before?.options.some((b) => same(b, o)) && !lenses.has(o.name) && o.name in document.options);
+  return { ...document, model: next.name, options: Object.fromEntries(kept.map(({ name }) => [name, document.options[name]])) };
+}
+
 /** @param {import("./types").Observation} o */
 function rank(o) {
   const at = BORDERS.indexOf(/** @type {Border} */ (o.feature));

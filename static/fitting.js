@@ -82,8 +82,8 @@ const askPreview = newestWins(async (/** @type {import("./types").Doc} */ asking
   stale.value = !same(asking, doc.value);
 });
 
-/** @param {unknown} error @returns {Refusal} */
-function refused(error) {
+/** What the server refused, to be shown; any other error goes on. @param {unknown} error @returns {Refusal} */
+export function refused(error) {
   if (error instanceof Problem) return { detail: error.detail, fix: error.fix, title: error.body.title };
   throw error;
 }

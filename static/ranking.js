@@ -1,38 +1,84 @@
 // Every model on the same clicks: asked for while the operator chooses one.
 import { effect, signal, untracked } from "@preact/signals";
-import { call } from "./api.js";
-import { doc, dragging } from "./document.js";
-import { fitBody, preview, stale } from "./fitting.js";
-import { newestWins } from "./newest.js";
-import { step } from "./state.js";
+import { Away, online } from "./api.js";
+import { change, doc, dragging, withModel } from "./document.js";
+import { fitBody, preview, refused, stale } from "./fitting.js";
+import { Stopped, workFor } from "./jobs.js";
+import { model, models, snapshot, step } from "./state.js";
 
-const PAUSE_MS = 400; // six fits and their cross-validation are not asked for at pointer rate
+const PAUSE_MS = 400; // seven fits and their cross-validation are not asked for at pointer rate
+/** What is true of the camera and its clicks, whichever model describes it. */
+const FACTS = ["height_mm", "line_sigma_mm", "click_sigma_px"];
 
 /** The models, best first, for the clicks in `of`. */
 export const ranking = signal(/** @type {(import("./types").Ranking & { of: string }) | null} */ (null));
+/** The comparison under way. */
+export const comparison = signal(/** @type {{ of: string, progress: number, message: string, stop: AbortController } | null} */ (null));
+/** The clicks that are not compared: refused by the server, or stopped by the operator, for whom there is nothing to say. */
+export const notCompared = signal(/** @type {{ of: string, why: import("./types").Refusal | null } | null} */ (null));
 
 /** What a ranking depends on: the clicks and the field, not the model that is chosen. */
-const clicks = () => {
-  const { model: _model, options: _options, ...others } = fitBody(doc.value);
-  return others;
-};
+function clicks() {
+  const { model: _model, options, ...others } = fitBody(doc.value);
+  return { ...others, options: Object.fromEntries(FACTS.flatMap((name) => (name in options ? [[name, options[name]]] : []))) };
+}
 
-const ask = newestWins(async (/** @type {ReturnType<typeof clicks>} */ body) => {
+/** Whether the ranking is of the present clicks. */
+export const isFresh = () => ranking.value?.of === JSON.stringify(clicks());
+
+/** @param {ReturnType<typeof clicks>} body */
+async function compare(body) {
+  const of = JSON.stringify(body), stop = new AbortController();
+  comparison.value?.stop.abort();
+  comparison.value = { of, progress: 0, message: "", stop };
+  notCompared.value = null;
   try {
-    ranking.value = { ...(await call("POST", "/calibrations/compare", body)), of: JSON.stringify(body) };
-  } catch { ranking.value = null; } // the verdict already says what is missing
-});
+    const found = await workFor("/calibrations/compare?job=true", body, stop.signal, ({ progress, message }) => {
+      if (comparison.value?.stop === stop) comparison.value = { of, progress, message, stop };
+    });
+    if (!stop.signal.aborted) ranking.value = { ...found, of };
+  } catch (error) {
+    // When the server is away, the models are compared once it is back.
+    if (!stop.signal.aborted && !(error instanceof Away)) notCompared.value = { of, why: error instanceof Stopped ? null : refused(error) };
+  } finally {
+    if (comparison.value?.stop === stop) comparison.value = null;
+  }
+}
+
+/** Compare now, though it was stopped. */
+export function compareModels() { void compare(clicks()); }
+
+/** Stop comparing these clicks. */
+export function stopComparing() {
+  const of = comparison.value?.of;
+  comparison.value?.stop.abort();
+  comparison.value = null;
+  if (of) notCompared.value = { of, why: null };
+}
+
+/** @param {string} name */
+export function useModel(name) {
+  const next = models.value.find((m) => m.name === name);
+  if (next && next !== model.value) change(withModel(doc.value, next, model.value));
+}
 
 /** Keep the ranking up to date while the model step is open, from now on. */
 export function startRanking() {
   let timer = 0;
   effect(() => {
-    const isWanted = step.value === "model" && preview.value !== null && !stale.value && !dragging.value;
+    const isWanted = step.value === "model" && preview.value !== null && !stale.value && !dragging.value && online.value;
     void doc.value;
     clearTimeout(timer);
     untracked(() => {
-      const body = clicks();
-      if (isWanted && ranking.value?.of !== JSON.stringify(body)) timer = setTimeout(() => void ask(body), PAUSE_MS);
+      const body = clicks(), of = JSON.stringify(body);
+      const isKnown = [ranking, comparison, notCompared].some((asked) => asked.value?.of === of);
+      if (step.value !== "model" || comparison.value?.of !== of) { comparison.value?.stop.abort(); comparison.value = null; }
+      if (isWanted && !isKnown) timer = setTimeout(() => void compare(body), PAUSE_MS);
     });
   });
+  effect(() => { // another picture has nothing to do with this ranking
+    void snapshot.value?.id;
+    untracked(() => { ranking.value = null; notCompared.value = null; });
+  });
+  addEventListener("pagehide", () => comparison.value?.stop.abort());
 }

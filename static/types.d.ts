@@ -48,8 +48,19 @@ export interface Report {
   warnings: Warning[];
 }
 /** One model among all, on the same clicks. field_mm: what it would miss inside the field. */
-export interface Ranked { model: string; title: string; parameters: number; field_mm: number | null; held_out_mm: number | null }
-export interface Ranking { ranking: Ranked[]; recommended: string | null; reason: string }
+export interface Ranked {
+  model: string; title: string; parameters: number; field_mm: number | null; held_out_mm: number | null; check_mm: number | null;
+  apart_mm: number | null; expected_mm: number | null; expected_hat_mm: number | null; rms_px: number | null;
+}
+export interface Ranking {
+  ranking: Ranked[]; recommended: string | null; reason: string; no_significant_distortion: boolean | null;
+  failed: { model: string; title: string; reason: string; what: string; fix: string }[];
+}
+/** Long work on the server. */
+export interface Job {
+  id: string; kind: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; progress: number; message: string;
+  result: any; problem: Record<string, any> | null;
+}
 export interface Preview { report: Report; corrected_size: Point; overlay: Feature[] }
 export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;

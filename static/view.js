@@ -5,7 +5,8 @@ const SMALLEST = 0.05, LARGEST = 64;
 const MARGIN = { top: 68, side: 28, bottom: 48 }; // room for the toolbar and the read-out
 
 export const stageSize = signal({ width: 800, height: 600 });
-export const view = signal({ k: 1, tx: 0, ty: 0 });
+/** fitted: nobody has zoomed or panned since the whole picture was shown. */
+export const view = signal({ k: 1, tx: 0, ty: 0, fitted: true });
 
 /** @param {number} sx @param {number} sy stage pixels @returns {import("./types").Point} picture pixels */
 export function toPicture(sx, sy) {
@@ -23,13 +24,13 @@ export function toStage(x, y) {
 export function zoomBy(factor, sx = stageSize.value.width / 2, sy = stageSize.value.height / 2) {
   const { k, tx, ty } = view.value;
   const next = Math.min(LARGEST, Math.max(SMALLEST, k * factor));
-  view.value = { k: next, tx: sx - (sx - tx) * (next / k), ty: sy - (sy - ty) * (next / k) };
+  view.value = { k: next, tx: sx - (sx - tx) * (next / k), ty: sy - (sy - ty) * (next / k), fitted: false };
 }
 
 /** @param {number} dx @param {number} dy stage pixels */
 export function panBy(dx, dy) {
   const { k, tx, ty } = view.value;
-  view.value = { k, tx: tx + dx, ty: ty + dy };
+  view.value = { k, tx: tx + dx, ty: ty + dy, fitted: false };
 }
 
 /** Show all of a picture. @param {{ width: number, height: number } | null} picture */
@@ -38,7 +39,7 @@ export function fit(picture) {
   const { width, height } = stageSize.value;
   const w = Math.max(50, width - 2 * MARGIN.side), h = Math.max(50, height - MARGIN.top - MARGIN.bottom);
   const k = Math.min(w / picture.width, h / picture.height);
-  view.value = { k, tx: (width - k * picture.width) / 2, ty: MARGIN.top + (h - k * picture.height) / 2 };
+  view.value = { k, tx: (width - k * picture.width) / 2, ty: MARGIN.top + (h - k * picture.height) / 2, fitted: true };
 }
 
 /** Bring a picture point into sight, if it is not. @param {number} x @param {number} y */

@@ -22,6 +22,7 @@ from app.records import Fit
 
 WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about this factor
 SAME_MM = 0.3
+BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
 NO_LENS = 0.3  # % of Eq. (9): less bow than that in every border is no significant distortion
 
 
@@ -87,8 +88,8 @@ def _row(candidate: Candidate, reference: Candidate | None, region: Region) -> d
 def _no_significant_distortion(candidates: list[Candidate], known: list[dict[str, Any]], least: float) -> bool:
     """A model without any lens does as well as the best, or the best lens hardly bends a border."""
     def bends(c: Candidate) -> bool:
-        if c.name == "homography":
-            return False
+        if c.name in BENDS:
+            return BENDS[c.name]
         terms = getattr(c.fit.model, "lens_terms", None)
         return terms is None or any(terms)
 

@@ -26,9 +26,9 @@ export function Stage() {
   useEffect(() => {
     const element = /** @type {HTMLElement} */ (stage.current);
     const watch = new ResizeObserver(([entry]) => {
-      const { width, height } = entry.contentRect, isFirst = stageSize.value.width === 800;
+      const { width, height } = entry.contentRect;
       stageSize.value = { width, height };
-      if (isFirst) fit(snapshot.value);
+      if (view.value.fitted) fit(snapshot.value);
     });
     watch.observe(element);
     return () => watch.disconnect();

@@ -11,13 +11,13 @@ import { ActionButton } from "./toolbar.js";
 /** On the stage, while a map is wanted. */
 export function HeatLegend() {
   if (!isHot.value) return null;
-  const { what, z_mm } = heat.value, map = shown.value, why = notShown.value;
+  const { what } = heat.value, map = shown.value, why = notShown.value;
   return html`<section class="legend" data-off-stage data-testid="legend" aria-label="Scale of the map">
-    <h2>${what === "expected" ? `Expected error ${z_mm ? "at hat height" : "on the carpet"}` : `Version ${version.value?.version} from version ${numberOf(heat.value.other)}`}</h2>
+    <h2>${what === "expected" ? "Expected error" : `Version ${version.value?.version} from version ${numberOf(heat.value.other)}`}</h2>
     ${map && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${map.top} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
       <div>${[0, 0.5, 1].map((share) => html`<span key=${share}>${tick(share * map.top)}${share === 1 ? " mm" : ""}</span>`)}</div></div>`}
     ${why ? html`<p data-testid="no-map"><b>${why.detail}</b> ${why.fix}</p>` : !map && html`<p class="dim">The server computes it…</p>`}
-    ${what === "expected" && html`<div class="switch"><${Height} z_mm=${0} label="Carpet"/><${Height} z_mm=${HAT_MM} label="Hats"/></div>`}
+    ${what === "expected" && html`<div class="switch" role="group" aria-label="Where"><${Height} z_mm=${0} label="Carpet"/><${Height} z_mm=${HAT_MM} label="Hats"/></div>`}
   </section>`;
 }
 

@@ -13,6 +13,11 @@ import requests
 from chromium import ARGUMENTS, FIX, chromium_path
 from playwright.sync_api import Page, expect
 
+from app.cli.server import DEMO_CAMERAS
+from app.field_reader import field_from_json
+from app.sources import Surroundings, source_from_url
+from app.sources.sim.clicks import border_clicks
+
 START_S = 60  # a loaded machine imports OpenCV for many seconds
 CLICKS = Path(__file__).parents[1] / "clicks"
 
@@ -201,3 +206,26 @@ def frame_points():
     along_x, along_y = [100, 190, 280, 370, 460, 550], [70, 140, 210, 280, 350, 410]
     return {"left": [[80, y] for y in along_y], "right": [[560, y] for y in along_y],
             "top": [[x, 60] for x in along_x], "bottom": [[x, 420] for x in along_x]}
+
+
+@pytest.fixture
+def clicked(operator, server):
+    """A function that puts the operator before a fresh picture of the demo's camera with its borders clicked.
+
+    painted: the name of the line under which the bottom border is clicked, where it is not as a border.
+    """
+    settings = DEMO_CAMERAS[0]
+    field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
+    camera = source_from_url(settings["source"], Surroundings(fields={field.name: field})).camera
+    region = field.region(settings["region"])
+
+    def clicked(model: str, step: str = "model", noise_px: float = 0.3, painted: str | None = None, **options):
+        points = border_clicks(camera, region, 9, noise_px)
+        if painted is not None:
+            points[painted] = points.pop("bottom")
+        snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]
+        draft = {"field": field.name, "region": region.name, "model": model, "options": options, "observations": [
+            {"feature": name, "kind": "line", "points": found[1:-1].tolist()} for name, found in points.items()]}
+        return operator.go_on(snapshot, draft, step)
+
+    return clicked

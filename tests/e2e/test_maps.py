@@ -1,34 +1,9 @@
 """Maps over the picture: expected error of a version, and the difference between two, as REST tells them."""
 
-import pytest
 from playwright.sync_api import expect
-
-from app.cli.server import DEMO_CAMERAS
-from app.field_reader import field_from_json
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_clicks
 
 COLOUR_AT = """(canvas, [u, v]) => [...canvas.getContext("2d").getImageData(
   Math.round(u * (canvas.width - 1)), Math.round(v * (canvas.height - 1)), 1, 1).data]"""
-HIGHEST, LOWEST = (253, 231, 37), (68, 1, 84)  # the ends of the scale of colours
-
-
-@pytest.fixture
-def clicked(operator, server):
-    """A function that puts the operator before a fresh picture of the demo's camera with its borders clicked."""
-    settings = DEMO_CAMERAS[0]
-    field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
-    camera = source_from_url(settings["source"], Surroundings(fields={field.name: field})).camera
-    region = field.region(settings["region"])
-
-    def clicked(model: str, step: str = "model", noise_px: float = 0.3, **options):
-        points = border_clicks(camera, region, 9, noise_px)
-        snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]
-        draft = {"field": field.name, "region": region.name, "model": model, "options": options, "observations": [
-            {"feature": name, "kind": "line", "points": found[1:-1].tolist()} for name, found in points.items()]}
-        return operator.go_on(snapshot, draft, step)
-
-    return clicked
 
 
 def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, server, tmp_path):
@@ -52,7 +27,7 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     page.get_by_test_id("height-150").click()
     at_hats = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json?z_mm=150").json()
     expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {at_hats['max']:.1f} mm", timeout=10_000)
-    expect(page.get_by_test_id("legend")).to_contain_text("hat height")
+    expect(page.get_by_test_id("heat-figures")).to_contain_text("At hat height")
     page.screenshot(path=tmp_path / "hat.png")
 
     page.get_by_test_id("step-model").click()  # the saved version is still what the document says

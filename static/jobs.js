@@ -1,0 +1,44 @@
+// Long work on the server: ask for it, watch how far it has come, stop it.
+import { Away, Problem, call, request } from "./api.js";
+
+const LOOK_MS = 250;
+
+/** @typedef {import("./types").Job} Job */
+
+/** The work was stopped, here or elsewhere. */
+export class Stopped extends Error {}
+
+/** Ask for work that takes a while, and wait for its result. Refusals are thrown as they would be at once.
+ * @param {string} path @param {unknown} json @param {AbortSignal} stop ends the work on the server too @param {(job: Job) => void} told how far it is */
+export async function workFor(path, json, stop, told) {
+  const response = await request("POST", path, { json });
+  return response.status === 202 ? follow(await response.json(), stop, told) : response.json();
+}
+
+/** Watch a job to its end. @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} told @returns {Promise<any>} its result */
+export async function follow(job, stop, told) {
+  const cancel = () => void request("DELETE", `/jobs/${job.id}`, { keepalive: true }).catch(() => {}); // it may have ended already
+  if (stop.aborted) cancel();
+  stop.addEventListener("abort", cancel);
+  try {
+    for (let now = job; ; now = await look(now)) {
+      if (stop.aborted || now.state === "cancelled") throw new Stopped();
+      told(now);
+      if (now.state === "done") return now.result;
+      if (now.state === "failed") throw new Problem(now.problem?.status ?? 500, now.problem ?? {});
+      await new Promise((resolve) => { setTimeout(resolve, LOOK_MS); });
+    }
+  } finally {
+    stop.removeEventListener("abort", cancel);
+  }
+}
+
+/** @param {Job} before @returns {Promise<Job>} as it is now; as it was, while the server does not answer */
+async function look(before) {
+  try {
+    return await call("GET", `/jobs/${before.id}`);
+  } catch (error) {
+    if (error instanceof Away) return before;
+    throw error;
+  }
+}

@@ -1,0 +1,96 @@
+"""Choosing a model: all are compared on the same clicks, one is recommended, and every refusal says what to do."""
+
+import pytest
+from playwright.sync_api import expect
+
+BORDERS = ("left", "right", "top", "bottom")
+LONG = 60_000  # ms, for seven models on a busy machine
+
+
+def test_models_stand_in_the_order_of_their_error_and_the_recommended_one_is_a_click_away(clicked, tmp_path):
+    operator = clicked("polynomial")
+    page = operator.page
+    expect(page.get_by_test_id("comparing")).to_be_visible(timeout=10_000)
+    page.screenshot(path=tmp_path / "comparing.png")
+    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("comparing")).to_have_count(0)
+    shown = page.get_by_test_id("models").locator("em.value").all_inner_texts()
+    errors = [float(text.split()[0].replace("\u202f", "")) for text in shown if text != "–"]
+    assert errors == sorted(errors)
+    expect(page.get_by_test_id("no-distortion")).to_have_count(0)  # the lens is a strong one, whichever model has it
+    page.screenshot(path=tmp_path / "ranked.png")
+    recommended = page.get_by_test_id("models").locator("li", has_text="Recommended")
+    page.get_by_test_id("do-use-recommended").click()
+    expect(recommended.get_by_role("radio")).to_have_attribute("aria-checked", "true")
+    expect(page.get_by_test_id("do-use-recommended")).to_have_count(0)
+    expect(page.get_by_test_id("model-details")).to_contain_text("Held out")
+    assert operator.draft()["model"] != "polynomial"
+
+
+def test_a_comparison_can_be_stopped_and_begun_again(clicked, server):
+    page = clicked("division").page
+    page.get_by_test_id("do-stop-comparing").click(timeout=10_000)
+    expect(page.get_by_test_id("not-compared")).to_be_visible()
+    expect(page.get_by_test_id("ranking")).to_have_count(0)
+    newest = server.api("GET", "/jobs").json()["items"][0]
+    assert (newest["kind"], newest["state"]) == ("comparison", "cancelled")
+    page.get_by_test_id("do-compare-models").click()
+    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
+
+
+def test_who_leaves_the_step_stops_the_comparison(clicked, server):
+    page = clicked("division").page
+    expect(page.get_by_test_id("comparing")).to_be_visible(timeout=10_000)
+    page.wait_for_timeout(500)  # until the server has it
+    page.get_by_test_id("step-borders").click()
+    page.wait_for_timeout(500)
+    newest = server.api("GET", "/jobs").json()["items"][0]
+    assert (newest["kind"], newest["state"]) == ("comparison", "cancelled")
+
+
+def test_a_model_that_cannot_be_fitted_is_listed_with_what_to_do(clicked, tmp_path):
+    page = clicked("division", painted="touch-line-bottom").page
+    failed = page.get_by_test_id("failed-polynomial")
+    expect(failed).to_contain_text("Cannot be fitted.", timeout=LONG)
+    expect(failed).to_contain_text("Click")
+    page.screenshot(path=tmp_path / "failed.png")
+
+
+def test_straight_lines_are_said_to_have_no_significant_distortion(operator, straight_picture, frame_points, tmp_path):
+    operator.open(straight_picture, "table", "full")
+    for border in BORDERS:
+        operator.click(border, frame_points[border])
+    page = operator.next("model").page
+    expect(page.get_by_test_id("no-distortion")).to_contain_text("No significant distortion.", timeout=LONG)
+    page.screenshot(path=tmp_path / "straight.png")
+
+
+def test_a_taped_height_stays_when_another_model_is_chosen(clicked):
+    operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0}, terms=["k1"])
+    operator.page.get_by_test_id("model-division").click()
+    assert operator.draft()["options"] == {"height_mm": {"value": 3000.0, "sigma": 30.0}}
+    operator.page.get_by_test_id("model-polynomial").click()
+    assert operator.draft()["options"] == {}
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (1024, 768)], ids=["laptop", "tablet"])
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_nothing_of_maps_and_models_is_cut_off(clicked, tmp_path, size, scheme):
+    operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0})
+    page = operator.page
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    page.keyboard.press("0")
+    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
+    page.screenshot(path=tmp_path / "models.png")
+    operator.next("compare")
+    page.keyboard.press("e")
+    expect(page.get_by_test_id("heat-figures")).to_be_visible(timeout=10_000)
+    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=20_000)
+    page.wait_for_timeout(300)
+    page.screenshot(path=tmp_path / "map.png")
+    for shown in ("legend", "do-heat", "next"):
+        box = page.get_by_test_id(shown).first.bounding_box()
+        assert box["x"] >= 0 and box["x"] + box["width"] <= size[0] + 0.5, shown
+    overflowing = page.evaluate("[...document.querySelectorAll('aside, .verdict, footer')].filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName)")
+    assert overflowing == []
