@@ -1,6 +1,5 @@
 """The shell: results on stdout, errors with their fix on stderr, and an exit code for each kind."""
 
-import io
 import json
 import os
 import re
@@ -17,27 +16,10 @@ import numpy as np
 import pytest
 
 from app import __version__
-from app.cli import main
 
 CLICKS = Path(__file__).parent / "clicks" / "ssl_2008_half.json"
 MANUAL = Path(__file__).parents[1] / "static" / "help" / "cli.md"
 TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
-
-
-@pytest.fixture
-def touchline(monkeypatch, capsys, tmp_path):
-    """Run a command in tmp_path: (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words, stdin=""):
-        monkeypatch.setattr(sys, "argv", ["touchline", *map(str, words)])
-        monkeypatch.setattr(sys, "stdin", io.StringIO(stdin))
-        with pytest.raises(SystemExit) as ended:
-            main()
-        told = capsys.readouterr()
-        return ended.value.code, told.out, told.err
-
-    return run
 
 
 @pytest.fixture
@@ -171,7 +153,7 @@ def test_the_manuals_commands_do_what_they_say(picture, tmp_path):
     shim.chmod(0o755)
     environment = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(MANUAL.parents[2])}
     for command in commands:
-        done = subprocess.run(command, shell=True, cwd=tmp_path, env=environment, capture_output=True, text=True)
+        done = subprocess.run(f"set -e\n{command}", shell=True, cwd=tmp_path, env=environment, capture_output=True, text=True)
         assert done.returncode == 0, (command, done.stderr)
     assert json.loads(done.stdout)["points"]
     assert (tmp_path / "corrected.png").stat().st_size > 1000

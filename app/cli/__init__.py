@@ -1,9 +1,12 @@
 """The shell door: the same floors below as the REST door, so the same input gives the same numbers.
 
-    words.py      what goes to stderr: errors with their fix, a progress bar; the exit codes
-    files.py      points, calibrations and pictures from files and to files
+    words.py        what goes to stderr: errors with their fix, a progress bar; the exit codes
+    files.py        points, calibrations, lenses and pictures from files and to files
+    tasks.py        what a fit's options on the command line mean
     calibration.py  calibrate, correct, transform
-    server.py     serve, demo
+    judging.py      compare, difference, uncertainty
+    boards.py       board
+    server.py       serve, demo
 """
 
 import sys
@@ -12,7 +15,7 @@ from typing import Annotated
 import typer
 
 from app import __version__
-from app.cli import calibration, server
+from app.cli import boards, calibration, judging, server
 from app.cli.words import EXIT_CODES, exit_code_of
 
 cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
@@ -21,6 +24,10 @@ cli.command()(server.serve)
 cli.command()(server.demo)
 cli.command()(calibration.calibrate)
 cli.command()(calibration.correct)
+cli.command()(judging.compare)
+cli.command()(judging.difference)
+cli.command()(judging.uncertainty)
+cli.command()(boards.board)
 cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point
 
 

@@ -9,9 +9,24 @@ from typing import Annotated, Any
 
 import typer
 
+from app.cli.tasks import (
+    FieldName,
+    HeightMm,
+    HeightSigmaMm,
+    ImageFile,
+    LensFile,
+    LensSigma,
+    Options,
+    OwnFields,
+    PointsFile,
+    RegionName,
+    Rotate,
+    options_from,
+    task_from,
+)
+
 # OpenCV and numpy load within the commands, so that `touchline --help` and a mistyped option answer at once.
 
-OwnFields = Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="Folder of your own fields.")]
 CalibrationFile = Annotated[Path, typer.Option("--calibration", "-c", metavar="CAL.json", help="As calibrate wrote it, "
                                                "or exported as json.")]
 
@@ -23,16 +38,12 @@ class Frame(StrEnum):
 
 
 def calibrate(
-    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG, BMP or WebP.")],
-    points: Annotated[Path, typer.Option("--points", metavar="FILE.json", help="Observations: a list, or an object "
-                                         "with observations, field and region.")],
+    image: ImageFile, points: PointsFile,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write.")],
-    field: Annotated[str | None, typer.Option("--field", help="Field name, such as ssl-2008.")] = None,
-    region: Annotated[str | None, typer.Option("--region", help="Part of the field that is seen.")] = None,
-    rotate: Annotated[int | None, typer.Option("--rotate", help="0, 90, 180 or 270: how the region stands.")] = None,
+    field: FieldName = None, region: RegionName = None, rotate: Rotate = None,
     model: Annotated[str | None, typer.Option("--model", help="Camera model; polynomial when left out.")] = None,
-    option: Annotated[list[str] | None, typer.Option("--option", metavar="NAME=VALUE", help="A setting of the fit, "
-                                                     "such as degree=3; may be repeated.")] = None,
+    option: Options = None, lens: LensFile = None, lens_sigma: LensSigma = None, height_mm: HeightMm = None,
+    height_sigma_mm: HeightSigmaMm = None,
     note: Annotated[str, typer.Option("--note", help="Kept with the calibration.")] = "",
     fields: OwnFields = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
@@ -40,28 +51,9 @@ def calibrate(
     """Calibrate one picture from clicked points."""
     from app.cli import files
     from app.cli.words import progress_bar
-    from app.errors import BadInput, Conflict
-    from app.geometry import ImageSize
-    from app.records import observations_from_json
-    from app.settings import Settings
-    from app.store.field_shelf import FieldShelf
-    from app.task import Task
 
-    given = files.read_points_file(points)
-    field_name, region_name = field or given.get("field"), region or given.get("region")
-    if field_name is None or region_name is None:
-        raise BadInput("No field or no region is named.", "Give --field and --region, or name them in the points file.",
-                       reason="no-field")
-    seen = FieldShelf(fields or Settings().own_fields)[field_name]
-    turn = rotate if rotate is not None else given.get("rotate")
-    frame = files.read_picture(image)
-    if "image_size" in given and ImageSize.of(given["image_size"]) != frame.size:
-        raise Conflict(f"{image} is {frame.size.width} × {frame.size.height} px; the points are for a picture of "
-                       f"{given['image_size']}.", "Give the picture that was clicked.", reason="size-mismatch")
-    options = {**(given.get("options") or {}), **_options(option or [])}
-    task = Task(observations_from_json(given["observations"]), seen, seen.region(region_name, turn), frame.size,
-                model or given.get("model") or "polynomial", options, image_sha256=frame.sha256,
-                note=note or given.get("note", ""))
+    options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
+    task = task_from(image, points, field, region, rotate, model, options, note, fields)
     with progress_bar("Calibrating") as progress:
         done = task.run(progress)
     files.write_calibration(output, task.record(done))
@@ -115,20 +107,6 @@ def transform(
         print(json.dumps({"points": reached}, allow_nan=False))
     else:
         print("\n".join(f"{p[0]!r},{p[1]!r}" if p else "nan,nan" for p in reached))
-
-
-def _options(words: list[str]) -> dict[str, Any]:
-    """name=value words; a value is JSON where it can be read so, else text."""
-    options = {}
-    for word in words:
-        name, equals, value = word.partition("=")
-        if not equals:
-            raise typer.BadParameter(f"{word!r} is not NAME=VALUE", param_hint="--option")
-        try:
-            options[name] = json.loads(value)
-        except ValueError:
-            options[name] = value
-    return options
 
 
 def _summary(report: dict[str, Any], output: Path) -> str:

@@ -11,11 +11,13 @@ from app.errors import BadInput
 from app.exports import EXPORTS
 from app.geometry import Points, as_points
 from app.images import Limits, encode, frame_from_bytes
+from app.models.pinhole_lens import PinholeLens
 from app.records import Calibration, Frame
 from app.store.files import write_whole
 
 POINTS_KEYS = ("observations", "field", "region", "rotate", "model", "options", "image_size", "note")
 POINTS_FORM = 'Give a list of observations, or {"field": …, "region": …, "observations": […]}.'
+LENS_FORMAT = "touchline-lens"
 MAX_JSON_BYTES = 16 << 20
 MAX_POINT_BYTES = 256 << 20
 
@@ -60,6 +62,23 @@ def read_calibration(path: Path) -> Calibration:
 
 def write_calibration(path: Path, calibration: Calibration) -> None:
     write_bytes(path, EXPORTS["json"].write(calibration))
+
+
+def read_held_lens(path: Path) -> dict[str, Any]:
+    """The lens of a file that board or calibrate wrote, as a fit's option."""
+    data = read_bytes(path, MAX_JSON_BYTES)
+    value = strict_json(data, str(path))
+    if isinstance(value, dict) and value.get("format") == LENS_FORMAT:
+        lens = PinholeLens.from_json(value.get("lens"))
+        return {"name": lens.model, "lens": lens.to_json()}
+    known = EXPORTS["json"].read(data)
+    return {"name": known.model_name, "parameters": dict(known.model_parameters)}
+
+
+def write_lens(path: Path, found: Mapping[str, Any]) -> None:
+    """What a board calibration answered, whole."""
+    record = {"format": LENS_FORMAT, "format_version": 1, **found}
+    write_bytes(path, json.dumps(record, indent=1, allow_nan=False, ensure_ascii=False).encode())
 
 
 def read_points_file(path: Path) -> dict[str, Any]:

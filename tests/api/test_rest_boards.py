@@ -6,19 +6,14 @@ import numpy as np
 import pytest
 from boards_seen import BOARD, SIZE, TRUTH, picture_of, views_of
 from jobs_watched import accepted, ended
+from lens_over_field import FIELD, clicks_through_the_lens
 from pictures import encoded
 from refusals import API, refusal
 
 from app.board import Board
-from app.field import BORDERS
-from app.models import raw_from_field
-from app.models.brown_conrady import BrownConrady
-from app.models.rays import example_fields
 
 CAL, LENSES = f"{API}/calibrations", f"{API}/lenses"
 SMALL = Board("chessboard", 8, 6, 30.0)
-FIELD = {"name": "plain-4x3", "title": "Plain", "length_mm": 4000, "width_mm": 3000, "lines": [], "arcs": [],
-         "landmarks": {}, "regions": {"full": {"x": [-2000, 2000], "y": [-1500, 1500], "rotate": 0}}}
 
 
 def seen(count=15, **more):
@@ -46,22 +41,6 @@ def test_a_lens_from_corners_is_the_camera_s_and_is_kept_whole(standing, lens):
     assert record["report"]["sigma_px"] == pytest.approx(0.2, rel=0.1)
     (short,) = standing.get(LENSES).json()["items"]
     assert short["id"] == lens["lens"] and short["views"] == 15 and short["verdict"]["sentence"]
-
-
-def clicks_through_the_lens():
-    """36 clicks on the borders of a plain field, seen through the board's camera a little tilted."""
-    where = {**list(example_fields())[1], "focal_px": TRUTH.focal_px, "centre_px": TRUTH.centre_px}
-    model = BrownConrady(lens_terms=TRUTH.terms, **where)
-    rng = np.random.default_rng(0)
-    observations = []
-    for name in BORDERS:
-        line = model.region.border(name)
-        places = line.start + rng.uniform(size=(9, 1)) * np.subtract(line.end, line.start)
-        clicks = raw_from_field(model, places) + rng.normal(0, 0.3, (9, 2))
-        seen_ones = clicks[np.isfinite(clicks).all(axis=1)].tolist()
-        observations.append({"feature": name, "kind": "line", "points": seen_ones})
-    return model, {"field": "plain-4x3", "region": "full", "image_size": list(SIZE), "model": "brown-conrady",
-                   "observations": observations}
 
 
 @pytest.mark.parametrize("sigma", ["0", "own"])
