@@ -173,9 +173,14 @@ def _extrapolations(borders: Mapping[str, _Border], fits: Mapping[str, CurveFit]
     for name, border in borders.items():
         points = border.points[fits[name].inliers]
         position = points[:, 1] if name in ("left", "right") else model.corrected_from_raw(points)[:, 0]
+        position = position[np.isfinite(position)]
+        if not position.size:
+            raise FitFailed(f"The {name} border lies where the borders beside it have crossed.",
+                            "Check the points of all four borders, or choose a lower degree.", reason="borders-cross",
+                            feature=name)
         low, high = rows[name]
         ends = {"left": ("top", "bottom"), "right": ("top", "bottom")}.get(name, ("left", "right"))
-        for gap, end in ((np.nanmin(position) - low, ends[0]), (high - np.nanmax(position), ends[1])):
+        for gap, end in ((position.min() - low, ends[0]), (high - position.max(), ends[1])):
             if gap > EXTRAPOLATED_SHARE * (high - low):
                 found.append(Warning(
                     "border-extrapolated", f"The {name} border has no click in the last "
