@@ -42,11 +42,14 @@ def test_a_lens_from_a_board_replaces_the_tape(board_lens, sigma):
 
 
 def test_a_lens_held_fast_stays_and_one_with_sigma_moves_within_it(board_lens):
-    fast = fitted(CAMERA, 0, **option(board_lens)).model
+    fitted_fast = fitted(CAMERA, 0, **option(board_lens))
+    fast = fitted_fast.model
     assert fast.lens_terms == board_lens.terms and fast.focal_px == pytest.approx(board_lens.focal_px, rel=1e-12)
     own = fitted(CAMERA, 0, **option(board_lens, "own"))
     moved = np.log(own.model.focal_px / board_lens.focal_px) / board_lens.sigma["log_focal"]
     assert 1e-6 < abs(moved) < 4
+    # what the board tells costs the clicks nothing: their spread is judged as if the lens were held
+    assert own.notes["click_sigma_px"] == pytest.approx(fitted_fast.notes["click_sigma_px"], rel=0.05)
     assert "log_focal" in own.parameter_names and own.model.aspect == board_lens.aspect
 
 
