@@ -8,6 +8,7 @@ import { startFitting } from "./fitting.js";
 import { startHeat } from "./heat.js";
 import { html } from "./html.js";
 import { startKeys } from "./keys.js";
+import { startLenses } from "./lenses.js";
 import { startComparing } from "./layers/compare.js";
 import { Stage } from "./layers/stage.js";
 import { BordersPanel } from "./panels/borders.js";
@@ -88,6 +89,7 @@ async function start() {
   startRanking();
   startComparing();
   startHeat();
+  startLenses();
   await loadLists();
   await startRouter();
 }

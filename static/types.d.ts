@@ -56,6 +56,11 @@ export interface Ranking {
   ranking: Ranked[]; recommended: string | null; reason: string; no_significant_distortion: boolean | null;
   failed: { model: string; title: string; reason: string; what: string; fix: string }[];
 }
+/** A lens from a board, in short. */
+export interface Lens {
+  id: string; created_at: string; camera: string | null; note: string; model: string; image_size: Point; views: number; rms_px: number | null;
+  board: { kind: string; columns: number; rows: number; square_mm: number } | null; verdict: { level: string; sentence: string };
+}
 /** Long work on the server. */
 export interface Job {
   id: string; kind: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; progress: number; message: string;

@@ -18,8 +18,8 @@ export const isSaved = computed(() => {
     && same(saved.observations.map(plain), now.observations.map(plain));
 });
 
-/** Options that say something, in one order. @param {Record<string, unknown>} options */
-const given = (options) => Object.entries(options).filter(([, v]) => v !== null).toSorted();
+/** Options that say something, in one order; a lens by its id, for a version keeps the lens itself. @param {Record<string, any>} options */
+const given = (options) => Object.entries(options).filter(([, v]) => v !== null).map(([name, v]) => [name, v.id ?? v]).toSorted();
 
 /** @param {import("./types").Observation} o */
 const plain = ({ feature, kind, points, z_mm = 0 }) => [feature, kind, points, z_mm];

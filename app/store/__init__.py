@@ -143,10 +143,10 @@ class Store:
         """A lens for a fit's option, by the id of the calibration or the lens from a board that has it."""
         with suppress(NotFound):
             calibration = self.calibration(id)
-            return {"name": calibration.model_name, "parameters": dict(calibration.model_parameters)}
+            return {"id": id, "name": calibration.model_name, "parameters": dict(calibration.model_parameters)}
         with suppress(NotFound):
             lens = self.lens(id)
-            return {"name": lens["model"], "lens": lens["lens"]}
+            return {"id": id, "name": lens["model"], "lens": lens["lens"]}
         raise NotFound(f"There is no calibration or lens {id!r} whose lens could be held.",
                        "List them with GET /api/v1/calibrations and GET /api/v1/lenses.", reason="unknown-lens")
 

@@ -1,7 +1,8 @@
 // One option of a model as a form field, built from what the server says about it: name, type, range, unit, help.
 import { change, doc } from "../document.js";
 import { html } from "../html.js";
-import { versions } from "../versions.js";
+import { model } from "../state.js";
+import { HeldLens } from "./held_lens.js";
 
 /** @typedef {import("../types").Option} Option */
 /** @typedef {{ option: Option, value: any, set: (value: unknown) => void, about: Record<string, string> }} Props set(null): as if nothing had been said */
@@ -13,6 +14,7 @@ const TAPE_MM = 30; // how sure a tape measure makes, until the operator says ot
 /** @param {{ option: Option }} props */
 export function OptionField({ option }) {
   const { name, unit, help, type, default: fallback } = option, id = `option-${name}`;
+  if (model.value?.options.some((o) => o.type === "calibration" && name === `${o.name}_sigma`)) return null; // stands beside that lens
   const value = doc.value.options[name] ?? fallback;
   /** @param {unknown} v */
   const set = (v) => {
@@ -82,15 +84,8 @@ function Terms({ option: { choices }, value, set, about }) {
     ${!isAuto && choices.map((term) => html`<label key=${term}><input type="checkbox" checked=${chosen.includes(term)} onChange=${() => toggle(term)}/> ${term}</label>`)}</span>`;
 }
 
-/** A saved version, by its id. @param {Props} props */
-function SavedVersion(props) {
-  /** @type {[string, unknown][]} */
-  const saved = versions.value.map((v) => [`Version ${v.version}, ${v.model.name}`, v.id]);
-  return html`<${List} ...${props} choices=${[["Not set", null], ...saved]}/>`;
-}
-
 /** @type {Record<string, (props: Props) => any>} */
 const CONTROLS = {
   bool: Tick, choice: Choice, "int-or-auto": IntOrAuto, int: NumberField, float: NumberField,
-  "value-and-sigma": ValueAndSigma, "terms-or-auto": Terms, calibration: SavedVersion,
+  "value-and-sigma": ValueAndSigma, "terms-or-auto": Terms, calibration: HeldLens,
 };
