@@ -23,6 +23,7 @@ from app.api import (
     judgement,
     lenses,
     models,
+    pairs,
     pictures,
     points,
     problems,
@@ -43,7 +44,7 @@ from app.store import Store
 from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, cameras, snapshots, fields, drafts, models, fit, calibrations, boards, lenses, judgement,
-             points, pictures, jobs)
+             pairs, points, pictures, jobs)
 API = "/api/v1"
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
@@ -90,7 +91,7 @@ def image_limits(settings: Settings) -> Limits:
 
 def jobs_of(settings: Settings) -> Jobs:
     return Jobs(settings.jobs.workers, wall_s=settings.jobs.time_limit_s, kept=settings.jobs.kept,
-                modules=("app.task", "app.board_task"))
+                modules=("app.task", "app.board_task", "app.pair_pipeline"))
 
 
 def cameras_of(settings: Settings, app: FastAPI, decoder: ImageDecoder) -> CameraFrames:

@@ -153,7 +153,8 @@ def test_the_manuals_commands_do_what_they_say(picture, tmp_path):
     shim.chmod(0o755)
     environment = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(MANUAL.parents[2])}
     for command in commands:
-        done = subprocess.run(f"set -e\n{command}", shell=True, cwd=tmp_path, env=environment, capture_output=True, text=True)
+        done = subprocess.run(f"set -e\n{command}", shell=True, cwd=tmp_path, env=environment, capture_output=True,
+                              text=True)
         assert done.returncode == 0, (command, done.stderr)
     assert json.loads(done.stdout)["points"]
     assert (tmp_path / "corrected.png").stat().st_size > 1000

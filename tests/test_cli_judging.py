@@ -10,10 +10,12 @@ import pytest
 import yaml
 from boards_seen import BOARD, SIZE, TRUTH, picture_of, views_of
 from lens_over_field import FIELD, clicks_through_the_lens
+from pair_over_field import calibrations, matches
 
 from app.board import Board
 from app.board_task import BoardTask
-from app.cli.files import write_lens
+from app.cli.files import write_calibration, write_lens
+from app.pair_pipeline import judge_pair
 
 CLICKS = Path(__file__).parent / "clicks" / "ssl_2008_half.json"
 SMALL = Board("chessboard", 8, 6, 30.0)
@@ -185,3 +187,23 @@ def test_the_classic_left_camera_from_its_own_pictures(touchline, real_data, tmp
     code, out, _ = touchline("board", *pictures, "--columns", 9, "--rows", 6, "--square-mm", 25, "-o", "lens.json")
     assert code == 0 and "13 of 13 views" in out
     assert json.loads((tmp_path / "lens.json").read_text())["report"]["rms_px"] < 0.25
+
+
+def test_pair_says_in_millimetres_whether_two_cameras_agree(touchline, tmp_path):
+    a, b = calibrations()
+    write_calibration(tmp_path / "a.json", a)
+    write_calibration(tmp_path / "b.json", b)
+    seen = matches(60, heights_mm=(0, 800))
+    (tmp_path / "m.json").write_text(json.dumps(dict(zip(("points_a", "points_b"), seen, strict=True))))
+    (tmp_path / "rows.json").write_text(json.dumps([[*p, *q] for p, q in zip(*seen, strict=True)]))
+    both = ("--a", "a.json", "--b", "b.json")
+    code, out, err = touchline("pair", *both)
+    assert (code, err) == (0, "") and re.search(r"agree to \d\.\d mm \(median\)", out)
+    code, out, _ = touchline("pair", "m.json")
+    assert code == 0 and re.search(r"Fundamental matrix from \d\d of 60 matches", out) and "agree" not in out
+    as_rows = touchline("pair", "rows.json", *both, "--json")[1]
+    assert as_rows == touchline("pair", "m.json", *both, "--json")[1]
+    assert json.loads(as_rows) == judge_pair(*seen, a, b)
+    for wanted, words in ((3, ()), (3, ("--a", "a.json")), (3, (CLICKS,)), (4, ("nowhere.json",)), (4, ("--a", "no"))):
+        code, out, err = touchline("pair", *words)
+        assert (code, out) == (wanted, "") and re.fullmatch(r"error: .+\nfix: .+\n", err), (words, err)

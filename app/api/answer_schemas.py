@@ -237,5 +237,14 @@ class Difference(Answer):
     grid: dict[str, Any] | None
 
 
+class Pair(Answer):
+    fundamental: dict[str, Any] | None
+    pose: dict[str, Any] | None
+    calibrated: dict[str, Any] | None
+    agreement: dict[str, Any] | None
+    matches: int
+    failed: list[dict[str, Any]]
+
+
 class Transformed(Answer):
     points: Points

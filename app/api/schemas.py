@@ -103,6 +103,16 @@ class BoardRequest(Strict):
     note: Annotated[str, Field(max_length=2000)] = ""
 
 
+class PairRequest(Strict):
+    """The same things in two pictures, two calibrations over one field, or both."""
+
+    points_a: Annotated[list[Pair], Field(max_length=20_000)] | None = Field(None, description="[x, y] px in picture a")
+    points_b: Annotated[list[Pair], Field(max_length=20_000)] | None = Field(None, description="and in picture b")
+    calibration_a: Name | None = None
+    calibration_b: Name | None = None
+    z_mm: Annotated[float, Field(ge=0, le=5000)] = Field(0.0, description="height of the matched things, mm")
+
+
 class Draft(Strict):
     """An operator's work in progress on one snapshot."""
 

@@ -6,6 +6,7 @@
     calibration.py  calibrate, correct, transform
     judging.py      compare, difference, uncertainty
     boards.py       board
+    pairs.py        pair
     server.py       serve, demo
 """
 
@@ -15,7 +16,7 @@ from typing import Annotated
 import typer
 
 from app import __version__
-from app.cli import boards, calibration, judging, server
+from app.cli import boards, calibration, judging, pairs, server
 from app.cli.words import EXIT_CODES, exit_code_of
 
 cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
@@ -28,6 +29,7 @@ cli.command()(judging.compare)
 cli.command()(judging.difference)
 cli.command()(judging.uncertainty)
 cli.command()(boards.board)
+cli.command()(pairs.pair)
 cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point
 
 

@@ -81,6 +81,17 @@ def write_lens(path: Path, found: Mapping[str, Any]) -> None:
     write_bytes(path, json.dumps(record, indent=1, allow_nan=False, ensure_ascii=False).encode())
 
 
+def read_matches(path: Path) -> dict[str, Any]:
+    """{"points_a": …, "points_b": …}, or rows of four numbers, as those two lists."""
+    value = strict_json(read_bytes(path, MAX_JSON_BYTES), str(path))
+    if isinstance(value, list) and value and all(isinstance(row, list) and len(row) == 4 for row in value):
+        value = {"points_a": [row[:2] for row in value], "points_b": [row[2:] for row in value]}
+    if not isinstance(value, Mapping) or set(value) != {"points_a", "points_b"}:
+        raise BadInput(f"{path} holds no matches.", 'Give {"points_a": [[x, y], …], "points_b": [[x, y], …]}, or rows '
+                       "[xa, ya, xb, yb].", reason="bad-matches")
+    return dict(value)
+
+
 def read_points_file(path: Path) -> dict[str, Any]:
     """{"observations": […]} and whatever else of POINTS_KEYS the file says."""
     value = strict_json(read_bytes(path, MAX_JSON_BYTES), str(path))

@@ -1,0 +1,49 @@
+"""pair: whether two cameras that see the same agree."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def pair(
+    matches: Annotated[Path | None, typer.Argument(metavar="[MATCHES.json]", help='Matched points: {"points_a": [[x, '
+                                                   'y], …], "points_b": […]}, raw px.')] = None,
+    a: Annotated[Path | None, typer.Option("--a", metavar="CAL.json", help="The first camera's calibration.")] = None,
+    b: Annotated[Path | None, typer.Option("--b", metavar="CAL.json", help="The second camera's.")] = None,
+    z_mm: Annotated[float, typer.Option("--z", min=0, max=5000, help="Height of the matched things, mm.")] = 0.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+) -> None:
+    """Judge two cameras by matched points, by their calibrations, or by both."""
+    from app.cli import files
+    from app.cli.words import progress_bar
+    from app.pair_pipeline import judge_pair
+
+    given: dict[str, Any] = files.read_matches(matches) if matches is not None else {}
+    one, other = (files.read_calibration(path) if path is not None else None for path in (a, b))
+    with progress_bar("Judging the pair") as progress:
+        found = judge_pair(given.get("points_a"), given.get("points_b"), one, other, z_mm, progress)
+    print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
+
+
+def _summary(found: dict[str, Any]) -> str:
+    """Millimetres first: they are what play depends on."""
+    lines = []
+    if (agreed := found["agreement"]) is not None:
+        x, y = agreed["where"]
+        lines.append(f"The cameras agree to {agreed['median_mm']:.1f} mm (median), {agreed['rms_mm']:.1f} mm rms, "
+                     f"{agreed['max_mm']:.1f} mm at most, at ({x:.0f}, {y:.0f}) mm; they share "
+                     f"{agreed['overlap_m2']:.2f} m² of the field.")
+    if (known := found["calibrated"]) is not None:
+        lines.append(f"Matches lie {known['median_px']:.2f} px (median) from where the two calibrations foretell.")
+    if (pose := found["pose"]) is not None:
+        lines.append(f"The matches alone tell how the cameras stand to each other: rotation to ± "
+                     f"{pose['rotation_sigma_deg']:.2g}°, direction to ± {pose['direction_sigma_deg']:.2g}°.")
+    if (between := found["fundamental"]) is not None:
+        rows = "\n".join("  " + " ".join(f"{v: .9e}" for v in row) for row in between["matrix"])
+        good = found["matches"] - len(between["outliers"])
+        lines.append(f"Fundamental matrix from {good} of {found['matches']} matches, "
+                     f"{between['rms_px']:.2f} px rms from their lines:\n{rows}")
+    lines += [f"No {failed['part']}: {failed['what']} {failed['fix']}" for failed in found["failed"]]
+    return "\n".join(lines)
