@@ -111,6 +111,15 @@ def test_points_on_one_plane_are_refused_not_fitted():
         assert refusal.value.reason == "one-plane"
 
 
+def test_mistakes_do_not_pass_for_points_off_the_carpet():
+    """Of a hundred and fifty mistakes some lie on the lines of a geometry made from two others."""
+    for seed in range(3):
+        pair = simulated(seed, matches=300, flat=True, mistakes=0.5, noise_px=0.5)
+        with pytest.raises(FitFailed) as refusal:
+            fundamental_matrix(pair.a, pair.b, seed)
+        assert refusal.value.reason == "one-plane"
+
+
 def test_a_few_points_off_the_carpet_are_enough():
     flat, tall = simulated(6, flat=True, mistakes=0.0), simulated(6, mistakes=0.0)
     a, b = (np.concatenate([getattr(flat, s), getattr(tall, s)[:25]]) for s in "ab")
@@ -210,6 +219,17 @@ def test_right_calibrations_agree_and_a_shift_shows_its_length_and_direction():
     assert np.nanmax(np.abs(cells - 13.0)) < 1e-6
     assert 0.2 < report["covered"] <= 1.0
     assert 0 < report["overlap_m2"] <= 12.0
+
+
+def test_the_map_is_blank_where_one_camera_sees_nothing():
+    pair, _, _ = agreeing()
+    x, y, z = pair.camera_b.position_mm
+    moved = replace(pair.camera_b, position_mm=(x + 2500.0, y, z))
+    shared = overlap(pair.camera_a, pair.camera_a.image_size, moved, moved.image_size, FIELD)
+    assert 0.1 < shared.both.mean() < 0.9
+    everywhere = np.stack(np.meshgrid(shared.x, shared.y), axis=-1).reshape(-1, 2)
+    cells = shared.filled(everywhere, np.ones(len(everywhere)))
+    np.testing.assert_array_equal(np.isfinite(cells), shared.both)
 
 
 def test_the_worst_place_is_named():
