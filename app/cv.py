@@ -98,3 +98,19 @@ def mark(picture: NDArray[np.uint8], at: tuple[int, int], colour: tuple[int, int
     """A small cross in a ring."""
     cv2.circle(picture, at, 7, colour, 1, cv2.LINE_AA)
     cv2.drawMarker(picture, at, colour, cv2.MARKER_CROSS, 7, 1, cv2.LINE_AA)
+
+
+def grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """One channel of a picture (h, w), (h, w, 3) BGR or (h, w, 4) BGRA."""
+    if pixels.ndim == 2:
+        return pixels
+    return cv2.cvtColor(pixels, cv2.COLOR_BGRA2GRAY if pixels.shape[2] == 4 else cv2.COLOR_BGR2GRAY)
+
+
+def gradients(gray: NDArray[np.uint8], blur_px: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Brightness by x and by y, grey levels a px, of the picture blurred by a Gaussian."""
+    soft = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), blur_px, borderType=cv2.BORDER_REPLICATE)
+    half = np.array([-0.5, 0.0, 0.5], np.float32)
+    one = np.ones(1, np.float32)
+    return (cv2.sepFilter2D(soft, cv2.CV_32F, half, one, borderType=cv2.BORDER_REPLICATE),
+            cv2.sepFilter2D(soft, cv2.CV_32F, one, half, borderType=cv2.BORDER_REPLICATE))

@@ -1,0 +1,74 @@
+"""Even division model: two numbers or three, counted on the picture as it is, not as it would be.
+
+    r_u = r_d / (1 + k1 r_d² + k2 r_d⁴ + k3 r_d⁶)
+
+With k1 alone it is the division model. Its terms belong to radii in the picture, which end at its corner, while those
+of Brown–Conrady belong to straight radii, which a wide lens sends far out: there a few terms of a series are no lens
+any more, and each picture finds others. After M. Alemán-Flores et al., "Automatic lens distortion correction using
+one-parameter division models", IPOL 2014, and A. Fitzgibbon 2001.
+"""
+
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+
+from app.models.lens import Array, invert_radius, pinhole, pinhole_jacobian, radial, radial_jacobian, rays_of
+
+
+class EvenDivisionLens:
+    TERMS: ClassVar[tuple[str, ...]] = ("k1", "k2", "k3")
+
+    @staticmethod
+    def distort(terms: Array, rays: Array) -> Array:
+        xy = pinhole(rays)
+        straight = np.linalg.norm(xy, axis=-1)
+        seen = invert_radius(straight, lambda r: _radius(terms, r), _horizon(tuple(terms)))
+        with np.errstate(all="ignore"):
+            return radial(xy, np.where(straight > 0, seen / straight, 1.0))
+
+    @staticmethod
+    def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
+        """From the inverse function's: D = U⁻¹, so D' = (U')⁻¹ and ∂D/∂k = -(U')⁻¹ ∂U/∂k."""
+        _, by_ray = pinhole_jacobian(rays)
+        plane = EvenDivisionLens.distort(terms, rays)
+        rr = np.sum(plane * plane, axis=-1)
+        powers = np.stack([rr, rr**2, rr**3], axis=-1)
+        gain = 1 / (1 + powers @ terms)
+        slope = -(terms[0] + rr * (2 * terms[1] + 3 * rr * terms[2])) * gain**2
+        m = radial_jacobian(plane, gain, slope)
+        by_terms = -plane[..., :, None] * (gain[..., None] ** 2 * powers)[..., None, :]
+        with np.errstate(all="ignore"):
+            det = m[..., 0, 0] * m[..., 1, 1] - m[..., 0, 1] * m[..., 1, 0]
+            inverse = np.stack([np.stack([m[..., 1, 1], -m[..., 0, 1]], -1),
+                                np.stack([-m[..., 1, 0], m[..., 0, 0]], -1)], -2) / det[..., None, None]
+        return plane, inverse @ by_ray, -inverse @ by_terms
+
+    @staticmethod
+    def undistort(terms: Array, plane: Array) -> Array:
+        rr = np.sum(plane * plane, axis=-1)
+        with np.errstate(all="ignore"):
+            gain = 1 / (1 + rr * (terms[0] + rr * (terms[1] + rr * terms[2])))
+            within = rr < _horizon(tuple(terms)) ** 2
+        return np.where(within[..., None], rays_of(plane * gain[..., None]), np.nan)
+
+
+def _radius(terms: Array, r: Array) -> tuple[Array, Array]:
+    rr = r * r
+    below = 1 + rr * (terms[0] + rr * (terms[1] + rr * terms[2]))
+    by_r = r * (2 * terms[0] + rr * (4 * terms[1] + 6 * rr * terms[2]))
+    return r / below, (below - r * by_r) / below**2
+
+
+@lru_cache(maxsize=256)
+def _horizon(terms: tuple[float, ...]) -> float:
+    """The distorted radius at which the ray lies flat or the picture turns back; infinity if never."""
+    k1, k2, k3 = terms
+    ends = []
+    for factor in ([1.0, k1, k2, k3], [1.0, -k1, -3 * k2, -5 * k3]):  # the divisor; the slope times its square
+        coefficients = np.trim_zeros(np.array(factor), "b")
+        if len(coefficients) > 1:
+            roots = np.polynomial.polynomial.polyroots(coefficients)
+            near_real = np.abs(roots.imag) < 1e-9 * np.maximum(1, np.abs(roots.real))
+            ends += [float(v) for v in roots[near_real & (roots.real > 0)].real]
+    return float(np.sqrt(min(ends))) * (1 - 1e-12) if ends else np.inf

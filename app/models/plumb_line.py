@@ -1,0 +1,90 @@
+"""A lens known from straight lines alone: its terms, its centre, and no focal length.
+
+Straight lines say how a picture bends, not how wide it sees. Terms are therefore given in units of half the picture's
+diagonal: a place on the plane is (pixel - centre) / unit. A camera of focal length f has the same lens with
+
+    k (per f²) = k (per unit²) · (f / unit)²     for a term of r², to the second power for r⁴, and so on.
+
+D. C. Brown, "Close-range camera calibration", 1971 (the plumb-line method); F. Devernay and O. Faugeras 2001.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from app.errors import BadInput
+from app.geometry import ImageSize, Points
+from app.models.brown_conrady import BrownConradyLens
+from app.models.division import DivisionLens
+from app.models.division_even import EvenDivisionLens
+from app.models.lens import Array, rays_of
+
+LENSES = {  # name: the lens, and its terms that straight lines can tell, with the power of r each belongs to
+    "division": (DivisionLens, {"k": 2}),
+    "division-even": (EvenDivisionLens, {"k1": 2, "k2": 4, "k3": 6}),
+    "brown-conrady": (BrownConradyLens, {"k1": 2, "k2": 4, "k3": 6}),
+}
+
+
+@dataclass(frozen=True)
+class PlumbLens:
+    """How a picture bends. terms in the order of the lens' TERMS, per unit_px; centre_px in raw pixels."""
+
+    name: str
+    terms: tuple[float, ...]
+    centre_px: tuple[float, float]
+    image_size: ImageSize
+
+    @property
+    def lens(self) -> type:
+        return LENSES[self.name][0]
+
+    @property
+    def unit_px(self) -> float:
+        return unit_px(self.image_size)
+
+    def straight_from_raw(self, raw: Points) -> Points:
+        """Pixels of a picture in which straight lines are straight; the same scale at the centre. (..., 2)."""
+        rays = self.lens.undistort(np.array(self.terms), self._plane(raw))
+        return rays[..., :2] * self.unit_px + self.centre_px
+
+    def raw_from_straight(self, straight: Points) -> Points:
+        """Back; NaN beyond the lens' horizon."""
+        return self.lens.distort(np.array(self.terms), rays_of(self._plane(straight))) * self.unit_px + self.centre_px
+
+    def terms_for(self, focal_px: float) -> dict[str, float]:
+        """The terms as a camera of that focal length counts them."""
+        scale = focal_px / self.unit_px
+        return {name: float(self.terms[self.lens.TERMS.index(name)] * scale**power)
+                for name, power in LENSES[self.name][1].items()}
+
+    def to_json(self) -> dict[str, Any]:
+        return {"name": self.name, "terms": dict(zip(self.lens.TERMS, self.terms, strict=True)),
+                "unit": "half-diagonal", "unit_px": self.unit_px, "centre_px": list(self.centre_px),
+                "image_size": [self.image_size.width, self.image_size.height]}
+
+    @classmethod
+    def from_json(cls, value: Any) -> Self:
+        try:
+            name = value["name"]
+            if name not in LENSES or not isinstance(value["terms"], Mapping):
+                raise KeyError(name)
+            terms = tuple(float(value["terms"].get(t, 0.0)) for t in LENSES[name][0].TERMS)
+            x, y = (float(v) for v in value["centre_px"])
+            size = ImageSize.of(value["image_size"])
+            if not np.isfinite([*terms, x, y]).all():
+                raise ValueError("not finite")
+        except (KeyError, TypeError, ValueError, OverflowError):
+            raise BadInput("This is no lens from straight lines.", "Send one as the report on straight lines gives it.",
+                           reason="bad-lens") from None
+        return cls(name, terms, (x, y), size)
+
+    def _plane(self, pixels: Points) -> Array:
+        return (pixels - np.array(self.centre_px)) / self.unit_px
+
+
+def unit_px(size: ImageSize) -> float:
+    """Half the diagonal: from the centre to the corner of the outermost pixels."""
+    return float(np.hypot(size.width, size.height)) / 2

@@ -1,0 +1,131 @@
+"""From a picture, or lines clicked in it, to how straight it shows straight edges: what the doors call.
+
+    report = straightness([frame.pixels, …])                    edges are looked for
+    report = straightness(lines=[[[x, y], …], …], image_size=…) each a line that somebody clicked
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.errors import BadInput, FitFailed
+from app.geometry import ImageSize, Points, as_points
+from app.models import Progress, no_progress
+from app.models.plumb_bow import Bow, BowVerdict, bow_verdict
+from app.models.plumb_line import LENSES
+from app.models.plumb_line_fit import PlumbFit, fit_plumb
+from app.vision.edges import edge_chains
+
+LADDER = ("division", "division-even")  # what "auto" tries, simplest first
+MUCH_STRAIGHTER = 0.95  # of the simpler lens' misfit: less is no reason for another term
+TAU_PX = 1.0  # a crooked chain counts against every lens alike
+
+
+def straightness(pictures: Sequence[NDArray[np.uint8]] = (), lines: Sequence[Any] = (),
+                 image_size: ImageSize | None = None, *, lens: str = "auto", centre_sigma_px: float | None = None,
+                 progress: Progress = no_progress) -> dict[str, Any]:
+    """One lens for all pictures of one camera, and how straight edges are before and after; plain JSON.
+
+    lines: clicked points [[x, y], …] of one straight edge each, in the first picture or one of image_size.
+    """
+    size = _one_size(pictures, image_size)
+    chains: list[Points] = [as_points(line, f"The points of line {i + 1}").reshape(-1, 2)
+                            for i, line in enumerate(lines)]
+    where = [0] * len(chains)
+    clicked = len(chains)
+    for number, pixels in enumerate(pictures):
+        progress(0.5 * number / len(pictures), f"Looking for edges in picture {number + 1}")
+        found = edge_chains(pixels)
+        chains += found
+        where += [number] * len(found)
+    progress(0.5, "Making them straight")
+    fit = _fit(chains, size, lens, where, centre_sigma_px)
+    progress(1.0, "Done")
+    return _report(fit, chains, clicked)
+
+
+def _one_size(pictures: Sequence[NDArray[np.uint8]], image_size: ImageSize | None) -> ImageSize:
+    sizes = {ImageSize(p.shape[1], p.shape[0]) for p in pictures} | ({image_size} if image_size else set())
+    if len(sizes) > 1:
+        raise BadInput("The pictures differ in size.", "Send pictures of one camera in one mode.",
+                       reason="size-mismatch")
+    if not sizes:
+        raise BadInput("There is neither a picture nor a picture's size.",
+                       "Send a picture, or lines and the size of their picture.", reason="bad-image-size")
+    return sizes.pop()
+
+
+def _fit(chains: list[Points], size: ImageSize, lens: str, where: list[int], centre_sigma_px: float | None) -> PlumbFit:
+    if lens != "auto":
+        return fit_plumb(chains, size, lens, pictures=where, centre_sigma_px=centre_sigma_px)
+    fits: list[PlumbFit] = []
+    refusals: list[FitFailed] = []
+    for name in LADDER:
+        try:
+            fits.append(fit_plumb(chains, size, name, pictures=where, centre_sigma_px=centre_sigma_px))
+        except FitFailed as refusal:
+            refusals.append(refusal)
+    if not fits:
+        raise refusals[0]
+    best = fits[0]
+    for fit in fits[1:]:
+        if _misfit(fit) < MUCH_STRAIGHTER * _misfit(best):
+            best = fit
+    return best
+
+
+def _misfit(fit: PlumbFit) -> float:
+    """Of all chains, used or not, so that a lens gains nothing by leaving some out."""
+    square = np.array([min(c.after_px, 1e6) ** 2 for c in fit.chains if np.isfinite(c.before_px)])
+    counts = np.array([c.count for c in fit.chains if np.isfinite(c.before_px)])
+    return float(np.sqrt(np.sum(counts * square / (square + TAU_PX**2)) / counts.sum()))
+
+
+def _report(fit: PlumbFit, chains: list[Points], clicked: int) -> dict[str, Any]:
+    verdict = bow_verdict(fit, chains)
+    used = sum(c.used for c in fit.chains)
+    return {
+        "lens": fit.lens.to_json(),
+        "sigma": {name: float(s) for name, s in zip(fit.names, fit.sigma, strict=True)},
+        "sigma_chance": {name: float(s) for name, s in zip(fit.names, np.sqrt(np.diag(fit.chance)), strict=True)},
+        "names": list(fit.names), "covariance": fit.covariance.tolist(),
+        "straightness_px": {"before": fit.before_px, "after": fit.after_px},
+        "bow": {"most": _bow(verdict.most), "longest": _bow(verdict.longest),
+                "border": _bow(verdict.border), "noise_px": verdict.noise_px},
+        "distortion": verdict.answer,
+        "sentence": _sentence(fit, verdict),
+        "lines_used": used, "objects": fit.groups,
+        "lines": [{"name": _name(c.index, c.picture, clicked), "picture": c.picture, "points": c.count,
+                   "length_px": c.length_px, "before_px": _number(c.before_px), "after_px": _number(c.after_px),
+                   "used": c.used, "reason": c.reason or None,
+                   "ends": [chains[c.index][i].tolist() for i in (0, -1)] if c.count else []} for c in fit.chains],
+        "lenses": list(LENSES),
+        "cannot_see": "Straight edges tell how the picture bends, not its focal length and hardly its centre.",
+    }
+
+
+def _sentence(fit: PlumbFit, verdict: BowVerdict) -> str:
+    bow = verdict.most
+    if verdict.answer == "none":
+        return (f"No significant distortion: no edge bows by more than {bow.px:.2f} px, and edges in the picture are "
+                f"straight to {fit.before_px:.2f} px as they are.")
+    if verdict.answer == "unknown":
+        return ("These edges do not tell whether the picture is bent: mark or show more long straight edges, near the "
+                "picture's edge and across it.")
+    return (f"The lens bows an edge of {bow.length_px:.0f} px by {bow.px:.1f} ± {bow.sigma_px:.1f} px; once that is "
+            f"taken out, edges are straight to {fit.after_px:.2f} px.")
+
+
+def _bow(bow: Bow) -> dict[str, float | None]:
+    return {"line": bow.index if bow.index >= 0 else None, "length_px": bow.length_px, "px": _number(bow.px),
+            "sigma_px": _number(bow.sigma_px)}
+
+
+def _name(index: int, picture: int, clicked: int) -> str:
+    return f"line {index + 1}" if index < clicked else f"picture {picture + 1}, edge {index - clicked + 1}"
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
