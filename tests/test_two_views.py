@@ -224,7 +224,7 @@ def test_right_calibrations_agree_and_a_shift_shows_its_length_and_direction():
 def test_the_map_is_blank_where_one_camera_sees_nothing():
     pair, _, _ = agreeing()
     x, y, z = pair.camera_b.position_mm
-    moved = replace(pair.camera_b, position_mm=(x + 2500.0, y, z))
+    moved = replace(pair.camera_b, position_mm=(x + 6000.0, y, z))
     shared = overlap(pair.camera_a, pair.camera_a.image_size, moved, moved.image_size, FIELD)
     assert 0.1 < shared.both.mean() < 0.9
     everywhere = np.stack(np.meshgrid(shared.x, shared.y), axis=-1).reshape(-1, 2)
