@@ -1,10 +1,11 @@
 // Everything an operator can do, in one table. Toolbar, shortcuts, the bright button and the list of keys read it.
+import { atBoard, findLens, found, openBoard, ready, search, useLens } from "./board.js";
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
 import { comparison, compareModels, ranking, stopComparing, useModel } from "./ranking.js";
 import { preview } from "./fitting.js";
 import { HAT_MM, canHeat, differenceFrom, heat, others } from "./heat.js";
-import { takePicture } from "./pictures.js";
+import { closePicture, takePicture } from "./pictures.js";
 import {
   active, cameras, compare, comparing, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
 } from "./state.js";
@@ -39,6 +40,12 @@ const TABLE = [
   { id: "take", label: "Take a new picture with the same camera", short: "Take a new picture", group: "Pictures",
     run: () => void takePicture(snapshot.value?.camera ?? cameras.value[0]?.id),
     enabled: () => Boolean(snapshot.value?.camera ?? cameras.value.length) },
+  { id: "board", label: "Calibrate a lens with a board…", group: "Pictures", run: () => { closePicture(); step.value = "camera"; void openBoard(); } },
+  { id: "add-pictures", label: "Add pictures of the board…", group: "Pictures", run: () => filePicker.open(), enabled: () => atBoard.value },
+  { id: "find-lens", label: "Find the lens from the pictures of the board", short: "Find the lens", group: "Pictures", run: () => void findLens(),
+    enabled: () => atBoard.value && ready.value.length > 0 && search.value === null },
+  { id: "stop-finding", label: "Stop finding the lens", short: "Stop", group: "Pictures", run: () => search.value?.stop.abort(), enabled: () => search.value !== null },
+  { id: "use-lens", label: "Use this lens for a camera", group: "Pictures", run: () => { if (found.value) useLens(found.value); }, enabled: () => found.value !== null },
   { id: "turn", label: "Turn the field a quarter", short: "Turn a quarter", keys: ["t"], group: "Pictures",
     run: () => change({ ...doc.value, rotate: (rotation.value + 90) % 360 }), enabled: () => region.value !== null },
 

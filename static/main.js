@@ -3,6 +3,7 @@ import { signal } from "@preact/signals";
 import { render } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { filePicker } from "./actions.js";
+import { addPictures, atBoard, standing } from "./board.js";
 import { startSaving } from "./draft.js";
 import { startFitting } from "./fitting.js";
 import { startHeat } from "./heat.js";
@@ -11,10 +12,12 @@ import { startKeys } from "./keys.js";
 import { startLenses } from "./lenses.js";
 import { startComparing } from "./layers/compare.js";
 import { Stage } from "./layers/stage.js";
+import { BoardForm } from "./panels/board.js";
 import { BordersPanel } from "./panels/borders.js";
 import { Footer } from "./panels/footer.js";
 import { Header } from "./panels/header.js";
 import { Help } from "./panels/help.js";
+import { LensReport } from "./panels/lens_report.js";
 import { ModelPanel } from "./panels/model.js";
 import { Notices } from "./panels/notices.js";
 import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "./panels/picture.js";
@@ -38,9 +41,13 @@ function App() {
 }
 
 /** What is missing in this step, in one sentence. */
-const Guide = () => html`<section class=${`guide${current.value.done ? " done" : ""}`} aria-live="polite"><h2>${current.value.label}</h2><p data-testid="sentence">${current.value.sentence}</p></section>`;
+function Guide() {
+  const { label, done, sentence } = atBoard.value ? { ...standing.value, label: "Lens" } : current.value;
+  return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite"><h2>${label}</h2><p data-testid="sentence">${sentence}</p></section>`;
+}
 
 function Left() {
+  if (atBoard.value) return html`<${BoardForm}/>`;
   switch (step.value) {
     case "camera": return html`<section><h2>How it goes</h2><ol class="plain"><li>Take or open a picture.</li><li>Say which field it shows, and which part.</li><li>Click along the four borders.</li><li>Look at the corrected picture.</li><li>Activate the version, or download it.</li></ol></section>`;
     case "picture": return html`<${FieldPanel}/>`;
@@ -52,6 +59,7 @@ function Left() {
 }
 
 function Right() {
+  if (atBoard.value) return html`<${LensReport}/>`;
   switch (step.value) {
     case "camera": return html`<${PictureAdvice}/>`;
     case "picture": return html`<${PictureHelp}/>`;
@@ -60,13 +68,16 @@ function Right() {
   }
 }
 
+/** Files for what the page is at. @param {FileList | null | undefined} files */
+function take(files) {
+  if (files?.length) void (atBoard.value ? addPictures(files) : openFile(files[0]));
+}
+
 /** The one file input; also drops and pastes anywhere on the page. */
 function FileInput() {
   const input = useRef(/** @type {HTMLInputElement | null} */ (null));
   useEffect(() => {
     filePicker.open = () => input.current?.click();
-    /** @param {FileList | undefined} files */
-    const take = (files) => { if (files?.[0]) void openFile(files[0]); };
     /** @type {Record<string, (e: any) => void>} */
     const on = {
       dragover: (e) => { if (e.dataTransfer?.types.includes("Files")) { e.preventDefault(); dropping.value = true; } },
@@ -78,7 +89,8 @@ function FileInput() {
     return () => { for (const [type, listener] of Object.entries(on)) removeEventListener(type, listener); };
   }, []);
   return html`<input ref=${input} type="file" data-testid="file" class="sr" tabindex="-1" aria-hidden="true" accept=${PICTURES}
-    onChange=${() => { const it = input.current; if (it?.files?.[0]) void openFile(it.files[0]); if (it) it.value = ""; }}/>`;
+    multiple=${atBoard.value}
+    onChange=${() => { const it = input.current; take(it?.files); if (it) it.value = ""; }}/>`;
 }
 
 async function start() {

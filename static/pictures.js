@@ -1,6 +1,7 @@
 // Bringing a picture to the page: from a file, the clipboard, a camera, or the ones that are kept.
 import { batch } from "@preact/signals";
 import { call, request } from "./api.js";
+import { atBoard, holdLens } from "./board.js";
 import { doc, load } from "./document.js";
 import { closeDraft, fetchDraft, openDraft } from "./draft.js";
 import { active, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "./state.js";
@@ -69,12 +70,14 @@ export async function openSnapshot(picture, at) {
     closePicture();
     openDraft(picture.id, kept);
     snapshot.value = picture;
+    atBoard.value = false;
     step.value = at;
     help.value = "";
     active.value = "left";
   });
   fit(picture);
   if (!doc.value.field) load({ ...doc.value, ...firstGuess(picture) });
+  holdLens(picture);
   await findVersion(picture.id);
 }
 

@@ -1,8 +1,11 @@
 // The address bar: #/SNAPSHOT/STEP, so that a reload or a second tab goes on where this one stands.
 import { effect } from "@preact/signals";
+import { atBoard, openBoard } from "./board.js";
 import { closePicture, openById } from "./pictures.js";
 import { snapshot, step } from "./state.js";
 import { STEPS } from "./steps.js";
+
+const BOARD = "lens"; // no picture's id: those are hexadecimal
 
 /** @returns {{ id: string, at: import("./types").StepId }} */
 function read() {
@@ -13,11 +16,11 @@ function read() {
 
 /** Follow the address from now on, and write it. Returns once the first picture is there. */
 export async function startRouter() {
-  // Somebody may have opened a picture before we came so far: theirs, then, not the address's.
-  if (!snapshot.value) await follow();
+  // Somebody may have opened a picture, or gone to the board, before we came so far: that, then, not the address.
+  if (!snapshot.value && !atBoard.value) await follow();
   addEventListener("hashchange", () => void follow());
   effect(() => {
-    const wanted = snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : "#/";
+    const wanted = snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atBoard.value ? `#/${BOARD}` : "#/";
     if (location.hash === wanted || (wanted === "#/" && !location.hash)) return;
     history.pushState(null, "", wanted);
   });
@@ -25,6 +28,13 @@ export async function startRouter() {
 
 async function follow() {
   const { id, at } = read();
+  if (id === BOARD) {
+    closePicture();
+    step.value = "camera";
+    if (!atBoard.value) void openBoard();
+    return;
+  }
+  atBoard.value = false;
   if (!id) {
     if (snapshot.value) closePicture();
     step.value = "camera";

@@ -1,5 +1,6 @@
 // Where the operator stands: each step's state, what is missing in one sentence, and the one next thing to do.
 import { computed } from "@preact/signals";
+import { atBoard, standing } from "./board.js";
 import { many } from "./format.js";
 import { BORDERS, doc, pointsOf } from "./document.js";
 import { preview, refusal, stale } from "./fitting.js";
@@ -84,7 +85,8 @@ export const nextThing = computed(() => {
   /** @param {string} action @param {string} label @param {string} [missing] */
   const thing = (action, label, missing = "") => ({ action, label, missing });
   switch (step.value) {
-    case "camera": return snapshot.value ? thing("step-picture", "Next: picture")
+    case "camera": if (atBoard.value) return standing.value;
+      return snapshot.value ? thing("step-picture", "Next: picture")
       : cameras.value.length ? thing("take", `Take a picture with ${cameras.value[0].name}`) : thing("open", "Open a picture…");
     case "picture": return thing("step-borders", "Next: borders", region.value ? "" : current.value.sentence);
     case "borders": {

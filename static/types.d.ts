@@ -61,6 +61,24 @@ export interface Lens {
   id: string; created_at: string; camera: string | null; note: string; model: string; image_size: Point; views: number; rms_px: number | null;
   board: { kind: string; columns: number; rows: number; square_mm: number } | null; verdict: { level: string; sentence: string };
 }
+/** A lens with its whole report. */
+export interface LensRecord {
+  id: string; note: string; model: string; image_size: Point; snapshots: string[] | null;
+  report: {
+    rms_px: number; sigma_px: number; max_px: number; corners: number; strays: number; neighbour_correlation: number | null;
+    views: { name: string; used: boolean; corners: number; rms_px: number; tilt_deg: number; nearer: string; text?: string }[];
+    parameters: Record<string, { value: number; sigma: number | null }>; bow_mm: { x: number; y: number } | null;
+    coverage: { cells: number[][]; share: number; tilts: Record<string, number> };
+    expected_px: { median: number | null; max: number | null };
+    cross_validation: { held_out_px: number | null; held_out_ratio: number | null; halves_px: number | null; halves_ratio: number | null };
+    next_view: { text: string; worst_before_px: number; worst_after_px: number } | null;
+    warnings: Warning[]; verdict: { level: "good" | "fair" | "poor"; sentence: string };
+  };
+}
+export interface BoardWanted {
+  kind: string; columns: number; rows: number; square_mm: number; marker_mm: number; dictionary: string; legacy: boolean; model: string; note: string;
+}
+export interface BoardPicture { key: string; name: string; state: "waiting" | "uploading" | "kept" | "refused"; id: string; why: string }
 /** Long work on the server. */
 export interface Job {
   id: string; kind: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; progress: number; message: string;

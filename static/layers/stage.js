@@ -4,6 +4,8 @@ import { address } from "../api.js";
 import { selectNext } from "../editing.js";
 import { mm, number } from "../format.js";
 import { html } from "../html.js";
+import { atBoard } from "../board.js";
+import { BoardDesk } from "../panels/board.js";
 import { HeatLegend } from "../panels/heat.js";
 import { Start } from "../panels/start.js";
 import { Toolbar } from "../panels/toolbar.js";
@@ -38,7 +40,7 @@ export function Stage() {
   const { k, tx, ty } = view.value;
   return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : "empty"}`} ref=${stage} data-testid="stage"
       tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab}>
-    ${!shown && html`<${Start}/>`}
+    ${!shown && (atBoard.value ? html`<${BoardDesk}/>` : html`<${Start}/>`)}
     ${shown && html`
       <div class="half" style=${rawClip.value}>
         <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}

@@ -4,12 +4,14 @@ import { address } from "../api.js";
 import { dayAndTime } from "../format.js";
 import { html } from "../html.js";
 import { openById, takePicture } from "../pictures.js";
+import { HeldNext, ToBoard } from "./board.js";
 import { busy, cameras, fields, snapshots } from "../state.js";
 
 export function Start() {
   return html`<div class="start">
     <h1>Calibrate a camera</h1>
     <p class="dim">Take a picture of the empty field, click along its four borders, and get field millimetres for every pixel.</p>
+    <${HeldNext}/>
     ${cameras.value.length > 0 && html`<section aria-label="Cameras"><h2>Take a picture with a camera</h2>
       <ul class="cards">${cameras.value.map(({ id, name, field }) => html`<li key=${id}>
         <button type="button" class="card" data-testid=${`camera-${id}`} disabled=${busy.value !== ""} onClick=${() => void takePicture(id)}>
@@ -18,6 +20,7 @@ export function Start() {
     <section aria-label="Open a picture"><h2>${cameras.value.length ? "Or use a picture you have" : "Use a picture you have"}</h2>
       <button type="button" class="drop" data-testid="drop" disabled=${busy.value !== ""} onClick=${() => run("open")}>
         <b>${busy.value || "Open a picture…"}</b><small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small></button></section>
+    <${ToBoard}/>
     ${snapshots.value.length > 0 && html`<section aria-label="Earlier pictures"><h2>Go on with an earlier picture</h2>
       <ul class="recent">${snapshots.value.map((s) => html`<li key=${s.id}>
         <button type="button" data-testid=${`recent-${s.id}`} onClick=${() => void openById(s.id, "borders")} aria-label=${`Go on with the picture of ${dayAndTime(s.taken_at)}`}>

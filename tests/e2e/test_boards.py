@@ -1,0 +1,104 @@
+"""A lens from pictures of a board, by the page: uploaded, found, judged, and held by a camera's fit."""
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+LONG = 120_000  # ms, for a search on a busy machine
+
+
+@pytest.fixture
+def desk(operator):
+    """At the board, from the start page, without pictures."""
+    operator.page.get_by_test_id("do-board").click()
+    expect(operator.page.get_by_test_id("board-desk")).to_be_visible()
+    return operator.page
+
+
+@pytest.fixture
+def board_pictures(real_data):
+    """The classic thirteen, 640 × 480, 9 × 6 inner corners."""
+    return sorted(real_data("boards/opencv_left_right/left01.jpg").parent.glob("left*.jpg"))
+
+
+@pytest.fixture
+def grey(tmp_path):
+    """A picture of the same size that shows no board."""
+    path = tmp_path / "grey.png"
+    cv2.imwrite(str(path), np.full((480, 640, 3), 128, np.uint8))
+    return path
+
+
+def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operator, server, board_pictures, grey,
+                                                                 straight_picture, tmp_path):
+    desk.get_by_test_id("board-square_mm").fill("30")
+    desk.get_by_test_id("board-note").fill("the classic lens")
+    desk.screenshot(path=tmp_path / "empty.png")
+    desk.get_by_test_id("file").set_input_files([*board_pictures, grey])
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(board_pictures) + 1, timeout=LONG)
+    desk.get_by_test_id("next").click()
+    expect(desk.get_by_test_id("finding")).to_contain_text("Looking for the board in picture", timeout=LONG)
+    expect(desk.get_by_test_id("lens-verdict")).to_be_visible(timeout=LONG)
+
+    lens = server.api("GET", "/lenses").json()["items"][0]
+    report = server.api("GET", f"/lenses/{lens['id']}").json()["report"]
+    assert lens["note"] == "the classic lens" and report["rms_px"] < 0.2
+    expect(desk.get_by_test_id("lens-rms")).to_have_text(f"{report['rms_px']:.2f} px")
+    expect(desk.get_by_test_id("lens-verdict")).to_contain_text(report["verdict"]["sentence"])
+    expect(desk.get_by_test_id("next-view")).to_contain_text(report["next_view"]["text"])
+    expect(desk.get_by_test_id("view").last).to_contain_text("No board.")
+    used = [view for view in report["views"] if view["used"]]
+    expect(desk.locator("[data-testid=view][data-level=good]")).to_have_count(len(used))
+    expect(desk.get_by_test_id("view").first).to_contain_text(f"{report['views'][0]['rms_px']:.2f} px")
+    desk.screenshot(path=tmp_path / "found.png")
+
+    desk.emulate_media(color_scheme="light")
+    desk.set_viewport_size({"width": 1024, "height": 768})
+    desk.screenshot(path=tmp_path / "found-light.png")
+    overflowing = desk.evaluate("[...document.querySelectorAll('aside, .stage, footer')].filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName)")
+    assert overflowing == []
+
+    desk.reload()
+    expect(desk.get_by_test_id("lens-verdict")).to_be_visible(timeout=10_000)
+    expect(desk.get_by_test_id("view")).to_have_count(len(board_pictures) + 1)
+
+    desk.get_by_test_id("next").click()
+    expect(desk.get_by_test_id("held-next")).to_contain_text("the classic lens")
+    desk.screenshot(path=tmp_path / "start.png")
+    desk.get_by_test_id("file").set_input_files(straight_picture)
+    expect(desk.get_by_test_id("step-picture")).to_have_attribute("aria-current", "step")
+    draft = operator.draft()
+    assert (draft["model"], draft["options"]) == ("brown-conrady", {"lens": lens["id"], "lens_sigma": "own"})
+    desk.get_by_test_id("step-camera").click()
+    expect(desk.get_by_test_id("held-next")).to_have_count(0)
+
+
+def test_a_search_can_be_stopped(desk, server, board_pictures):
+    desk.get_by_test_id("file").set_input_files(board_pictures)
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(board_pictures), timeout=LONG)
+    desk.get_by_test_id("next").click()
+    desk.get_by_test_id("do-stop-finding").click()
+    expect(desk.get_by_test_id("finding")).to_have_count(0)
+    desk.wait_for_timeout(300)
+    newest = server.api("GET", "/jobs").json()["items"][0]
+    assert (newest["kind"], newest["state"]) == ("board", "cancelled")
+
+
+def test_pictures_without_a_board_are_refused_with_what_to_do(desk, grey, tmp_path):
+    holiday = {"name": "holiday.png", "mimeType": "image/png", "buffer": b"not a picture"}
+    desk.get_by_test_id("file").set_input_files({"name": "grey.png", "mimeType": "image/png", "buffer": grey.read_bytes()})
+    desk.get_by_test_id("file").set_input_files(holiday)
+    expect(desk.locator("[data-testid=view][data-level=poor]")).to_have_count(1, timeout=10_000)  # uploaded as no picture
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=10_000)
+    desk.get_by_test_id("next").click()
+    expect(desk.get_by_test_id("board-refusal")).to_contain_text("Count the inner corners again", timeout=LONG)
+    desk.screenshot(path=tmp_path / "refused.png")
+
+
+def test_the_form_asks_for_what_a_charuco_board_has_more(desk):
+    expect(desk.get_by_test_id("board-marker_mm")).to_have_count(0)
+    desk.get_by_test_id("board-kind").select_option("charuco")
+    expect(desk.get_by_test_id("board-marker_mm")).to_be_visible()
+    desk.reload()
+    expect(desk.get_by_test_id("board-dictionary")).to_be_visible()
