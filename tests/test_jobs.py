@@ -107,6 +107,15 @@ def test_a_worker_killed_from_outside_while_idle_is_replaced(jobs):
     assert second["sum"] == 3 and second["pid"] != first
 
 
+def test_a_job_given_to_a_process_that_is_just_dying_is_done_by_a_new_one(jobs):
+    """A killed process cannot be waited for while its last threads end: it looks alive for a moment."""
+    for n in range(20):
+        pid = ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1})).result["pid"]
+        os.kill(pid, signal.SIGKILL)
+        again = ended(jobs, jobs.start("adding", jobs_done.adds, {"a": n, "b": 2}))
+        assert again.state == "done" and again.result["sum"] == n + 2 and again.result["pid"] != pid
+
+
 def test_a_flood_of_words_harms_nobody_and_nan_is_null(standing):
     assert ended(standing, standing.start("flood", jobs_done.dies, {"how": "flood"})).result == "flooded"
     found = ended(standing, standing.start("nan", jobs_done.answers_nan, {})).result

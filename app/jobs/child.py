@@ -1,8 +1,8 @@
 """The process that does jobs, one after another: told what to do on a line, and gone when the line is.
 
 Every message is HEADER (its kind, how many bytes follow), then JSON. Nothing is pickled. Told: RUN {"number", "run":
-"module:function", "spec"} and CANCEL {"number"}. Answered: READY once, PROGRESS {"fraction", "message"}, then RESULT
-with what the function returned, or PROBLEM.
+"module:function", "spec"} and CANCEL {"number"}. Answered: READY once; for each job BEGUN, PROGRESS {"fraction",
+"message"}, then RESULT with what the function returned, or PROBLEM.
 
 It is started by path, with little memory, low priority and arithmetic on one thread; the server's own processes go
 first.
@@ -23,7 +23,7 @@ import traceback
 from importlib import import_module
 
 HEADER = struct.Struct("<BI")
-READY, RUN, CANCEL, PROGRESS, RESULT, PROBLEM = range(6)
+READY, RUN, CANCEL, BEGUN, PROGRESS, RESULT, PROBLEM = range(7)
 LEAST_S = 0.05  # between two reports of progress; more often nobody sees
 NICE = 5
 
@@ -66,6 +66,7 @@ class Child:
                 self._told_at, self._told = now, message
                 self._send(PROGRESS, {"fraction": float(fraction), "message": message})
 
+        self._send(BEGUN, {})
         try:
             module, _, name = task["run"].partition(":")
             result = getattr(import_module(module), name)(task["spec"], progress)

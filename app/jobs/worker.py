@@ -52,6 +52,7 @@ class Worker:
         self._line: socket.socket | None = None
         self._unread = bytearray()
         self._number = 0
+        self._begun = False
         self._lock = Lock()
         self._closed = False
 
@@ -62,9 +63,22 @@ class Worker:
         return process.pid if process and process.poll() is None else None
 
     def run(self, run: str, spec: Any, report: Report, wanted: Callable[[], bool], wall_s: float) -> Any:
-        """Do a job and return its result; run is "module:function". Raises one of the four above."""
+        """Do a job and return its result; run is "module:function". Raises one of the four above.
+
+        A process that stood idle may have died unseen: a job that it never began is given to a new one.
+        """
+        stood_idle = self.pid is not None
+        try:
+            return self._run_once(run, spec, report, wanted, wall_s)
+        except WorkerDied:
+            if not stood_idle or self._begun or self._closed:
+                raise
+            return self._run_once(run, spec, report, wanted, wall_s)
+
+    def _run_once(self, run: str, spec: Any, report: Report, wanted: Callable[[], bool], wall_s: float) -> Any:
         deadline = time.monotonic() + wall_s
         self._number += 1
+        self._begun = False
         try:
             self._start()
             self._send(child.RUN, {"number": self._number, "run": run, "spec": spec})
@@ -93,7 +107,9 @@ class Worker:
             if time.monotonic() > deadline:
                 raise Stopped if told_to_stop else OutOfTime
             kind, body = self._receive(LOOK_S)
-            if kind == child.PROGRESS:
+            if kind == child.BEGUN:
+                self._begun = True
+            elif kind == child.PROGRESS:
                 report(body["fraction"], body["message"])
             elif kind == child.RESULT:
                 return body
