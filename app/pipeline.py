@@ -100,7 +100,8 @@ def uncertainty(model: CameraModel, covariance: Mapping[str, Any] | None, region
                        "Use a lens model, or z_mm 0.", reason="no-rays")
     fit = Fit(model, (), (), covariance=np.array(covariance["matrix"]), parameter_names=tuple(covariance["names"]))
     sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows))
-    return {**sigma.to_json(), "grid": {"places": sigma.places.tolist(), "sigma_mm": sigma.sigma_mm.tolist()}}
+    return {**sigma.to_json(), "grid": {"places": sigma.places.tolist(),
+                                        "sigma_mm": [_plain_numbers(row) for row in sigma.sigma_mm]}}
 
 
 def difference(one: CameraModel, other: CameraModel, region: Region) -> dict[str, Any]:
@@ -202,6 +203,10 @@ def _seen(model: CameraModel, field_points: Points, frame: str, view: View | Non
         return raw_from_field(model, field_points)
     corrected = model.corrected_from_field(field_points)
     return corrected if view is None else view.view_from_corrected(model, corrected)
+
+
+def _plain_numbers(values: NDArray) -> list[float | None]:
+    return [float(v) if np.isfinite(v) else None for v in values]
 
 
 def _plain(points: Points) -> list[list[float] | None]:

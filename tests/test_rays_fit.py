@@ -221,3 +221,15 @@ def test_whatever_finite_clicks_come_it_answers_with_numbers_or_refuses(borders,
     else:
         MODELS[model].from_parameters(parameters_json(made.model))
         assert np.isfinite(made.covariance).all()
+
+
+@pytest.mark.parametrize("model", RAYS)
+def test_a_camera_that_sees_nothing_of_its_region_is_refused_not_broken(model):
+    """Whatever a fit of clicks on one line ends at, judging it never meets a singular matrix."""
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        start, along = rng.uniform(100, 500, 2), rng.uniform(-1, 1, 2)
+        clicks = tuple(Observation(name, "line", start + along * rng.uniform(0, 400, (9, 1)))
+                       for name in ("left", "right", "top", "bottom"))
+        with pytest.raises(FitFailed):
+            pipeline.calibrate(clicks, FIELD, REGION, SIZE, model)

@@ -23,11 +23,15 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
     if not knows_its_error(fit) or not hasattr(fit.model, "click_jacobian"):
         return None
     names, points, rows = _candidates(fit, field, region, image_size)
-    if not len(rows):
+    known = np.isfinite(rows).all(axis=1) if len(rows) else np.zeros(0, bool)
+    if not known.any():
         return None
+    names, points, rows = [n for n, k in zip(names, known, strict=True) if k], points[known], rows[known]
     z = HAT_MM if hasattr(fit.model, "project") else 0.0
     by = fit.model.field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
     before = expected_error(fit, region, z).sigma_mm.ravel() ** 2
+    seen = np.isfinite(before)
+    by, before = by[seen], before[seen]
     spread = rows @ fit.covariance  # (c, p)
     own = np.einsum("cp,cp->c", spread, rows) + click_sigma_px**2
     gain = np.einsum("nip,cp->nic", by, spread) ** 2

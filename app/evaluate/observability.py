@@ -38,6 +38,9 @@ def weakest_direction(fit: Fit, region: Region) -> WeakDirection | None:
     z = HAT_MM if hasattr(fit.model, "project") else 0.0
     by = fit.model.field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
     flat = by.reshape(-1, by.shape[-1])
+    flat = flat[np.isfinite(flat).all(axis=1)]
+    if not len(flat):
+        return None
     root = _root(fit.covariance)
     _, vectors = np.linalg.eigh(root.T @ flat.T @ flat @ root)
     direction = root @ vectors[:, -1]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.errors import FitFailed
 from app.field import Region
 from app.geometry import Points
 from app.records import Fit
@@ -22,7 +23,10 @@ GRID = (13, 11)  # columns, rows over the region
 
 @dataclass(frozen=True, eq=False)
 class Sigma:
-    """Expected error (rms of the two axes together, mm) at places (rows, columns, 2) mm of the plane at z_mm."""
+    """Expected error (rms of the two axes together, mm) at places (rows, columns, 2) mm of the plane at z_mm.
+
+    NaN where the model does not see the place; the figures are of the others.
+    """
 
     places: Points
     sigma_mm: NDArray[np.float64]
@@ -31,16 +35,16 @@ class Sigma:
     @property
     def worst(self) -> tuple[float, list[float]]:
         """The largest, and where."""
-        row, column = np.unravel_index(np.argmax(self.sigma_mm), self.sigma_mm.shape)
+        row, column = np.unravel_index(np.nanargmax(self.sigma_mm), self.sigma_mm.shape)
         return float(self.sigma_mm[row, column]), self.places[row, column].tolist()
 
     @property
     def rms(self) -> float:
-        return float(np.sqrt(np.mean(self.sigma_mm**2)))
+        return float(np.sqrt(np.nanmean(self.sigma_mm**2)))
 
     def to_json(self) -> dict[str, Any]:
         mm, place = self.worst
-        return {"z_mm": self.z_mm, "median": float(np.median(self.sigma_mm)), "rms": self.rms, "max": mm,
+        return {"z_mm": self.z_mm, "median": float(np.nanmedian(self.sigma_mm)), "rms": self.rms, "max": mm,
                 "worst_place": place}
 
 
@@ -66,7 +70,11 @@ def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points |
     places = grid_over(region) if places is None else places
     by = fit.model.field_jacobian(at_height(places, z_mm), fit.parameter_names)
     spread = fit.covariance if covariance is None else covariance
-    variance = np.einsum("nik,kl,nil->n", by, spread, by)
+    with np.errstate(invalid="ignore"):
+        variance = np.einsum("nik,kl,nil->n", by, spread, by)
+    if not np.isfinite(variance).any():
+        raise FitFailed("The camera that was found sees nothing of the region.",
+                        "Check which line each click belongs to, and the region.", reason="no-camera")
     return Sigma(places, np.sqrt(np.maximum(variance, 0)).reshape(places.shape[:-1]), z_mm)
 
 

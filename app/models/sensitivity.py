@@ -7,6 +7,8 @@ import numpy as np
 from app.geometry import Points
 from app.models.lens import Array
 
+EDGE_ON = 1e-9  # a plane is seen from its edge where it is this much shorter one way than the other
+
 
 class FittedState(Protocol):
     """A model's parameters as a fit moves them: their names, and pixels with derivatives."""
@@ -26,10 +28,16 @@ class Sensitive:
     def field_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> Array:
         """How the place where a pixel's ray meets the plane moves when named parameters do: (n, 2, len(names)) mm.
 
-        points_field_xyz (n, 3): the places. Names as in Fit.parameter_names; a line's own offset moves no ray.
+        points_field_xyz (n, 3): the places. Names as in Fit.parameter_names; a line's own offset moves no ray. NaN
+        where the camera does not see the place, or sees the plane from its edge.
         """
         by_point, columns = self._pixel_jacobian(points_field_xyz, names)
-        return -np.linalg.solve(by_point[:, :, :2], columns)
+        (a, b), (c, d) = (by_point[:, i, :2].T for i in range(2))
+        with np.errstate(all="ignore"):
+            det = a * d - b * c
+            det = np.where(np.abs(det) > EDGE_ON * (a * a + b * b + c * c + d * d), det, np.nan)
+            inverse = np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], axis=1) / det[:, None, None]
+            return -inverse @ columns
 
     def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
         """How a click's distance from the curve at places (n, 2) mm running along (n, 2) moves: (n, len(names)) px."""
