@@ -12,7 +12,8 @@ FLOORS = [
     ["models", "vision"],                                                          # 1 numbers
     ["correction", "evaluate", "heatmap"],                                                    # 2 numbers about models
     ["sources", "exports", "images", "store", "publish"],                          # 3 edges
-    ["pipeline", "board_pipeline", "plumb_pipeline", "task", "board_task", "pair_pipeline", "jobs", "live", "settings"],  # 4 work
+    ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "jobs", "live",
+     "settings"],                                                                  # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors
     ["main"],                                                                      # 6 wiring
 ]
