@@ -110,3 +110,10 @@ def test_every_model_is_fitted_to_real_clicks_ranked_and_the_choice_explained(na
     assert hasattr(MODELS[found["recommended"]], "project")
     assert all(rows[model]["field_mm"] > 2 * rows[found["recommended"]]["field_mm"] for model in worse)
     assert found["reason"].startswith(rows[found["recommended"]]["title"]) and found["reason"].count(".") >= 1
+
+
+def test_a_fisheye_without_terms_is_a_lens_all_the_same():
+    """An equidistant lens has no numbers of its own and still bends every border."""
+    found = pipeline.compare(clicks("strong"), FIELD, REGION, SIZE, ("fisheye", "homography"))
+    assert not found["no_significant_distortion"]
+    assert found["recommended"] == "fisheye"
