@@ -109,8 +109,8 @@ def _report(fit: PlumbFit, chains: list[Points], clicked: int) -> dict[str, Any]
 def _sentence(fit: PlumbFit, verdict: BowVerdict) -> str:
     bow = verdict.most
     if verdict.answer == "none":
-        return (f"No significant distortion: no edge bows by more than {bow.px:.2f} px, and edges in the picture are "
-                f"straight to {fit.before_px:.2f} px as they are.")
+        return (f"No significant distortion: the edge that bows most does so by {bow.px:.2f} ± {bow.sigma_px:.2f} px, "
+                f"and edges are straight to {fit.before_px:.2f} px as they are.")
     if verdict.answer == "unknown":
         return ("These edges do not tell whether the picture is bent: mark or show more long straight edges, near the "
                 "picture's edge and across it.")

@@ -12,8 +12,9 @@ from app.models.division_even import EvenDivisionLens
 from app.models.lens import rays_of
 from app.models.plumb_bow import bow_px, bow_verdict
 from app.models.plumb_line import LENSES, PlumbLens
-from app.models.plumb_line_fit import fit_plumb, with_lines
+from app.models.plumb_line_fit import fit_plumb
 from app.models.plumb_problem import Bent, Chains
+from app.models.plumb_solve import with_lines
 from app.plumb_pipeline import straightness
 
 SEEDS = range(8)
@@ -120,6 +121,15 @@ def test_an_edge_that_is_no_straight_line_is_named_and_left_out():
     assert abs(fit.values[0] + 0.25) < 3 * fit.sigma[0]
 
 
+def test_an_edge_that_bows_by_four_pixels_of_its_own_is_left_out_too():
+    chains = lines_seen(lens_of("division", (-0.25,)), 2)
+    way = chains[5][-1] - chains[5][0]
+    side = np.array([-way[1], way[0]]) / np.linalg.norm(way)
+    chains[5] = chains[5] + 4 * np.sin(np.linspace(0, np.pi, len(chains[5])))[:, None] * side
+    fit = fit_plumb(chains, SIZE, "division")
+    assert [c.index for c in fit.chains if not c.used] == [5]
+
+
 def test_a_stray_point_bends_nothing():
     lens = lens_of("division", (-0.25,))
     chains = lines_seen(lens, 4)
@@ -207,10 +217,10 @@ def test_edges_that_tell_nothing_say_so():
     for _ in range(5):
         start, angle = np.array(SIZE.centre) + rng.uniform(-40, 40, 2), rng.uniform(0, np.pi)
         along = np.linspace(0, 60, 12)[:, None] * [np.cos(angle), np.sin(angle)]
-        chains.append(start + along + rng.normal(0, 0.3, along.shape))
+        chains.append(start + along + rng.normal(0, 0.02, along.shape))
     report = straightness(lines=chains, image_size=SIZE, lens="division")
-    assert report["distortion"] in ("unknown", "none")
-    assert report["sigma"]["k"] > 1  # anything from a strong barrel to a strong pincushion
+    assert report["distortion"] == "unknown"
+    assert report["sigma"]["k"] > 0.3  # anything from a strong barrel to a strong pincushion
 
 
 def test_the_report_names_lines_and_is_plain_json():
@@ -225,6 +235,8 @@ def test_the_report_names_lines_and_is_plain_json():
 @pytest.mark.parametrize(("lines", "reason"), [
     ([], "too-few-lines"), ([[[0, 0], [5, 5]]] * 9, "too-few-lines"), ([[[3, 3]] * 20] * 9, "too-few-lines"),
     ([arc((500 + 20 * i, 400), 60 + 17 * i, i, 3.0).tolist() for i in range(9)], "no-straight-lines"),
+    ([np.stack([np.linspace(0, 1279, 30), np.full(30, 100.0 + i)], axis=1).tolist() for i in range(9)], "one-edge"),
+    ([[[i, i], [i + 3, i], [i + 6, i + 1]] for i in range(20)], "too-few-lines"),
     ([[[0, 0], [float("nan"), 5]]] * 9, "non-finite-points")])
 def test_what_is_no_straight_lines_is_refused_by_name(lines, reason):
     with pytest.raises(BadInput) as refusal:
@@ -232,11 +244,19 @@ def test_what_is_no_straight_lines_is_refused_by_name(lines, reason):
     assert refusal.value.reason == reason
 
 
+def test_clicks_may_come_in_any_order():
+    chains = lines_seen(lens_of("division", (-0.25,)), 3)
+    mixed = [np.random.default_rng(i).permutation(c) for i, c in enumerate(chains)]
+    ordered, any_order = (straightness(lines=c, image_size=SIZE, lens="division") for c in (chains, mixed))
+    assert any_order["bow"]["most"]["px"] == pytest.approx(ordered["bow"]["most"]["px"], rel=0.01)
+
+
 def test_pictures_of_different_sizes_and_unknown_lenses_are_refused():
     blank = np.zeros((40, 60, 3), np.uint8)
     for bad in (lambda: straightness([blank, blank[:30]]), lambda: straightness(),
                 lambda: straightness(lines=[[[0, 0]]], image_size=SIZE, lens="fisheye"),
-                lambda: fit_plumb([], SIZE, "division", ("k9",))):
+                lambda: fit_plumb([], SIZE, "division", ("k9",)), lambda: fit_plumb([], SIZE, "division-even", ("k2",)),
+                lambda: fit_plumb([], SIZE, "division", centre_sigma_px=float("nan"))):
         with pytest.raises(BadInput):
             bad()
     with pytest.raises(FitFailed, match="There are 0 lines"):

@@ -20,6 +20,7 @@ from app.models.plumb_line_fit import PlumbFit
 
 ALONG = np.linspace(0, 1, 33)[:, None]
 UNSEEN = 0.01  # of its length: a line along the picture's edge could bow so much and pass for straight
+LEAST_PX = 0.1  # a bow that no picture shows, however exact the points were made
 OF_NOISE = 1.5 * np.sqrt(5)  # bow over rms at which a parabola is as far off a line as the noise
 
 
@@ -57,7 +58,7 @@ def bow_verdict(fit: PlumbFit, chains: Sequence[Points]) -> BowVerdict:
     """Of the chains that the fit used; chains as they were given to it."""
     width, height = fit.lens.image_size
     used = [c for c in fit.chains if c.used]
-    ends = [np.asarray(chains[c.index])[[0, -1]] for c in used]
+    ends = [_ends(np.asarray(chains[c.index], float)) for c in used]
     edges = np.array([[[0, y], [width - 1, y]] for y in (0.0, height - 1.0)]
                      + [[[x, 0], [x, height - 1]] for x in (0.0, width - 1.0)])
     told = [Bow(*v) for v in zip([c.index for c in used], [c.length_px for c in used],
@@ -68,7 +69,14 @@ def bow_verdict(fit: PlumbFit, chains: Sequence[Points]) -> BowVerdict:
     bows, sigma = _bows(fit, edges, fit.covariance)
     worst = int(np.argmax(np.nan_to_num(bows, nan=np.inf) + 2 * np.array(sigma)))
     border = Bow(-1, float(np.ptp(edges[worst])), bows[worst], sigma[worst])
-    return BowVerdict(most, max(told, key=lambda b: b.length_px), border, float(OF_NOISE) * fit.after_px)
+    return BowVerdict(most, max(told, key=lambda b: b.length_px), border,
+                      max(float(OF_NOISE) * fit.after_px, LEAST_PX))
+
+
+def _ends(points: Points) -> Array:
+    """The two points furthest apart along the line, (2, 2): clicks come in any order."""
+    along = (points - points.mean(axis=0)) @ np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
+    return points[[int(np.argmin(along)), int(np.argmax(along))]]
 
 
 def _bows(fit: PlumbFit, ends: Array, covariance: Array) -> tuple[list[float], list[float]]:

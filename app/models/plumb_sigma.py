@@ -56,8 +56,6 @@ def covariance(minimum: Minimum[Bent], chains: Chains, groups: Array) -> Array:
     spread = float(np.sum(weight * residuals**2) / max(n - 2 * len(chains.starts) - size, 1))
     plain = inverse * spread
     count = len(scores)
-    if count < 2:
-        return plain
     moved = np.stack([np.linalg.lstsq(total - own, score, rcond=1e-12)[0]
                       for own, score in zip(information, scores, strict=True)])
     widen = np.sqrt([_student(float(np.sum(m**2) ** 2 / max(np.sum(m**4), 1e-300))) for m in moved.T])
