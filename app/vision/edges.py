@@ -1,9 +1,9 @@
 """Edges as long smooth chains of sub-pixel points: where brightness changes fastest, linked along the edge.
 
 Three samples across the edge give the top of a parabola. Through the gradient itself that top ripples from pixel to
-pixel one way, through its logarithm (a parabola, were a blurred step a Gaussian) the other, because a pixel's own area makes
-the profile lopsided; through its square root it stays within 0.02 px. The samples are taken along the picture's own
-axis that is nearer to the gradient, so nothing is interpolated.
+pixel one way, through its logarithm (a parabola, were a blurred step a Gaussian) the other, because a pixel's own area
+makes the profile lopsided; through its square root it stays within 0.02 px. The samples are taken along the picture's
+own axis that is nearer to the gradient, so nothing is interpolated.
 
 After J. Canny 1986; F. Devernay, "A non-maxima suppression method for edge detection with sub-pixel accuracy", 1995.
 """
