@@ -8,20 +8,19 @@ A. Zisserman, "Multiple View Geometry" (2004), ch. 4.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from app.errors import BadInput
 from app.field import Field, Region
 from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
 from app.models import Option, Progress, no_progress
 from app.models.lens import Array
 from app.models.rays import example_fields
 from app.models.rays_options import RAY_OPTIONS
-from app.models.rectangle_view import VIEW_FIELDS, RectangleView, read_view
+from app.models.rectangle_view import VIEW_FIELDS, RectangleView, parameters_read, read_view
 from app.models.rotation import matrix_from_vector
 from app.models.sensitivity import FittedState, Sensitive
 from app.records import Fit, Observations
@@ -88,11 +87,7 @@ class Homography(RectangleView, Sensitive):
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         """Read what asdict() wrote; BadInput for anything else."""
-        try:
-            p = dict(parameters)
-            names = {f.name for f in fields(cls)}
-            if set(p) != names:
-                raise ValueError(f"expected {', '.join(sorted(names))}")
+        with parameters_read(cls, parameters) as p:
             matrix = tuple(tuple(map(float, row)) for row in p["field_from_raw"])
             if [len(row) for row in matrix] != [3, 3, 3]:
                 raise ValueError("field_from_raw is not 3 × 3")
@@ -101,9 +96,6 @@ class Homography(RectangleView, Sensitive):
             if not unit:
                 raise ValueError("the determinant of field_from_raw is not -1")
             return cls(field_from_raw=matrix, **read_view(p))
-        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-            raise BadInput(f"These are no parameters of a {cls.NAME} model: {error}.",
-                           "Give what Touchline exported as json.", reason="bad-parameters") from None
 
     @classmethod
     def examples(cls) -> Iterable[Self]:

@@ -11,7 +11,7 @@ and (8) are printed with the fraction upside down, which sends the far border to
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -23,7 +23,7 @@ from app.field import Field, Region
 from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
 from app.models import Option, Progress, no_progress
 from app.models.border import MAX_DEGREE, Curve
-from app.models.rectangle_view import read_view
+from app.models.rectangle_view import parameters_read, read_view
 from app.records import Fit, Observations
 
 REACH = 1.0  # how far beyond the picture a border is still believed, as a share of the picture's extent
@@ -187,17 +187,10 @@ class Polynomial:
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         """Read what asdict() wrote; BadInput for anything else."""
-        try:
-            p = dict(parameters)
-            names = {f.name for f in fields(cls)}
-            if set(p) != names:
-                raise ValueError(f"expected {', '.join(sorted(names))}")
+        with parameters_read(cls, parameters) as p:
             model = cls(**{name: _curve(p[name]) for name in ("left", "right", "top", "bottom")},
                         across_mm=tuple(map(float, p["across_mm"])), down_mm=tuple(map(float, p["down_mm"])),
                         **read_view(p))
-        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-            raise BadInput(f"These are no parameters of a polynomial model: {error}.",
-                           "Give what Touchline exported as json.", reason="bad-parameters") from None
         model._refuse_nonsense()
         return model
 

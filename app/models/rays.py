@@ -8,7 +8,7 @@ models can be compared and the cameras of a rig agree.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -19,7 +19,7 @@ from app.field import Field, Region
 from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
 from app.models import Progress, no_progress
 from app.models.lens import Array, Lens
-from app.models.rectangle_view import RectangleView, read_view
+from app.models.rectangle_view import RectangleView, parameters_read, read_view
 from app.models.rotation import matrix_from_vector
 from app.models.sensitivity import FittedState, Sensitive
 from app.records import Fit, Observations
@@ -122,17 +122,10 @@ class RayCamera(RectangleView, Sensitive):
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         """Read what asdict() wrote; BadInput for anything else."""
-        try:
-            p = dict(parameters)
-            names = {f.name for f in fields(cls)}
-            if set(p) != names:
-                raise ValueError(f"expected {', '.join(sorted(names))}")
+        with parameters_read(cls, parameters) as p:
             tuples = ("lens_terms", "centre_px", "rotation", "position_mm")
             model = cls(**{name: tuple(map(float, p[name])) for name in tuples}, focal_px=float(p["focal_px"]),
                         aspect=float(p["aspect"]), **read_view(p))
-        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-            raise BadInput(f"These are no parameters of a {cls.NAME} model: {error}.",
-                           "Give what Touchline exported as json.", reason="bad-parameters") from None
         if not model.plausible():
             raise BadInput("These parameters describe no camera over a field.",
                            "Give what Touchline exported as json.", reason="bad-parameters")

@@ -1,6 +1,8 @@
 """The corrected frame of models that know the carpet: their region seen straight from above, to scale."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -41,6 +43,23 @@ class RectangleView:
 
 
 VIEW_FIELDS = ("width_px", "height_px", "n_rectangles_x", "n_rectangles_y", "region", "image_size")
+
+
+@contextmanager
+def parameters_read(model: type, given: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """What asdict() wrote of a model, for reading it back: exactly its fields.
+
+    Whatever goes wrong while they are read is told as BadInput in the model's name.
+    """
+    try:
+        parameters = dict(given)
+        names = {f.name for f in fields(model)}
+        if set(parameters) != names:
+            raise ValueError(f"expected {', '.join(sorted(names))}")
+        yield parameters
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise BadInput(f"These are no parameters of a {model.NAME} model: {error}.",
+                       "Give what Touchline exported as json.", reason="bad-parameters") from None
 
 
 def read_view(p: Mapping[str, Any]) -> dict[str, Any]:
