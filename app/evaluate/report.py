@@ -8,7 +8,7 @@ import numpy as np
 from app.evaluate.distortion import distortion_report
 from app.evaluate.next_click import next_best_click
 from app.evaluate.observability import observability_warnings
-from app.evaluate.residuals import FeatureResiduals, feature_residuals, rms
+from app.evaluate.residuals import FeatureResiduals, feature_residuals, mm_per_px, rms
 from app.evaluate.uncertainty import knows_its_error, sigma_report
 from app.field import BORDERS, Field, Region
 from app.records import Fit, Observations, Warning
@@ -35,7 +35,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     return {
         "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
         "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": _max(_joined([inside_mm[i] for i in rests])),
-        "cv_rms_mm": cv_rms_mm, "check_rms_mm": check_mm,
+        "mm_per_px": mm_per_px(residuals), "cv_rms_mm": cv_rms_mm, "check_rms_mm": check_mm,
         "inliers": int(sum(fine.sum() for fine in fit.inliers)),
         "outliers": int(sum((~fine).sum() for fine in fit.inliers)),
         "sigma_mm": sigma,  # None where each border is a curve of its own: no common parameters, no covariance
@@ -72,14 +72,19 @@ def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> dict[str
     return {"feature": feature if isinstance(feature, str) else list(feature), "kind": r.observation.kind,
             "n": len(r.px), "used": used, "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]),
             "max_mm": _max(r.mm[fine]),
-            "residuals": [{"point": point.tolist(), "foot": foot.tolist() if np.isfinite(foot).all() else None,
-                           "px": _number(px), "mm": _number(mm), "outlier": not ok}
-                          for point, foot, px, mm, ok in zip(r.observation.points, r.foot, r.px, r.mm, fine.tolist(),
-                                                             strict=True)]}
+            "residuals": [{"point": point.tolist(), "foot": _vector(foot),
+                           "px": _number(px), "mm": _number(mm), "mm_vector": _vector(to_place), "outlier": not ok}
+                          for point, foot, px, mm, to_place, ok
+                          in zip(r.observation.points, r.foot, r.px, r.mm, r.to_place_mm, fine.tolist(),
+                                 strict=True)]}
 
 
 def _number(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
+
+
+def _vector(value: np.ndarray) -> list[float] | None:
+    return value.tolist() if np.isfinite(value).all() else None
 
 
 def _knows_inside(fit: Fit, observations: Observations) -> bool:

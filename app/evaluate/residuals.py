@@ -1,5 +1,6 @@
 """How far each observed point lies from the line, arc or landmark it was seen on, in pixels and millimetres."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,35 +11,60 @@ from app.geometry import Points
 from app.models import CameraModel, field_from_raw, raw_from_field
 from app.records import Observation
 
+LEAST_PX = 1e-6  # a smaller residual is rounding, and its direction chance
+
 
 @dataclass(frozen=True, eq=False)
 class FeatureResiduals:
     """One observation's residuals, point by point; NaN where the model does not reach.
 
-    foot: (n, 2) raw px, where the nearest place of the feature is seen. px, mm: (n,) distances to it.
+    foot: (n, 2) raw px, where the nearest place of the feature is seen. to_place_mm: (n, 2) field mm, from where the
+    model puts the point to that place. px, mm: (n,) the distances.
     """
 
     observation: Observation
     foot: Points
-    px: NDArray[np.float64]
-    mm: NDArray[np.float64]
+    to_place_mm: Points
+
+    @property
+    def px(self) -> NDArray[np.float64]:
+        return np.linalg.norm(self.observation.points - self.foot, axis=-1)
+
+    @property
+    def mm(self) -> NDArray[np.float64]:
+        return np.linalg.norm(self.to_place_mm, axis=-1)
 
 
 def feature_residuals(model: CameraModel, observation: Observation, field: Field, region: Region) -> FeatureResiduals:
-    """Carry the points to the carpet, drop a perpendicular on the feature, and look at the foot through the camera.
+    """Carry the points to the field, drop a perpendicular on the feature, and look at the foot through the camera.
 
     Per point, not per axis: OpenCV's convention, √2 times what tools report that count x and y apart. Points
     above the carpet cannot be judged by a model without rays: NaN.
     """
-    feature = field.feature(observation.feature, region)
-    if observation.z_mm != 0:
-        nothing = np.full(len(observation.points), np.nan)
-        return FeatureResiduals(observation, np.full(observation.points.shape, np.nan), nothing, nothing)
-    place = field_from_raw(model, observation.points)
+    feature, z_mm = field.feature(observation.feature, region), observation.z_mm
+    if z_mm == 0:
+        place = field_from_raw(model, observation.points)
+    elif hasattr(model, "unproject"):
+        place = model.unproject(observation.points, z_mm)
+    else:
+        place = np.full(observation.points.shape, np.nan)
     nearest = feature.nearest(place)
-    foot = raw_from_field(model, nearest)
-    return FeatureResiduals(observation, foot, np.linalg.norm(observation.points - foot, axis=-1),
-                            np.linalg.norm(place - nearest, axis=-1))
+    return FeatureResiduals(observation, _seen(model, nearest, z_mm), nearest - place)
+
+
+def _seen(model: CameraModel, places: Points, z_mm: float) -> Points:
+    """Field mm (n, 2) in the plane at z_mm to raw pixels."""
+    if z_mm == 0 or not hasattr(model, "project"):
+        return raw_from_field(model, places)
+    return model.project(np.concatenate([places, np.full((len(places), 1), z_mm)], axis=-1))
+
+
+def mm_per_px(residuals: Iterable[FeatureResiduals]) -> float | None:
+    """What a pixel of residual is worth at the clicks, median; None where nothing has a residual to tell it from."""
+    pairs = [(r.mm, r.px) for r in residuals]
+    mm, px = (np.concatenate([np.empty(0), *column]) for column in ([m for m, _ in pairs], [p for _, p in pairs]))
+    told = np.isfinite(mm) & (px > LEAST_PX)
+    return float(np.median(mm[told] / px[told])) if told.any() else None
 
 
 def rms(values: NDArray[np.float64]) -> float | None:

@@ -30,12 +30,57 @@ class Surroundings:
     """What a source may need of the house; floors beside it are handed to it, not imported.
 
     fields: every known field by name. decode: bytes of a picture → Frame, safely. pictures: the only folder from which
-    pictures are read.
+    pictures, folders of them and videos are read. hosts: names and addresses of network cameras that the operator's
+    settings allow although they lie where no camera should (this machine, link-local, multicast).
     """
 
     fields: Mapping[str, Field] = member(default_factory=dict)
     decode: Callable[[bytes], Frame] | None = None
     pictures: Path | None = None
+    hosts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What tells one camera from another, as far as the source knows; "" where it does not.
+
+    A calibration belongs to a serial number; without one, to a port and a model; without those, to an address.
+    address never holds a password.
+    """
+
+    address: str
+    serial: str = ""
+    port: str = ""
+    model: str = ""
+
+    def differs_from(self, other: "Identity") -> str | None:
+        """In words, why this may be another camera than the other; None where the evidence agrees."""
+        for name, ours, theirs in (("serial number", self.serial, other.serial), ("model", self.model, other.model)):
+            if ours != theirs:
+                return f"its {name} is {ours or 'unknown'}, not {theirs or 'unknown'}"
+        if not self.serial and self.port != other.port:
+            return f"it is plugged in at {self.port or 'an unknown port'}, not {other.port or 'an unknown one'}"
+        if not self.serial and not self.port and self.address != other.address:
+            return f"its address is {self.address}, not {other.address}"
+        return None
+
+
+@dataclass(frozen=True)
+class Control:
+    """One setting of a camera, as read back from it: exposure, gain, white balance, resolution, frame rate.
+
+    kind: "float", "int", "bool" or "choice". value: what the camera says it is now. range: least and most. automatic:
+    whether the camera sets it by itself now; None where it has no such mode.
+    """
+
+    name: str
+    label: str
+    kind: str
+    value: float | int | bool | str
+    unit: str = ""
+    range: tuple[float, float] | None = None
+    choices: tuple[str, ...] = ()
+    automatic: bool | None = None
 
 
 @runtime_checkable
@@ -57,9 +102,38 @@ class Source(Protocol):
     def close(self) -> None:
         """Let go of everything; more than once does no harm."""
 
+    def identity(self) -> Identity:
+        """Which camera this is."""
+
+    def controls(self) -> tuple[Control, ...]:
+        """What can be set while it runs, read back now; empty where nothing can."""
+
+    def set_control(self, name: str, value: Any) -> Control:
+        """Set one, and what it is afterwards, read back. "auto" hands it to the camera where it has such a mode.
+
+        NotFound for an unknown name, BadInput for a value it cannot have. read() goes on with the new setting, at a
+        new size if that changed. Only the thread that reads calls this, or before the first read.
+        """
+
     @classmethod
     def example(cls, folder: Path) -> str:
         """An address that opens, with whatever file it names put into the pictures folder first; for tests."""
+
+
+class PlainSource:
+    """For sources that have nothing to set and are told apart by their address alone."""
+
+    _address = ""
+
+    def identity(self) -> Identity:
+        return Identity(self._address)
+
+    def controls(self) -> tuple[Control, ...]:
+        return ()
+
+    def set_control(self, name: str, value: Any) -> Control:
+        raise NotFound(f"This source has no setting called {name!r}.", "It has none that can be changed while it runs.",
+                       reason="unknown-control")
 
 
 SOURCES = Registry("source", {
@@ -72,7 +146,10 @@ def source_from_url(url: str, around: Surroundings) -> Source:
     """Open the source that an address names."""
     scheme, target, given = split_address(url)
     source = SOURCES[scheme]
-    return source.open(target, read_query(source.OPTIONS, given), around)
+    opened = source.open(target, read_query(source.OPTIONS, given), around)
+    if isinstance(opened, PlainSource):
+        opened._address = f"{scheme}://{target}"
+    return opened
 
 
 def split_address(url: str) -> tuple[str, str, dict[str, str]]:

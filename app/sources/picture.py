@@ -11,12 +11,12 @@ import numpy as np
 from app.errors import NotFound, Unavailable
 from app.models import Option
 from app.records import Frame
-from app.sources import Surroundings
+from app.sources import PlainSource, Surroundings
 
 MAX_BYTES = 64 * 1024 * 1024
 
 
-class PictureSource:
+class PictureSource(PlainSource):
     """Decodes the file once and gives it as often as it is asked."""
 
     TITLE: ClassVar = "Picture"

@@ -13,7 +13,7 @@ from app.field import Field, Region
 from app.geometry import ImageSize
 from app.models import Option
 from app.records import Frame
-from app.sources import Surroundings, named_field
+from app.sources import PlainSource, Surroundings, named_field
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.lens import LENSES
 from app.sources.sim.look import Light
@@ -31,7 +31,7 @@ MAX_PIXELS = 6_000_000  # each takes about 60 bytes while the field is painted
 HEIGHT_PER_DIAGONAL = 0.7  # lower, and a strong lens shows its corners bent back
 
 
-class SimSource:
+class SimSource(PlainSource):
     """Renders one frame after the other; the truth is in .camera and .rendering."""
 
     TITLE: ClassVar = "Simulated camera"
