@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from app.correction import View, correction_map
 from app.errors import BadInput, Conflict, FitFailed
+from app.evaluate.arrows import residual_arrows
 from app.evaluate.compare import Candidate, parameters_of
 from app.evaluate.compare import compare as compare_fits
 from app.evaluate.cross_validation import held_out_mm
@@ -24,6 +25,7 @@ from app.models.border import MAX_DEGREE, fit_curve
 from app.records import Fit, Observations
 
 Space = Literal["image", "corrected", "field"]
+SPACES = ("image", "corrected", "field")
 CURVE_POINTS = 65  # a border drawn with so many is smooth on any screen
 OVERLAY_STEP_MM = 50.0
 OVERLAY_STEP_DEG = 4.0
@@ -153,17 +155,31 @@ def _along(position: NDArray, value: NDArray, run: int) -> Points:
 
 
 def transform(model: CameraModel, points: Points, source: Space, target: Space, z_mm: float = 0.0) -> Points:
-    """Points (..., 2) from one space to another; NaN where the model does not reach."""
-    if z_mm != 0 and "field" in (source, target) and not hasattr(model, "project"):
-        raise Conflict(f"{model.TITLE} know only the carpet, not what is {z_mm:g} mm above it.",
-                       "Use a lens model, or z_mm 0.", reason="no-rays")
-    to_corrected = {"image": model.corrected_from_raw, "corrected": lambda p: p, "field": model.corrected_from_field}
-    from_corrected = {"image": model.raw_from_corrected, "corrected": lambda p: p, "field": model.field_from_corrected}
+    """Points (..., 2) from one space to another; NaN where the model does not reach.
+
+    z_mm: height of the field's end above the carpet. A corrected picture shows what it shows on the carpet, so its
+    pixels reach another height by way of the raw picture.
+    """
     for space in (source, target):
-        if space not in to_corrected:
+        if space not in SPACES:
             raise BadInput(f"There is no space called {space!r}.", "Use image, corrected or field.",
                            reason="unknown-space")
-    return from_corrected[target](to_corrected[source](as_points(points)))
+    points = as_points(points)
+    if z_mm != 0 and (source == "field") != (target == "field"):
+        return _transform_at_height(model, points, source, target, z_mm)
+    to_corrected = {"image": model.corrected_from_raw, "corrected": lambda p: p, "field": model.corrected_from_field}
+    from_corrected = {"image": model.raw_from_corrected, "corrected": lambda p: p, "field": model.field_from_corrected}
+    return from_corrected[target](to_corrected[source](points))
+
+
+def _transform_at_height(model: CameraModel, points: Points, source: Space, target: Space, z_mm: float) -> Points:
+    if not hasattr(model, "project"):
+        raise Conflict(f"{model.TITLE} know only the carpet, not what is {z_mm:g} mm above it.",
+                       "Use a lens model, or z_mm 0.", reason="no-rays")
+    if source == "field":
+        raw = model.project(np.concatenate([points, np.full((*points.shape[:-1], 1), z_mm)], axis=-1))
+        return raw if target == "image" else model.corrected_from_raw(raw)
+    return model.unproject(points if source == "image" else model.raw_from_corrected(points), z_mm)
 
 
 def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize, view: View = View(),  # noqa: B008
@@ -205,6 +221,15 @@ def _seen(model: CameraModel, field_points: Points, frame: str, view: View | Non
     return corrected if view is None else view.view_from_corrected(model, corrected)
 
 
+def arrows(model: CameraModel, observations: Observations, field: Field, region: Region,
+           strays: Sequence[NDArray[np.bool_]], frame: Literal["raw", "corrected"] = "raw",
+           view: View = View()) -> dict[str, Any]:  # noqa: B008
+    """From each clicked point to where the model puts it, in raw pixels or in those of a corrected view; plain JSON."""
+    def seen(raw: Points) -> Points:
+        return raw if frame == "raw" else view.view_from_corrected(model, model.corrected_from_raw(raw))
+    return {"frame": frame, **residual_arrows(model, observations, field, region, strays, seen)}
+
+
 def _plain_numbers(values: NDArray) -> list[float | None]:
     return [float(v) if np.isfinite(v) else None for v in values]
 
@@ -213,4 +238,4 @@ def _plain(points: Points) -> list[list[float] | None]:
     return [p.tolist() if np.isfinite(p).all() else None for p in points]
 
 
-__all__ = ["Calibrated", "border", "calibrate", "correct", "field_from_raw", "overlay", "transform"]
+__all__ = ["Calibrated", "arrows", "border", "calibrate", "correct", "field_from_raw", "overlay", "transform"]

@@ -12,6 +12,7 @@ from app.evaluate.residuals import feature_residuals
 from app.field import BORDERS
 from app.geometry import ImageSize
 from app.models import field_from_raw
+from app.models.brown_conrady import BrownConrady
 from app.models.polynomial import Polynomial
 from app.records import Observation
 from app.sources.sim.clicks import border_observations, known_grid, rms_mm
@@ -150,3 +151,18 @@ def test_transform_goes_there_and_back_between_all_spaces(source, target):
     start = pipeline.transform(BARREL, grid(780, 580, 5, 4), "image", source)
     there = pipeline.transform(BARREL, start, source, target)
     np.testing.assert_allclose(pipeline.transform(BARREL, there, target, source), start, atol=1e-5)
+
+
+@pytest.mark.parametrize("camera", list(BrownConrady.examples())[:3])
+def test_transform_at_hat_height_follows_the_rays_whichever_picture_is_asked(camera):
+    """A robot's hat is seen centimetres away from where it stands: its height must not be forgotten on the way."""
+    region = camera.region
+    hats = region.field_from_region(grid(region.width_mm, region.height_mm, 5, 4))
+    seen_hats = camera.project(np.concatenate([hats, np.full((4, 5, 1), 150.0)], axis=-1))
+    np.testing.assert_allclose(pipeline.transform(camera, seen_hats, "image", "field", 150.0), hats, atol=1e-5)
+    np.testing.assert_allclose(pipeline.transform(camera, hats, "field", "image", 150.0), seen_hats, atol=1e-9)
+    drawn = pipeline.transform(camera, seen_hats, "image", "corrected")
+    np.testing.assert_allclose(pipeline.transform(camera, hats, "field", "corrected", 150.0), drawn, atol=1e-6)
+    np.testing.assert_allclose(pipeline.transform(camera, drawn, "corrected", "field", 150.0), hats, atol=1e-5)
+    on_carpet = pipeline.transform(camera, seen_hats, "image", "field")
+    assert np.linalg.norm(on_carpet - hats, axis=-1).max() > 30
