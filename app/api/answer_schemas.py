@@ -140,6 +140,12 @@ class Overlay(Answer):
     features: list[Drawn]
 
 
+class Arrows(Answer):
+    frame: Literal["raw", "corrected"]
+    mm_per_px: float | None
+    arrows: list[dict[str, Any]]
+
+
 class Preview(Answer):
     model: FittedModel
     report: Report

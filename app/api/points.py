@@ -1,9 +1,12 @@
-"""/calibrations/{id}/transform and overlay.json: points from one frame to another, the field drawn into the picture."""
+"""/calibrations/{id}/transform, overlay.json, residuals.json: points between frames, and what is drawn on a picture."""
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from fastapi import APIRouter, Query, Request
+from numpy.typing import NDArray
 from starlette.responses import Response
 
 from app import pipeline
@@ -17,7 +20,7 @@ from app.errors import BadInput, Conflict
 from app.field_reader import field_from_json
 from app.geometry import ImageSize, as_points
 from app.models import model_from_json
-from app.records import Calibration
+from app.records import Calibration, observations_from_json
 
 router = APIRouter(prefix="/calibrations/{id}", tags=["using a calibration"])
 
@@ -66,6 +69,31 @@ def draw_field(request: Request, id: Id, frame: Literal["raw", "corrected"] = "r
     return Json({"features": pipeline.overlay(
         model_from_json(calibration.model_name, calibration.model_parameters), field,
         field.region(calibration.region, calibration.rotate), frame, View(margin_px, width))})
+
+
+@router.get("/residuals.json", response_model=answer_schemas.Arrows)
+async def draw_residuals(request: Request, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
+                         width: WidthPx = None) -> Json:
+    """From each clicked point to where the model puts it: the nearest place of its line, or its landmark."""
+    calibration = request.app.state.store.calibration(id)
+    return Json(await at_work(request, _arrows, calibration, frame, View(margin_px, width)))
+
+
+def _arrows(calibration: Calibration, frame: Literal["raw", "corrected"], view: View) -> dict[str, Any]:
+    field = field_from_json(calibration.field)
+    observations = observations_from_json(calibration.observations)
+    strays = [_strays(calibration.report, i, len(o.points)) for i, o in enumerate(observations)]
+    return pipeline.arrows(model_from_json(calibration.model_name, calibration.model_parameters), observations, field,
+                           field.region(calibration.region, calibration.rotate), strays, frame, view)
+
+
+def _strays(report: Mapping[str, Any], index: int, count: int) -> NDArray[np.bool_]:
+    """Which points of an observation the fit left out; none, where an imported report does not tell."""
+    try:
+        told = [bool(point["outlier"]) for point in report["per_feature"][index]["residuals"]]
+    except (KeyError, IndexError, TypeError):
+        told = []
+    return np.array(told if len(told) == count else [False] * count, bool)
 
 
 def refuse_other_size(calibration: Calibration, size: ImageSize | None) -> None:

@@ -35,7 +35,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     return {
         "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
         "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": _max(_joined([inside_mm[i] for i in rests])),
-        "mm_per_px": mm_per_px(residuals), "cv_rms_mm": cv_rms_mm, "check_rms_mm": check_mm,
+        "mm_per_px": mm_per_px(_joined(inside), _joined(inside_mm)), "cv_rms_mm": cv_rms_mm, "check_rms_mm": check_mm,
         "inliers": int(sum(fine.sum() for fine in fit.inliers)),
         "outliers": int(sum((~fine).sum() for fine in fit.inliers)),
         "sigma_mm": sigma,  # None where each border is a curve of its own: no common parameters, no covariance

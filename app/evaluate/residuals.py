@@ -1,6 +1,5 @@
 """How far each observed point lies from the line, arc or landmark it was seen on, in pixels and millimetres."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,10 +58,8 @@ def _seen(model: CameraModel, places: Points, z_mm: float) -> Points:
     return model.project(np.concatenate([places, np.full((len(places), 1), z_mm)], axis=-1))
 
 
-def mm_per_px(residuals: Iterable[FeatureResiduals]) -> float | None:
-    """What a pixel of residual is worth at the clicks, median; None where nothing has a residual to tell it from."""
-    pairs = [(r.mm, r.px) for r in residuals]
-    mm, px = (np.concatenate([np.empty(0), *column]) for column in ([m for m, _ in pairs], [p for _, p in pairs]))
+def mm_per_px(px: NDArray[np.float64], mm: NDArray[np.float64]) -> float | None:
+    """What a pixel of residual (n,) is worth on the field, median; None where there is none to tell it from."""
     told = np.isfinite(mm) & (px > LEAST_PX)
     return float(np.median(mm[told] / px[told])) if told.any() else None
 
