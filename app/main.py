@@ -95,7 +95,8 @@ def jobs_of(settings: Settings) -> Jobs:
 
 
 def cameras_of(settings: Settings, app: FastAPI, decoder: ImageDecoder) -> CameraFrames:
-    around = Surroundings(app.state.fields, decoder.frame_from_bytes, settings.shown_pictures)
+    around = Surroundings(app.state.fields, decoder.frame_from_bytes, settings.shown_pictures,
+                          settings.sources.allowed_hosts)
     return CameraFrames(settings, around)
 
 

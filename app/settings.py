@@ -56,6 +56,10 @@ class Images(_Section):
     decode_timeout_s: Seconds = 5.0
 
 
+class Sources(_Section):
+    allowed_hosts: tuple[str, ...] = ()
+
+
 class Jobs(_Section):
     workers: Annotated[int, Field(ge=1, le=64)] = 2
     time_limit_s: Seconds = 600.0
@@ -85,6 +89,7 @@ class Settings(BaseSettings):
     token: Annotated[SecretStr, Field(min_length=16)] | None = None
     server: Server = Server()
     images: Images = Images()
+    sources: Sources = Sources()
     jobs: Jobs = Jobs()
     cameras: tuple[CameraSettings, ...] = ()
 
