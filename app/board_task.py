@@ -3,19 +3,18 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from dataclasses import field as member
-from hashlib import sha256
-from pathlib import Path
 from typing import Any, Self
 
 from app import __version__, board_pipeline
 from app.board import Board, BoardView, views_from_json
-from app.errors import BadInput, Conflict, FitFailed, Unavailable
+from app.errors import BadInput, Conflict, FitFailed
 from app.geometry import ImageSize
 from app.images import ImageDecoder
 from app.models import Progress, no_progress, read_options
 from app.models.board_fit import board_model, board_options
 from app.pipeline import part_of
 from app.records import Frame, Warning
+from app.store.snapshots import checked_bytes
 
 LOOKING = 0.6  # of a calibration from pictures: finding the board takes longer than all arithmetic
 Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # what each is called, and how it is had
@@ -83,16 +82,5 @@ def run_pictures(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; they are a stranger's, and decoded as such."""
     task, pictures = BoardTask.from_json(spec["task"]), spec["pictures"]
     with ImageDecoder(workers=1) as decoder:
-        return task.from_pictures(((p["name"], lambda p=p: decoder.frame_from_bytes(_bytes(p))) for p in pictures),
-                                  len(pictures), progress)
-
-
-def _bytes(picture: Mapping[str, str]) -> bytes:
-    try:
-        data = Path(picture["path"]).read_bytes()
-    except OSError as error:
-        raise Unavailable(f"{picture['name']} cannot be read: {error.strerror}.", "Upload it again.",
-                          reason="damaged-file") from None
-    if sha256(data).hexdigest() != picture["sha256"]:
-        raise Unavailable(f"{picture['name']} is damaged.", "Upload it again.", reason="damaged-file")
-    return data
+        return task.from_pictures(((p["name"], lambda p=p: decoder.frame_from_bytes(checked_bytes(**p)))
+                                   for p in pictures), len(pictures), progress)

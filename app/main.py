@@ -28,6 +28,7 @@ from app.api import (
     points,
     problems,
     snapshots,
+    straightness,
 )
 from app.api.access import Access, login_router
 from app.api.camera_frames import CameraFrames
@@ -44,7 +45,7 @@ from app.store import Store
 from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, cameras, snapshots, fields, drafts, models, fit, calibrations, boards, lenses, judgement,
-             pairs, points, pictures, jobs)
+             pairs, straightness, points, pictures, jobs)
 API = "/api/v1"
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
@@ -91,7 +92,7 @@ def image_limits(settings: Settings) -> Limits:
 
 def jobs_of(settings: Settings) -> Jobs:
     return Jobs(settings.jobs.workers, wall_s=settings.jobs.time_limit_s, kept=settings.jobs.kept,
-                modules=("app.task", "app.board_task", "app.pair_pipeline"))
+                modules=("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task"))
 
 
 def cameras_of(settings: Settings, app: FastAPI, decoder: ImageDecoder) -> CameraFrames:

@@ -12,15 +12,15 @@ FLOORS = [
     ["models", "vision"],                                                          # 1 numbers
     ["correction", "evaluate", "heatmap"],                                                    # 2 numbers about models
     ["sources", "exports", "images", "store", "publish"],                          # 3 edges
-    ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "jobs", "live",
-     "settings"],                                                                  # 4 work
+    ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "plumb_task", "jobs",
+     "live", "settings"],                                                                  # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors
     ["main"],                                                                      # 6 wiring
 ]
 # Words may use each other; a family's parts are one room; a door may open the whole (the command line starts the
 # server); settings are read by whoever wires.
 SIDEWAYS = {("cli", "main"), ("task", "pipeline"),
-            ("board_task", "board_pipeline"), ("board_task", "pipeline")}
+            ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline")}
 PURE = 3  # floors below this compute: no clock, file, socket, thread, process or web
 IMPURE = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile", "socket", "threading", "subprocess",
           "multiprocessing", "concurrent", "asyncio", "logging", "sqlite3", "fastapi", "starlette", "uvicorn",

@@ -252,5 +252,19 @@ class Pair(Answer):
     failed: list[dict[str, Any]]
 
 
+class Straightness(Answer):
+    lens: dict[str, Any]
+    sigma: dict[str, float]
+    straightness_px: dict[str, float]
+    bow: dict[str, Any]
+    distortion: Literal["significant", "none", "unknown"]
+    sentence: str
+    lines: list[dict[str, Any]]
+    lines_used: int
+    objects: int
+    pictures: list[str]
+    cannot_see: str
+
+
 class Transformed(Answer):
     points: Points

@@ -113,6 +113,37 @@ class PairRequest(Strict):
     z_mm: Annotated[float, Field(ge=0, le=5000)] = Field(0.0, description="height of the matched things, mm")
 
 
+class StraightnessRequest(Strict):
+    """Pictures of one camera, lines clicked in the first of them (or in none), or both."""
+
+    snapshots: Annotated[list[Name], Field(max_length=50)] = []
+    lines: Annotated[list[Annotated[list[Pair], Field(max_length=20_000)]], Field(max_length=2000)] = Field(
+        [], description="[[x, y], …] px along one straight edge each")
+    image_size: Size | None = Field(None, description="of the picture, where there are only lines")
+    lens: Name = Field("auto", description="division, division-even, brown-conrady, or auto")
+    centre_sigma_px: Annotated[float, Field(ge=0, le=MAX_COORDINATE)] | None = Field(
+        None, description="how far the lens' centre may be from the picture's; 0 holds it, 1 % of the diagonal by "
+                          "default")
+
+
+class BentLens(Strict):
+    """A lens as `lens` of an answer on straightness gives it."""
+
+    name: Name
+    terms: Annotated[dict[OptionText, Coordinate], Field(max_length=10)]
+    centre_px: Pair
+    image_size: Size
+    unit: Literal["half-diagonal"] = "half-diagonal"
+    unit_px: Number | None = None
+
+
+class StraightenedRequest(Strict):
+    """A picture, and the lens whose bend is taken out of it."""
+
+    snapshot: Name
+    lens: BentLens
+
+
 class Draft(Strict):
     """An operator's work in progress on one snapshot."""
 

@@ -4,14 +4,14 @@
     snapshots/SEQUENCE.ID.json    what the picture is; written last, so a record always has its picture
 """
 
+import hashlib
 import re
 from dataclasses import asdict, dataclass
-from hashlib import sha256
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from app.errors import NotFound
+from app.errors import NotFound, Unavailable
 from app.geometry import ImageSize
 from app.store.files import keeping, make_folder, sweep, write_whole
 from app.store.quarantine import Damage, DamagedFile, Quarantine
@@ -61,7 +61,7 @@ class Snapshots:
 
     def add(self, data: bytes, size: ImageSize, format: str, camera: str | None = None) -> Snapshot:
         """Keep a picture that images.py has decoded; on return it is safe on disk."""
-        digest = sha256(data).hexdigest()
+        digest = hashlib.sha256(data).hexdigest()
         snapshot = Snapshot(new_id(), size.width, size.height, camera, stamp(self._clock), digest, format)
         with self._lock:
             self._last += 1  # a number is never used twice, not even after a failure
@@ -102,7 +102,7 @@ class Snapshots:
             data = path.read_bytes()
         except FileNotFoundError:
             raise DamagedFile(Damage("pictures", path.name)) from None
-        if sha256(data).hexdigest() != snapshot.sha256:
+        if hashlib.sha256(data).hexdigest() != snapshot.sha256:
             raise self._quarantine.take(path, "its checksum is wrong")
         return data
 
@@ -112,6 +112,18 @@ class Snapshots:
             ids = {sequence: id for id, sequence in self._sequences.items() if id not in self._damaged}
         shown, following = page(ids, limit, cursor)
         return Page(tuple(readable(self.get, (ids[sequence] for sequence in shown))), following)
+
+
+def checked_bytes(name: str, path: str, sha256: str) -> bytes:
+    """A kept picture's bytes, read by another process than the one that holds the store. name: for the refusal."""
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise Unavailable(f"{name} cannot be read: {error.strerror}.", "Upload it again.",
+                          reason="damaged-file") from None
+    if hashlib.sha256(data).hexdigest() != sha256:
+        raise Unavailable(f"{name} is damaged.", "Upload it again.", reason="damaged-file")
+    return data
 
 
 def _name(sequence: int, id: str) -> str:
@@ -125,7 +137,7 @@ def _sequences(names: Any) -> dict[str, int]:
 
 def _holds(path: Path, digest: str) -> bool:
     try:
-        return sha256(path.read_bytes()).hexdigest() == digest
+        return hashlib.sha256(path.read_bytes()).hexdigest() == digest
     except FileNotFoundError:
         return False
 
