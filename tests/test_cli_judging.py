@@ -200,10 +200,16 @@ def test_pair_says_in_millimetres_whether_two_cameras_agree(touchline, tmp_path)
     code, out, err = touchline("pair", *both)
     assert (code, err) == (0, "") and re.search(r"agree to \d\.\d mm \(median\)", out)
     code, out, _ = touchline("pair", "m.json")
-    assert code == 0 and re.search(r"Fundamental matrix from \d\d of 60 matches", out) and "agree" not in out
+    assert code == 0 and re.search(r"Fundamental matrix from \d\d of 60 matches", out) and "agree to" not in out
     as_rows = touchline("pair", "rows.json", *both, "--json")[1]
     assert as_rows == touchline("pair", "m.json", *both, "--json")[1]
     assert json.loads(as_rows) == judge_pair(*seen, a, b)
-    for wanted, words in ((3, ()), (3, ("--a", "a.json")), (3, (CLICKS,)), (4, ("nowhere.json",)), (4, ("--a", "no"))):
+    assert "Good. Both cameras put the same thing at the same place." in touchline("pair", *both)[1]
+    one_each = {**json.loads((tmp_path / "m.json").read_text()), "z_mm": [None] * 60}
+    (tmp_path / "heights.json").write_text(json.dumps(one_each))
+    assert json.loads(touchline("pair", "heights.json", *both, "--json")[1])["agreement"]["from"] == "clicks"
+    (tmp_path / "bad.json").write_text(json.dumps({**one_each, "z_mm": ["high"] * 60}))
+    for wanted, words in ((3, ()), (3, ("--a", "a.json")), (3, (CLICKS,)), (4, ("nowhere.json",)), (4, ("--a", "no")),
+                          (3, ("bad.json", *both))):
         code, out, err = touchline("pair", *words)
         assert (code, out) == (wanted, "") and re.fullmatch(r"error: .+\nfix: .+\n", err), (words, err)

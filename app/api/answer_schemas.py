@@ -252,6 +252,13 @@ class Pair(Answer):
     failed: list[dict[str, Any]]
 
 
+class PairLines(Answer):
+    in_a: list[list[Point | None] | None] | None
+    in_b: list[list[Point | None] | None] | None
+    place_in_a: Points | None
+    place_in_b: Points | None
+
+
 class Straightness(Answer):
     lens: dict[str, Any]
     sigma: dict[str, float]

@@ -103,6 +103,9 @@ class BoardRequest(Strict):
     note: Annotated[str, Field(max_length=2000)] = ""
 
 
+Height = Annotated[float, Field(ge=0, le=5000)]
+
+
 class PairRequest(Strict):
     """The same things in two pictures, two calibrations over one field, or both."""
 
@@ -110,7 +113,22 @@ class PairRequest(Strict):
     points_b: Annotated[list[Pair], Field(max_length=20_000)] | None = Field(None, description="and in picture b")
     calibration_a: Name | None = None
     calibration_b: Name | None = None
-    z_mm: Annotated[float, Field(ge=0, le=5000)] = Field(0.0, description="height of the matched things, mm")
+    z_mm: Height | Annotated[list[Height | None], Field(max_length=20_000)] = Field(
+        0.0, description="height of the matched things, mm: of all, or of each, null where it is not known")
+
+
+class PairLinesRequest(Strict):
+    """Points in one picture of a pair, whose lines in the other are wanted: by a matrix, or by two calibrations."""
+
+    points_a: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture a")
+    points_b: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture b")
+    matrix: Annotated[list[Annotated[list[Number], Field(min_length=3, max_length=3)]],
+                      Field(min_length=3, max_length=3)] | None = Field(None, description="as `POST /pairs` tells it")
+    image_size_a: Size | None = Field(None, description="[width, height] px, with a matrix")
+    image_size_b: Size | None = None
+    calibration_a: Name | None = None
+    calibration_b: Name | None = None
+    z_mm: Height | None = Field(0.0, description="height of the things, mm; null where it is not known")
 
 
 class StraightnessRequest(Strict):

@@ -23,7 +23,7 @@ def pair(
     given: dict[str, Any] = files.read_matches(matches) if matches is not None else {}
     one, other = (files.read_calibration(path) if path is not None else None for path in (a, b))
     with progress_bar("Judging the pair") as progress:
-        found = judge_pair(given.get("points_a"), given.get("points_b"), one, other, z_mm, progress)
+        found = judge_pair(given.get("points_a"), given.get("points_b"), one, other, given.get("z_mm", z_mm), progress)
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
 
 
@@ -45,5 +45,9 @@ def _summary(found: dict[str, Any]) -> str:
         good = found["matches"] - len(between["outliers"])
         lines.append(f"Fundamental matrix from {good} of {found['matches']} matches, "
                      f"{between['rms_px']:.2f} px rms from their lines:\n{rows}")
+    for part in ("agreement", "calibrated", "pose", "fundamental"):
+        if found[part] is not None:
+            verdict = found[part]["verdict"]
+            lines.append(f"{verdict['level'].capitalize()}. {verdict['sentence']} {verdict['fix']}".rstrip())
     lines += [f"No {failed['part']}: {failed['what']} {failed['fix']}" for failed in found["failed"]]
     return "\n".join(lines)

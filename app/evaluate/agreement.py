@@ -26,10 +26,14 @@ NEAR_CELLS = 2.0  # how far from a measured place a cell still speaks of it
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """places (n, 2) field mm, offset_mm (n, 2): where camera b puts the thing less where camera a does."""
+    """places (n, 2) field mm, offset_mm (n, 2): where camera b puts the thing less where camera a does.
+
+    which (n,): of the matches that were given, by their index.
+    """
 
     places: Points
     offset_mm: Points
+    which: Array
 
     @property
     def apart_mm(self) -> Array:
@@ -96,16 +100,24 @@ def _seen(model: CameraModel, size: ImageSize, places: Points) -> Array:
         return ((raw >= -0.5) & (raw <= np.array(tuple(size)) - 0.5)).all(axis=-1)
 
 
-def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points, z_mm: float = 0.0) -> Agreement:
+def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points,
+                 z_mm: float | Array = 0.0) -> Agreement:
     """Agreement on the same things seen in both pictures, (n, 2) raw px each, at z_mm above the carpet.
 
-    Matches that one camera cannot place are left out; FitFailed where none remains.
+    z_mm: of all, or (n,) of each, NaN where it is not known. Matches without a height are left out, and those that
+    one camera cannot place; FitFailed where none remains.
     """
     pixels_a, pixels_b = as_matches(pixels_a, pixels_b)
-    if z_mm != 0 and not (hasattr(a, "unproject") and hasattr(b, "unproject")):
-        raise FitFailed(f"A model without rays cannot place what is {z_mm:g} mm above the carpet.",
-                        "Calibrate both cameras with a lens model.", reason="no-rays")
-    at_a, at_b = (m.unproject(p, z_mm) if z_mm else field_from_raw(m, p) for m, p in ((a, pixels_a), (b, pixels_b)))
+    z = np.broadcast_to(np.asarray(z_mm, float), len(pixels_a))
+    on_carpet, up = z == 0, np.isfinite(z) & (z != 0)
+    at_a, at_b = (np.full((len(z), 2), np.nan) for _ in range(2))
+    for model, pixels, places in ((a, pixels_a, at_a), (b, pixels_b, at_b)):
+        places[on_carpet] = field_from_raw(model, pixels[on_carpet])
+        if hasattr(model, "unproject"):
+            places[up] = model.unproject(pixels[up], z[up])
+        elif not on_carpet.any() and up.any():
+            raise FitFailed(f"A model without rays cannot place what is {z[up][0]:g} mm above the carpet.",
+                            "Calibrate both cameras with a lens model.", reason="no-rays")
     return _agreement(at_a, at_b)
 
 
@@ -163,4 +175,4 @@ def _agreement(at_a: Points, at_b: Points) -> Agreement:
     if not fine.any():
         raise FitFailed("Nothing was seen by both cameras.", "Click the same lines or landmarks in both pictures, or "
                         "send matched points.", reason="nothing-shared")
-    return Agreement((at_a[fine] + at_b[fine]) / 2, at_b[fine] - at_a[fine])
+    return Agreement((at_a[fine] + at_b[fine]) / 2, at_b[fine] - at_a[fine], np.flatnonzero(fine))

@@ -45,7 +45,8 @@ def _cure(found: Agreement, median: float, worst: float) -> str:
                 "height? If it is, click more near there and calibrate again.")
     if spread <= SPREAD_SHARE * float(np.hypot(*shift)):
         return (f"Nearly all of it is one shift by ({shift[0]:.0f}, {shift[1]:.0f}) mm: one camera was moved after "
-                "it was calibrated, or things are higher than was said. Calibrate the one whose lines no longer fit again.")
+                "it was calibrated, or things are higher than was said. Calibrate again the one whose lines no "
+                "longer fit.")
     return ("Check the heights of what was matched. If they are right, give both cameras their height, click lines "
             "inside the part that both see, and let the models be compared.")
 

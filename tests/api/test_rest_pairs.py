@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pair_over_field import calibrations, matches
+from pair_over_field import calibrations, cameras, matches
 from refusals import API, refusal
 
 from app.exports import EXPORTS
@@ -103,3 +103,82 @@ def test_one_calibration_twice_and_two_fields_are_refused(standing, ids, clicks)
     refusal(standing.post(PAIRS, json={"calibration_a": both["calibration_a"]}), 422, "one-sided")
     other = standing.post(f"{API}/calibrations", json=clicks()).json()["id"]
     refusal(standing.post(PAIRS, json={**both, "calibration_b": other}), 409, "different-fields")
+
+
+def test_every_part_has_its_sentence_and_the_poses_are_in_degrees_and_mm(standing, ids):
+    found = judged(standing, **points(120, heights_mm=(0, 800)), **ids(), z_mm=[None] * 120)
+    one, other = cameras()
+    truth = float(np.linalg.norm(np.array(one.position_mm) - other.position_mm))
+    assert found["calibrated"]["distance_mm"] == pytest.approx(truth, rel=0.01)
+    assert np.linalg.norm(found["calibrated"]["translation_mm"]) == pytest.approx(found["calibrated"]["distance_mm"])
+    for part in ("calibrated", "pose"):
+        assert found[part]["angle_deg"] == pytest.approx(np.linalg.norm(found[part]["rotation_deg"]))
+    assert found["pose"]["angle_deg"] == pytest.approx(np.degrees(np.linalg.norm(found["pose"]["rotation"])))
+    apart = found["pose"]["from_calibrations_deg"]
+    assert 0 < apart["rotation"] < 1 and 0 < apart["direction"] < 5
+    assert all(found[part]["verdict"]["level"] in ("good", "fair", "poor") and found[part]["verdict"]["sentence"]
+               for part in ("fundamental", "pose", "calibrated", "agreement"))
+
+
+def test_each_match_has_its_own_height_and_none_where_it_is_not_known(standing, ids):
+    carpet, hats = points(20), points(20, heights_mm=(150, 150))
+    body = {side: carpet[side] + hats[side] for side in carpet}
+    told = judged(standing, **body, **ids(), z_mm=[0] * 20 + [150] * 20)["agreement"]
+    assert told["n"] == 40 and max(told["apart_mm"]) < 15
+    told = judged(standing, **body, **ids(), z_mm=[0] * 20 + [None] * 20)["agreement"]
+    assert told["n"] == 20 and told["apart_mm"][20:] == [None] * 20 and None not in told["apart_mm"][:20]
+    flat = judged(standing, **body, **ids("polynomial"), z_mm=[0] * 20 + [150] * 20)["agreement"]
+    assert flat["n"] == 20 and flat["from"] == "matches"
+    assert judged(standing, **body, **ids(), z_mm=[None] * 40)["agreement"]["from"] == "clicks"
+    refusal(standing.post(PAIRS, json={**body, **ids(), "z_mm": [0]}), 422, "bad-matches")
+
+
+def on_line(point, line):
+    """Whether a point lies within half a pixel of a drawn line."""
+    line = np.array([p for p in line if p is not None])
+    step = np.diff(line, axis=0)
+    share = np.clip(np.sum((point - line[:-1]) * step, axis=1) / np.sum(step**2, axis=1), 0, 1)
+    return np.linalg.norm(point - line[:-1] - share[:, None] * step, axis=1).min() < 0.5
+
+
+def test_lines_are_drawn_by_a_matrix_or_as_two_calibrations_foretell_them(standing, ids):
+    body = points(80, noise_px=0.01, heights_mm=(0, 800))
+    matrix = judged(standing, **body)["fundamental"]["matrix"]
+    some = {side: given[:5] for side, given in body.items()}
+    drawn = standing.post(f"{PAIRS}/lines", json={**some, "matrix": matrix, "image_size_a": [1280, 1024],
+                                                  "image_size_b": [1280, 1024]}).json()
+    assert [len(line) for line in drawn["in_b"]] == [2] * 5 and drawn["place_in_b"] is None
+    bent = standing.post(f"{PAIRS}/lines", json={**some, **ids()}).json()
+    for side, given in (("a", body["points_a"]), ("b", body["points_b"])):
+        assert all(on_line(np.array(point), line) for point, line in zip(given, bent[f"in_{side}"], strict=False))
+    carpet = points(5, noise_px=0.0)
+    placed = standing.post(f"{PAIRS}/lines", json={**carpet, **ids()}).json()
+    assert np.allclose(placed["place_in_b"], carpet["points_b"], atol=2)  # px, of two models' own errors
+    hats = points(5, noise_px=0.0, heights_mm=(150, 150))
+    placed = standing.post(f"{PAIRS}/lines", json={**hats, **ids(), "z_mm": 150}).json()
+    assert np.allclose(placed["place_in_a"], hats["points_a"], atol=2)
+
+
+def test_models_without_rays_have_no_lines_but_places_on_the_carpet(standing, ids):
+    flat = ids("polynomial")
+    carpet = points(5, noise_px=0.0)
+    told = standing.post(f"{PAIRS}/lines", json={**carpet, **flat}).json()
+    assert told["in_a"] is told["in_b"] is None and len(told["place_in_b"]) == 5
+    up = standing.post(f"{PAIRS}/lines", json={**carpet, **flat, "z_mm": 150}).json()
+    assert up["place_in_b"] is None
+    unknown = standing.post(f"{PAIRS}/lines", json={**carpet, **ids(), "z_mm": None}).json()
+    assert unknown["place_in_b"] is None and unknown["in_b"]
+
+
+@pytest.mark.parametrize("body", [{}, {"matrix": [[1, 0, 0]] * 3}, {"calibration_a": "one"}, {"matrix": [[1, 0]]},
+                                  {"matrix": [[1, 0, 0]] * 3, "image_size_a": [9, 9], "image_size_b": [9, 9],
+                                   "calibration_a": "one", "calibration_b": "other"}])
+def test_lines_of_nothing_are_refused(standing, body):
+    refusal(standing.post(f"{PAIRS}/lines", json={"points_a": [[1, 2]], **body}), 422, None)
+
+
+def test_lines_of_a_matrix_that_is_none_are_none(standing):
+    asked = {"points_a": [[1, 2]], "matrix": [[0, 0, 0]] * 3, "image_size_a": [640, 480], "image_size_b": [640, 480]}
+    assert standing.post(f"{PAIRS}/lines", json=asked).json()["in_b"] == [None]
+    huge = {**asked, "matrix": [[1e308] * 3] * 3}
+    assert standing.post(f"{PAIRS}/lines", json=huge).json()["in_b"] == [None]
