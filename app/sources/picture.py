@@ -8,12 +8,11 @@ from typing import Any, ClassVar, Self
 import cv2
 import numpy as np
 
-from app.errors import NotFound, Unavailable
+from app.errors import Unavailable
 from app.models import Option
 from app.records import Frame
 from app.sources import PlainSource, Surroundings
-
-MAX_BYTES = 64 * 1024 * 1024
+from app.sources.files import file_within, pictures_folder, read_bytes
 
 
 class PictureSource(PlainSource):
@@ -31,11 +30,8 @@ class PictureSource(PlainSource):
 
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
-        if around.decode is None or around.pictures is None:
-            raise Unavailable("No folder of pictures is set.", "Name one in the settings.", reason="no-pictures")
-        with _within(around.pictures, target).open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)  # the decoder refuses what is too long
-        return cls(around.decode(raw), options["fps"])
+        path = file_within(pictures_folder(around), target)
+        return cls(around.decode(read_bytes(path)), options["fps"])
 
     def read(self) -> Frame:
         if self._frame is None:
@@ -52,15 +48,3 @@ class PictureSource(PlainSource):
         (folder / "grey.png").write_bytes(cv2.imencode(".png", np.full((24, 32, 3), 128, np.uint8))[1].tobytes())
         return "picture://grey.png?fps=200"
 
-
-def _within(folder: Path, name: str) -> Path:
-    """The regular file of that name in the folder; a link or a path that leads out of it is not found."""
-    try:
-        root = folder.resolve(strict=True)
-        path = (root / name).resolve(strict=True)
-        if path.is_relative_to(root) and path.is_file():
-            return path
-    except (OSError, ValueError, RuntimeError):  # missing, a NUL, a loop of links
-        pass
-    raise NotFound(f"There is no picture {name!r} in the pictures folder.", "Put it there, or correct the name.",
-                   reason="unknown-picture")
