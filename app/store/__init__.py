@@ -23,6 +23,7 @@ from app.errors import NotFound, Unavailable
 from app.geometry import ImageSize
 from app.records import Calibration
 from app.store.calibrations import Calibrations
+from app.store.cameras import Cameras, KeptCamera
 from app.store.drafts import EMPTY, Draft, Drafts
 from app.store.files import make_folder
 from app.store.lenses import Lenses
@@ -31,7 +32,7 @@ from app.store.quarantine import Damage, DamagedFile, Quarantine
 from app.store.shelf import Clock, Page, utc_now
 from app.store.snapshots import Snapshot, Snapshots
 
-__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "Page", "Snapshot", "Store"]
+__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "KeptCamera", "Page", "Snapshot", "Store"]
 
 
 class Store:
@@ -51,6 +52,7 @@ class Store:
             self._drafts = Drafts(self.folder, self._quarantine, clock)
             self._calibrations = Calibrations(self.folder, self._quarantine, clock)
             self._lenses = Lenses(self.folder, self._quarantine, clock)
+            self._cameras = Cameras(self.folder, self._quarantine, clock)
             undo.pop_all()
 
     def close(self) -> None:
@@ -149,6 +151,36 @@ class Store:
             return {"id": id, "name": lens["model"], "lens": lens["lens"]}
         raise NotFound(f"There is no calibration or lens {id!r} whose lens could be held.",
                        "List them with GET /api/v1/calibrations and GET /api/v1/lenses.", reason="unknown-lens")
+
+    # Cameras that were added in the browser
+
+    def cameras(self) -> tuple[KeptCamera, ...]:
+        """In the order in which they were added."""
+        return self._cameras.all()
+
+    def camera(self, id: str) -> KeptCamera:
+        """One; NotFound."""
+        return self._cameras.get(id)
+
+    def add_camera(self, id: str, body: Mapping[str, Any]) -> KeptCamera:
+        """Keep a new one, plain JSON; Conflict where the id is taken."""
+        return self._cameras.add(id, body)
+
+    def save_camera(self, id: str, body: Mapping[str, Any], etag: str) -> KeptCamera:
+        """Save over the one with that ETag; Stale, with `current` and `etag` in its details, if that is old."""
+        return self._cameras.save(id, body, etag)
+
+    def remove_camera(self, id: str, etag: str | None = None) -> None:
+        """Forget it; its calibrations stay."""
+        self._cameras.remove(id, etag)
+
+    def camera_identity(self, id: str) -> dict[str, Any] | None:
+        """The evidence of which physical camera an id was last confirmed to be, of any camera; None before that."""
+        return self._cameras.identity(id)
+
+    def confirm_identity(self, id: str, evidence: Mapping[str, Any]) -> None:
+        """From now on the id means the camera with that evidence."""
+        self._cameras.confirm(id, evidence)
 
     # Health
 
