@@ -5,7 +5,8 @@ there. A part that cannot be had is named under "failed", with its cure.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 
@@ -33,8 +34,9 @@ def judge_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b: Ca
                z_mm: float | Sequence[float | None] = 0.0, progress: Progress = no_progress) -> dict[str, Any]:
     """Plain JSON: "fundamental", "pose", "calibrated" and "agreement", each None where it was not asked for.
 
-    points_a, points_b (n, 2) raw px: the same things in both pictures, z_mm above the carpet: all of them, or each its
-    own, None for one whose height is not known; agreement does without those. Without points, or without any height,
+    points_a, points_b (n, 2) raw px: the same things in both pictures; None for one that is not clicked yet, and such a
+    match counts only in the numbering. z_mm above the carpet: all of them, or each its own, None for one whose height
+    is not known; agreement does without those. Without points, or without any height,
     two calibrations are judged by the lines and landmarks that both were clicked on.
     """
     if (points_a is None) != (points_b is None) or (a is None) != (b is None):
@@ -45,16 +47,15 @@ def judge_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b: Ca
                        reason="nothing-given")
     _refuse_different_fields(a, b)
     parts: dict[str, Callable[[], dict[str, Any]]] = {}
-    matches = None if points_a is None else as_matches(points_a, points_b)
-    heights = _heights(z_mm, 0 if matches is None else len(matches[0]))
+    matches = None if points_a is None else _Matches.of(points_a, points_b, z_mm)
     models = None if a is None else _models(a, b)
     if matches is not None:
-        parts["fundamental"] = lambda: _fundamental(*matches)
+        parts["fundamental"] = lambda: _fundamental(matches)
         if models is not None and _have_rays(models):
-            parts["pose"] = lambda: _pose(*models, *matches)
-            parts["calibrated"] = lambda: _calibrated(*models, *matches)
+            parts["pose"] = lambda: _pose(*models, matches)
+            parts["calibrated"] = lambda: _calibrated(*models, matches)
     if models is not None:
-        parts["agreement"] = lambda: _agreement(a, b, *models, matches, heights)
+        parts["agreement"] = lambda: _agreement(a, b, *models, matches)
     found, failed = {}, []
     for number, (name, part) in enumerate(parts.items()):
         progress(number / len(parts), f"Judging the pair: {name}")
@@ -65,8 +66,38 @@ def judge_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b: Ca
     if not found:
         raise failed[0][1]
     return {**{name: found.get(name) for name in ("fundamental", "pose", "calibrated", "agreement")},
-            "matches": 0 if matches is None else len(matches[0]),
+            "matches": 0 if matches is None else len(matches.a),
             "failed": [{"part": name, "reason": e.reason, "what": e.what, "fix": e.fix} for name, e in failed]}
+
+
+@dataclass(frozen=True, eq=False)
+class _Matches:
+    """a, b (n, 2) raw px, heights_mm (n,), NaN where not known; which (n,): their place among the count given."""
+
+    a: Points
+    b: Points
+    heights_mm: Array
+    which: Array
+    count: int
+
+    @classmethod
+    def of(cls, points_a: Any, points_b: Any, z_mm: float | Sequence[float | None]) -> Self:
+        count = len(points_a)
+        which = np.arange(count)
+        if isinstance(points_a, list) and isinstance(points_b, list) and len(points_b) == count:
+            pairs = zip(points_a, points_b, strict=True)
+            which = np.array([i for i, pair in enumerate(pairs) if pair[0] is not None and pair[1] is not None], int)
+            points_a, points_b = ([points[i] for i in which] for points in (points_a, points_b))
+        return cls(*as_matches(points_a, points_b), _heights(z_mm, count)[which], which, count)
+
+    def told(self, values: Array) -> list[float | None]:
+        """A value of each, in the numbering that was given."""
+        all_values = np.full(self.count, np.nan)
+        all_values[self.which] = values
+        return [float(v) if np.isfinite(v) else None for v in all_values]
+
+    def numbers(self, chosen: Array) -> list[int]:
+        return self.which[chosen].tolist()
 
 
 def _refuse_different_fields(a: Calibration | None, b: Calibration | None) -> None:
@@ -94,17 +125,17 @@ def _heights(z_mm: float | Sequence[float | None], count: int) -> Array:
     return np.array([np.nan if z is None else float(z) for z in z_mm])
 
 
-def _fundamental(a: Points, b: Points) -> dict[str, Any]:
-    found = fundamental_matrix(a, b)
+def _fundamental(matches: _Matches) -> dict[str, Any]:
+    found = fundamental_matrix(matches.a, matches.b)
     return {"matrix": found.fundamental.tolist(), "rms_px": found.rms_px, "sigma_px": found.sigma_px,
-            "epipolar_px": _plain(found.epipolar_px), "outliers": np.flatnonzero(~found.good).tolist(),
+            "epipolar_px": matches.told(found.epipolar_px), "outliers": matches.numbers(~found.good),
             "epipoles": [e.tolist() for e in found.epipoles],
-            "verdict": pair_verdict.of_fundamental(found.epipolar_px, found.good)}
+            "verdict": pair_verdict.of_fundamental(found.epipolar_px, found.good, matches.which)}
 
 
-def _pose(model_a: CameraModel, model_b: CameraModel, a: Points, b: Points) -> dict[str, Any]:
+def _pose(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -> dict[str, Any]:
     """From matches and lenses alone; beside it, how far that is from what the two calibrations say of the cameras."""
-    found = relative_pose(model_a, model_b, a, b)
+    found = relative_pose(model_a, model_b, matches.a, matches.b)
     good = found.epipolar_px[found.good]
     rotation, centre = pose_between(model_a, model_b)
     apart_deg = _degrees(vector_from_matrix(found.b_from_a @ rotation.T))
@@ -116,7 +147,7 @@ def _pose(model_a: CameraModel, model_b: CameraModel, a: Points, b: Points) -> d
             "from_calibrations_deg": {"rotation": apart_deg, "direction": None if cosine is None else float(
                 np.degrees(np.arccos(np.clip(cosine, -1, 1))))},
             "essential": found.essential.tolist(), "rms_px": float(np.sqrt(np.mean(good**2))),
-            "epipolar_px": _plain(found.epipolar_px), "outliers": np.flatnonzero(~found.good).tolist(),
+            "epipolar_px": matches.told(found.epipolar_px), "outliers": matches.numbers(~found.good),
             "verdict": pair_verdict.of_pose(apart_deg, found.rotation_sigma_deg)}
 
 
@@ -130,34 +161,35 @@ def _degrees(vector: Array) -> float:
     return float(np.degrees(np.linalg.norm(vector)))
 
 
-def _calibrated(model_a: CameraModel, model_b: CameraModel, a: Points, b: Points) -> dict[str, Any]:
-    found = calibrated_epipolar_px(model_a, model_b, a, b)
+def _calibrated(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -> dict[str, Any]:
+    found = calibrated_epipolar_px(model_a, model_b, matches.a, matches.b)
     seen = found[np.isfinite(found)]
     if not seen.size:
         raise FitFailed("None of the matches is within reach of both lenses.", "Check that the points belong to these "
                         "cameras.", reason="nothing-shared")
     rotation, centre = pose_between(model_a, model_b)
     return {"median_px": float(np.median(seen)), "rms_px": float(np.sqrt(np.mean(seen**2))),
-            "epipolar_px": _plain(found), **_turn(rotation), "translation_mm": centre.tolist(),
-            "distance_mm": float(np.linalg.norm(centre)), "verdict": pair_verdict.of_calibrated(found)}
+            "epipolar_px": matches.told(found), **_turn(rotation), "translation_mm": centre.tolist(),
+            "distance_mm": float(np.linalg.norm(centre)),
+            "verdict": pair_verdict.of_calibrated(found, matches.which)}
 
 
 def _agreement(a: Calibration, b: Calibration, model_a: CameraModel, model_b: CameraModel,
-               matches: tuple[Points, Points] | None, heights_mm: Array) -> dict[str, Any]:
+               matches: _Matches | None) -> dict[str, Any]:
     field = field_from_json(a.field)
     shared = overlap(model_a, a.image_size, model_b, b.image_size, field)
-    by_matches = matches is not None and bool(np.isfinite(heights_mm).any())
     apart = None
-    if by_matches:
-        found = from_matches(model_a, model_b, *matches, heights_mm)
-        apart = np.full(len(heights_mm), np.nan)
-        apart[found.which] = found.apart_mm
+    if matches is not None and np.isfinite(matches.heights_mm).any():
+        found = from_matches(model_a, model_b, matches.a, matches.b, matches.heights_mm)
+        placed = np.full(len(matches.a), np.nan)
+        placed[found.which] = found.apart_mm
+        apart = matches.told(placed)
     else:
         seen = [observations_from_json(c.observations) for c in (a, b)]
         found = from_observations(model_a, seen[0], model_b, seen[1], field, field.region(a.region, a.rotate),
                                   field.region(b.region, b.rotate))
     told = found.to_json(shared)
-    return {**told, "from": "matches" if by_matches else "clicks", "apart_mm": None if apart is None else _plain(apart),
+    return {**told, "from": "clicks" if apart is None else "matches", "apart_mm": apart,
             "verdict": pair_verdict.of_agreement(found, told["covered"])}
 
 
@@ -205,6 +237,3 @@ def _drawn(lines: Array) -> list[list[list[float] | None] | None]:
     return [None if ok.sum() < 2 else [p if in_reach else None for p, in_reach in zip(line, ok.tolist(), strict=True)]
             for line, ok in zip(lines.tolist(), reached, strict=True)]
 
-
-def _plain(values: np.ndarray) -> list[float | None]:
-    return [float(v) if np.isfinite(v) else None for v in values]

@@ -109,8 +109,10 @@ Height = Annotated[float, Field(ge=0, le=5000)]
 class PairRequest(Strict):
     """The same things in two pictures, two calibrations over one field, or both."""
 
-    points_a: Annotated[list[Pair], Field(max_length=20_000)] | None = Field(None, description="[x, y] px in picture a")
-    points_b: Annotated[list[Pair], Field(max_length=20_000)] | None = Field(None, description="and in picture b")
+    points_a: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
+        None, description="[x, y] px in picture a; null for one that is not clicked yet and only counts")
+    points_b: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
+        None, description="and in picture b")
     calibration_a: Name | None = None
     calibration_b: Name | None = None
     z_mm: Height | Annotated[list[Height | None], Field(max_length=20_000)] = Field(

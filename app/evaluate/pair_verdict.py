@@ -51,9 +51,9 @@ def _cure(found: Agreement, median: float, worst: float) -> str:
             "inside the part that both see, and let the models be compared.")
 
 
-def of_fundamental(epipolar_px: Array, good: Array) -> dict[str, Any]:
-    """{"level", "sentence", "fix"} of a geometry that was found from matches; both (n,)."""
-    rms, wrong = float(np.sqrt(np.mean(epipolar_px[good] ** 2))), np.flatnonzero(~good)
+def of_fundamental(epipolar_px: Array, good: Array, which: Array) -> dict[str, Any]:
+    """{"level", "sentence", "fix"} of a geometry that was found from matches; all (n,), which: as they are counted."""
+    rms, wrong = float(np.sqrt(np.mean(epipolar_px[good] ** 2))), which[~good]
     level = "poor" if rms > FAIR_PX else "fair" if rms > GOOD_PX or len(wrong) else "good"
     agreed = f"{int(good.sum())} of {len(good)} matches agree with one geometry, to {rms:.2f} px."
     if len(wrong):
@@ -73,7 +73,7 @@ def _named(wrong: Array) -> str:
     return f"Matches {listed}{more} do"
 
 
-def of_calibrated(epipolar_px: Array) -> dict[str, Any]:
+def of_calibrated(epipolar_px: Array, which: Array) -> dict[str, Any]:
     """{"level", "sentence", "fix"} of matches beside the lines that two calibrations foretell; (n,) px, NaN unseen."""
     seen = epipolar_px[np.isfinite(epipolar_px)]
     median, worst = float(np.median(seen)), int(np.nanargmax(epipolar_px))
@@ -81,7 +81,7 @@ def of_calibrated(epipolar_px: Array) -> dict[str, Any]:
     sentence = f"Matches lie {median:.2f} px, in the median, from where the two calibrations foretell them."
     if epipolar_px[worst] > max(STANDS_OUT * median, FAIR_PX):
         return {"level": "fair" if level == "good" else level, "sentence": sentence,
-                "fix": f"Look at match {worst + 1}, {epipolar_px[worst]:.1f} px off: is it the same thing?"}
+                "fix": f"Look at match {which[worst] + 1}, {epipolar_px[worst]:.1f} px off: is it the same thing?"}
     fix = "" if level == "good" else ("One camera was turned or moved after it was calibrated, or a lens is not what "
                                       "its model says. Calibrate again, first the one whose lines no longer fit.")
     return {"level": level, "sentence": sentence, "fix": fix}

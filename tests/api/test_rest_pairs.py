@@ -133,6 +133,22 @@ def test_each_match_has_its_own_height_and_none_where_it_is_not_known(standing, 
     refusal(standing.post(PAIRS, json={**body, **ids(), "z_mm": [0]}), 422, "bad-matches")
 
 
+def test_a_match_that_waits_for_its_second_point_counts_only_in_the_numbers(standing, ids):
+    body = points(40, heights_mm=(0, 800), mistakes=1)
+    plain = judged(standing, **body, **ids())
+    waiting = {side: [None if i in (0, 5) and side == "points_a" else p for i, p in enumerate([[9, 9], *given])]
+               for side, given in body.items()}
+    found = judged(standing, **waiting, **ids(), z_mm=[0] * 41)
+    assert found["matches"] == 39
+    assert found["fundamental"]["outliers"] == [i + 1 for i in plain["fundamental"]["outliers"]]
+    assert "1 does not" in plain["fundamental"]["verdict"]["sentence"]
+    assert "2 does not" in found["fundamental"]["verdict"]["sentence"]
+    parts = (("fundamental", "epipolar_px"), ("calibrated", "epipolar_px"), ("agreement", "apart_mm"))
+    for told in (found[part][name] for part, name in parts):
+        assert len(told) == 41 and told[0] is told[5] is None and told[1] is not None
+    refusal(standing.post(PAIRS, json={"points_a": [None], "points_b": [None]}), 422, "too-few-points")
+
+
 def on_line(point, line):
     """Whether a point lies within half a pixel of a drawn line."""
     line = np.array([p for p in line if p is not None])
