@@ -1,74 +1,17 @@
 // The operator's document (field, region, model, clicks) and its history. Undo is an earlier copy.
-import { batch, signal } from "@preact/signals";
+import { createHistory, same } from "./history.js";
+
+export { same };
 
 /** @typedef {import("./types").Doc} Doc @typedef {import("./types").Border} Border @typedef {import("./types").Point} Point */
 
 /** @type {Border[]} */
 export const BORDERS = ["left", "right", "top", "bottom"];
-const MAX_HISTORY = 500; // copies of a few kB each
 
 /** @type {Doc} */
 export const EMPTY = { field: null, region: null, rotate: null, model: "polynomial", options: {}, observations: [] };
 
-export const doc = signal(EMPTY);
-export const past = signal(/** @type {Doc[]} */ ([]));
-export const future = signal(/** @type {Doc[]} */ ([]));
-/** True while a point is held: previews and saving wait for its release. */
-export const dragging = signal(false);
-
-/** One change that can be undone. @param {Doc} next */
-export function change(next) {
-  if (same(next, doc.value)) return;
-  past.value = [...past.value.slice(-MAX_HISTORY), doc.value];
-  future.value = [];
-  doc.value = next;
-}
-
-/** Show the document as it will be once a drag ends. @param {Doc} next */
-export function showWhileDragging(next) {
-  dragging.value = true;
-  doc.value = next;
-}
-
-/** End of a drag: all of it becomes one change. @param {Doc} before */
-export function endDrag(before) {
-  const after = doc.value;
-  batch(() => { // nobody sees the document jump back for a moment
-    doc.value = before;
-    change(after);
-    dragging.value = false;
-  });
-}
-
-/** Forget a drag. @param {Doc} before */
-export function cancelDrag(before) {
-  doc.value = before;
-  dragging.value = false;
-}
-
-export function undo() {
-  const before = past.value.at(-1);
-  if (!before) return;
-  future.value = [doc.value, ...future.value];
-  past.value = past.value.slice(0, -1);
-  doc.value = before;
-}
-
-export function redo() {
-  const [after, ...rest] = future.value;
-  if (!after) return;
-  past.value = [...past.value, doc.value];
-  future.value = rest;
-  doc.value = after;
-}
-
-/** Start afresh, without history. @param {Doc} next */
-export function load(next) {
-  past.value = [];
-  future.value = [];
-  dragging.value = false;
-  doc.value = next;
-}
+export const { doc, past, future, dragging, change, showWhileDragging, endDrag, cancelDrag, undo, redo, load } = createHistory(EMPTY);
 
 /** @param {Doc} document @param {string} feature @returns {Point[]} */
 export function pointsOf(document, feature) {
@@ -97,9 +40,6 @@ function rank(o) {
   const at = BORDERS.indexOf(/** @type {Border} */ (o.feature));
   return at < 0 ? BORDERS.length : at;
 }
-
-/** @param {unknown} a @param {unknown} b */
-export const same = (a, b) => a === b || JSON.stringify(a) === JSON.stringify(b);
 
 /** A draft as the server keeps it, as a document. @param {Record<string, any>} draft @returns {Doc} */
 export const fromDraft = (draft) => ({

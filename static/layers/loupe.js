@@ -1,4 +1,4 @@
-// The loupe: raw pixels under the pointer or the selected point, with cross-hair, curve and points.
+// The loupe: raw pixels under the pointer or the selected point, with cross-hair, curves and points.
 import { useEffect, useRef } from "preact/hooks";
 import { doc, pointsOf } from "../document.js";
 import { curves, isCurve } from "../fitting.js";
@@ -7,7 +7,7 @@ import { editing, picked, pointer, step, tool } from "../state.js";
 import { stageSize, toStage, view } from "../view.js";
 import { colour, path } from "./drawing.js";
 
-const SIZE_PX = 156;
+export const SIZE_PX = 156;
 const LEAST = 8; // screen pixels for one of the picture's: single pixels must be seen
 const FINGER_PX = 120; // so far above a finger
 
@@ -30,18 +30,26 @@ function place(at) {
 
 /** @param {{ picture: import("preact").RefObject<HTMLImageElement> }} props */
 export function Loupe({ picture }) {
-  const canvas = useRef(/** @type {HTMLCanvasElement | null} */ (null));
-  const at = target(), shown = curves.value, document = doc.value, { k } = view.value;
-  useEffect(() => { if (at && canvas.current && picture.current?.complete) draw(canvas.current, picture.current, at, Math.max(LEAST, 2 * k)); },
-    [at?.x, at?.y, shown, document, k]);
+  const at = target();
   if (!at) return null;
-  const { left, top } = place(at), ratio = devicePixelRatio;
+  const lines = Object.entries(curves.value).flatMap(([border, curve]) => (isCurve(curve) ? [{ points: curve.curve, colour: colour(border) }] : []));
+  const rings = doc.value.observations.flatMap(({ feature, points }) => points.map((point) => ({ point, colour: colour(String(feature)) })));
+  return html`<${Glass} picture=${picture} at=${at} place=${place(at)} k=${view.value.k} lines=${lines} rings=${rings}/>`;
+}
+
+/** @typedef {{ points: (import("../types").Point | null)[], colour: string }} Line @typedef {{ point: import("../types").Point, colour: string }} Ring */
+
+/** A round window on a picture's own pixels. at: picture pixels; place: stage pixels; k: the stage's scale.
+ * @param {{ picture: import("preact").RefObject<HTMLImageElement>, at: { x: number, y: number }, place: { left: number, top: number }, k: number, lines: Line[], rings: Ring[] }} props */
+export function Glass({ picture, at, place: { left, top }, k, lines, rings }) {
+  const canvas = useRef(/** @type {HTMLCanvasElement | null} */ (null)), ratio = devicePixelRatio;
+  useEffect(() => { if (canvas.current && picture.current?.complete) draw(canvas.current, picture.current, at, Math.max(LEAST, 2 * k), lines, rings); });
   return html`<canvas class="loupe" data-testid="loupe" ref=${canvas} width=${SIZE_PX * ratio} height=${SIZE_PX * ratio}
     style=${`left:${left}px;top:${top}px;width:${SIZE_PX}px;height:${SIZE_PX}px`} aria-hidden="true"/>`;
 }
 
-/** @param {HTMLCanvasElement} canvas @param {HTMLImageElement} picture @param {{ x: number, y: number }} at @param {number} scale */
-function draw(canvas, picture, at, scale) {
+/** @param {HTMLCanvasElement} canvas @param {HTMLImageElement} picture @param {{ x: number, y: number }} at @param {number} scale @param {Line[]} lines @param {Ring[]} rings */
+function draw(canvas, picture, at, scale, lines, rings) {
   const g = canvas.getContext("2d");
   if (!g) return;
   const ratio = canvas.width / SIZE_PX, k = scale * ratio, half = canvas.width / 2;
@@ -52,20 +60,19 @@ function draw(canvas, picture, at, scale) {
   // Picture pixels, with (0, 0) the centre of the first one.
   g.setTransform(k, 0, 0, k, half - at.x * k, half - at.y * k);
   g.drawImage(picture, -0.5, -0.5);
-  for (const [border, curve] of Object.entries(curves.value)) {
-    if (!isCurve(curve)) continue;
-    g.lineWidth = 1.8 * ratio / k;
-    g.strokeStyle = colour(border);
-    g.stroke(new Path2D(path(curve.curve)));
+  g.lineWidth = 1.8 * ratio / k;
+  for (const line of lines) {
+    g.strokeStyle = line.colour;
+    g.stroke(new Path2D(path(line.points)));
   }
-  for (const { feature, points } of doc.value.observations) for (const [x, y] of points) ring(g, x, y, 5 * ratio / k, String(feature), ratio / k);
+  for (const { point: [x, y], colour: shade } of rings) ring(g, x, y, 5 * ratio / k, shade, ratio / k);
   cross(g, half, ratio);
 }
 
-/** @param {CanvasRenderingContext2D} g @param {number} x @param {number} y @param {number} r @param {string} feature @param {number} px */
-function ring(g, x, y, r, feature, px) {
+/** @param {CanvasRenderingContext2D} g @param {number} x @param {number} y @param {number} r @param {string} shade @param {number} px */
+function ring(g, x, y, r, shade, px) {
   g.lineWidth = 1.5 * px;
-  g.strokeStyle = colour(feature);
+  g.strokeStyle = shade;
   g.beginPath();
   g.arc(x, y, r, 0, 2 * Math.PI);
   g.stroke();

@@ -1,13 +1,22 @@
-// Mouse, pen and fingers on the stage: which tool gets them, and what two fingers, the wheel and the space bar mean.
+// Mouse, pen and fingers on a stage: which tool gets them, and what two fingers, the wheel and the space bar mean.
 import { editing, pointer, tool } from "../state.js";
 import { panBy, toPicture, zoomBy } from "../view.js";
 import { pick } from "./pick.js";
 
+/** @typedef {{ x: number, y: number, touch: boolean, down: boolean }} Pointed picture pixels
+ * @typedef {object} Ground what a stage lies on: its tool, its view, and who is told where the pointer is
+ * @property {{ down: (at: import("./pick.js").At) => void, move: (at: import("./pick.js").At) => void, up: () => void, cancel: () => void }} pick
+ * @property {() => boolean} isPicking @property {typeof panBy} panBy @property {typeof zoomBy} zoomBy @property {typeof toPicture} toPicture
+ * @property {(at: Pointed | null) => void} point */
+
+/** @type {Ground} */
+const MAIN = { pick, isPicking: () => editing.value && tool.value !== "pan", panBy, zoomBy, toPicture, point: (at) => { pointer.value = at; } };
+
 const WHEEL = 0.0016; // zoom per wheel unit: one notch of 100 is 17 %
 const MIDDLE = 1;
 
-/** @param {HTMLElement} stage @returns {() => void} takes the listeners off */
-export function listen(stage) {
+/** @param {HTMLElement} stage @param {Ground} [ground] @returns {() => void} takes the listeners off */
+export function listen(stage, ground = MAIN) {
   /** @type {Map<number, { x: number, y: number }>} */
   const fingers = new Map();
   let doing = /** @type {"" | "pick" | "pan" | "pinch"} */ ("");
@@ -22,8 +31,8 @@ export function listen(stage) {
 
   /** @param {PointerEvent} e */
   const note = (e) => {
-    const p = at(e), [x, y] = toPicture(p.x, p.y);
-    pointer.value = { x, y, touch: p.touch, down: doing === "pick" };
+    const p = at(e), [x, y] = ground.toPicture(p.x, p.y);
+    ground.point({ x, y, touch: p.touch, down: doing === "pick" });
   };
 
   /** @param {PointerEvent} e */
@@ -34,11 +43,11 @@ export function listen(stage) {
     const p = at(e);
     fingers.set(e.pointerId, p);
     if (fingers.size === 2) {
-      if (doing === "pick") pick.cancel();
+      if (doing === "pick") ground.pick.cancel();
       doing = "pinch";
     } else if (fingers.size === 1) {
-      doing = e.button === MIDDLE || space || tool.value === "pan" || !editing.value ? "pan" : e.button === 0 ? "pick" : "";
-      if (doing === "pick") pick.down(p);
+      doing = e.button === MIDDLE || space || !ground.isPicking() ? "pan" : e.button === 0 ? "pick" : "";
+      if (doing === "pick") ground.pick.down(p);
     }
     note(e);
   }
@@ -46,10 +55,10 @@ export function listen(stage) {
   /** @param {PointerEvent} e */
   function move(e) {
     const before = fingers.get(e.pointerId), p = at(e);
-    if (before && doing === "pan") panBy(p.x - before.x, p.y - before.y);
+    if (before && doing === "pan") ground.panBy(p.x - before.x, p.y - before.y);
     if (before && doing === "pinch" && fingers.size === 2) pinch(e.pointerId, before, p);
     if (before) fingers.set(e.pointerId, p);
-    if (before && doing === "pick") pick.move(p);
+    if (before && doing === "pick") ground.pick.move(p);
     note(e);
   }
 
@@ -58,25 +67,25 @@ export function listen(stage) {
     const other = [...fingers].find(([finger]) => finger !== id)?.[1];
     if (!other) return;
     const was = Math.hypot(before.x - other.x, before.y - other.y), is = Math.hypot(now.x - other.x, now.y - other.y);
-    panBy((now.x - before.x) / 2, (now.y - before.y) / 2);
-    if (was > 1) zoomBy(is / was, (now.x + other.x) / 2, (now.y + other.y) / 2);
+    ground.panBy((now.x - before.x) / 2, (now.y - before.y) / 2);
+    if (was > 1) ground.zoomBy(is / was, (now.x + other.x) / 2, (now.y + other.y) / 2);
   }
 
   /** @param {PointerEvent} e */
   function up(e) {
     if (!fingers.delete(e.pointerId)) return;
-    if (doing === "pick") pick.up();
+    if (doing === "pick") ground.pick.up();
     if (doing !== "pinch" || fingers.size === 0) doing = "";
     note(e);
-    if (e.pointerType === "touch" && fingers.size === 0) pointer.value = null;
+    if (e.pointerType === "touch" && fingers.size === 0) ground.point(null);
   }
 
   /** @param {PointerEvent} e */
   function lost(e) {
     if (!fingers.delete(e.pointerId)) return;
-    if (doing === "pick") pick.cancel();
+    if (doing === "pick") ground.pick.cancel();
     if (fingers.size === 0) doing = "";
-    pointer.value = null;
+    ground.point(null);
   }
 
   /** @param {number} id */
@@ -91,15 +100,15 @@ export function listen(stage) {
     if (/** @type {Element} */ (e.target).closest("[data-off-stage]")) return;
     e.preventDefault();
     const p = at(e), lines = e.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 : 1;
-    zoomBy(Math.exp(-e.deltaY * lines * WHEEL), p.x, p.y);
+    ground.zoomBy(Math.exp(-e.deltaY * lines * WHEEL), p.x, p.y);
   }
 
-  const leave = () => { if (fingers.size === 0) pointer.value = null; };
+  const leave = () => { if (fingers.size === 0) ground.point(null); };
   const noMenu = (/** @type {Event} */ e) => { if (fingers.size) e.preventDefault(); }; // a long press is a press
   const isBar = (/** @type {KeyboardEvent} */ e) => e.key === " " && !/** @type {Element} */ (e.target).closest("button, input, select, textarea, a, [role=button]");
   const barDown = (/** @type {KeyboardEvent} */ e) => { if (isBar(e)) { space = true; stage.dataset.space = ""; e.preventDefault(); } };
   const barUp = (/** @type {KeyboardEvent} */ e) => { if (e.key === " ") { space = false; delete stage.dataset.space; } };
-  const escape = (/** @type {KeyboardEvent} */ e) => { if (e.key === "Escape" && doing === "pick") { pick.cancel(); doing = ""; e.preventDefault(); } };
+  const escape = (/** @type {KeyboardEvent} */ e) => { if (e.key === "Escape" && doing === "pick") { ground.pick.cancel(); doing = ""; e.preventDefault(); } };
 
   /** @type {[EventTarget, string, any, AddEventListenerOptions?][]} */
   const all = [
