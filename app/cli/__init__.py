@@ -7,6 +7,7 @@
     judging.py      compare, difference, uncertainty
     boards.py       board
     pairs.py        pair
+    straight.py     straight
     server.py       serve, demo
 """
 
@@ -16,7 +17,7 @@ from typing import Annotated
 import typer
 
 from app import __version__
-from app.cli import boards, calibration, judging, pairs, server
+from app.cli import boards, calibration, judging, pairs, server, straight
 from app.cli.words import EXIT_CODES, exit_code_of
 
 cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
@@ -30,6 +31,7 @@ cli.command()(judging.difference)
 cli.command()(judging.uncertainty)
 cli.command()(boards.board)
 cli.command()(pairs.pair)
+cli.command()(straight.straight)
 cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point
 
 

@@ -1,0 +1,66 @@
+"""straight: how far a camera's lens bows straight edges, from pictures or from lines clicked in one."""
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def straight(
+    pictures: Annotated[list[Path] | None, typer.Argument(metavar="[PICTURES…]", help="Of one camera in one mode; "
+                                                          "edges are looked for in each.")] = None,
+    lines: Annotated[Path | None, typer.Option("--lines", metavar="LINES.json", help='Clicked: {"lines": [[[x, y], …], '
+                                               '…], "image_size": [w, h]}, raw px of the first picture.')] = None,
+    lens: Annotated[str, typer.Option("--lens", help="auto, division, division-even or brown-conrady.")] = "auto",
+    centre_sigma_px: Annotated[float | None, typer.Option("--centre-sigma-px", help="How far the lens' centre may be "
+                               "from the picture's; 0 holds it. 1 % of the diagonal by default.")] = None,
+    corrected: Annotated[Path | None, typer.Option("--corrected", metavar="PICTURE", help="Write the first picture "
+                                                   "without its bend.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
+) -> None:
+    """Say how straight pictures show straight edges, and which lens makes them straight."""
+    from app.cli import files
+    from app.cli.words import progress_bar
+    from app.geometry import ImageSize
+    from app.images import ImageDecoder
+    from app.models.plumb_line import PlumbLens
+    from app.plumb_pipeline import straightened
+    from app.plumb_task import PlumbTask
+
+    pictures = pictures or []
+    if corrected is not None and not pictures:
+        raise typer.BadParameter("--corrected needs a picture.")
+    given: dict[str, Any] = files.read_lines(lines) if lines is not None else {"lines": []}
+    size = given.get("image_size")
+    task = PlumbTask(lens, centre_sigma_px, tuple(given["lines"]), None if size is None else ImageSize.of(size))
+    with progress_bar("Looking for edges") as progress, ImageDecoder(workers=1) as decoder:
+        def read(path: Path) -> Any:
+            return decoder.frame_from_bytes(files.read_bytes(path))
+
+        found = task.answer(((path.name, lambda path=path: read(path)) for path in pictures), len(pictures), progress)
+        if corrected is not None:
+            files.write_picture(corrected, straightened(read(pictures[0]).pixels, PlumbLens.from_json(found["lens"])))
+    print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
+
+
+def _summary(found: dict[str, Any]) -> str:
+    """The verdict first, then the bow, straightness before and after, the lens, and what was left out."""
+    bow, px, lens, sigma = found["bow"]["most"], found["straightness_px"], found["lens"], found["sigma"]
+    left = Counter(line["reason"].replace("-", " ") for line in found["lines"] if not line["used"])
+    lines = [f"Distortion {found['distortion']}. {found['sentence']}",
+             f"Bow {_told(bow['px'])} ± {_told(bow['sigma_px'])} px, {_told(bow['pct'])} % of its edge's "
+             f"{bow['length_px']:.0f} px.",
+             f"Straightness {px['before']:.2f} px before, {px['after']:.3f} px after, {found['lines_used']} of "
+             f"{len(found['lines'])} edges, {found['objects']} objects.",
+             f"Lens {lens['name']} about ({lens['centre_px'][0]:.1f}, {lens['centre_px'][1]:.1f}) px, terms per half "
+             f"diagonal ({lens['unit_px']:.1f} px):"]
+    lines += [f"  {name} {value:.5f}" + (f" ± {sigma[name]:.5f}" if name in sigma else "")
+              for name, value in lens["terms"].items() if value or name in sigma]
+    lines += [f"Left out: {', '.join(f'{count} {reason}' for reason, count in left.most_common())}."] if left else []
+    return "\n".join([*lines, found["cannot_see"]])
+
+
+def _told(value: float | None) -> str:
+    return "?" if value is None else f"{value:.2f}"
