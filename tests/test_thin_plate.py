@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from worlds import FULL, jittered, marks_seen, plain_field, seen
 
+from app import pipeline
 from app.errors import BadInput, FitFailed
+from app.evaluate.compare import parameters_of
+from app.evaluate.observability import observability_warnings
+from app.evaluate.uncertainty import expected_error, grid_over
 from app.geometry import ImageSize
 from app.models import field_from_raw, parameters_json, raw_from_field
 from app.models.brown_conrady import BrownConrady
@@ -14,6 +18,7 @@ from app.models.homography import Homography
 from app.models.rays import example_fields
 from app.models.spline import Knowledge, Smoother, Spline
 from app.models.thin_plate import ThinPlate
+from app.models.thin_plate_sigma import BEND_NAMES, lattice
 from app.records import Observation
 
 SIZE = ImageSize(1280, 1024)
@@ -215,3 +220,81 @@ def test_a_click_on_the_very_centre_of_an_arc_is_no_end_of_the_world():
     centre = Observation("circle", "line", raw_from_field(PINHOLE, np.array([[0.0, 0.0]])))
     fit = ThinPlate.fit((*clicks(PINHOLE), centre), FIELD, FULL, SIZE)
     assert [(w.reason, w.feature) for w in fit.warnings] == [("stray-click", "circle")]
+
+
+def spread_and_told_mm(truth, options, seeds, **how):
+    """Over the field: how far repeated clicking scatters, how far it is off, and what the fits expect of each."""
+    import app.models.thin_plate_fit as module
+    whole, noise = module._covariance, []
+    places = grid_over(FULL, 9, 7)
+    with pytest.MonkeyPatch.context() as patch:  # to listen in: the noise's part alone is no part of a fit
+        patch.setattr(module, "_covariance", lambda base, some, settled, _: (
+            noise.append(whole(base, some, settled, 0.3, unseen=False)), whole(base, some, settled, None))[1])
+        fits = [ThinPlate.fit(clicks(truth, seed, **how), FIELD, FULL, SIZE, options) for seed in range(seeds)]
+    off = np.array([field_from_raw(f.model, raw_from_field(truth, places)) - places for f in fits])
+
+    def told(some):
+        return np.sqrt(np.mean([expected_error(f, FULL, 0.0, places).sigma_mm ** 2 for f in some]))
+    return (np.sqrt(off.var(axis=0, ddof=1).sum(-1).mean()), np.sqrt((off**2).sum(-1).mean()),
+            told([replace(f, covariance=c) for f, c in zip(fits, noise, strict=True)]), told(fits))
+
+
+@pytest.mark.parametrize("truth, how, seeds", [(PINHOLE, {"inside": ()}, 100), (MILD, {}, 100),
+                                               (TILTED, {"marks": True}, 40)])
+def test_repeated_clicking_scatters_as_the_hat_matrix_says(truth, how, seeds):
+    """The base's own error from the same clicks included, without what clicks cannot tell."""
+    spread, _, noise, _ = spread_and_told_mm(truth, None, seeds, **how)
+    assert spread == pytest.approx(noise, rel=0.15)
+
+
+def test_its_expected_error_is_near_the_observed_one_and_counts_what_no_click_tells():
+    """Under a mild lens: 1.4 mm where landmarks are, 5 mm from borders alone, which scatter by 1 mm only."""
+    _, off, _, told = spread_and_told_mm(MILD, None, 12, marks=True)
+    assert off == pytest.approx(told, rel=0.35)
+    spread, off, _, told = spread_and_told_mm(MILD, None, 12, inside=())
+    assert told > 2.5 * spread and off == pytest.approx(told, rel=0.5)
+
+
+def test_a_spline_through_every_click_still_knows_its_error():
+    """It leaves no residual to read the noise off; the likely smoothing's is taken."""
+    _, off, _, told = spread_and_told_mm(MILD, {"smoothing": 1e-4}, 12, marks=True)
+    assert off == pytest.approx(told, rel=0.25)
+
+
+def test_its_expected_error_travels_with_its_report_and_is_ranked_by_the_numbers_it_found():
+    made = pipeline.calibrate(clicks(MILD, marks=True), FIELD, FULL, SIZE, "thin-plate")
+    kept = made.report["covariance"]
+    assert kept["names"] == list(BEND_NAMES) and len(kept["matrix"]) == 2 * len(lattice(1.0, 1.0))
+    over = pipeline.uncertainty(made.model, kept, FULL)
+    assert over["rms"] == pytest.approx(made.report["sigma_mm"]["rms"], rel=0.1)
+    assert parameters_of(made.fit) == made.fit.notes["parameters"] != len(BEND_NAMES)
+
+
+def test_borders_alone_are_told_to_be_a_guess_and_the_next_click_is_inside():
+    made = pipeline.calibrate(clicks(TILTED, inside=()), FIELD, FULL, SIZE, "thin-plate")
+    assert made.report["verdict"]["level"] == "unknown"
+    (said,) = observability_warnings(made.fit, FULL)
+    assert "bends between" in said.text and "hat height" not in said.text
+    following = made.report["next_click"]
+    assert following["feature"].startswith("at-") or following["feature"] == "circle"
+    assert following["worst_mm_then"] < 0.9 * following["worst_mm"]
+
+
+def test_the_errors_derivatives_are_those_of_the_map():
+    """A displacement that the lattice can carry, added to the model: the place and the click move as told."""
+    fit = ThinPlate.fit(clicks(MILD), FIELD, FULL, SIZE)
+    bump = np.random.default_rng(1).normal(0, 1, len(BEND_NAMES))
+    places = np.array([[0.0, 0.0], [-1500.0, 900.0], [700.0, -1200.0]])
+    xyz = np.concatenate([places, np.zeros((3, 1))], axis=1)
+    moved = fit.model.field_jacobian(xyz, BEND_NAMES) @ bump
+    nodes = fit.model.field_from_corrected(lattice(fit.model.width_px, fit.model.height_px))
+    mm_per_px = fit.model.field_from_corrected(np.eye(2)) - fit.model.field_from_corrected(np.zeros((2, 2)))
+    at_nodes = fit.model.field_jacobian(np.concatenate([nodes, np.zeros((35, 1))], axis=1), BEND_NAMES) @ bump
+    np.testing.assert_allclose(at_nodes, bump.reshape(-1, 2) @ mm_per_px, atol=1e-9)
+    along = np.array([[1.0, 0.0], [0.0, 1.0], [0.6, 0.8]])
+    px = fit.model.click_jacobian(places, along, BEND_NAMES) @ bump
+    image, ahead = (raw_from_field(fit.model, places - moved * s) for s in (0.0, 1e-3))
+    run = raw_from_field(fit.model, places + along) - image
+    across = np.stack([-run[:, 1], run[:, 0]], axis=1) / np.linalg.norm(run, axis=1, keepdims=True)
+    np.testing.assert_allclose(px, np.einsum("ni,ni->n", across, ahead - image) / 1e-3, rtol=0.02)
+    assert np.isnan(fit.model.field_jacobian(np.array([[9e4, 0.0, 0.0]]), BEND_NAMES)).all()

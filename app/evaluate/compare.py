@@ -56,12 +56,12 @@ def compare(candidates: list[Candidate], region: Region) -> dict[str, Any]:
 
 def parameters_of(fit: Fit) -> int:
     """How many numbers the fit found: a border's coefficients, or all free parameters."""
-    if fit.parameter_names:
-        return len(fit.parameter_names)
+    if "parameters" in fit.notes:  # a spline's are not those that its covariance is of
+        return int(fit.notes["parameters"])
     degrees = fit.notes.get("degree")
     if degrees is not None:  # four curves and the relation's two scales and bends
         return sum(d["degree"] + 1 for d in degrees.values()) + fit.notes["relation"]["degree"] - 1
-    return int(fit.notes.get("parameters", 0))
+    return len(fit.parameter_names)
 
 
 def _reference(candidates: list[Candidate]) -> Candidate | None:

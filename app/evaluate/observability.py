@@ -48,13 +48,20 @@ def weakest_direction(fit: Fit, region: Region) -> WeakDirection | None:
     strong = np.argsort(share)[::-1]
     parts: list[str] = []
     for index in strong[share[strong] > 0.3 * share.max()]:
-        part = GROUPS.get(fit.parameter_names[index], "lens" if hasattr(fit.model, "project") else "perspective")
+        part = _group(fit, fit.parameter_names[index])
         if part not in parts:
             parts.append(part)
     taped = _with_taped_height(fit)
     return WeakDirection(tuple(parts), expected_error(fit, region).rms, expected_error(fit, region, z).rms,
                          expected_error(fit, region, covariance=taped).rms,
                          expected_error(fit, region, z, covariance=taped).rms)
+
+
+def _group(fit: Fit, name: str) -> str:
+    """What the operator calls it."""
+    if getattr(fit.model, "GUESSES_BETWEEN", False):
+        return "how the picture bends between them"
+    return GROUPS.get(name, "lens" if hasattr(fit.model, "project") else "perspective")
 
 
 def _root(covariance: NDArray) -> NDArray:
@@ -76,7 +83,10 @@ def observability_warnings(fit: Fit, region: Region) -> list[Warning]:
     weak = weakest_direction(fit, region)
     if weak is None or max(weak.carpet_mm, weak.hat_mm) <= WARN_MM:
         return []
-    cost = f"{weak.carpet_mm:.1f} mm on the carpet, {weak.hat_mm:.0f} mm at hat height ({HAT_MM:g} mm)"
+    rays = hasattr(fit.model, "project")
+    cost = f"{weak.carpet_mm:.1f} mm on the carpet"
+    if rays:
+        cost += f", {weak.hat_mm:.0f} mm at hat height ({HAT_MM:g} mm)"
     if weak.taped_hat_mm < 0.7 * weak.hat_mm and {"focal length", "height"} & set(weak.parts):
         return [Warning("height-unknown", "Height and focal length cannot be told apart from these clicks: expected "
                         f"error {cost}.",
@@ -86,4 +96,4 @@ def observability_warnings(fit: Fit, region: Region) -> list[Warning]:
     named = " and ".join(weak.parts)
     return [Warning("weakly-determined", f"The clicks hardly tell {named}: expected error {cost}.",
                     "Click more points, spread over the whole picture, where the next best click is shown; or use a "
-                    "lens known from a board.")]
+                    f"lens {'known from a board' if rays else 'model'}.")]

@@ -88,8 +88,9 @@ def _vector(value: np.ndarray) -> list[float] | None:
 
 
 def _knows_inside(fit: Fit, observations: Observations) -> bool:
-    """A lens bends the inside as it bends the borders; curves of their own know nothing between them."""
-    return knows_its_error(fit) or any(o.feature not in BORDERS and len(o.points) for o in observations)
+    """A lens bends the inside as it bends the borders; curves of their own and splines know nothing between them."""
+    lens = knows_its_error(fit) and not getattr(fit.model, "GUESSES_BETWEEN", False)
+    return lens or any(o.feature not in BORDERS and len(o.points) for o in observations)
 
 
 def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, Any] | None,

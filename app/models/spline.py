@@ -85,12 +85,12 @@ class Smoother:
     def __init__(self, known: Knowledge) -> None:
         """Raises FitFailed where not even a plane displacement is determined."""
         self.known = known
-        kernel, plane = _equations(known)
+        pulls, plane = equations(known)
         if len(plane) < PLANE or np.linalg.svd(plane, compute_uv=False)[-1] < 1e-6 * np.linalg.norm(plane):
             raise _not_enough()
         q, _ = np.linalg.qr(plane, mode="complete")
         free = q[:, PLANE:]
-        stiff, turn = np.linalg.eigh(free.T @ kernel @ free)
+        stiff, turn = np.linalg.eigh(free.T @ pulls @ free)
         self._stiff = np.maximum(stiff, 0.0)
         self._modes = free @ turn
         self._told = self._modes.T @ (known.values * known.weights)
@@ -143,12 +143,8 @@ class Smoother:
 
 def spline_through(known: Knowledge, strength: float) -> Spline:
     """The spline of λ = strength, with one knot for each place."""
-    kernel, plane = _equations(known)
-    n = len(kernel)
-    size = np.abs(kernel).max() or 1.0
-    system = np.zeros((n + PLANE, n + PLANE))
-    system[:n, :n] = (kernel + strength * np.eye(n)) / size
-    system[:n, n:], system[n:, :n] = plane, plane.T
+    system, size = _system(known, strength)
+    n = len(known.values)
     told = np.concatenate([known.values * known.weights, np.zeros(PLANE)])
     try:
         solution = np.linalg.solve(system, told)
@@ -160,13 +156,49 @@ def spline_through(known: Knowledge, strength: float) -> Spline:
     return Spline(knots, weights, solution[n:].reshape(2, 3).T)
 
 
-def _equations(known: Knowledge) -> tuple[Array, Array]:
+def hat_matrix(known: Knowledge, strength: float, places: Array) -> Array:
+    """(2 m, n): what the displacement px at places (m, 2), x and y in turn, takes of each value times its weight."""
+    system, size = _system(known, strength)
+    n, m = len(known.values), len(places)
+    reads = np.zeros((m, 2, n + PLANE))
+    reads[:, :, :n] = pull(known, places).reshape(m, 2, n) / size
+    for axis in range(2):
+        reads[:, axis, n + 3 * axis:n + 3 * axis + 3] = np.concatenate([np.ones((m, 1)), places], axis=1)
+    try:
+        return np.linalg.solve(system, reads.reshape(2 * m, -1).T)[:n].T
+    except np.linalg.LinAlgError:
+        raise _not_enough() from None
+
+
+def pull(known: Knowledge, places: Array) -> Array:
+    """(2 m, n): what each row's knot, times its weight, does at places (m, 2) to x and y in turn."""
+    by = kernel(places, known.places)[:, None] * (known.directions.T * known.weights)
+    return by.reshape(2 * len(places), -1)
+
+
+def kernel(places: Array, others: Array) -> Array:
+    """U (m, n)."""
+    square = _squares(places, others)
+    return 0.5 * square * np.log(square)
+
+
+def _system(known: Knowledge, strength: float) -> tuple[Array, float]:
+    """The symmetric equations of a spline, and what its kernel was divided by to keep them even."""
+    pulls, plane = equations(known)
+    n = len(pulls)
+    size = np.abs(pulls).max() or 1.0
+    system = np.zeros((n + PLANE, n + PLANE))
+    system[:n, :n] = (pulls + strength * np.eye(n)) / size
+    system[:n, n:], system[n:, :n] = plane, plane.T
+    return system, size
+
+
+def equations(known: Knowledge) -> tuple[Array, Array]:
     """What each click's pull does at each click (n, n), and what a plane displacement does (n, 6); weighted."""
     d = known.weights
-    kernel = _squares(known.places, known.places)
-    kernel = 0.5 * kernel * np.log(kernel) * (known.directions @ known.directions.T) * np.outer(d, d)
+    pulls = kernel(known.places, known.places) * (known.directions @ known.directions.T) * np.outer(d, d)
     ones = np.concatenate([np.ones((len(d), 1)), known.places], axis=1)
-    return kernel, np.concatenate([known.directions[:, :1] * ones, known.directions[:, 1:] * ones], axis=1) * d[:, None]
+    return pulls, np.concatenate([known.directions[:, :1] * ones, known.directions[:, 1:] * ones], axis=1) * d[:, None]
 
 
 def _not_enough() -> FitFailed:

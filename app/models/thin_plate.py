@@ -10,7 +10,7 @@ It bends the carpet's picture and knows no rays: what stands above the carpet is
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -19,10 +19,12 @@ import numpy as np
 from app.errors import BadInput
 from app.field import Field, Region
 from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
-from app.models import CameraModel, Option, Progress, model_from_json, no_progress
+from app.models import CameraModel, Option, Progress, model_from_json, no_progress, raw_from_field
 from app.models.homography import Homography
 from app.models.lens import Array
+from app.models.rectangle_view import parameters_read
 from app.models.spline import Spline
+from app.models.thin_plate_sigma import BEND_NAMES, lattice, lattice_weights
 from app.records import Fit, Observations
 
 BASES = ("homography", "division", "brown-conrady")
@@ -31,6 +33,7 @@ LEAST_STRETCH = 0.05  # a picture squeezed to less than this share is folding
 FOLD_GRID = 41
 NEWTON_STEPS = 40
 NEWTON_PX = 1e-11
+HALF_MM = 0.5  # step of the derivative that tells how the carpet is seen
 
 Pair = tuple[float, float]
 
@@ -48,6 +51,7 @@ class ThinPlate:
     HELP: ClassVar[str] = ("Bends what another model leaves, as little as the clicks allow. Needs clicks all over the "
                            "field: where there are none it only guesses smoothly.")
     NEEDS_EVERY_BORDER: ClassVar[bool] = False
+    GUESSES_BETWEEN: ClassVar[bool] = True  # nothing that holds on a border need hold inside
     OPTIONS: ClassVar[tuple[Option, ...]] = (
         Option("base", "choice", "homography", "The model that is bent.", choices=BASES),
         Option("smoothing", "float", None, "How stiff the spline is; 0 passes through every click. Empty: chosen by "
@@ -109,6 +113,30 @@ class ThinPlate:
         found = found.reshape(wanted.shape)
         return unreachable_where(~self._inside(found), found)
 
+    def field_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> Array:
+        """How places on the carpet (n, 3) move with the displacement at the lattice's nodes, px: (n, 2, len(names)) mm.
+
+        Names as bend_names has them; see thin_plate_sigma.py. NaN where the model does not see the place.
+        """
+        places = self.corrected_from_field(np.asarray(points_field_xyz, float)[:, :2])
+        mm_per_px = self.field_from_corrected(np.eye(2)) - self.field_from_corrected(np.zeros((2, 2)))
+        middle, unit = frame(self.base)
+        reads = lattice_weights((lattice(self.width_px, self.height_px) - middle) / unit, (places - middle) / unit)
+        by = (reads[:, None, :, None] * mm_per_px.T[None, :, None, :]).reshape(len(places), 2, -1)
+        by[~np.isfinite(self.raw_from_corrected(places)).all(axis=1)] = np.nan
+        return by[:, :, [BEND_NAMES.index(name) for name in names]]
+
+    def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
+        """How a click's distance from the curve at places (n, 2) mm running along (n, 2) moves: (n, len(names)) px."""
+        flat = np.zeros((len(places), 1))
+        steps = HALF_MM * np.eye(2)
+        by_place = np.stack([raw_from_field(self, places + s) - raw_from_field(self, places - s) for s in steps],
+                            axis=-1) / (2 * HALF_MM)
+        seen = np.einsum("nij,nj->ni", by_place, along)
+        across = np.stack([-seen[:, 1], seen[:, 0]], axis=1) / np.linalg.norm(seen, axis=1, keepdims=True)
+        moved = self.field_jacobian(np.concatenate([places, flat], axis=1), names)
+        return -np.einsum("ni,nij,njk->nk", across, by_place, moved)
+
     def _bent(self, points: Points) -> Points:
         middle, unit = frame(self.base)
         with np.errstate(all="ignore"):
@@ -154,11 +182,9 @@ class ThinPlate:
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         """Read what asdict() wrote; BadInput for anything else."""
-        try:
-            p = dict(parameters)
-            names = {f.name for f in fields(cls)}
-            if set(p) != names or p["base_name"] not in BASES:
-                raise ValueError(f"expected {', '.join(sorted(names))}")
+        with parameters_read(cls, parameters) as p:
+            if p["base_name"] not in BASES:
+                raise ValueError(f"the base is none of {', '.join(BASES)}")
             model = cls(p["base_name"], model_from_json(p["base_name"], p["base"]),
                         *(tuple((float(x), float(y)) for x, y in p[name]) for name in ("knots", "weights", "plane")),
                         float(p["reach"]))
@@ -166,9 +192,6 @@ class ThinPlate:
             if not (len(model.knots) == len(model.weights) and len(model.plane) == 3
                     and (np.abs(numbers) < MAX_COORDINATE).all() and model.reach in REACHES):
                 raise ValueError("the spline's numbers do not belong together")
-        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-            raise BadInput(f"These are no parameters of a {cls.NAME} model: {error}.",
-                           "Give what Touchline exported as json.", reason="bad-parameters") from None
         if unfolded_reach(model.base, model._spline) < model.reach:
             raise BadInput("This thin-plate spline folds the picture.", "Give what Touchline exported as json.",
                            reason="bad-parameters")

@@ -16,6 +16,7 @@ from app.models.lens_fit import check_inside_picture
 from app.models.ray_solve import MAX_STRAYS, STRAY_PX, STRAY_SIGMAS
 from app.models.spline import Knowledge, Smoother, Spline, spline_through
 from app.models.thin_plate import ThinPlate, frame, unfolded_reach
+from app.models.thin_plate_sigma import BEND_NAMES, bend_covariance
 from app.records import Fit, Observations, Warning
 
 MAX_CLICKS = 400  # a spline through n clicks solves n × n equations, and every drawn pixel looks at n knots
@@ -39,6 +40,17 @@ class _Clicks:
     def only(self, keep: Array) -> "_Clicks":
         return replace(self, raw=self.raw[keep], base=self.base[keep], stretch=self.stretch[keep],
                        feature=self.feature[keep], owners=self.owners[keep])
+
+
+@dataclass(frozen=True, eq=False)
+class _Settled:
+    """A spline and the last rows that it was made from; index (n,): which click each row is of."""
+
+    spline: Spline
+    smoother: Smoother
+    smoothing: float
+    known: Knowledge
+    index: Array
 
 
 def fit_thin_plate(observations: Observations, field: Field, region: Region, image_size: ImageSize,
@@ -65,7 +77,8 @@ def fit_thin_plate(observations: Observations, field: Field, region: Region, ima
     smoothing = settings["smoothing"]
     if settings["robust"]:
         fine[reachable] = _not_strays(clicks.only(reachable), base, smoothing)
-    spline, smoother, smoothing = _settle(clicks.only(fine), base, smoothing)
+    settled = _settle(clicks.only(fine), base, smoothing)
+    spline, smoother, smoothing = settled.spline, settled.smoother, settled.smoothing
     reach = unfolded_reach(base, spline)
     if not reach:
         raise _folds()
@@ -85,7 +98,17 @@ def fit_thin_plate(observations: Observations, field: Field, region: Region, ima
                            "chosen": settings["smoothing"] is None},
              "click_sigma_px": settings["click_sigma_px"] or smoother.sigma_px(smoothing),
              "choices": {"base": base.NAME, "smoothing": smoothing, "base_choices": base_choices}}
-    return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), tuple(warnings), notes)
+    covariance = _covariance(base_fit, clicks.only(fine), settled, settings["click_sigma_px"])
+    return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), tuple(warnings), notes,
+               covariance=covariance, parameter_names=BEND_NAMES)
+
+
+def _covariance(base_fit: Fit, clicks: _Clicks, settled: _Settled, sigma_px: float | None,
+                *, unseen: bool = True) -> Array:
+    """Of the displacement at the lattice; see thin_plate_sigma.py."""
+    trusted = np.array([base_fit.inliers[i][k] for i, k in clicks.owners])[settled.index]
+    return bend_covariance(base_fit, clicks.base[settled.index], trusted, settled.known, settled.smoother,
+                           settled.smoothing, settled.spline, sigma_px, unseen=unseen)
 
 
 def _folds() -> FitFailed:
@@ -178,12 +201,12 @@ def _per_click(rows: Array, index: Array, clicks: int) -> Array:
     return found
 
 
-def _settle(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> tuple[Spline, Smoother, float]:
+def _settle(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> _Settled:
     """Where along its line a click lies depends on the spline, and the spline on that; a few rounds agree."""
     guess, smoother, chosen = clicks.base, None, smoothing
     middle, unit = frame(base)
     for round_number in range(ROUNDS):
-        known, places, _ = _knowledge(clicks, base, guess)
+        known, places, index = _knowledge(clicks, base, guess)
         if round_number < CHOOSING:
             smoother = Smoother(known)
             chosen = smoother.cross_validated() if smoothing is None else smoothing
@@ -198,7 +221,7 @@ def _settle(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> tupl
         guess = following
         if moved < STILL_PX:
             break
-    return spline, smoother, float(chosen)
+    return _Settled(spline, smoother, float(chosen), known, index)
 
 
 def _stray(observations: Observations, i: int, k: int, pixel: Points, model: ThinPlate,
