@@ -107,17 +107,6 @@ def read_lines(path: Path) -> dict[str, Any]:
     return dict(value)
 
 
-def read_lines(path: Path) -> dict[str, Any]:
-    """{"lines": [[[x, y], …], …]} and perhaps "image_size"; a bare list is the lines."""
-    value = strict_json(read_bytes(path, MAX_JSON_BYTES), str(path))
-    value = {"lines": value} if isinstance(value, list) else value
-    if (not isinstance(value, Mapping) or not {"lines"} <= set(value) <= {"lines", "image_size"}
-            or not isinstance(value["lines"], list)):
-        raise BadInput(f"{path} holds no lines.", 'Give {"lines": [[[x, y], …], …], "image_size": [width, height]}.',
-                       reason="bad-lines")
-    return dict(value)
-
-
 def read_points_file(path: Path) -> dict[str, Any]:
     """{"observations": […]} and whatever else of POINTS_KEYS the file says."""
     value = strict_json(read_bytes(path, MAX_JSON_BYTES), str(path))
