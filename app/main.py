@@ -4,7 +4,7 @@ import sys
 import time
 import webbrowser
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, closing
+from contextlib import aclosing, asynccontextmanager
 
 from fastapi import APIRouter, FastAPI
 
@@ -29,9 +29,10 @@ from app.api import (
     problems,
     snapshots,
     straightness,
+    streams,
 )
 from app.api.access import Access, login_router
-from app.api.camera_frames import CameraFrames
+from app.api.camera_shelf import CameraShelf, live_cameras
 from app.api.connections import watched_connections
 from app.api.frames import Frames
 from app.api.limits import MB, BodyLimits
@@ -40,12 +41,11 @@ from app.api.work import open_workplaces
 from app.images import ImageDecoder, Limits
 from app.jobs import Jobs
 from app.settings import LOOPBACK, Settings, shipped
-from app.sources import Surroundings
 from app.store import Store
 from app.store.field_shelf import FieldShelf
 
-RESOURCES = (health, cameras, snapshots, fields, drafts, models, fit, calibrations, boards, lenses, judgement,
-             pairs, straightness, points, pictures, jobs)
+RESOURCES = (health, cameras, streams, snapshots, fields, drafts, models, fit, calibrations, boards, lenses,
+             judgement, pairs, straightness, points, pictures, jobs)
 API = "/api/v1"
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
@@ -60,13 +60,14 @@ def create_app(settings: Settings) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         with (store, ImageDecoder(image_limits(settings)) as decoder,
-              closing(cameras_of(settings, app, decoder)) as taken, jobs_of(settings) as jobs):
+              jobs_of(settings) as jobs):
             open_workplaces(app)
             app.state.decoder = decoder
-            app.state.cameras = taken
             app.state.jobs = jobs
             app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.picture(id)))
-            yield
+            async with aclosing(live_cameras(app)) as live:
+                app.state.live = live
+                yield
 
     app = FastAPI(title="Touchline", version=__version__, description=ABOUT, openapi_url=f"{API}/openapi.json",
                   docs_url=None, redoc_url=None, lifespan=lifespan,
@@ -75,6 +76,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.started = time.monotonic()
     app.state.store = store
     app.state.fields = FieldShelf(settings.own_fields)
+    app.state.camera_shelf = CameraShelf(settings, store, app.state.fields, image_limits(settings))
     problems.install(app)
     api = APIRouter(prefix=API, responses=PROBLEMS)
     for resource in RESOURCES:
@@ -93,12 +95,6 @@ def image_limits(settings: Settings) -> Limits:
 def jobs_of(settings: Settings) -> Jobs:
     return Jobs(settings.jobs.workers, wall_s=settings.jobs.time_limit_s, kept=settings.jobs.kept,
                 modules=("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task"))
-
-
-def cameras_of(settings: Settings, app: FastAPI, decoder: ImageDecoder) -> CameraFrames:
-    around = Surroundings(app.state.fields, decoder.frame_from_bytes, settings.shown_pictures,
-                          settings.sources.allowed_hosts)
-    return CameraFrames(settings, around)
 
 
 def _add_page(app: FastAPI, settings: Settings) -> None:

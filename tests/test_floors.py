@@ -20,7 +20,8 @@ FLOORS = [
 # Words may use each other; a family's parts are one room; a door may open the whole (the command line starts the
 # server); settings are read by whoever wires.
 SIDEWAYS = {("cli", "main"), ("task", "pipeline"),
-            ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline")}
+            ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline"),
+            ("live", "pipeline")}
 PURE = 3  # floors below this compute: no clock, file, socket, thread, process or web
 IMPURE = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile", "socket", "threading", "subprocess",
           "multiprocessing", "concurrent", "asyncio", "logging", "sqlite3", "fastapi", "starlette", "uvicorn",

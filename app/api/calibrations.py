@@ -98,9 +98,12 @@ def delete_calibration(request: Request, id: Id) -> Response:
 
 
 @router.post("/{id}/activate", response_model=answer_schemas.Calibration)
-def activate_calibration(request: Request, id: Id) -> Json:
+async def activate_calibration(request: Request, id: Id) -> Json:
     """Make it its camera's; the former one stays, so rolling back is activating that."""
-    return Json(request.app.state.store.activate(id).to_json())
+    calibration = await at_work(request, request.app.state.store.activate, id)
+    if calibration.camera is not None:
+        request.app.state.live.refresh(calibration.camera)
+    return Json(calibration.to_json())
 
 
 @router.get("/{id}/export/{format}", response_class=Response, responses=FILE)

@@ -13,6 +13,7 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from app.api.problems import problem
 
+ABORT = "touchline.abort"  # where a request's scope holds what drops its connection at once
 MAX_HEAD_BYTES = 64 * 1024  # browsers send 2 kB, a large cookie makes it 8
 
 
@@ -78,6 +79,7 @@ class WatchedConnection(HttpToolsProtocol):
     def on_headers_complete(self) -> None:
         self._in_head = False
         self._stop_timer()
+        self.scope[ABORT] = self.transport.abort  # for a stream whose viewer takes nothing any more
         super().on_headers_complete()
 
     def handle_websocket_upgrade(self) -> None:

@@ -80,6 +80,41 @@ class CompareRequest(FitRequest):
     models: Annotated[list[Name], Field(min_length=1, max_length=20)] | None = None
 
 
+CameraId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]
+Address = Annotated[str, Field(min_length=1, max_length=2000)]
+
+
+class NewCamera(Strict):
+    """A camera to add."""
+
+    id: CameraId
+    name: Annotated[str, Field(max_length=100)] = ""
+    source: Address = Field(description="where frames come from, such as rtsp://10.0.0.5/live")
+    field: Name | None = None
+    region: Name | None = None
+
+
+class CameraChanges(Strict):
+    """What is to change of it; what is left out stays."""
+
+    name: Annotated[str, Field(max_length=100)] = ""
+    source: Address | None = None
+    field: Name | None = None
+    region: Name | None = None
+
+
+class CameraTest(Strict):
+    """A source to try out."""
+
+    source: Address
+
+
+class ControlChanges(Strict):
+    """New values by the control's name; "auto" hands it to the camera."""
+
+    controls: Annotated[dict[OptionText, bool | int | Number | OptionText], Field(min_length=1, max_length=20)]
+
+
 class SeenBoard(Strict):
     """One view of a board: corners in the picture, and where they are on the board."""
 
@@ -187,9 +222,11 @@ class TransformRequest(Strict):
 
 
 class CameraSnapshot(Strict):
-    """Take one frame from a camera."""
+    """Take a picture from a camera: one frame, or what most of several frames agree on."""
 
     camera: Name
+    frames: Annotated[int, Field(ge=1, le=60)] = Field(
+        1, description="more than 1: people and robots that move vanish, and the noise with them")
 
 
 class Problem(BaseModel):

@@ -1,5 +1,6 @@
 """/snapshots: pictures that are kept, uploaded or taken from a camera."""
 
+from dataclasses import asdict
 from typing import Any, Literal
 
 from fastapi import APIRouter, Request
@@ -9,13 +10,17 @@ from app.api import answer_schemas
 from app.api.answers import Json, picture
 from app.api.bodies import content_type, json_body, uploaded_file
 from app.api.schemas import CameraSnapshot, Cursor, Id, Limit
+from app.api.streams import first_picture, live_camera
 from app.api.work import at_work
 from app.errors import BadInput
+from app.geometry import ImageSize
 from app.images import screen
 from app.records import Frame
 from app.store import Snapshot
 
 router = APIRouter(prefix="/snapshots", tags=["snapshots"])
+
+STILL_S = 20.0  # a picture of many frames of a slow camera takes its time
 
 IMAGE = {"schema": {"type": "string", "format": "binary"}}
 PICTURE: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": IMAGE, "image/jpeg": IMAGE}}}
@@ -35,7 +40,7 @@ async def keep_snapshot(request: Request) -> Json:
         snapshot = await at_work(request, _kept, request, data, camera or None)
     elif kind == "application/json":
         asked = await json_body(request, CameraSnapshot)
-        snapshot = await at_work(request, _taken, request, asked.camera)
+        snapshot = await _taken(request, asked.camera, asked.frames)
     else:
         raise BadInput("This is neither a form with a file nor JSON.", 'Send multipart/form-data with the picture as '
                        '"file", or JSON {"camera": id}.', reason="wrong-content-type")
@@ -46,15 +51,23 @@ def _kept(request: Request, data: bytes, camera: str | None) -> Snapshot:
     """Decoded first: what cannot be decoded is not kept."""
     state = request.app.state
     if camera is not None:
-        state.settings.camera(camera)
+        state.camera_shelf.get(camera)
     frame = state.decoder.frame_from_bytes(data)
     return state.store.add_snapshot(data, frame.size, screen(data, state.decoder.limits).format, camera)
 
 
-def _taken(request: Request, camera: str) -> Snapshot:
-    state = request.app.state
-    data, frame = state.cameras.take(camera)
-    return state.store.add_snapshot(data, frame.size, "png", camera)
+async def _taken(request: Request, id: str, frames: int) -> Snapshot:
+    """With the evidence of which camera it is from, so that its calibration is not applied to another."""
+    camera = await live_camera(request, id)
+    head, png = await first_picture(camera, lambda timeout_s: camera.still(frames, timeout_s), STILL_S)
+    store, identity = request.app.state.store, camera.identity
+
+    def keep() -> Snapshot:
+        snapshot = store.add_snapshot(png, ImageSize(head["width"], head["height"]), "png", id)
+        if identity is not None:
+            store.confirm_identity(snapshot.id, asdict(identity))
+        return snapshot
+    return await at_work(request, keep)
 
 
 @router.get("", response_model=answer_schemas.Snapshots)

@@ -1,0 +1,61 @@
+"""A stream of JPEGs as one answer that never ends: for <img>, VLC and OpenCV."""
+
+import asyncio
+from contextlib import suppress
+
+from starlette.responses import Response
+from starlette.types import Receive, Scope, Send
+
+from app.api.connections import ABORT
+from app.errors import Unavailable
+from app.live import Channel, LiveCamera
+from app.live.wire import parts
+
+BOUNDARY = "touchline-frame"
+TAKE_S = 10.0  # a viewer that takes nothing for so long is closed
+NO_STORE = {"Cache-Control": "no-store"}
+
+
+class Mjpeg(Response):
+    """Sends what its viewer's slot holds, as fast as the connection takes it; ends when the viewer or camera goes."""
+
+    media_type = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
+
+    def __init__(self, camera: LiveCamera, channel: Channel, most_fps: float | None) -> None:
+        super().__init__(headers=NO_STORE)
+        del self.headers["content-length"]
+        self._camera, self._channel, self._most_fps = camera, channel, most_fps
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        sending = asyncio.create_task(self._send(scope, send))
+        leaving = asyncio.create_task(_gone(receive))
+        try:
+            await asyncio.wait((sending, leaving), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in (sending, leaving):
+                task.cancel()
+            await asyncio.gather(sending, leaving, return_exceptions=True)
+
+    async def _send(self, scope: Scope, send: Send) -> None:
+        with self._camera.watching(self._channel, self._most_fps) as viewer:
+            await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
+            with suppress(Unavailable):  # the camera was changed or removed
+                async for body in viewer:
+                    try:
+                        await asyncio.wait_for(send({"type": "http.response.body", "body": _part(body),
+                                                     "more_body": True}), TAKE_S)
+                    except TimeoutError:
+                        scope.get(ABORT, lambda: None)()
+                        return
+        await send({"type": "http.response.body", "body": f"--{BOUNDARY}--\r\n".encode()})
+
+
+def _part(body: bytes) -> bytes:
+    head, jpeg = parts(body)
+    return (f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n"
+            f"X-Frame-Seq: {head['seq']}\r\nX-Frame-Time: {head['time']:.3f}\r\n\r\n").encode() + bytes(jpeg) + b"\r\n"
+
+
+async def _gone(receive: Receive) -> None:
+    while (await receive())["type"] != "http.disconnect":
+        pass

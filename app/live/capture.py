@@ -1,0 +1,158 @@
+"""In a camera's process: reads its source without a pause and keeps only the newest frame.
+
+A source that says it is off is opened anew after 0.5 s, then after twice as long each time, up to 5 s, for ever. One
+that hangs is not noticed here: the server sees that no frame comes, and kills the whole process.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from app.errors import TouchlineError, Unavailable
+from app.records import Frame
+from app.sources import Control, Source, Surroundings, source_from_url
+
+RETRY_S, LONGEST_RETRY_S = 0.5, 5.0
+SMOOTH = 0.1  # weight of the newest interval in the frame rate
+
+
+@dataclass(frozen=True, eq=False)
+class Taken:
+    """One frame as it was taken. time: unix, s; moment: on this process' own steady clock, s."""
+
+    frame: Frame
+    seq: int
+    time: float
+    moment: float
+
+
+class Capture:
+    """The reading thread. Everything public may be called from other threads."""
+
+    def __init__(self, url: str, around: Surroundings) -> None:
+        self._url = url
+        self._around = around
+        self._changed = threading.Condition()
+        self._newest: Taken | None = None
+        self._seq = 0
+        self._interval_s = 0.0
+        self._state, self._problem = "connecting", None
+        self._since = time.monotonic()
+        self._identity: dict[str, Any] | None = None
+        self._reopened = 0
+        self._asked: list[tuple[Callable[[Source], Any], dict[str, Any], threading.Event]] = []
+
+    def start(self) -> None:
+        threading.Thread(target=self._run, name="capture", daemon=True).start()
+
+    def status(self) -> dict[str, Any]:
+        """What the server needs to judge it by; ages in s on this process' clock."""
+        now = time.monotonic()
+        with self._changed:
+            newest = self._newest
+            return {"state": self._state, "problem": self._problem, "since_s": now - self._since, "seq": self._seq,
+                    "interval_s": self._interval_s, "identity": self._identity, "reopened": self._reopened,
+                    "age_s": now - newest.moment if newest else None,
+                    "size": list(newest.frame.size) if newest else None}
+
+    def after(self, seq: int, timeout_s: float) -> Taken | None:
+        """The newest frame if it is newer than seq, or the next one; None when none comes in time."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._newest is not None and self._seq > seq, timeout_s)
+            return self._newest if self._newest is not None and self._seq > seq else None
+
+    def controls(self, timeout_s: float = 3.0) -> tuple[Control, ...]:
+        """What can be set, read back between two frames."""
+        return self._between_frames(lambda source: source.controls(), timeout_s)
+
+    def set_control(self, name: str, value: Any, timeout_s: float = 3.0) -> Control:
+        return self._between_frames(lambda source: source.set_control(name, value), timeout_s)
+
+    def _between_frames(self, deed: Callable[[Source], Any], timeout_s: float) -> Any:
+        answer: dict[str, Any] = {}
+        done = threading.Event()
+        with self._changed:
+            self._asked.append((deed, answer, done))
+        if not done.wait(timeout_s):
+            with self._changed:  # it may not be done any more: nobody would know
+                self._asked = [one for one in self._asked if one[2] is not done]
+            raise Unavailable("The camera gives no frames now, so it cannot be asked.",
+                              "Wait until it is live again, then set it.", reason="camera-silent")
+        if "error" in answer:
+            raise answer["error"]
+        return answer["value"]
+
+    def _run(self) -> None:
+        wait_s = RETRY_S
+        while True:
+            try:
+                source = source_from_url(self._url, self._around)
+            except TouchlineError as error:
+                self._fail(error)
+            except Exception as error:
+                self._fail(_surprise(error))
+            else:
+                if self._read(source):
+                    wait_s = RETRY_S
+            time.sleep(wait_s)
+            wait_s = min(2 * wait_s, LONGEST_RETRY_S)
+
+    def _read(self, source: Source) -> bool:
+        """Read until it fails; whether a frame came at all."""
+        came = False
+        try:
+            with self._changed:
+                self._identity, self._reopened = asdict(source.identity()), self._reopened + 1
+            while True:
+                frame = source.read()
+                self._keep(frame)
+                came = True
+                while self._asked:
+                    self._answer(source)
+        except TouchlineError as error:
+            self._fail(error)
+        except Exception as error:
+            self._fail(_surprise(error))
+        finally:
+            source.close()
+        return came
+
+    def _keep(self, frame: Frame) -> None:
+        now = time.monotonic()
+        with self._changed:
+            if self._newest is not None and self._state == "live":
+                interval = now - self._newest.moment
+                self._interval_s += (interval - self._interval_s) * (SMOOTH if self._interval_s else 1)
+            self._seq += 1
+            self._newest = Taken(frame, self._seq, time.time(), now)
+            if self._state != "live":
+                self._state, self._problem, self._since = "live", None, now
+            self._changed.notify_all()
+
+    def _answer(self, source: Source) -> None:
+        with self._changed:
+            if not self._asked:
+                return
+            deed, answer, done = self._asked.pop(0)
+        try:
+            answer["value"] = deed(source)
+        except TouchlineError as error:
+            answer["error"] = error
+        except Exception as error:
+            answer["error"] = _surprise(error)
+        done.set()
+
+    def _fail(self, error: TouchlineError) -> None:
+        with self._changed:
+            if self._state != "offline":
+                self._since = time.monotonic()
+            self._interval_s = 0.0
+            self._state = "offline"
+            self._problem = {"kind": type(error).__name__, "reason": error.reason, "what": error.what, "fix": error.fix}
+
+
+def _surprise(error: Exception) -> TouchlineError:
+    return Unavailable(f"The source failed: {type(error).__name__}.", "Check the camera and its address.",
+                       reason="source-failed")

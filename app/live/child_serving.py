@@ -1,0 +1,91 @@
+"""In a camera's process: what the server asks for, done."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from app.errors import BadInput, TouchlineError
+from app.field_reader import field_from_json
+from app.geometry import ImageSize
+from app.images import Limits, decode_inside
+from app.live import wire
+from app.live.capture import Capture
+from app.live.channel import Channel
+from app.live.child import STATUS_S, Line, every
+from app.live.encoder import Encoder
+from app.live.inspector import Inspector
+from app.live.picture import Shown
+from app.live.stills import still
+from app.records import Calibration
+from app.sources import Surroundings
+
+
+class Serving:
+    """One line, one source."""
+
+    def __init__(self, line: Line) -> None:
+        self._line = line
+        line.send(wire.READY, 0, wire.message({}))
+        kind, _, body = line.receive()
+        if kind != wire.OPEN:
+            raise RuntimeError("the server began with something else")
+        spec = wire.parts(body)[0]
+        self._capture = Capture(spec["source"], _surroundings(spec))
+        self._encoder = Encoder(self._capture, line.send)
+        self._inspector = Inspector(self._capture, self._encoder)
+
+    def run(self) -> None:
+        for part in (self._capture, self._encoder, self._inspector):
+            part.start()
+        every(STATUS_S, self._tell)
+        while True:
+            kind, number, body = self._line.receive()
+            head = wire.parts(body)[0]
+            if kind == wire.WATCH:
+                self._encoder.watch({one["number"]: (Channel(**one["channel"]), one["interval_s"])
+                                     for one in head["channels"]})
+            elif kind == wire.SHOW:
+                self._encoder.show(_shown(head["calibration"]))
+            elif kind == wire.ASK:
+                threading.Thread(target=self._answer, args=(number, head), daemon=True).start()
+
+    def _tell(self) -> None:
+        told = self._capture.status() | {"encoded": self._encoder.encoded, "inspected": self._inspector.newest}
+        self._line.send(wire.STATUS, 0, wire.message(told))
+
+    def _answer(self, number: int, asked: dict[str, Any]) -> None:
+        deeds: dict[str, Callable[[dict[str, Any]], tuple[dict[str, Any], bytes]]] = {
+            "still": lambda a: still(self._capture, a["frames"], a["timeout_s"]),
+            "controls": lambda a: ({"controls": [asdict(c) for c in self._capture.controls()]}, b""),
+            "set": lambda a: ({"control": asdict(self._capture.set_control(a["name"], a["value"]))}, b""),
+        }
+        try:
+            head, payload = deeds[asked["what"]](asked)
+        except TouchlineError as error:
+            head, payload = {"problem": problem_of(error)}, b""
+        except MemoryError:
+            head, payload = {"problem": problem_of(BadInput("The camera's process has not enough memory for this.",
+                                                            "Ask for fewer frames.", reason="camera-memory"))}, b""
+        self._line.send(wire.ANSWER, number, wire.message(head, payload))
+
+
+def problem_of(error: TouchlineError) -> dict[str, Any]:
+    return {"kind": type(error).__name__, "what": error.what, "fix": error.fix, "reason": error.reason}
+
+
+def _surroundings(spec: dict[str, Any]) -> Surroundings:
+    limits = Limits(**spec["limits"])
+    fields = {name: field_from_json(one) for name, one in spec["fields"].items()}
+    pictures = Path(spec["pictures"]) if spec["pictures"] else None
+    return Surroundings(fields, lambda data: decode_inside(data, limits), pictures, tuple(spec["hosts"]),
+                        tuple(Path(place) for place in spec["producers"]))
+
+
+def _shown(calibration: dict[str, Any] | None) -> Shown | None:
+    if calibration is None:
+        return None
+    record = Calibration.from_json(calibration)
+    assert isinstance(record.image_size, ImageSize)
+    return Shown.of(record)

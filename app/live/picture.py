@@ -1,0 +1,115 @@
+"""In a camera's process: from a frame to the picture of one channel, corrected straight at the size that is watched."""
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.correction import CorrectionMap, View, correction_map
+from app.field_reader import field_from_json
+from app.geometry import ImageSize
+from app.live.channel import Channel
+from app.models import CameraModel, model_from_json
+from app.pipeline import overlay
+from app.records import Calibration
+
+MARGIN = 0.06  # of the corrected frame's width is shown around the field, so that its borders are in view
+GAP_PX = 4  # between the two halves of a picture that stands side by side
+OVERLAY_PX = 0.25  # a drawn line may be off by so much where points are left out of it
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """The calibration that is applied: its maps are made when a size is first watched."""
+
+    calibration: Calibration
+    model: CameraModel
+    maps: dict[int, CorrectionMap]
+    overlays: dict[tuple[str, int, int], bytes]
+
+    @classmethod
+    def of(cls, calibration: Calibration) -> "Shown":
+        return cls(calibration, model_from_json(calibration.model_name, calibration.model_parameters), {}, {})
+
+    def view(self, width: int) -> View:
+        """How the corrected frame is drawn at a width; 0: one pixel per corrected pixel."""
+        return View(round(MARGIN * self.model.corrected_size.width), width or None)
+
+    def corrected(self, pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
+        if width not in self.maps:
+            self.maps[width] = correction_map(self.model, self.view(width))
+        return self.maps[width].apply(pixels)
+
+    def overlay(self, view: str, width: int, raw: ImageSize, drawn: ImageSize) -> bytes:
+        """JSON text of "overlays": the field's lines in pixels of the drawn picture."""
+        key = (view, *drawn)
+        if key not in self.overlays:
+            self.overlays[key] = self._overlay(view, width, raw, drawn)
+        return self.overlays[key]
+
+    def _overlay(self, view: str, width: int, raw: ImageSize, drawn: ImageSize) -> bytes:
+        calibration = self.calibration
+        field = field_from_json(calibration.field)
+        region = field.region(calibration.region, calibration.rotate)
+        if view == "raw":
+            features, scale = overlay(self.model, field, region, "raw"), drawn.width / raw.width
+        else:
+            features, scale = overlay(self.model, field, region, "corrected", self.view(width)), 1.0
+        lines = [{"feature": feature["feature"], "kind": feature["kind"], "points": points}
+                 for feature in features for points in _runs(feature["points"], scale, drawn)]
+        return b'"overlays":' + json.dumps({"field": lines}, allow_nan=False, separators=(",", ":")).encode("ascii")
+
+
+def _runs(points: Sequence[Sequence[float] | None], scale: float, drawn: ImageSize) -> Iterator[list[list[float]]]:
+    """The stretches of a polyline in or near the drawn picture, without points that a straight one needs not."""
+    run: list[list[float]] = []
+    for point in [*points, None]:
+        if point is not None:
+            x, y = ((c + 0.5) * scale - 0.5 for c in point)
+            if -drawn.width <= x <= 2 * drawn.width and -drawn.height <= y <= 2 * drawn.height:
+                run.append([x, y])
+                continue
+        if run:
+            thinned = cv2.approxPolyDP(np.array(run, np.float32), OVERLAY_PX, closed=False).reshape(-1, 2)
+            yield [[round(float(x), 1), round(float(y), 1)] for x, y in thinned]
+        run = []
+
+
+def raw_at(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
+    """The raw picture no wider than that; never enlarged, which a browser does as well."""
+    height, own = pixels.shape[:2]
+    if not width or width >= own:
+        return pixels
+    return cv2.resize(pixels, (width, max(1, round(height * width / own))), interpolation=cv2.INTER_AREA)
+
+
+def side_by_side(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Two pictures of one width, the lower one in the middle of its half."""
+    height = max(left.shape[0], right.shape[0])
+    width = left.shape[1]
+    both = np.zeros((height, 2 * width + GAP_PX, 3), np.uint8)
+    for pixels, x in ((left, 0), (right, width + GAP_PX)):
+        y = (height - pixels.shape[0]) // 2
+        both[y:y + pixels.shape[0], x:x + pixels.shape[1]] = pixels
+    return both
+
+
+def drawn(pixels: NDArray[np.uint8], channel: Channel,
+          shown: Shown | None) -> tuple[NDArray[np.uint8], dict[str, Any], bytes]:
+    """The channel's picture, what its JSON says besides, and its overlays; needs a calibration unless it is raw."""
+    raw = ImageSize(pixels.shape[1], pixels.shape[0])
+    if channel.view == "side":
+        half = max(16, ((channel.width or 2 * raw.width) - GAP_PX) // 2)
+        left, right = raw_at(pixels, half), shown.corrected(pixels, half)
+        if left.shape[1] < half:
+            left = cv2.resize(left, (half, max(1, round(left.shape[0] * half / left.shape[1]))))
+        return side_by_side(left, right), {"calibration": shown.calibration.id}, b""
+    picture = raw_at(pixels, channel.width) if channel.view == "raw" else shown.corrected(pixels, channel.width)
+    if shown is None:
+        return picture, {"calibration": None}, b""
+    size = ImageSize(picture.shape[1], picture.shape[0])
+    return picture, {"calibration": shown.calibration.id}, shown.overlay(channel.view, channel.width, raw, size)

@@ -1,0 +1,62 @@
+"""One who watches a channel: a slot for the newest message. Nobody queues, and a slow one misses frames."""
+
+import asyncio
+from typing import Self
+
+EARLY = 0.25  # of the interval: so much too early a frame is still taken
+
+
+class Viewer:
+    """Only for the event loop's own thread.
+
+    most_fps: frames come no more often; None: all.
+    """
+
+    def __init__(self, most_fps: float | None = None) -> None:
+        self.interval_s = 1 / most_fps if most_fps else 0.0
+        self._due = 0.0
+        self._newest: bytes | None = None
+        self._came = asyncio.Event()
+        self._ended: Exception | None = None
+        self.missed = 0
+        self.taken = 0
+
+    def offer(self, message: bytes, now: float) -> None:
+        """A new message; the one before it is forgotten if it was not taken yet."""
+        if now < self._due - EARLY * self.interval_s:
+            return
+        self._due = max(self._due, now - self.interval_s) + self.interval_s
+        if self._newest is not None:
+            self.missed += 1
+        self._newest = message
+        self._came.set()
+
+    def end(self, reason: Exception) -> None:
+        """There will be no more; next() raises it."""
+        self._ended = reason
+        self._came.set()
+
+    async def next(self, timeout_s: float | None = None) -> bytes:
+        """The newest message not taken yet, or the next; TimeoutError when none comes."""
+        if self._newest is None and self._ended is None:
+            await asyncio.wait_for(self._came.wait(), timeout_s)
+        if self._newest is None:
+            raise self._ended
+        message, self._newest = self._newest, None
+        if self._ended is None:
+            self._came.clear()
+        self.taken += 1
+        return message
+
+    def take(self) -> bytes | None:
+        """The newest message not taken yet, without waiting."""
+        message, self._newest = self._newest, None
+        if message is not None and self._ended is None:
+            self._came.clear()
+        return message
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> bytes:
+        return await self.next()
