@@ -1,4 +1,5 @@
 // Everything an operator can do, in one table. Toolbar, shortcuts, the bright button and the list of keys read it.
+import { arrows, canArrow, drawn, magnify, magnifyBy } from "./arrows.js";
 import { atBoard, findLens, found, openBoard, ready, search, useLens } from "./board.js";
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
@@ -91,6 +92,11 @@ const TABLE = [
   { id: "heat-height", label: "Switch the expected error between carpet and hat height", short: "Hat height", keys: ["z"], group: "View",
     run: () => { heat.value = { ...heat.value, z_mm: heat.value.z_mm ? 0 : HAT_MM }; },
     pressed: () => heat.value.z_mm > 0, enabled: () => canHeat.value && heat.value.what === "expected" },
+  { id: "arrows", label: "Show residuals as arrows, to where the model puts each click", short: "Arrows", keys: ["v"], group: "View",
+    run: () => { arrows.value = { ...arrows.value, on: !arrows.value.on }; }, pressed: () => arrows.value.on, enabled: () => canArrow.value },
+  { id: "arrows-longer", label: "Magnify the arrows more", keys: ["."], group: "View", run: () => magnifyBy(1), enabled: () => drawn.value !== null },
+  { id: "arrows-shorter", label: "Magnify the arrows less", keys: [","], group: "View", run: () => magnifyBy(-1), enabled: () => drawn.value !== null },
+  { id: "arrows-auto", label: "Magnify the arrows so that they can be read", group: "View", run: () => magnify(null), enabled: () => drawn.value !== null },
   { id: "difference", label: "Show the difference from another version", short: "Choose a version…", keys: ["d"], group: "View",
     run: () => { if (heat.value.what === "difference") heat.value = { ...heat.value, what: "none" }; else differenceFrom(); },
     pressed: () => heat.value.what === "difference", enabled: () => canHeat.value && others.value.length > 0 },

@@ -3,6 +3,7 @@ import { signal } from "@preact/signals";
 import { render } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { filePicker } from "./actions.js";
+import { startArrows } from "./arrows.js";
 import { addPictures, atBoard, standing } from "./board.js";
 import { startSaving } from "./draft.js";
 import { startFitting } from "./fitting.js";
@@ -101,6 +102,7 @@ async function start() {
   startRanking();
   startComparing();
   startHeat();
+  startArrows();
   startLenses();
   await loadLists();
   await startRouter();

@@ -37,11 +37,16 @@ export interface Refusal { detail: string; fix: string; title?: string }
 export interface Warning { reason: string; text: string; fix: string; feature: string | null; index: number | null }
 export interface Feature { feature: string; kind: string; points: (Point | null)[] }
 export interface Distortion { before_pct: number | null; after_pct: number | null }
+/** From a click to where the model puts it, in the pixels of one picture; null: out of its reach. px: its length there. */
+export interface Residual { point: Point | null; foot: Point | null; px: number | null; mm: number | null; mm_vector: Point | null; outlier: boolean }
+export interface Arrow extends Residual { feature: string | Point; index: number }
+/** GET residuals.json. mm_per_px: what a pixel is worth at the clicks, median. */
+export interface Arrows { mm_per_px: number | null; arrows: Arrow[] }
 export interface Report {
-  rms_px: number | null; max_px: number | null; rms_mm: number | null; max_mm: number | null; cv_rms_mm: number | null;
+  rms_px: number | null; max_px: number | null; rms_mm: number | null; max_mm: number | null; cv_rms_mm: number | null; mm_per_px: number | null;
   distortion: Distortion & { kind: string; per_border: Record<string, Distortion> };
   degree?: Record<string, { degree: number; reason: string }>;
-  per_feature: { feature: string | Point; n: number; used: boolean; rms_px: number | null; rms_mm: number | null; max_mm: number | null }[];
+  per_feature: { feature: string | Point; n: number; used: boolean; rms_px: number | null; rms_mm: number | null; max_mm: number | null; residuals: Residual[] }[];
   verdict: { mm: number | null; level: "good" | "fair" | "poor" | "unknown"; sentence: string };
   sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number } } | null;
   next_click?: { feature: string; point: Point; worst_mm: number; worst_mm_then: number } | null;

@@ -5,12 +5,12 @@ import { newestWins } from "../newest.js";
 import { html } from "../html.js";
 import { compare, comparing, pointer, showLines, snapshot, tellError } from "../state.js";
 import { version } from "../versions.js";
-import { stageSize, view } from "../view.js";
+import { MARGIN_PX, stageSize, view } from "../view.js";
 import { bounds, placed } from "./drawing.js";
+import { ResidualArrows } from "./arrows.js";
 import { Heat } from "./heat.js";
 import { FieldLines } from "./overlay.js";
 
-const MARGIN_PX = 40; // carpet shown around the region
 const STEP = 0.02;
 
 /** @typedef {{ id: string, raw: import("../types").Feature[], corrected: import("../types").Feature[] }} Lines */
@@ -19,7 +19,7 @@ const lines = signal(/** @type {Lines | null} */ (null));
 export const underPointer = signal(/** @type {import("../types").Point | null} */ (null));
 
 /** Where the corrected picture lies, in raw picture pixels: X = x + scale · U. */
-const laid = computed(() => {
+export const laid = computed(() => {
   const it = lines.value;
   if (!it || it.id !== version.value?.id) return null;
   const borders = (/** @type {import("../types").Feature[]} */ f) => bounds(f.filter((l) => l.kind === "border").flatMap((l) => l.points));
@@ -72,6 +72,7 @@ export function Corrected() {
     <img class="picture" data-testid="corrected" alt="The corrected picture" draggable=${false} src=${correctedAddress(it.id, "jpg")}
       style=${`transform:translate(${x}px,${y}px) scale(${k * here.scale})`}/>
     <${Heat} frame="corrected" size=${size} margin=${MARGIN_PX} x=${x} y=${y} k=${k * here.scale}/>
+    <${ResidualArrows} frame="corrected" x=${x} y=${y} k=${k * here.scale}/>
     ${showLines.value && html`<svg class="overlay" aria-hidden="true"><${FieldLines} name="on-corrected" features=${lines.value?.corrected ?? []}
       size=${size} transform=${placed(x, y, k * here.scale)}/></svg>`}
   </div>`;

@@ -6,6 +6,7 @@ import { mm, number } from "../format.js";
 import { html } from "../html.js";
 import { atBoard } from "../board.js";
 import { BoardDesk } from "../panels/board.js";
+import { ArrowLegend } from "../panels/arrows.js";
 import { HeatLegend } from "../panels/heat.js";
 import { Start } from "../panels/start.js";
 import { Toolbar } from "../panels/toolbar.js";
@@ -14,6 +15,7 @@ import { comparing, editing, pointer, snapshot, step, tool } from "../state.js";
 import { listen } from "../tools/pointer.js";
 import { fit, stageSize, view } from "../view.js";
 import { Corrected, RawLines, Wipe, asked, rawClip, underPointer } from "./compare.js";
+import { ResidualArrows } from "./arrows.js";
 import { Heat } from "./heat.js";
 import { Loupe } from "./loupe.js";
 import { Overlay } from "./overlay.js";
@@ -46,12 +48,13 @@ export function Stage() {
         <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}
           src=${address(`/snapshots/${shown.id}/image.png`)} style=${`transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`}/>
         <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k}/>
+        <${ResidualArrows} frame="image" x=${tx} y=${ty} k=${k}/>
         ${comparing.value ? html`<${RawLines}/>` : html`<${Overlay}/>`}
       </div>
       ${comparing.value && html`<${Corrected}/><${Wipe}/>`}
       <${Loupe} picture=${picture}/>
       <${Toolbar}/>
-      <${HeatLegend}/>
+      <div class="legends"><${ArrowLegend}/><${HeatLegend}/></div>
       <${ReadOut}/>`}
   </main>`;
 }

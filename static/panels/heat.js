@@ -1,5 +1,6 @@
 // The words beside a map of millimetres: its scale, its figures, what else it can show, and why there is none.
 import { ACTIONS, run } from "../actions.js";
+import { arrows } from "../arrows.js";
 import { dayAndTime, mm, number } from "../format.js";
 import { HAT_MM, differenceFrom, heat, isHot, notShown, others, shown } from "../heat.js";
 import { html } from "../html.js";
@@ -32,7 +33,8 @@ const tick = (value) => String(Number(value.toPrecision(2)));
 export function HeatPanel() {
   const { what } = heat.value, map = shown.value, before = others.value;
   return html`<section aria-label="Over the field"><h2>Over the field</h2>
-    <div class="line"><${ActionButton} id="heat" label=${what === "expected" ? "Hide expected error" : "Show expected error"}/></div>
+    <div class="line"><${ActionButton} id="heat" label=${what === "expected" ? "Hide expected error" : "Show expected error"}/>
+      <${ActionButton} id="arrows" label=${arrows.value.on ? "Hide residual arrows" : "Show residual arrows"}/></div>
     ${map?.what === "expected" && html`<p class="reason" data-testid="heat-figures">${map.z_mm ? "At hat height" : "On the carpet"}: median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>.</p>`}
     ${before.length > 0 && html`<label class="pair tall other"><span>Difference from</span><select data-testid="other" value=${what === "difference" ? heat.value.other : ""}
         onChange=${(/** @type {any} */ e) => (e.target.value ? differenceFrom(e.target.value) : run("difference"))}>

@@ -1,4 +1,5 @@
 // How far each click lies from its curve: one bar a point, border after border; a bar selects its point.
+import { arrows } from "../arrows.js";
 import { BORDERS } from "../document.js";
 import { select } from "../editing.js";
 import { curves, isCurve } from "../fitting.js";
@@ -6,6 +7,7 @@ import { number } from "../format.js";
 import { html } from "../html.js";
 import { colour } from "../layers/drawing.js";
 import { picked } from "../state.js";
+import { ActionButton } from "./toolbar.js";
 
 const WIDTH = 320, HEIGHT = 84, GAP = 8;
 
@@ -30,7 +32,8 @@ export function Residuals() {
           <rect class="hit" x=${at} y="0" width=${step} height=${HEIGHT}/><rect class="stick" x=${at + step * 0.2} width=${step * 0.6} y=${Math.min(y(px), HEIGHT / 2)} height=${Math.max(1, Math.abs(y(px) - HEIGHT / 2))}/>
           <title>${border} point ${index + 1}: ${number(px, 2)} px${stray ? ", a stray" : ""}</title></g>`;
       }); })}
-    </svg></section>`;
+    </svg>
+    <div class="line"><${ActionButton} id="arrows" label=${arrows.value.on ? "Hide the arrows" : "Show as arrows on the picture"}/></div></section>`;
 }
 
 /** Along the border, as the eye goes. @param {import("../types").Border} border @param {import("../types").Curve} curve */

@@ -4,8 +4,8 @@ import { html } from "../html.js";
 import { printed } from "../keys.js";
 import { comparing, step } from "../state.js";
 
-const EDIT = ["pick", "pan", "|", "undo", "redo", "delete", "|", "zoom-out", "zoom-in", "zoom-fit", "lines", "heat"];
-const COMPARE = ["raw", "wipe", "corrected", "|", "lines", "heat", "|", "zoom-out", "zoom-in", "zoom-fit"];
+const EDIT = ["pick", "pan", "|", "undo", "redo", "delete", "|", "zoom-out", "zoom-in", "zoom-fit", "lines", "heat", "arrows"];
+const COMPARE = ["raw", "wipe", "corrected", "|", "lines", "heat", "arrows", "|", "zoom-out", "zoom-in", "zoom-fit"];
 const LOOK = ["zoom-out", "zoom-in", "zoom-fit"];
 
 export function Toolbar() {

@@ -1,0 +1,173 @@
+"""Residual arrows over the picture: where the server says, as long as the operator wishes, strays in the warning's colour."""
+
+import re
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from app.cli.server import DEMO_CAMERAS
+from app.field_reader import field_from_json
+from app.sources import Surroundings, source_from_url
+
+FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]
+# How many pixels near a place of the stage are drawn in light, warm and any colour.
+DRAWN_NEAR = """(canvas, [x, y, reach]) => {
+  const ratio = canvas.width / canvas.clientWidth, side = Math.ceil(2 * reach * ratio);
+  const { data } = canvas.getContext("2d").getImageData(Math.round((x - reach) * ratio), Math.round((y - reach) * ratio), side, side);
+  let light = 0, warm = 0, any = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    const [r, g, b, a] = data.slice(i, i + 4);
+    if (a > 40) any++;
+    if (a > 200 && Math.min(r, g, b) > 200) light++;
+    if (a > 200 && r > 180 && b < 130 && r - b > 90) warm++;
+  }
+  return { light, warm, any };
+}"""
+
+
+@pytest.fixture
+def astray(clicked):
+    """Division model on the demo's camera, clicked by a hand; the fifth click on the left border is 30 px off."""
+    def astray(step="model"):
+        operator = clicked("division", "borders")
+        draft = operator.draft()
+        left = next(o for o in draft["observations"] if o["feature"] == "left")
+        left["points"][4][0] += 30
+        kept = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
+        snapshot = operator.snapshot
+        operator.page.goto("about:blank")
+        return operator.go_on(snapshot, kept, step)
+
+    return astray
+
+
+def show(page):
+    expect(page.get_by_test_id("do-arrows").first).to_be_enabled(timeout=20_000)  # the fit is there
+    page.keyboard.press("v")
+    expect(page.get_by_test_id("arrow-legend")).to_be_visible(timeout=20_000)
+
+
+def factor(page) -> int:
+    return int(re.search(r"×(\d+)", page.get_by_test_id("arrow-legend").inner_text())[1])
+
+
+def previewed(operator) -> list[dict]:
+    draft = operator.draft()
+    body = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
+    report = operator.server.api("POST", "/fit/preview", json={**body, "snapshot": operator.snapshot}).json()["report"]
+    return [{**r, "feature": f["feature"]} for f in report["per_feature"] for r in f["residuals"]]
+
+
+def tip(operator, arrow, times, image="picture"):
+    """Where an arrow's end must be on the stage, when it is drawn `times` longer."""
+    stage = operator.page.get_by_test_id("stage").bounding_box()
+    point, foot = np.array(arrow["point"]), np.array(arrow["foot"])
+    box = operator.page.get_by_test_id(image).bounding_box()
+    width = operator.page.get_by_test_id(image).evaluate("i => i.naturalWidth")
+    x, y = (point + times * (foot - point) + 0.5) * box["width"] / width + [box["x"] - stage["x"], box["y"] - stage["y"]]
+    return float(x), float(y)
+
+
+def drawn(operator, place, image="image", reach=3):
+    return operator.page.get_by_test_id(f"arrows-{image}").evaluate(DRAWN_NEAR, [*place, reach])
+
+
+def test_arrows_end_where_the_server_says_and_the_stray_is_in_the_warnings_colour(astray, tmp_path):
+    operator = astray()
+    page = operator.page
+    show(page)
+    page.screenshot(path=tmp_path / "arrows.png")
+    arrows = previewed(operator)
+    fine = sorted((a for a in arrows if not a["outlier"]), key=lambda a: -a["px"])
+    (stray,) = (a for a in arrows if a["outlier"])
+    times = factor(page)
+    scale = operator.page.get_by_test_id("picture").bounding_box()["width"] / 1280
+    assert 15 <= times * fine[0]["px"] * scale <= 120  # long enough to read, and not across the picture
+    for arrow in fine[:6]:
+        seen = drawn(operator, tip(operator, arrow, times))
+        assert seen["light"] > 3 and seen["warm"] == 0, arrow
+    expect(page.get_by_test_id("arrow-figures")).to_contain_text(f"{fine[0]['px']:.2f} px")
+    expect(page.get_by_test_id("arrow-figures")).to_contain_text(f"1 stray, {stray['px']:.1f} px")
+    halfway = tip(operator, stray, 1)
+    assert drawn(operator, halfway)["warm"] > 3
+
+    page.keyboard.press("v")
+    expect(page.get_by_test_id("arrows-image")).to_have_count(0)
+    expect(page.get_by_test_id("arrow-legend")).to_have_count(0)
+
+
+def test_the_magnification_is_set_by_keys_and_slider_and_the_ruler_goes_with_it(astray):
+    operator = astray()
+    page = operator.page
+    show(page)
+    by_itself = factor(page)
+    expect(page.get_by_test_id("magnify-auto")).to_have_attribute("aria-pressed", "true")
+    page.keyboard.press(",")
+    smaller = FACTORS[FACTORS.index(by_itself) - 1]
+    expect(page.get_by_test_id("arrow-legend")).to_contain_text(f"×{smaller}")
+    page.get_by_test_id("magnification").focus()
+    page.keyboard.press("Home")
+    expect(page.get_by_test_id("arrow-legend")).to_contain_text("×1")
+    ruler = page.get_by_test_id("ruler")
+    drawn_px = ruler.locator("i").bounding_box()["width"]
+    true_px = float(ruler.get_attribute("data-px"))
+    scale = page.get_by_test_id("picture").bounding_box()["width"] / 1280
+    assert drawn_px == pytest.approx(true_px * scale, abs=1.5)  # at ×1 a ruler of so many pixels is as long as they
+    assert "mm" in ruler.inner_text()
+    page.keyboard.press("End")
+    expect(page.get_by_test_id("arrow-legend")).to_contain_text("×200")
+    expect(page.get_by_test_id("arrow-figures")).to_contain_text("cut short")
+    page.get_by_test_id("magnify-auto").click()
+    expect(page.get_by_test_id("arrow-legend")).to_contain_text(f"×{by_itself}")
+
+
+def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_path):
+    operator = astray().next("compare")
+    page = operator.page
+    show(page)
+    expect(page.get_by_test_id("arrows-corrected")).to_be_visible(timeout=20_000)
+    page.screenshot(path=tmp_path / "wipe.png")
+    saved = operator.saved()["id"]
+    times = factor(page)
+    for key, frame, image, margin in (("r", "raw", "picture", 0), ("c", "corrected", "corrected", 40)):
+        page.keyboard.press(key)
+        name = "image" if frame == "raw" else "corrected"
+        expect(page.get_by_test_id(f"arrows-{name}")).to_be_visible()
+        told = server.api("GET", f"/calibrations/{saved}/residuals.json?frame={frame}&margin_px={margin}").json()["arrows"]
+        fine = sorted((a for a in told if not a["outlier"]), key=lambda a: -a["px"])
+        for arrow in fine[:4]:
+            assert drawn(operator, tip(operator, arrow, times, image), name)["light"] > 3, (frame, arrow)
+    page.screenshot(path=tmp_path / "corrected.png")
+
+
+def test_two_thousand_arrows_are_drawn_and_keep_up_with_zooming(operator, server, tmp_path):
+    settings = DEMO_CAMERAS[0]
+    field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
+    camera = source_from_url(settings["source"], Surroundings(fields={field.name: field})).camera
+    region, rng = field.region(settings["region"]), np.random.default_rng(0)
+    observations = []
+    for name in ("left", "right", "top", "bottom"):
+        clicks = camera.raw_from_field(region.border(name).sample(520)[10:-10])
+        clicks += rng.normal(0, 0.4, clicks.shape)
+        observations.append({"feature": name, "kind": "line", "points": clicks[camera.sees(clicks)].tolist()})
+    snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]
+    saved = server.api("POST", "/calibrations", json={"field": field.name, "region": region.name, "snapshot": snapshot,
+                                                     "model": "homography", "observations": observations})
+    assert saved.status_code == 201, saved.text
+    told = server.api("GET", f"/calibrations/{saved.json()['id']}/residuals.json").json()["arrows"]
+    assert len(told) > 1900
+    # The clicks themselves are no longer in the draft: what is drawn comes from the version alone.
+    operator.go_on(snapshot, {"field": field.name, "region": region.name, "model": "homography", "options": {},
+                              "observations": []}, "compare")
+    page = operator.page
+    page.keyboard.press("r")
+    show(page)
+    for key in "+++----":
+        page.keyboard.press(key)
+    times = factor(page)
+    stage = page.get_by_test_id("stage").bounding_box()
+    on_stage = [p for p in (tip(operator, a, times) for a in told if not a["outlier"])
+                if 10 < p[0] < stage["width"] - 10 and 10 < p[1] < stage["height"] - 10]
+    assert on_stage and all(drawn(operator, p)["any"] > 3 for p in on_stage[::20])
+    page.screenshot(path=tmp_path / "many.png")
