@@ -188,5 +188,11 @@ class Calibration:
             raise BadInput(f"This is no calibration: {error!r}.", "Give a file that Touchline exported as json.",
                            reason="bad-calibration") from None
 
+    def held_lens(self) -> dict[str, Any]:
+        """As the option "lens" of another fit takes it: the camera, and how well its fit knew it where that is told."""
+        covariance = self.report.get("covariance") if isinstance(self.report, Mapping) else None
+        return {"name": self.model_name, "parameters": dict(self.model_parameters),
+                **({} if covariance is None else {"covariance": covariance})}
+
     def activated(self, active: bool) -> Self:
         return replace(self, active=active)

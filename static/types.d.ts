@@ -43,6 +43,7 @@ export interface Arrow extends Residual { feature: string | Point; index: number
 /** GET residuals.json. mm_per_px: what a pixel is worth at the clicks, median. */
 export interface Arrows { mm_per_px: number | null; arrows: Arrow[] }
 export interface Report {
+  covariance?: { names: string[]; matrix: number[][] } | null;
   rms_px: number | null; max_px: number | null; rms_mm: number | null; max_mm: number | null; cv_rms_mm: number | null; mm_per_px: number | null;
   distortion: Distortion & { kind: string; per_border: Record<string, Distortion> };
   degree?: Record<string, { degree: number; reason: string }>;

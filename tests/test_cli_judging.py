@@ -168,6 +168,18 @@ def test_calibrate_takes_the_lens_of_another_calibration_over(touchline, over_th
     assert first == second == pytest.approx(TRUTH.terms, abs=0.02)
 
 
+def test_calibrate_holds_another_calibrations_lens_as_well_as_its_clicks_told_it(touchline, over_the_field, tmp_path):
+    assert touchline(*CALIBRATE, "--height-mm", 4000, "-o", "first.json")[0] == 0
+    own = ("--lens-sigma", "own", "-o", "second.json")
+    assert touchline(*CALIBRATE, "--lens", "first.json", *own)[0] == 0
+    first, second = (json.loads((tmp_path / f"{name}.json").read_text()) for name in ("first", "second"))
+    assert {"log_focal", "k1"} <= set(second["report"]["covariance"]["names"])
+    assert second["options"]["lens"]["covariance"] == first["report"]["covariance"]
+    assert touchline(*CALIBRATE, "--lens", "first.json", "-o", "fast.json")[0] == 0
+    code, out, err = touchline(*CALIBRATE, "--lens", "fast.json", *own)
+    assert (code, out) == (3, "") and "fix: Hold a lens from a board" in err
+
+
 def test_a_lens_or_a_height_that_cannot_be_is_refused(touchline, over_the_field, tmp_path):
     (tmp_path / "broken.json").write_text((tmp_path / "lens.json").read_text().replace('"focal_px"', '"focal"'))
     (tmp_path / "none.json").write_text("[]")

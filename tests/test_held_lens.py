@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from boards_seen import SIZE as BOARD_SIZE
 from boards_seen import TRUTH, views_of
-from clicked import SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
+from clicked import REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 
 from app.errors import BadInput
-from app.evaluate.uncertainty import HAT_MM, expected_error
+from app.evaluate.uncertainty import HAT_MM, expected_error, grid_over
 from app.models import MODELS, parameters_json
 from app.models.board_fit import fit_board
-from app.models.held_lens import camera_lens, lens_prior
+from app.models.held_lens import camera_lens, held_lens, lens_prior
 from app.models.pinhole_lens import PinholeLens
 
 CAMERA = reference_camera("strong", 0)
@@ -77,6 +77,55 @@ def test_the_joint_prior_is_the_covariances_square(board_lens):
     found = dict(zip(prior.names, prior.values + step, strict=True))
     assert np.sum(prior.residuals(found) ** 2) == pytest.approx(step @ np.linalg.solve(covariance, step), rel=1e-4)
     assert "aspect" not in prior.names
+
+
+def taken_over(fit) -> dict:
+    """The lens of an ordinary calibration, as well as its clicks told it."""
+    covariance = {"names": list(fit.parameter_names), "matrix": fit.covariance.tolist()}
+    return {"lens": {"name": fit.model.NAME, "parameters": parameters_json(fit.model), "covariance": covariance},
+            "lens_sigma": "own"}
+
+
+def test_a_lens_calibrated_at_one_pose_is_held_at_another_with_an_honest_error():
+    """Tilted by 15° first, straight down without a tape afterwards; on the carpet and at hat height, 40 seeds."""
+    there, here, terms = reference_camera("strong", 15), CAMERA, ("k1", "k2")
+    places, seen, told = grid_over(REGION, 21, 17), [], []
+    for seed in range(40):
+        fit = fitted(here, 1000 + seed, tape=False, **taken_over(fitted(there, seed, terms=terms)))
+        seen.append(carpet_and_hat_mm(fit, here))
+        told.append([expected_error(fit, REGION, z, places).rms for z in (0.0, HAT_MM)])
+    seen, told = (np.sqrt(np.mean(np.square(x), axis=0)) for x in (seen, told))
+    np.testing.assert_allclose(seen / told, 1, atol=0.15)
+    assert seen[1] < 2.2  # mm at hat height; the clicks alone leave 9
+
+
+def test_of_a_calibrations_covariance_only_the_lenss_part_is_held():
+    fit = fitted(CAMERA, 0, terms=("k1",))
+    lens = held_lens(type(fit.model), taken_over(fit), SIZE)
+    assert lens.estimated == ("log_focal", "k1")
+    assert lens.sigma["k1"] == pytest.approx(np.sqrt(fit.covariance[fit.parameter_names.index("k1")][
+        fit.parameter_names.index("k1")]))
+
+
+def test_a_calibration_that_held_its_lens_fast_cannot_tell_how_well_it_is_known(board_lens):
+    pose_only = fitted(CAMERA, 0, **option(board_lens))
+    with pytest.raises(BadInput, match="held a lens fast itself") as refusal:
+        fitted(CAMERA, 0, **taken_over(pose_only))
+    assert refusal.value.reason == "lens-sigma-unknown" and "board" in refusal.value.fix
+    passed_on = fitted(CAMERA, 0, **taken_over(fitted(CAMERA, 1, **option(board_lens, "own"))))
+    assert "log_focal" in passed_on.parameter_names
+
+
+@pytest.mark.parametrize("covariance", [
+    5, [], {}, {"names": ["log_focal"]}, {"names": ["log_focal"], "matrix": [[float("nan")]]},
+    {"names": ["log_focal"], "matrix": [[-1.0]]}, {"names": ["log_focal", "k1"], "matrix": [[1.0]]},
+    {"names": ["k1", "k1"], "matrix": [[1.0, 0.0], [0.0, 1.0]]}, {"names": [[1]], "matrix": [[1.0]]},
+    {"names": ["k1"], "matrix": [["x"]]}, {"names": 3, "matrix": 3}])
+def test_a_covariance_that_is_none_is_refused(covariance):
+    taken = {"lens": {"name": "brown-conrady", "parameters": parameters_json(true_camera(CAMERA)),
+                      "covariance": covariance}}
+    with pytest.raises(BadInput, match="covariance"):
+        fitted(CAMERA, 0, **taken, lens_sigma="own")
 
 
 def test_what_does_not_fit_the_picture_or_the_model_is_refused(board_lens):

@@ -71,8 +71,7 @@ def read_held_lens(path: Path) -> dict[str, Any]:
     if isinstance(value, dict) and value.get("format") == LENS_FORMAT:
         lens = PinholeLens.from_json(value.get("lens"))
         return {"name": lens.model, "lens": lens.to_json()}
-    known = EXPORTS["json"].read(data)
-    return {"name": known.model_name, "parameters": dict(known.model_parameters)}
+    return EXPORTS["json"].read(data).held_lens()
 
 
 def write_lens(path: Path, found: Mapping[str, Any]) -> None:

@@ -1,7 +1,8 @@
 """A lens that is known before the field is clicked: held fast, or as well as it was known.
 
-From a board ({"name", "lens"}, a PinholeLens with its covariance), or taken over from another calibration
-({"name", "parameters"}). The field then fixes the pose.
+From a board ({"name", "lens"}, a PinholeLens with its covariance), or taken over from another calibration ({"name",
+"parameters"}, and the "covariance" of its report, whose part on the lens holds wherever the camera hung). The field then
+fixes the pose.
 """
 
 from collections.abc import Mapping
@@ -14,7 +15,7 @@ from app.errors import BadInput
 from app.geometry import ImageSize
 from app.models import model_from_json
 from app.models.lens import Array
-from app.models.pinhole_lens import PinholeLens
+from app.models.pinhole_lens import HELD, PinholeLens
 from app.models.ray_state import RayState
 from app.models.rays import RayCamera
 
@@ -47,7 +48,7 @@ def held_lens(model_class: type[RayCamera], settings: Mapping[str, Any], image_s
         lens = PinholeLens.from_json(given["lens"])
     else:
         camera = model_from_json(given["name"], given["parameters"])
-        lens = camera_lens(camera) if isinstance(camera, RayCamera) else None
+        lens = camera_lens(camera, given.get("covariance")) if isinstance(camera, RayCamera) else None
     name = lens.model if lens else given["name"]
     if name != model_class.NAME:
         raise BadInput(f"The held lens is {name}, the model to fit is {model_class.NAME}.",
@@ -57,15 +58,33 @@ def held_lens(model_class: type[RayCamera], settings: Mapping[str, Any], image_s
                        f"one has {image_size.width} × {image_size.height} px.",
                        "Hold a lens that was calibrated at this size.", reason="bad-option")
     if settings.get("lens_sigma") == "own" and not lens.estimated:
-        raise BadInput("It is not known how well the held lens is known.",
-                       'Hold a lens from a board, or hold it fast (lens_sigma "0").', reason="bad-option")
+        raise BadInput("It is not known how well the held lens is known: " + (
+            "that calibration held a lens fast itself." if given.get("covariance") else "it says no covariance."),
+            'Hold a lens from a board, one of a calibration whose own clicks told its lens, or hold it fast '
+            '(lens_sigma "0").', reason="lens-sigma-unknown")
     return lens
 
 
-def camera_lens(camera: RayCamera) -> PinholeLens:
-    """A camera's lens without its pose; how well it is known is not told."""
+def camera_lens(camera: RayCamera, covariance: Mapping[str, Any] | None = None) -> PinholeLens:
+    """A camera's lens without its pose. covariance: of its fit, {"names", "matrix"}, as a report has it."""
+    estimated, part = _of_the_lens(camera, covariance) if covariance is not None else ((), np.empty((0, 0)))
     return PinholeLens(camera.NAME, camera.lens_terms, camera.focal_px, camera.aspect, camera.centre_px,
-                       camera.image_size)
+                       camera.image_size, estimated, tuple(tuple(map(float, row)) for row in part))
+
+
+def _of_the_lens(camera: RayCamera, covariance: Mapping[str, Any]) -> tuple[tuple[str, ...], Array]:
+    """The names and the part (k, k) of a fit's covariance that are the lens's own, whatever the pose; BadInput."""
+    try:
+        names, matrix = tuple(covariance["names"]), np.array(covariance["matrix"], float)
+        fine = matrix.shape == (len(names), len(names)) and np.isfinite(matrix).all() and len(set(names)) == len(names)
+        own = [i for i, name in enumerate(names) if name in (*HELD, *camera.LENS.TERMS)]
+        part = (matrix[np.ix_(own, own)] + matrix[np.ix_(own, own)].T) / 2 if fine else None
+        if part is None or (np.diag(part) < 0).any():
+            raise ValueError
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError):
+        raise BadInput("The covariance of the held lens is none.", "Give what Touchline exported as json.",
+                       reason="bad-parameters") from None
+    return tuple(names[i] for i in own), part
 
 
 def with_lens(state: RayState, lens: PinholeLens) -> RayState:

@@ -145,7 +145,7 @@ class Store:
         """A lens for a fit's option, by the id of the calibration or the lens from a board that has it."""
         with suppress(NotFound):
             calibration = self.calibration(id)
-            return {"id": id, "name": calibration.model_name, "parameters": dict(calibration.model_parameters)}
+            return {"id": id, **calibration.held_lens()}
         with suppress(NotFound):
             lens = self.lens(id)
             return {"id": id, "name": lens["model"], "lens": lens["lens"]}

@@ -11,7 +11,8 @@ import { cameras, snapshot } from "../state.js";
 export function HeldLens({ option: { name }, value, about }) {
   const boards = lenses.value.filter((l) => isSuited(l, doc.value.model)), made = calibrations.value.filter((c) => isSuited(c, doc.value.model));
   const others = lenses.value.length + calibrations.value.length - boards.length - made.length, sigma = `${name}_sigma`;
-  const isKnown = value === null || [...boards, ...made].some((l) => l.id === value), isBoard = boards.some((l) => l.id === value);
+  const isKnown = value === null || [...boards, ...made].some((l) => l.id === value);
+  const hasSigma = boards.some((l) => l.id === value) || made.some((c) => c.id === value && c.report.covariance?.names.includes("log_focal"));
   /** Another lens is held fast until the operator says otherwise. @param {string | null} id */
   const hold = (id) => {
     const { [name]: _lens, [sigma]: _sigma, ...rest } = doc.value.options;
@@ -24,7 +25,7 @@ export function HeldLens({ option: { name }, value, about }) {
       ${made.length > 0 && html`<optgroup label="Of calibrations">${made.map((c) => html`<option key=${c.id} value=${c.id}>${madeTitle(c)}</option>`)}</optgroup>`}</select>
     ${value !== null && html`<select data-testid=${`option-${sigma}`} aria-label="How fast the lens is held" value=${doc.value.options[sigma] ?? "0"}
         onChange=${(/** @type {any} */ e) => change({ ...doc.value, options: { ...doc.value.options, [sigma]: e.target.value } })}>
-      <option value="0">held fast</option><option value="own" disabled=${!isBoard}>as well as it is known${isBoard ? "" : " (not known)"}</option></select>`}
+      <option value="0">held fast</option><option value="own" disabled=${!hasSigma}>as well as it is known${hasSigma ? "" : " (not known)"}</option></select>`}
     ${others > 0 && html`<small>${others === 1 ? "1 other lens is" : `${others} other lenses are`} not listed: of another model, or not for ${snapshot.value?.width} × ${snapshot.value?.height} px.</small>`}`;
 }
 

@@ -72,6 +72,27 @@ def test_without_the_lens_the_same_clicks_know_the_height_far_worse(standing, le
     assert misses[0] > 3 * misses[1]
 
 
+def test_the_lens_of_a_calibration_is_held_as_well_as_its_own_clicks_told_it(standing):
+    """The next pose holds it by its id; one that held it fast itself cannot say how well it is known."""
+    standing.put(f"{API}/fields/plain-4x3", json=FIELD)
+    _, body = clicks_through_the_lens()
+    first = standing.post(CAL, json={**body, "options": {"height_mm": {"value": 4000.0, "sigma": 30.0}}}).json()
+    own = {"lens": first["id"], "lens_sigma": "own"}
+    answer = standing.post(CAL, json={**body, "options": own})
+    assert answer.status_code == 201, answer.text
+    made = answer.json()
+    assert "log_focal" in made["report"]["covariance"]["names"]
+    assert made["options"]["lens"]["covariance"] == first["report"]["covariance"]
+    moved = abs(np.log(made["model"]["parameters"]["focal_px"] / first["model"]["parameters"]["focal_px"]))
+    names = first["report"]["covariance"]["names"]
+    assert 0 < moved < 4 * np.sqrt(first["report"]["covariance"]["matrix"][names.index("log_focal")][
+        names.index("log_focal")])
+    fast = standing.post(CAL, json={**body, "options": {"lens": first["id"]}}).json()
+    refusal = standing.post(CAL, json={**body, "options": {**own, "lens": fast["id"]}})
+    assert refusal.status_code == 422 and refusal.json()["type"].endswith("lens-sigma-unknown")
+    assert "hold it fast" in refusal.json()["fix"]
+
+
 REFUSED = {
     "neither": ({"views": None}, 422, "no-views"),
     "both": ({"snapshots": ["a"]}, 422, "no-views"),
