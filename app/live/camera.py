@@ -264,7 +264,9 @@ class LiveCamera:
     # What the process is told
 
     def _may_apply(self) -> bool:
-        return self._calibration is not None and self._told is not None and self._mismatch() is None
+        """Only to a camera that has been seen: before that, nobody knows which it is."""
+        seen = self._told is not None and self._told.identity is not None and self._told.size is not None
+        return self._calibration is not None and seen and self._mismatch() is None
 
     def _tell_calibration(self) -> None:
         self._applied = self._may_apply()
