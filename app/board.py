@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from app.errors import BadInput
 from app.geometry import MAX_COORDINATE, Points, as_points
+from app.wording import sentence
 
 KINDS = ("chessboard", "charuco")
 FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners; '
@@ -99,8 +100,8 @@ class BoardView:
 
     def __post_init__(self) -> None:
         if len(self.pixels) != len(self.places_mm):
-            raise BadInput(f"{self.name or 'A view'} has {len(self.pixels)} points in the picture and "
-                           f"{len(self.places_mm)} on the board.", "Give one of each for every corner.",
+            raise BadInput(sentence(f"{self.name or 'A view'} has {len(self.pixels)} points in the picture and "
+                                    f"{len(self.places_mm)} on the board."), "Give one of each for every corner.",
                            reason="bad-view")
         for array in (self.pixels, self.places_mm):
             array.setflags(write=False)
@@ -127,8 +128,8 @@ def views_from_json(value: Any) -> tuple[BoardView, ...]:
         name = str(item.get("name") or f"view {number}")[:200]
         pixels = as_points(item.get("image_points", ()), f"The image points of {name}").reshape(-1, 2)
         if len(pixels) > MAX_CORNERS:
-            raise BadInput(f"{name} has {len(pixels)} corners; {MAX_CORNERS} are the most.", "Use a coarser board.",
-                           reason="too-many-points")
+            raise BadInput(sentence(f"{name} has {len(pixels)} corners; {MAX_CORNERS} are the most."),
+                           "Use a coarser board.", reason="too-many-points")
         views.append(BoardView(pixels, _places(item.get("object_points", ()), name), name))
     most = max((len(view.pixels) for view in views), default=0)
     if len(views) * most > MAX_WORK:

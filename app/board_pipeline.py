@@ -18,6 +18,7 @@ from app.geometry import ImageSize
 from app.models import Progress, no_progress
 from app.models.board_fit import board_model, fit_board
 from app.vision.boards import find_board
+from app.wording import sentence
 
 FITTING = 0.7  # of the whole calibration's time
 
@@ -26,8 +27,8 @@ def find(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView:
     """The board in one picture; FitFailed where there is none."""
     view = find_board(pixels, board, name)
     if view is None:
-        raise FitFailed(f"{name or 'The picture'} shows no {board.kind} of {board.columns} × {board.rows} inner "
-                        "corners.",
+        raise FitFailed(sentence(f"{name or 'The picture'} shows no {board.kind} of {board.columns} × {board.rows} "
+                                 "inner corners."),
                         "Count the inner corners again; the whole board must be in the picture, sharp and unhidden."
                         if board.kind == "chessboard" else
                         "Check columns, rows and dictionary, and whether the board is an old one (legacy).",

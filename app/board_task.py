@@ -15,6 +15,7 @@ from app.models.board_fit import board_model, board_options
 from app.pipeline import part_of
 from app.records import Frame, Warning
 from app.store.snapshots import checked_bytes
+from app.wording import sentence
 
 LOOKING = 0.6  # of a calibration from pictures: finding the board takes longer than all arithmetic
 Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # what each is called, and how it is had
@@ -48,9 +49,9 @@ class BoardTask:
             frame = read()
             size = size or frame.size
             if frame.size != size:
-                raise Conflict(f"{name} is {frame.size.width} × {frame.size.height} px, the ones before are "
-                               f"{size.width} × {size.height} px.", "Take all pictures with one camera at one size.",
-                               reason="size-mismatch")
+                raise Conflict(sentence(f"{name} is {frame.size.width} × {frame.size.height} px, the ones before are "
+                                        f"{size.width} × {size.height} px."),
+                               "Take all pictures with one camera at one size.", reason="size-mismatch")
             try:
                 views.append(board_pipeline.find(frame.pixels, self.board, name))
             except FitFailed as none:

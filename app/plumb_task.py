@@ -11,6 +11,7 @@ from app.images import ImageDecoder
 from app.models import Progress, no_progress
 from app.records import Frame
 from app.store.snapshots import checked_bytes
+from app.wording import sentence
 
 Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # what each is called, and how it is had
 
@@ -39,11 +40,12 @@ class PlumbTask:
             frame = read()
             size = size or frame.size
             if frame.size != size:
-                raise Conflict(f"{name} is {frame.size.width} × {frame.size.height} px, not {size.width} × "
-                               f"{size.height} px.", "Give pictures of one camera in one mode.", reason="size-mismatch")
+                raise Conflict(sentence(f"{name} is {frame.size.width} × {frame.size.height} px, not {size.width} × "
+                                        f"{size.height} px."),
+                               "Give pictures of one camera in one mode.", reason="size-mismatch")
             if frame.sha256 in names:  # counted twice, its edges would pass for twice as many things
-                raise BadInput(f"{name} is the same picture as {names[frame.sha256]}.", "Leave one of them out.",
-                               reason="same-picture")
+                raise BadInput(sentence(f"{name} is the same picture as {names[frame.sha256]}."),
+                               "Leave one of them out.", reason="same-picture")
             names[frame.sha256] = name
             edges.append(plumb_pipeline.edge_chains(frame.pixels))
         found = plumb_pipeline.straightness_of_edges(edges, self.lines, size, lens=self.lens,

@@ -8,7 +8,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 FLOORS = [
-    ["errors", "geometry", "records", "registry", "field", "field_reader", "board", "cv"],  # 0 words
+    ["errors", "geometry", "records", "registry", "field", "field_reader", "board", "wording", "cv"],  # 0 words
     ["models", "vision"],                                                          # 1 numbers
     ["correction", "evaluate", "heatmap"],                                                    # 2 numbers about models
     ["sources", "exports", "images", "store", "publish"],                          # 3 edges

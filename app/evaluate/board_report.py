@@ -11,6 +11,7 @@ from app.evaluate.board_warnings import board_warnings
 from app.evaluate.lens_uncertainty import expected_over_picture
 from app.models.board_fit import BoardFit, shared_covariance
 from app.models.board_state import WARP
+from app.wording import plain
 
 
 def board_report(fit: BoardFit) -> dict[str, Any]:
@@ -84,8 +85,8 @@ def _verdict(report: dict[str, Any]) -> dict[str, Any]:
         text = next(w["text"] for w in report["warnings"] if w["reason"] == doubts[0])
         return {"level": "poor", "sentence": text}
     level = "fair" if "picture-not-covered" in reasons or not known <= GOOD_SIGMAS * sigma else "good"
-    return {"level": level, "sentence": f"Over the picture the lens is known to about {known:.2g} px; corners were "
-            f"found to {sigma:.2g} px."}
+    return {"level": level, "sentence": f"Over the picture the lens is known to about {plain(known)} px; corners were "
+            f"found to {plain(sigma)} px."}
 
 
 def _plain(value: Any) -> Any:

@@ -8,6 +8,7 @@ from app.evaluate.board_cross_validation import CrossValidation
 from app.models.board_fit import BoardFit
 from app.models.lens import Array
 from app.records import Warning
+from app.wording import plain, with_sigma
 
 TILTED_DEG = 25.0  # foreshortened by a tenth
 LEAST_TILTED = 1 / 3  # of the views
@@ -44,13 +45,13 @@ def _spread(fit: BoardFit, cv: CrossValidation, expected: Array, cover: float, t
                       f"tilted by {TILTED_DEG:.0f}° or more: focal length and distance are hardly told apart.",
                       "Add views with the board tilted about 35° to each of the four sides.")
     elif middle > EXPECTED_SIGMAS * fit.sigma_px:
-        yield Warning("badly-spread-views", f"The views leave the lens uncertain by {middle:.2g} px over the picture, "
-                      f"{middle / max(fit.sigma_px, 1e-9):.0f} times a corner's noise.", cure)
+        yield Warning("badly-spread-views", f"The views leave the lens uncertain by {plain(middle)} px over the "
+                      f"picture, {middle / max(fit.sigma_px, 1e-9):.0f} times a corner's noise.", cure)
     if cover < LEAST_COVER:
         yield Warning("picture-not-covered", f"Corners reach {cover:.0%} of the picture; the rest is a guess.",
                       "Add views near the picture's edges and corners.")
     if cv.halves_ratio > HALVES_SIGMAS:
-        yield Warning("halves-disagree", f"Lenses from half the views each differ by {2 * cv.halves_px:.2g} px, "
+        yield Warning("halves-disagree", f"Lenses from half the views each differ by {plain(2 * cv.halves_px)} px, "
                       f"{2 * cv.halves_ratio:.0f} times a corner's noise: the small residual promises too much.",
                       "Add tilted views all over the picture; hold focus and zoom fast, and the board stiff.")
     if "centre_x" in fit.lens.sigma and max(fit.lens.sigma["centre_x"], fit.lens.sigma["centre_y"]) \
@@ -66,13 +67,13 @@ def _model(fit: BoardFit, cv: CrossValidation, correlation: float) -> Iterator[W
                       f"{correlation:.2f}; held-out views err {cv.held_ratio:.1f} times as much as used ones): "
                       "this lens cannot be described by these terms.", f"Try more terms, or the model {other}.")
     if fit.sigma_px > NOISY_PX:
-        yield Warning("noisy-corners", f"Corners lie {fit.sigma_px:.2g} px from where the lens sees them; sharp "
+        yield Warning("noisy-corners", f"Corners lie {plain(fit.sigma_px)} px from where the lens sees them; sharp "
                       "pictures give 0.1 to 0.3 px.",
                       "Hold the board still and in focus; check its columns, rows and squares.")
     for name in fit.terms:
         value, sigma = fit.lens.values[name], fit.lens.sigma.get(name, 0.0)
         if abs(value) < UNSUPPORTED_SIGMAS * sigma:
-            yield Warning("term-not-supported", f"{name} = {value:.2g} ± {sigma:.2g} may as well be nought.",
+            yield Warning("term-not-supported", f"{name} = {with_sigma(value, sigma)} may as well be nought.",
                           'Leave it out, or choose terms "auto".', name)
     bow = float(np.abs(fit.state.warp_mm).max())
     if bow > MUCH_BOW * fit.sights.size_mm:

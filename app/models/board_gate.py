@@ -11,6 +11,7 @@ from app.models.board_problem import BoardProblem, free_mask
 from app.models.board_solve import Blocks
 from app.models.board_state import BoardState, Sights
 from app.models.lens import Array
+from app.wording import plain
 
 FIRST_SIGMA_PX = 0.5  # of a corner, before the corners themselves tell
 LEAST_SIGMA_PX = 0.005  # exact corners must not make strays of rounding errors
@@ -104,7 +105,7 @@ class Fitter:
             wrong = _wrong_views(away, beyond[keep], sights.present[keep])
             if wrong.any() and (len(keep) - keep.sum() + wrong.sum()) <= MAX_LEFT_OUT * len(keep):
                 for index, usual in zip(np.flatnonzero(keep)[wrong], _medians(away)[wrong], strict=True):
-                    why[index] = f"its corners lie {usual:.2g} px from where the other views' lens puts them"
+                    why[index] = f"its corners lie {plain(usual)} px from where the other views' lens puts them"
                 keep[np.flatnonzero(keep)[wrong]] = False
             elif np.array_equal(beyond, strays) and not first:
                 break

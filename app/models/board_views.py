@@ -10,6 +10,7 @@ from app.board import BoardView
 from app.errors import FitFailed
 from app.geometry import ImageSize
 from app.models.lens import Array
+from app.wording import sentence
 
 MIN_CORNERS = 6  # a pose takes six of twelve numbers; with four corners, one wrong corner would go unseen
 THIN = 0.02  # corners narrower than this share of their length are on one line
@@ -24,7 +25,10 @@ class LeftOut:
     index: int
     name: str
     reason: str  # kebab-case, for scripts
-    text: str
+    text: str  # one sentence
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", sentence(self.text))
 
     def to_json(self) -> dict[str, Any]:
         return {"index": self.index, "name": self.name, "reason": self.reason, "text": self.text}

@@ -17,6 +17,7 @@ from app.store.files import keeping, make_folder, sweep, write_whole
 from app.store.quarantine import Damage, DamagedFile, Quarantine
 from app.store.records import Records
 from app.store.shelf import Clock, Page, new_id, page, readable, stamp
+from app.wording import sentence
 
 NAME = re.compile(r"(?P<sequence>[0-9]{10})\.(?P<id>[0-9a-f]{16})\.json")
 
@@ -119,10 +120,10 @@ def checked_bytes(name: str, path: str, sha256: str) -> bytes:
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        raise Unavailable(f"{name} cannot be read: {error.strerror}.", "Upload it again.",
+        raise Unavailable(sentence(f"{name} cannot be read: {error.strerror}."), "Upload it again.",
                           reason="damaged-file") from None
     if hashlib.sha256(data).hexdigest() != sha256:
-        raise Unavailable(f"{name} is damaged.", "Upload it again.", reason="damaged-file")
+        raise Unavailable(sentence(f"{name} is damaged."), "Upload it again.", reason="damaged-file")
     return data
 
 

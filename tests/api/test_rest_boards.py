@@ -161,7 +161,7 @@ def test_the_board_is_found_in_kept_pictures_and_one_without_it_is_named(client,
     assert [view["name"] for view in record["report"]["views"]] == [f"picture {n}" for n in range(1, 6)]
     assert all(view["corners"] == 48 for view in record["report"]["views"])
     (named,) = [w for w in record["report"]["warnings"] if w["reason"] == "no-board"]
-    assert named["index"] == 5 and "picture 6" in named["text"]
+    assert named["index"] == 5 and named["text"].startswith("Picture 6 shows no")
 
 
 def test_pictures_without_any_board_or_of_two_sizes_are_refused(client, snapshots):
@@ -179,7 +179,7 @@ def test_a_picture_damaged_on_disk_is_a_failed_job(client, snapshots):
     path.write_bytes(path.read_bytes()[:-1] + b"x")
     told = ended(client, accepted(client.post(f"{CAL}/board", json={"snapshots": snapshots, "board": SMALL.to_json()})))
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/damaged-file"
-    assert "picture 3" in told["problem"]["detail"]
+    assert "Picture 3" in told["problem"]["detail"]
 
 
 def test_the_classic_left_camera_from_its_own_pictures(client, real_data):

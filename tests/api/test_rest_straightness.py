@@ -188,7 +188,7 @@ def test_a_picture_damaged_on_disk_is_said_so(client):
     path = client.app.state.store.picture_path(id)
     path.write_bytes(path.read_bytes()[:-1] + b"x")
     told = ended(client, accepted(client.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [id]})))
-    assert told["problem"]["type"] == "/problems/damaged-file" and "picture 1" in told["problem"]["detail"]
+    assert told["problem"]["type"] == "/problems/damaged-file" and "Picture 1" in told["problem"]["detail"]
 
 
 GOOD = BENT.to_json()
