@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.evaluate.lens_difference import picture_grid
-from app.evaluate.lens_uncertainty import expected_px, lens_sensitivity
+from app.evaluate.lens_uncertainty import SURE_GRID, expected_px, lens_sensitivity
 from app.models.board_fit import BoardFit, shared_covariance
 from app.models.board_problem import BoardProblem
 from app.models.board_state import WARP, Sights, matrices_from_vectors
@@ -20,7 +20,6 @@ PLACES = (("left", "", "right"), ("top", "", "bottom"))
 NEXT_TILT_DEG = 35.0
 NEXT_SHARE = 0.35  # of the picture's width that the suggested board fills
 NEXT_CORNERS = 12  # fewer inside the picture are no view
-SURE_GRID = (12, 9)
 
 
 def cell_counts(fit: BoardFit) -> Array:

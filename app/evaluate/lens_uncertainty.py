@@ -10,6 +10,8 @@ from app.evaluate.lens_difference import picture_grid
 from app.models.lens import Array
 from app.models.pinhole_lens import PinholeLens
 
+SURE_GRID = (24, 18)  # columns, rows over the picture: wherever its worst place is asked for, it is the same one
+
 
 def lens_sensitivity(lens: PinholeLens, names: tuple[str, ...], pixels: Array) -> Array:
     """(n, 2, len(names)) px per unit of each named parameter at pixels (n, 2), rotations taken out; NaN afar."""
@@ -41,7 +43,7 @@ def expected_px(sensitivity: Array, covariance: Array) -> Array:
         return np.sqrt(np.maximum(np.einsum("nij,jk,nik->n", sensitivity, covariance, sensitivity), 0))
 
 
-def expected_over_picture(lens: PinholeLens, columns: int = 24, rows: int = 18) -> Array:
+def expected_over_picture(lens: PinholeLens, columns: int = SURE_GRID[0], rows: int = SURE_GRID[1]) -> Array:
     """(rows, columns) px over the picture."""
     pixels = picture_grid(lens.image_size, columns, rows).reshape(-1, 2)
     sensitivity = lens_sensitivity(lens, lens.estimated, pixels)
