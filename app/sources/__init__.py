@@ -32,13 +32,15 @@ class Surroundings:
 
     fields: every known field by name. decode: bytes of a picture → Frame, safely. pictures: the only folder from which
     pictures, folders of them and videos are read. hosts: names and addresses of network cameras that the operator's
-    settings allow although they lie where no camera should (this machine, link-local, multicast).
+    settings allow although they lie where no camera should (this machine, link-local, multicast). producers: files
+    (*.cti) and folders of them through which industrial cameras are reached; never from an address.
     """
 
     fields: Mapping[str, Field] = member(default_factory=dict)
     decode: Callable[[bytes], Frame] | None = None
     pictures: Path | None = None
     hosts: tuple[str, ...] = ()
+    producers: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -140,7 +142,9 @@ class PlainSource:
 SOURCES = Registry("source", {
     "sim": "app.sources.sim.source:SimSource",       # a rendered field through a real lens model, with exact truth
     "picture": "app.sources.picture:PictureSource",  # a picture file, again and again
-    "folder": "app.sources.folder:FolderSource",    # pictures of a folder, in name order
+    "folder": "app.sources.folder:FolderSource",     # pictures of a folder, in name order
+    "video": "app.sources.video:VideoSource",        # a film, at its own pace or as fast as possible
+    "rtsp": "app.sources.rtsp:RtspSource",           # a network camera: H.264, H.265, MJPEG
 })
 
 

@@ -1,0 +1,72 @@
+"""A user's name and password, said the way a camera asks for it: Basic, or Digest (RFC 7616), for HTTP and RTSP."""
+
+import re
+import secrets
+from base64 import b64encode
+from collections.abc import Iterable
+from hashlib import md5, sha256
+
+PAIR = re.compile(r'([a-z][a-z0-9_-]*)\s*=\s*(?:"((?:[^"\\]|\\.)*)"|([^\s,"]+))', re.IGNORECASE)
+HASHES = {"md5": md5, "sha-256": sha256}
+
+
+class Login:
+    """Answers a camera's challenges, then signs each request with the last one's nonce."""
+
+    def __init__(self, user: str, password: str) -> None:
+        self._user, self._password = user, password
+        self._challenge: dict[str, str] | None = None
+        self._count = 0
+        self._basic = False
+
+    def challenged(self, challenges: Iterable[str]) -> bool:
+        """Take the WWW-Authenticate headers of a refusal; whether another try is worth it."""
+        if not self._user and not self._password:
+            return False
+        challenges = list(challenges)
+        asked_before = self._basic or self._challenge is not None
+        for text in challenges:  # Digest first, wherever it stands: it does not show the password
+            scheme, _, rest = text.strip().partition(" ")
+            fields = {name.lower(): quoted or bare for name, quoted, bare in PAIR.findall(rest)}
+            known = fields.get("algorithm", "MD5").lower() in HASHES and "nonce" in fields
+            plain = "qop" not in fields or "auth" in re.split(r"[\s,]+", fields["qop"].lower())
+            if scheme.lower() == "digest" and known and plain:
+                stale = fields.get("stale", "").lower() == "true"
+                self._challenge, self._count = fields, 0
+                return stale or not asked_before
+        if any(text.strip().lower().startswith("basic") for text in challenges):
+            self._basic, self._challenge = True, None
+            return not asked_before
+        return False
+
+    def header(self, method: str, uri: str) -> str | None:
+        """The Authorization header's value for a request; None before any challenge."""
+        if self._challenge is not None:
+            return self._digest(method, uri, self._challenge)
+        if self._basic:
+            return "Basic " + b64encode(f"{self._user}:{self._password}".encode()).decode()
+        return None
+
+    def _digest(self, method: str, uri: str, asked: dict[str, str]) -> str:
+        algorithm, realm, nonce = asked.get("algorithm", "MD5"), asked.get("realm", ""), asked["nonce"]
+
+        def hashed(text: str) -> str:
+            return HASHES[algorithm.lower()](text.encode()).hexdigest()
+
+        who, what = hashed(f"{self._user}:{realm}:{self._password}"), hashed(f"{method}:{uri}")
+        said = {"username": _escaped(self._user), "realm": realm, "nonce": nonce, "uri": uri}
+        bare = f", algorithm={algorithm}" if "algorithm" in asked else ""
+        if "qop" in asked:
+            self._count += 1
+            count, ours = f"{self._count:08x}", secrets.token_hex(8)
+            said |= {"cnonce": ours, "response": hashed(f"{who}:{nonce}:{count}:{ours}:auth:{what}")}
+            bare += f", qop=auth, nc={count}"
+        else:
+            said["response"] = hashed(f"{who}:{nonce}:{what}")
+        if "opaque" in asked:
+            said["opaque"] = asked["opaque"]
+        return "Digest " + ", ".join(f'{name}="{value}"' for name, value in said.items()) + bare
+
+
+def _escaped(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"')
