@@ -58,6 +58,15 @@ class Images(_Section):
 
 class Sources(_Section):
     allowed_hosts: tuple[str, ...] = ()
+    producers: tuple[Path, ...] | None = None
+
+    @property
+    def known_producers(self) -> tuple[Path, ...]:
+        """Files and folders of GenTL producers; where none are set, those in the variable that their makers set."""
+        if self.producers is not None:
+            return self.producers
+        named = os.environ.get("GENICAM_GENTL64_PATH", "").split(os.pathsep)
+        return tuple(Path(place) for place in named if Path(place).is_absolute())
 
 
 class Jobs(_Section):
