@@ -149,8 +149,9 @@ def _sentence(fit: PlumbFit, verdict: BowVerdict) -> str:
     if verdict.answer == "unknown":
         return ("These edges do not tell whether the picture is bent: mark or show more long straight edges, near the "
                 "picture's edge and across it.")
-    return (f"The lens bows an edge of {bow.length_px:.0f} px by {bow.px:.1f} ± {bow.sigma_px:.1f} px; once that is "
-            f"taken out, edges are straight to {fit.after_px:.2f} px.")
+    digits = 2 if bow.sigma_px < 0.095 else 1
+    return (f"The lens bows an edge of {bow.length_px:.0f} px by {bow.px:.{digits}f} ± {bow.sigma_px:.{digits}f} px; "
+            f"once that is taken out, edges are straight to {fit.after_px:.2f} px.")
 
 
 def _bow(bow: Bow) -> dict[str, float | None]:

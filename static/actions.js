@@ -8,9 +8,10 @@ import { preview } from "./fitting.js";
 import { HAT_MM, canHeat, differenceFrom, heat, others } from "./heat.js";
 import { closePicture, takePicture } from "./pictures.js";
 import {
-  active, cameras, compare, comparing, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
+  active, atStraight, cameras, compare, comparing, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
 } from "./state.js";
 import { STEPS, nextThing, steps } from "./steps.js";
+import { isOfThese, judge, openStraight, ready as withEdges, search as judging, showStraight, shown } from "./straight.js";
 import { activate, isSaved, saveVersion, version } from "./versions.js";
 import { fit, panBy, stageSize, toPicture, zoomBy } from "./view.js";
 
@@ -47,6 +48,12 @@ const TABLE = [
     enabled: () => atBoard.value && ready.value.length > 0 && search.value === null },
   { id: "stop-finding", label: "Stop finding the lens", short: "Stop", group: "Pictures", run: () => search.value?.stop.abort(), enabled: () => search.value !== null },
   { id: "use-lens", label: "Use this lens for a camera", group: "Pictures", run: () => { if (found.value) useLens(found.value); }, enabled: () => found.value !== null },
+  { id: "straight", label: "Check a lens by straight edges…", group: "Pictures", run: () => { closePicture(); step.value = "camera"; void openStraight(); } },
+  { id: "add-edges", label: "Add pictures of straight edges…", short: "Add pictures…", group: "Pictures", run: () => filePicker.open(), enabled: () => atStraight.value },
+  { id: "judge-edges", label: "Judge how straight the edges are", short: "Judge the edges", group: "Pictures", run: () => void judge(),
+    enabled: () => atStraight.value && withEdges.value.length > 0 && judging.value === null },
+  { id: "stop-judging", label: "Stop judging the edges", short: "Stop", group: "Pictures", run: () => judging.value?.stop.abort(), enabled: () => judging.value !== null },
+  { id: "straighten", label: "Show the picture straightened, or as taken", group: "Pictures", run: () => showStraight(!shown.value.straight), enabled: () => isOfThese.value },
   { id: "turn", label: "Turn the field a quarter", short: "Turn a quarter", keys: ["t"], group: "Pictures",
     run: () => change({ ...doc.value, rotate: (rotation.value + 90) % 360 }), enabled: () => region.value !== null },
 

@@ -1,17 +1,16 @@
 // A lens from pictures of a board: which board, which pictures, the job that finds the lens, and what came of it.
 import { batch, computed, signal } from "@preact/signals";
-import { Away, call, request } from "./api.js";
+import { Away, call } from "./api.js";
+import { longWork, pictureList } from "./desks.js";
 import { change, doc, withModel } from "./document.js";
-import { refused } from "./fitting.js";
 import { many } from "./format.js";
-import { Stopped, follow, workFor } from "./jobs.js";
+import { follow, workFor } from "./jobs.js";
 import { listLenses } from "./lenses.js";
-import { model, models, tell, tellError } from "./state.js";
+import { atStraight, model, models, tell } from "./state.js";
 
 const KEPT = "touchline.board"; // a reload goes on with the same board and pictures
-const AT_ONCE = 2; // uploads
 
-/** @typedef {import("./types").BoardPicture} BoardPicture @typedef {import("./types").LensRecord} LensRecord */
+/** @typedef {import("./types").LensRecord} LensRecord */
 
 const before = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
 /** Whether the page is at the board, not at a field. */
@@ -19,16 +18,15 @@ export const atBoard = signal(false);
 /** What the pictures show, and which lens is looked for. */
 export const wanted = signal(/** @type {import("./types").BoardWanted} */ ({ kind: "chessboard", columns: 9, rows: 6, square_mm: 30, marker_mm: 22,
   dictionary: "DICT_4X4_50", legacy: false, model: "brown-conrady", note: "", ...before.wanted }));
-export const pictures = signal(/** @type {BoardPicture[]} */ (before.pictures ?? []));
-export const search = signal(/** @type {{ progress: number, message: string, stop: AbortController } | null} */ (null));
-export const refusal = signal(/** @type {import("./types").Refusal | null} */ (null));
+const list = pictureList(before.pictures ?? [], () => keep());
+export const { pictures, ready, add: addPictures } = list;
+const work = longWork();
+export const { search, refusal } = work;
 /** The lens whose report is shown. */
 export const found = signal(/** @type {LensRecord | null} */ (null));
 /** The lens that the next picture of a field gets. */
 export const heldNext = signal(/** @type {LensRecord | null} */ (null));
 
-const uploading = computed(() => pictures.value.some((p) => p.state === "waiting" || p.state === "uploading"));
-export const ready = computed(() => pictures.value.filter((p) => p.state === "kept"));
 /** Whether the report is of just these pictures. */
 const isOfThese = computed(() => found.value !== null && String(found.value.snapshots) === String(ready.value.map((p) => p.id)));
 
@@ -36,9 +34,9 @@ const isOfThese = computed(() => found.value !== null && String(found.value.snap
 export const standing = computed(() => {
   if (search.value) return { action: "find-lens", label: "Finding the lens…", missing: "The server is at it.", done: false, sentence: "The server looks for the board in every picture, then for the lens." };
   if (isOfThese.value) return { action: "use-lens", label: "Use this lens", missing: "", done: true, sentence: "The lens is found; what it is worth stands on the right." };
-  const missing = uploading.value ? "The pictures are being uploaded." : ready.value.length ? "" : "Say which board it is, and add about twenty pictures of it.";
-  return { action: ready.value.length || uploading.value ? "find-lens" : "add-pictures", label: ready.value.length || uploading.value ? "Find the lens" : "Add pictures of the board…",
-    missing: uploading.value ? missing : "", done: false, sentence: missing || `${many(ready.value.length, "picture")}; twenty to forty are good.` };
+  const missing = list.uploading.value ? "The pictures are being uploaded." : ready.value.length ? "" : "Say which board it is, and add about twenty pictures of it.";
+  return { action: ready.value.length || list.uploading.value ? "find-lens" : "add-pictures", label: ready.value.length || list.uploading.value ? "Find the lens" : "Add pictures of the board…",
+    missing: list.uploading.value ? missing : "", done: false, sentence: missing || `${many(ready.value.length, "picture")}; twenty to forty are good.` };
 });
 
 /** @param {Partial<import("./types").BoardWanted>} changes */
@@ -49,93 +47,39 @@ export function want(changes) {
 
 /** Go to the board, and on with a search that is under way. */
 export async function openBoard() {
-  atBoard.value = true;
+  batch(() => { atBoard.value = true; atStraight.value = false; });
   await listLenses();
   try {
     const running = (await call("GET", "/jobs")).items.find((/** @type {import("./types").Job} */ j) => j.kind === "board" && ["queued", "running"].includes(j.state));
-    if (running && !search.value) await watch((stop, told) => follow(running, stop, told));
+    if (running && !search.value) await work.watch((stop, told) => follow(running, stop, told), show);
     else if (before.lens && !found.value) await showLens(before.lens);
   } catch (error) {
     if (!(error instanceof Away)) delete before.lens; // it was deleted meanwhile
   }
 }
 
-/** Upload pictures, a few at a time. @param {Iterable<File>} files */
-export async function addPictures(files) {
-  const waiting = [...files].map((file) => ({ file, key: `${file.name}-${crypto.getRandomValues(new Uint32Array(1))[0]}` }));
-  pictures.value = [...pictures.value, ...waiting.map(({ file, key }) => /** @type {BoardPicture} */ ({ key, name: file.name, state: "waiting", id: "", why: "" }))];
-  const upload = async () => {
-    for (let next = waiting.shift(); next; next = waiting.shift()) await send(next.key, next.file);
-  };
-  await Promise.all(Array.from({ length: AT_ONCE }, upload));
-}
-
-/** @param {string} key @param {File} file */
-async function send(key, file) {
-  if (!pictures.value.some((p) => p.key === key)) return; // removed while it waited
-  mark(key, { state: "uploading" });
-  const body = new FormData();
-  body.append("file", file, file.name);
-  try {
-    mark(key, { state: "kept", id: (await (await request("POST", "/snapshots", { body })).json()).id });
-  } catch (error) {
-    const { message, fix = "" } = /** @type {{ message: string, fix?: string }} */ (error);
-    mark(key, { state: "refused", why: `${message} ${fix}` });
-  }
-}
-
-/** One more picture, from a camera that looks at the board. @param {string} camera */
-export async function takeBoardPicture(camera) {
-  try {
-    const { id } = await call("POST", "/snapshots", { camera });
-    pictures.value = [...pictures.value, { key: id, name: `Picture ${pictures.value.length + 1}`, state: "kept", id, why: "" }];
-    keep();
-  } catch (error) {
-    tellError(error);
-  }
-}
-
-/** @param {string} key */
-export function removePicture(key) {
-  pictures.value = pictures.value.filter((p) => p.key !== key);
-  keep();
-}
+/** From a camera that looks at the board. */
+export const takeBoardPicture = list.take;
+export const removePicture = list.remove;
 
 export function removePictures() {
-  pictures.value = [];
   found.value = null;
   refusal.value = null;
-  keep();
-}
-
-/** @param {string} key @param {Partial<BoardPicture>} changes */
-function mark(key, changes) {
-  pictures.value = pictures.value.map((p) => (p.key === key ? { ...p, ...changes } : p));
-  keep();
+  list.clear();
 }
 
 export function findLens() {
   const { model: name, note, kind, columns, rows, square_mm, marker_mm, dictionary, legacy } = wanted.value;
   const board = { kind, columns, rows, square_mm, ...(kind === "charuco" ? { marker_mm, dictionary, legacy } : {}) };
   const body = { snapshots: ready.value.map((p) => p.id), board, model: name, note };
-  return watch((stop, told) => workFor("/calibrations/board", body, stop, told));
+  return work.watch((stop, told) => workFor("/calibrations/board", body, stop, told), show);
 }
 
-/** @param {(stop: AbortSignal, told: (job: import("./types").Job) => void) => Promise<any>} work */
-async function watch(work) {
-  const stop = new AbortController();
-  search.value = { progress: 0, message: "", stop };
-  refusal.value = null;
-  try {
-    const { record } = await work(stop.signal, ({ progress, message }) => { search.value = { progress, message, stop }; });
-    found.value = record;
-    keep();
-    await listLenses();
-  } catch (error) {
-    if (!(error instanceof Stopped)) refusal.value = error instanceof Away ? { detail: error.message, fix: "Try again when it is back." } : refused(error);
-  } finally {
-    search.value = null;
-  }
+/** @param {{ record: LensRecord }} result */
+async function show({ record }) {
+  found.value = record;
+  keep();
+  await listLenses();
 }
 
 /** @param {string} id */
@@ -162,7 +106,7 @@ export function holdLens({ width, height }) {
   change({ ...chosen, options: { ...chosen.options, lens: lens.id, lens_sigma: "own" } });
 }
 
-/** What the report says of one picture. @param {BoardPicture} picture */
+/** What the report says of one picture. @param {import("./types").DeskPicture} picture */
 export function seenIn({ id }) {
   const at = found.value?.snapshots?.indexOf(id) ?? -1;
   if (at < 0 || !found.value) return null;

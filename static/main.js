@@ -1,10 +1,10 @@
 // Wires the page: lists from the server, the address bar, keys, saving, fitting; then draws.
-import { signal } from "@preact/signals";
+import { computed, signal } from "@preact/signals";
 import { render } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { filePicker } from "./actions.js";
 import { startArrows } from "./arrows.js";
-import { addPictures, atBoard, standing } from "./board.js";
+import { addPictures, atBoard, standing as boardStanding } from "./board.js";
 import { startSaving } from "./draft.js";
 import { startFitting } from "./fitting.js";
 import { startHeat } from "./heat.js";
@@ -22,17 +22,25 @@ import { LensReport } from "./panels/lens_report.js";
 import { ModelPanel } from "./panels/model.js";
 import { Notices } from "./panels/notices.js";
 import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "./panels/picture.js";
+import { StraightForm, StraightReport } from "./panels/straight.js";
 import { Figures, Verdict } from "./panels/verdict.js";
 import { ComparePanel, VersionsPanel } from "./panels/versions.js";
 import { loadLists, openFile } from "./pictures.js";
 import { startRanking } from "./ranking.js";
 import { startRouter } from "./router.js";
-import { help, step } from "./state.js";
+import { atStraight, help, step } from "./state.js";
 import { current } from "./steps.js";
+import { addEdgePictures, standing as straightStanding } from "./straight.js";
 import { version } from "./versions.js";
 
 const PICTURES = "image/png,image/jpeg,image/bmp,image/webp";
 const dropping = signal(false);
+/** What stands around a desk, where a lens is known without a field. */
+const DESKS = {
+  board: { label: "Lens", standing: boardStanding, Form: BoardForm, Report: LensReport, add: addPictures },
+  straight: { label: "Straight edges", standing: straightStanding, Form: StraightForm, Report: StraightReport, add: addEdgePictures },
+};
+const desk = computed(() => (atBoard.value ? DESKS.board : atStraight.value ? DESKS.straight : null));
 
 function App() {
   return html`<${Header}/><aside class="left" aria-label="This step"><${Guide}/><${Left}/></aside>
@@ -43,12 +51,12 @@ function App() {
 
 /** What is missing in this step, in one sentence. */
 function Guide() {
-  const { label, done, sentence } = atBoard.value ? { ...standing.value, label: "Lens" } : current.value;
+  const at = desk.value, { label, done, sentence } = at ? { ...at.standing.value, label: at.label } : current.value;
   return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite"><h2>${label}</h2><p data-testid="sentence">${sentence}</p></section>`;
 }
 
 function Left() {
-  if (atBoard.value) return html`<${BoardForm}/>`;
+  if (desk.value) return html`<${desk.value.Form}/>`;
   switch (step.value) {
     case "camera": return html`<section><h2>How it goes</h2><ol class="plain"><li>Take or open a picture.</li><li>Say which field it shows, and which part.</li><li>Click along the four borders.</li><li>Look at the corrected picture.</li><li>Activate the version, or download it.</li></ol></section>`;
     case "picture": return html`<${FieldPanel}/>`;
@@ -60,7 +68,7 @@ function Left() {
 }
 
 function Right() {
-  if (atBoard.value) return html`<${LensReport}/>`;
+  if (desk.value) return html`<${desk.value.Report}/>`;
   switch (step.value) {
     case "camera": return html`<${PictureAdvice}/>`;
     case "picture": return html`<${PictureHelp}/>`;
@@ -71,7 +79,7 @@ function Right() {
 
 /** Files for what the page is at. @param {FileList | null | undefined} files */
 function take(files) {
-  if (files?.length) void (atBoard.value ? addPictures(files) : openFile(files[0]));
+  if (files?.length) void (desk.value ? desk.value.add(files) : openFile(files[0]));
 }
 
 /** The one file input; also drops and pastes anywhere on the page. */
@@ -90,7 +98,7 @@ function FileInput() {
     return () => { for (const [type, listener] of Object.entries(on)) removeEventListener(type, listener); };
   }, []);
   return html`<input ref=${input} type="file" data-testid="file" class="sr" tabindex="-1" aria-hidden="true" accept=${PICTURES}
-    multiple=${atBoard.value}
+    multiple=${desk.value !== null}
     onChange=${() => { const it = input.current; take(it?.files); if (it) it.value = ""; }}/>`;
 }
 

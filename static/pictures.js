@@ -4,7 +4,7 @@ import { call, request } from "./api.js";
 import { atBoard, holdLens } from "./board.js";
 import { doc, load } from "./document.js";
 import { closeDraft, fetchDraft, openDraft } from "./draft.js";
-import { active, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "./state.js";
+import { active, atStraight, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "./state.js";
 import { findVersion, forgetVersion } from "./versions.js";
 import { fit } from "./view.js";
 
@@ -71,6 +71,7 @@ export async function openSnapshot(picture, at) {
     openDraft(picture.id, kept);
     snapshot.value = picture;
     atBoard.value = false;
+    atStraight.value = false;
     step.value = at;
     help.value = "";
     active.value = "left";

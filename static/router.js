@@ -2,10 +2,11 @@
 import { effect } from "@preact/signals";
 import { atBoard, openBoard } from "./board.js";
 import { closePicture, openById } from "./pictures.js";
-import { snapshot, step } from "./state.js";
+import { atStraight, snapshot, step } from "./state.js";
 import { STEPS } from "./steps.js";
+import { openStraight } from "./straight.js";
 
-const BOARD = "lens"; // no picture's id: those are hexadecimal
+const BOARD = "lens", STRAIGHT = "straight"; // no picture's ids: those are hexadecimal
 
 /** @returns {{ id: string, at: import("./types").StepId }} */
 function read() {
@@ -17,10 +18,10 @@ function read() {
 /** Follow the address from now on, and write it. Returns once the first picture is there. */
 export async function startRouter() {
   // Somebody may have opened a picture, or gone to the board, before we came so far: that, then, not the address.
-  if (!snapshot.value && !atBoard.value) await follow();
+  if (!snapshot.value && !atBoard.value && !atStraight.value) await follow();
   addEventListener("hashchange", () => void follow());
   effect(() => {
-    const wanted = snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atBoard.value ? `#/${BOARD}` : "#/";
+    const wanted = snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atBoard.value ? `#/${BOARD}` : atStraight.value ? `#/${STRAIGHT}` : "#/";
     if (location.hash === wanted || (wanted === "#/" && !location.hash)) return;
     history.pushState(null, "", wanted);
   });
@@ -28,13 +29,15 @@ export async function startRouter() {
 
 async function follow() {
   const { id, at } = read();
-  if (id === BOARD) {
+  if (id === BOARD || id === STRAIGHT) {
     closePicture();
     step.value = "camera";
-    if (!atBoard.value) void openBoard();
+    if (id === BOARD && !atBoard.value) void openBoard();
+    else if (id === STRAIGHT && !atStraight.value) void openStraight();
     return;
   }
   atBoard.value = false;
+  atStraight.value = false;
   if (!id) {
     if (snapshot.value) closePicture();
     step.value = "camera";

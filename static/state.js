@@ -25,6 +25,11 @@ export const box = signal(/** @type {{ x0: number, y0: number, x1: number, y1: n
 export const showLines = signal(false);
 export const help = signal(/** @type {"" | "manual" | "keys"} */ (""));
 
+/** Whether the page is at straight edges, not at a field. */
+export const atStraight = signal(false);
+/** Whether the page is at two cameras, not at one picture. */
+export const atPair = signal(false);
+
 /** Compare: what is shown, and where the wipe stands as a share of the stage's width. */
 export const compare = signal(/** @type {{ mode: "raw" | "wipe" | "corrected", at: number }} */ ({ mode: "wipe", at: 0.5 }));
 

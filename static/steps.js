@@ -1,10 +1,11 @@
 // Where the operator stands: each step's state, what is missing in one sentence, and the one next thing to do.
 import { computed } from "@preact/signals";
-import { atBoard, standing } from "./board.js";
+import { atBoard, standing as boardStanding } from "./board.js";
 import { many } from "./format.js";
 import { BORDERS, doc, pointsOf } from "./document.js";
 import { preview, refusal, stale } from "./fitting.js";
-import { active, camera, cameras, region, snapshot, step } from "./state.js";
+import { active, atStraight, camera, cameras, region, snapshot, step } from "./state.js";
+import { standing as straightStanding } from "./straight.js";
 import { isSaved, version } from "./versions.js";
 
 /** @typedef {import("./types").StepId} StepId @typedef {{ id: StepId, label: string, done: boolean, open: boolean, sentence: string }} Step */
@@ -85,7 +86,8 @@ export const nextThing = computed(() => {
   /** @param {string} action @param {string} label @param {string} [missing] */
   const thing = (action, label, missing = "") => ({ action, label, missing });
   switch (step.value) {
-    case "camera": if (atBoard.value) return standing.value;
+    case "camera": if (atBoard.value) return boardStanding.value;
+      if (atStraight.value) return straightStanding.value;
       return snapshot.value ? thing("step-picture", "Next: picture")
       : cameras.value.length ? thing("take", `Take a picture with ${cameras.value[0].name}`) : thing("open", "Open a picture…");
     case "picture": return thing("step-borders", "Next: borders", region.value ? "" : current.value.sentence);

@@ -84,7 +84,19 @@ export interface LensRecord {
 export interface BoardWanted {
   kind: string; columns: number; rows: number; square_mm: number; marker_mm: number; dictionary: string; legacy: boolean; model: string; note: string;
 }
-export interface BoardPicture { key: string; name: string; state: "waiting" | "uploading" | "kept" | "refused"; id: string; why: string }
+export interface DeskPicture { key: string; name: string; state: "waiting" | "uploading" | "kept" | "refused"; id: string; why: string }
+/** One edge: its points in the picture and in the straightened one, and how straight they are, px rms. */
+export interface Edge {
+  name: string; picture: number; points: number; length_px: number; before_px: number | null; after_px: number | null;
+  used: boolean; reason: string | null; chain: (Point | null)[]; straight: (Point | null)[];
+}
+export interface Bow { line: number | null; length_px: number; px: number | null; sigma_px: number | null; pct: number | null }
+/** How straight pictures show straight edges, and the lens that makes them straight. */
+export interface Straightness {
+  lens: { name: string; terms: Record<string, number>; unit_px: number; centre_px: Point; image_size: Point }; sigma: Record<string, number>;
+  straightness_px: { before: number; after: number }; bow: { most: Bow; longest: Bow; border: Bow; noise_px: number };
+  distortion: "significant" | "none" | "unknown"; sentence: string; lines_used: number; objects: number; lines: Edge[]; pictures: string[]; cannot_see: string;
+}
 /** Long work on the server. */
 export interface Job {
   id: string; kind: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; progress: number; message: string;

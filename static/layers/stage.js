@@ -9,9 +9,10 @@ import { BoardDesk } from "../panels/board.js";
 import { ArrowLegend } from "../panels/arrows.js";
 import { HeatLegend } from "../panels/heat.js";
 import { Start } from "../panels/start.js";
+import { StraightDesk } from "../panels/straight.js";
 import { Toolbar } from "../panels/toolbar.js";
 import { shown as heatMap, valueAt } from "../heat.js";
-import { comparing, editing, pointer, snapshot, step, tool } from "../state.js";
+import { atStraight, comparing, editing, pointer, snapshot, step, tool } from "../state.js";
 import { listen } from "../tools/pointer.js";
 import { fit, stageSize, view } from "../view.js";
 import { Corrected, RawLines, Wipe, asked, rawClip, underPointer } from "./compare.js";
@@ -42,7 +43,7 @@ export function Stage() {
   const { k, tx, ty } = view.value;
   return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : "empty"}`} ref=${stage} data-testid="stage"
       tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab}>
-    ${!shown && (atBoard.value ? html`<${BoardDesk}/>` : html`<${Start}/>`)}
+    ${!shown && (atBoard.value ? html`<${BoardDesk}/>` : atStraight.value ? html`<${StraightDesk}/>` : html`<${Start}/>`)}
     ${shown && html`
       <div class="half" style=${rawClip.value}>
         <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}

@@ -1,11 +1,11 @@
 // The board: which one it is, its pictures, and the lenses that were found before.
-import { ACTIONS, run } from "../actions.js";
 import { address } from "../api.js";
-import { atBoard, found, heldNext, pictures, refusal, removePicture, removePictures, search, seenIn, showLens, takeBoardPicture, want, wanted } from "../board.js";
+import { found, heldNext, pictures, refusal, removePicture, removePictures, search, seenIn, showLens, takeBoardPicture, want, wanted } from "../board.js";
 import { dayAndTime, many, number } from "../format.js";
 import { html } from "../html.js";
 import { lenses } from "../lenses.js";
-import { cameras, models, tellError } from "../state.js";
+import { models, tellError } from "../state.js";
+import { DeskTabs, Pictures, Working } from "./desk.js";
 import { ActionButton } from "./toolbar.js";
 
 const DICTIONARIES = [...[4, 5, 6, 7].flatMap((n) => [50, 100, 250, 1000].map((count) => `DICT_${n}X${n}_${count}`)),
@@ -42,18 +42,12 @@ const Length = ({ name, label }) => html`<label class="pair length"><span>${labe
 
 /** The middle of the page while it is at the board. */
 export function BoardDesk() {
-  const now = search.value, why = refusal.value, all = pictures.value;
-  return html`<div class="start desk" data-testid="board-desk">
+  const now = search.value, all = pictures.value;
+  return html`<div class="start desk" data-testid="board-desk"><${DeskTabs}/>
     <h1>Calibrate a lens with a board</h1>
     <p class="dim">A board tells the lens; the field's lines then tell where the camera hangs. About twenty pictures, tilted to every side, all over the picture.</p>
-    ${now && html`<div class="working" data-testid="finding"><div class="line"><progress max="1" value=${now.progress} aria-label="Finding the lens"></progress><${ActionButton} id="stop-finding"/></div>
-      <p class="reason">${now.message || "Asking the server…"}</p></div>`}
-    ${why && html`<div class="warning-line" role="alert" data-testid="board-refusal"><b>${why.detail}</b> ${why.fix}</div>`}
-    <section aria-label="Pictures of the board"><h2>${many(all.length, "picture")} of the board</h2>
-      <ul class="views" data-testid="views">${all.map((p) => html`<${View} key=${p.key} picture=${p}/>`)}</ul>
-      <button type="button" class="drop" data-testid="add-pictures" onClick=${() => run("add-pictures")}><b>${ACTIONS.get("add-pictures")?.label}</b><small>many at once; or drop them here. PNG, JPEG, BMP or WebP.</small></button>
-      <div class="line">${cameras.value.map(({ id, name }) => html`<button key=${id} type="button" data-testid=${`board-camera-${id}`} onClick=${() => void takeBoardPicture(id)}>Take one with ${name}</button>`)}
-        ${all.length > 0 && html`<button type="button" disabled=${now !== null} onClick=${removePictures}>Remove all pictures</button>`}</div></section>
+    <${Working} now=${now} what="Finding the lens" stop="stop-finding" why=${refusal.value} name="board"/>
+    <${Pictures} of="the board" name="board" add="add-pictures" count=${all.length} busy=${now !== null} take=${takeBoardPicture} clear=${removePictures}>${all.map((p) => html`<${View} key=${p.key} picture=${p}/>`)}<//>
     ${lenses.value.length > 0 && html`<section aria-label="Lenses found before"><h2>Lenses found before</h2><ul class="versions" data-testid="lenses">${lenses.value.map((l) => html`<li key=${l.id} class=${l.id === found.value?.id ? "now" : ""}>
       <div><b>${l.note || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners")}</b></div><em>${number(l.rms_px, 2)} px rms</em>
       <small>${dayAndTime(l.created_at)}, ${many(l.views, "view")}, ${l.image_size[0]} × ${l.image_size[1]} px</small>
@@ -61,7 +55,7 @@ export function BoardDesk() {
   </div>`;
 }
 
-/** One picture, and what was seen in it. @param {{ picture: import("../types").BoardPicture }} props */
+/** One picture, and what was seen in it. @param {{ picture: import("../types").DeskPicture }} props */
 function View({ picture }) {
   const { key, name, state, id, why } = picture, seen = state === "kept" ? seenIn(picture) : null, view = seen?.view;
   const level = state === "refused" || (seen && !view) ? "poor" : view && !view.used ? "fair" : view ? "good" : "";
@@ -81,4 +75,4 @@ export function HeldNext() {
 }
 
 /** The way there, on the start page. */
-export const ToBoard = () => !atBoard.value && html`<section aria-label="Lens"><h2>Know the lens first</h2><${ActionButton} id="board"/></section>`;
+export const ToBoard = () => html`<section aria-label="Lens"><h2>Know the lens first</h2><div class="line"><${ActionButton} id="board"/><${ActionButton} id="straight"/></div></section>`;
