@@ -1,5 +1,7 @@
 """From a checked request to what the floors below work with: names become fields, ids become snapshots."""
 
+from collections.abc import Iterable
+
 from fastapi import Request
 
 from app.api.schemas import FitRequest
@@ -9,8 +11,8 @@ from app.records import observations_from_json
 from app.task import Task
 
 
-def task_of(request: Request, body: FitRequest) -> Task:
-    """The task that a fit's body describes; says which name or size does not fit."""
+def task_of(request: Request, body: FitRequest, models: Iterable[str]) -> Task:
+    """The task that a fit's body describes, to be fitted by `models`; says which name or size does not fit."""
     state = request.app.state
     field = state.fields[body.field]
     region = field.region(body.region, body.rotate)
@@ -25,8 +27,10 @@ def task_of(request: Request, body: FitRequest) -> Task:
     options = {**body.options}
     if isinstance(options.get("lens"), str):  # by its id: the fit is given the lens itself, and keeps it
         options["lens"] = state.store.held_lens(options["lens"])
-    return Task(observations_from_json([o.model_dump(exclude_defaults=False) for o in body.observations]), field,
+    task = Task(observations_from_json([o.model_dump(exclude_defaults=False) for o in body.observations]), field,
                 region, snapshot.size if snapshot else given, body.model, options,
                 camera=body.camera or (snapshot.camera if snapshot else None),
                 snapshot=snapshot.id if snapshot else None,
                 image_sha256=snapshot.sha256 if snapshot else None, note=body.note)
+    task.check_names(models)
+    return task

@@ -36,7 +36,7 @@ async def make_calibration(request: Request, body: FitRequest, job: AsJob = Fals
 
     With ?job=true a job, whose result is {"calibration": id}.
     """
-    task = await at_work(request, task_of, request, body)
+    task = await at_work(request, task_of, request, body, (body.model,))
     keep = partial(_kept, request.app.state.store)
     if job:
         return accepted(request.app.state.jobs.start(
@@ -57,7 +57,7 @@ async def compare_models(request: Request, body: CompareRequest, job: AsJob = Fa
 
     With ?job=true a job, whose result is the same ranking.
     """
-    task = await at_work(request, task_of, request, body)
+    task = await at_work(request, task_of, request, body, body.models or ())
     spec = {"task": task.to_json(), "models": body.models}
     if job:
         return accepted(request.app.state.jobs.start("comparison", run_compare, spec))

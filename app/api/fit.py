@@ -33,7 +33,7 @@ async def fit_border(request: Request, body: BorderRequest) -> Json:
 async def preview_calibration(request: Request, body: FitRequest,
                   quick: Annotated[bool, Query(description="leave the cross-validation out")] = False) -> Json:
     """What POST /calibrations would save for the same body: model, report and the field drawn into the picture."""
-    task = await at_work(request, task_of, request, body)
+    task = await at_work(request, task_of, request, body, (body.model,))
     return Json(await at_work(request, _previewed, task, quick))
 
 

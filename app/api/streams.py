@@ -44,6 +44,9 @@ async def show_frame(request: Request, id: Id, format: Literal["jpg", "png"], vi
                      width: Width = 0, quality: Quality = 90) -> Response:
     """The newest frame. PNG is the frame exact to the bit, at its own size; X-Frame-Seq and X-Frame-Time say which."""
     camera = await live_camera(request, id)
+    if format == "png" and view == "side":
+        raise BadInput("Both views side by side are no PNG.", "Ask for raw or corrected, or for frame.jpg.",
+                       reason="unknown-view")
     camera.must_show(view)
     if format == "png":
         return await _exactly(request, camera, view)
@@ -53,9 +56,6 @@ async def show_frame(request: Request, id: Id, format: Literal["jpg", "png"], vi
 
 
 async def _exactly(request: Request, camera: LiveCamera, view: str) -> Response:
-    if view == "side":
-        raise BadInput("Both views side by side are no PNG.", "Ask for raw or corrected, or for frame.jpg.",
-                       reason="unknown-view")
     head, png = await first_picture(camera, lambda timeout_s: camera.still(1, timeout_s))
     if view == "corrected":
         calibration = camera.calibration
@@ -102,8 +102,8 @@ async def stream_frames(socket: WebSocket, id: str, view: str = "raw", width: in
             raise BadInput(f"A stream cannot have {fps} frames a second.", f"Use more than 0, up to {MAX_FPS:g}.",
                            reason="bad-fps")
         camera = await live_camera(socket, id)
-        camera.must_show(view)
         channel = Channel.asked(view, width, quality)
+        camera.must_show(view)
     except TouchlineError as error:
         await _refuse(socket, error)
         return
@@ -157,11 +157,17 @@ async def live_camera(connection: Request | WebSocket, id: str) -> LiveCamera:
 async def first_picture(camera: LiveCamera, take: Callable[[float], Awaitable[T]], timeout_s: float = FIRST_S) -> T:
     """A picture, from a camera that may have been asleep until now; Unavailable says what is wrong with it."""
     end = time.monotonic() + timeout_s
-    while camera.status()["seq"] in (None, 0) and time.monotonic() < end:
+    while (status := camera.status())["seq"] in (None, 0) and time.monotonic() < end:
+        if status["state"] == "offline":  # it says itself what is wrong
+            raise _silent(camera)
         await asyncio.sleep(0.05)
     try:
         return await take(max(1.0, end - time.monotonic()))
-    except TimeoutError:
-        problem = camera.status()["problem"] or {"what": "This camera has shown no picture yet.",
-                                                 "fix": "Try again in a moment.", "reason": "camera-silent"}
-        raise Unavailable(problem["what"], problem["fix"], reason=problem["reason"]) from None
+    except (TimeoutError, Unavailable):
+        raise _silent(camera) from None
+
+
+def _silent(camera: LiveCamera) -> Unavailable:
+    problem = camera.status()["problem"] or {"what": "This camera has shown no picture yet.",
+                                             "fix": "Try again in a moment.", "reason": "camera-silent"}
+    return Unavailable(problem["what"], problem["fix"], reason=problem["reason"])

@@ -1,0 +1,234 @@
+"""Cameras over REST: added, changed, tried, watched; passwords and wrong calibrations stay where they are."""
+
+import base64
+import json
+import struct
+import time
+
+import cv2
+import numpy as np
+import pytest
+from pictures import encoded
+from refusals import API, refusal
+from starlette.testclient import TestClient
+
+from app.main import create_app
+
+SOUTH = {"id": "south", "name": "South half", "source": "sim://table?size=320x256&seed=4", "field": "table",
+         "region": "full"}
+
+
+def pixels_of(data) -> np.ndarray:
+    return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+
+
+def until(condition, seconds: float = 30.0):
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end, "it did not come about"
+        time.sleep(0.05)
+    return found
+
+
+def status_of(client, id="north"):
+    return client.get(f"{API}/cameras/{id}/status").json()
+
+
+def watched(client, path):
+    """A WebSocket; starlette's client names another host unless told."""
+    return client.websocket_connect(f"{API}/{path}", headers={"host": "127.0.0.1:8000"})
+
+
+def alive(client, id="north"):
+    return until(lambda: (s := status_of(client, id))["state"] == "live" and s)
+
+
+def calibrated(client, task):
+    snapshot = client.post(f"{API}/snapshots", json={"camera": "north"}).json()
+    task = {**task, "snapshot": snapshot["id"], "camera": "north", "model": "homography", "options": {}}
+    task.pop("image_size", None)
+    task["observations"] = [{**o, "points": [[x * 0.2 + 20, y * 0.2 + 20] for x, y in o["points"]]}
+                            for o in task["observations"]]
+    answer = client.post(f"{API}/calibrations", json=task)
+    assert answer.status_code == 201, answer.text
+    return answer.json()
+
+
+def test_a_camera_is_added_changed_and_removed(client):
+    added = client.post(f"{API}/cameras", json=SOUTH)
+    assert added.status_code == 201 and added.headers["location"] == f"{API}/cameras/south"
+    assert added.json() == {**SOUTH, "editable": True, "active_calibration": None}
+    assert [camera["id"] for camera in client.get(f"{API}/cameras").json()["items"]] == ["north", "south"]
+    etag = client.get(f"{API}/cameras/south").headers["etag"]
+    changed = client.patch(f"{API}/cameras/south", json={"name": "South"}, headers={"If-Match": etag})
+    assert changed.status_code == 200 and changed.json() == {**added.json(), "name": "South"}
+    assert changed.headers["etag"] != etag
+    stale = client.patch(f"{API}/cameras/south", json={"name": "slower"}, headers={"If-Match": etag})
+    assert refusal(stale, 412, "stale-camera")["current"]["name"] == "South"
+    refusal(client.patch(f"{API}/cameras/south", json={"name": "x"}), 428)
+    refusal(client.delete(f"{API}/cameras/south", headers={"If-Match": etag}), 412)
+    assert client.delete(f"{API}/cameras/south", headers={"If-Match": changed.headers["etag"]}).status_code == 204
+    refusal(client.get(f"{API}/cameras/south"), 404, "unknown-camera")
+    refusal(client.get(f"{API}/cameras/south/status"), 404, "unknown-camera")
+
+
+def test_added_cameras_are_there_after_a_restart(settings):
+    with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
+        client.post(f"{API}/cameras", json=SOUTH)
+    with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
+        assert client.get(f"{API}/cameras/south").json()["name"] == "South half"
+        assert alive(client, "south")["width"] == 320
+
+
+def test_a_changed_source_is_shown_at_once(client):
+    client.post(f"{API}/cameras", json=SOUTH)
+    assert alive(client, "south")["width"] == 320
+    etag = client.get(f"{API}/cameras/south").headers["etag"]
+    client.patch(f"{API}/cameras/south", json={"source": "sim://table?size=160x128"}, headers={"If-Match": etag})
+    until(lambda: status_of(client, "south")["width"] == 160)
+
+
+def test_passwords_in_addresses_are_never_told(client):
+    secret = {**SOUTH, "source": "rtsp://operator:s3cret@10.255.255.1:554/live"}
+    answers = [client.post(f"{API}/cameras", json=secret), client.get(f"{API}/cameras"),
+               client.get(f"{API}/cameras/south"), client.get(f"{API}/cameras/south/status")]
+    assert all(answer.status_code < 300 for answer in answers)
+    assert all("s3cret" not in answer.text for answer in answers)
+    assert "operator@10.255.255.1" in answers[0].text
+
+
+def test_the_settings_own_cameras_are_changed_there(client):
+    assert client.get(f"{API}/cameras/north").json()["editable"] is False
+    refusal(client.patch(f"{API}/cameras/north", json={"name": "x"}, headers={"If-Match": "1"}), 409,
+            "camera-in-settings")
+    refusal(client.delete(f"{API}/cameras/north"), 409, "camera-in-settings")
+    refusal(client.post(f"{API}/cameras", json={**SOUTH, "id": "north"}), 409, "camera-exists")
+
+
+@pytest.mark.parametrize(("changes", "status"), [
+    ({"source": "carrier-pigeon://coop"}, 404), ({"source": "sim://table?wings=2"}, 422), ({"source": "nonsense"}, 422),
+    ({"source": ""}, 422), ({"source": "sim://table?fps=nan"}, 422), ({"id": "../etc"}, 422), ({"id": ""}, 422),
+    ({"field": "moon"}, 404), ({"region": "nowhere"}, 404), ({"more": 1}, 422), ({"source": None}, 422),
+    ({"source": "file:///etc/passwd"}, 404), ({"name": "x" * 200}, 422),
+])
+def test_a_camera_that_can_never_be_is_refused_and_not_kept(client, changes, status):
+    refusal(client.post(f"{API}/cameras", json={**SOUTH, **changes}), status)
+    assert len(client.get(f"{API}/cameras").json()["items"]) == 1
+
+
+def test_a_source_is_tried_before_it_is_kept(client):
+    answer = client.post(f"{API}/cameras/test", json={"source": SOUTH["source"]})
+    tried = answer.json()
+    assert answer.status_code == 200 and (tried["width"], tried["height"]) == (320, 256)
+    picture = pixels_of(base64.b64decode(tried["picture"].partition(",")[2]))
+    assert picture.shape == (256, 320, 3) and picture.std() > 5 and tried["identity"]["address"].startswith("sim://table")
+    assert len(client.get(f"{API}/cameras").json()["items"]) == 1
+    refusal(client.post(f"{API}/cameras/test", json={"source": "picture://none.png"}), 404, "unknown-picture")
+    refusal(client.post(f"{API}/cameras/test", json={"source": "sim://moon"}), 404, "unknown-field")
+
+
+def test_the_kinds_of_source_are_listed_with_their_options(client):
+    kinds = {kind["scheme"]: kind for kind in client.get(f"{API}/cameras/sources").json()["items"]}
+    assert {"sim", "picture"} <= set(kinds)
+    assert any(option["name"] == "lens" and option["choices"] for option in kinds["sim"]["options"])
+
+
+def test_a_frame_is_shown_as_jpeg_and_exactly_as_png(client):
+    jpeg = client.get(f"{API}/cameras/north/frame.jpg", params={"width": 160})
+    assert jpeg.status_code == 200 and pixels_of(jpeg.content).shape == (128, 160, 3)
+    assert int(jpeg.headers["x-frame-seq"]) > 0 and abs(float(jpeg.headers["x-frame-time"]) - time.time()) < 60
+    png = client.get(f"{API}/cameras/north/frame.png")
+    assert png.headers["content-type"] == "image/png" and pixels_of(png.content).shape == (256, 320, 3)
+    assert png.headers["cache-control"] == "no-store"
+    for params in ({"view": "upside"}, {"width": 5}, {"quality": 0}, {"width": 1e9}):
+        refusal(client.get(f"{API}/cameras/north/frame.jpg", params=params), 422)
+    refusal(client.get(f"{API}/cameras/north/frame.png", params={"view": "side"}), 422)
+
+
+def test_the_corrected_view_comes_with_the_active_calibration(client, task):
+    refusal(client.get(f"{API}/cameras/north/frame.jpg", params={"view": "corrected"}), 409, "not-calibrated")
+    made = calibrated(client, task)
+    client.post(f"{API}/calibrations/{made['id']}/activate")
+    until(lambda: status_of(client)["calibration_applied"])
+    assert status_of(client)["active_calibration"] == made["id"]
+    shown = client.get(f"{API}/cameras/north/frame.jpg", params={"view": "corrected", "width": 320})
+    assert shown.status_code == 200 and pixels_of(shown.content).shape[1] == 320
+    exact = client.get(f"{API}/cameras/north/frame.png", params={"view": "corrected"})
+    assert list(pixels_of(exact.content).shape[1::-1]) == made["corrected_size"]
+
+
+def test_a_calibration_stays_with_the_camera_whose_picture_it_was_made_on(settings, task):
+    client = TestClient(create_app(settings), base_url="http://127.0.0.1:8000")
+    with client:
+        made = calibrated(client, task)
+        client.post(f"{API}/calibrations/{made['id']}/activate")
+        until(lambda: status_of(client)["calibration_applied"])
+    other = {**settings.cameras[0].model_dump(), "source": "sim://vsss-3v3?size=320x256&fps=200"}
+    with TestClient(create_app(settings.model_copy(update={"cameras": (type(settings.cameras[0])(**other),)})),
+                    base_url="http://127.0.0.1:8000") as client:
+        wrong = until(lambda: (s := status_of(client))["state"] == "mismatch" and s)
+        assert wrong["problem"]["reason"] == "other-camera" and not wrong["calibration_applied"]
+        refusal(client.get(f"{API}/cameras/north/frame.jpg", params={"view": "corrected"}), 409, "other-camera")
+        assert client.post(f"{API}/cameras/north/confirm").status_code == 200
+        until(lambda: status_of(client)["calibration_applied"])
+        assert status_of(client)["state"] == "live"
+
+
+def test_confirming_without_a_calibration_is_refused(client):
+    alive(client)
+    refusal(client.post(f"{API}/cameras/north/confirm"), 409, "not-calibrated")
+
+
+def test_a_websocket_sends_a_message_a_frame(client):
+    with watched(client, "cameras/north/stream?view=raw&width=160&fps=50&ack=true") as socket:
+        seen = []
+        for _ in range(5):
+            message = socket.receive_bytes()
+            socket.send_text("")
+            (length,) = struct.unpack_from("<I", message)
+            head = json.loads(message[4:4 + length])
+            assert pixels_of(message[4 + length:]).shape == (128, 160, 3)
+            seen.append(head["seq"])
+    assert seen == sorted(set(seen))
+    until(lambda: status_of(client)["viewers"] == 0)
+
+
+@pytest.mark.parametrize(("path", "reason"), [
+    ("cameras/nobody/stream", "unknown-camera"), ("cameras/north/stream?view=corrected", "not-calibrated"),
+    ("cameras/north/stream?view=x", "unknown-view"), ("cameras/north/stream?width=5", "bad-width"),
+    ("cameras/north/stream?fps=nan", "bad-fps"), ("cameras/north/stream?fps=-1", "bad-fps"),
+    ("cameras/north/stream?quality=0", "bad-quality"),
+])
+def test_a_websocket_that_cannot_be_served_says_why(client, path, reason):
+    with watched(client, path) as socket:
+        told = json.loads(socket.receive_text())
+        assert told["type"].endswith(reason) and told["fix"] and 400 <= told["status"] < 500
+        assert socket.receive()["type"] == "websocket.close"
+
+
+def test_a_stream_ends_when_its_camera_is_removed(client):
+    client.post(f"{API}/cameras", json=SOUTH)
+    with watched(client, "cameras/south/stream?width=160") as socket:
+        socket.receive_bytes()
+        assert client.delete(f"{API}/cameras/south").status_code == 204
+        while (message := socket.receive())["type"] == "websocket.send":
+            last = message
+    assert json.loads(last["text"])["type"].endswith("camera-gone")
+
+
+def test_a_dead_camera_hides_no_other_and_says_what_to_do(client):
+    client.post(f"{API}/cameras", json={**SOUTH, "source": "picture://gone.png"})
+    told = until(lambda: (s := status_of(client, "south"))["state"] == "offline" and s)
+    assert told["problem"]["reason"] == "unknown-picture" and told["problem"]["fix"]
+    start = time.monotonic()
+    for answer in (client.get(f"{API}/cameras/south/frame.jpg"),
+                   client.post(f"{API}/snapshots", json={"camera": "south"})):
+        assert answer.status_code == 503 and answer.json()["type"].endswith("unknown-picture") and answer.json()["fix"]
+    assert time.monotonic() - start < 20
+    assert alive(client)["problem"] is None
+
+
+def test_uploads_are_still_pictures_of_a_camera_that_was_added(client):
+    client.post(f"{API}/cameras", json=SOUTH)
+    kept = client.post(f"{API}/snapshots", files={"file": encoded("png")}, data={"camera": "south"}).json()
+    assert kept["camera"] == "south"
