@@ -1,7 +1,7 @@
 """One calibration to be made: everything it rests on, looked up and checked; every door makes the same one."""
 
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from dataclasses import field as member
 from datetime import UTC, datetime
@@ -12,7 +12,7 @@ from app.errors import BadInput
 from app.field import Field, Region
 from app.field_reader import field_from_json
 from app.geometry import ImageSize
-from app.models import Progress, no_progress, parameters_json
+from app.models import MODELS, Progress, no_progress, parameters_json
 from app.pipeline import Calibrated
 from app.records import Calibration, Observations, observations_from_json
 
@@ -46,6 +46,13 @@ class Task:
     def __post_init__(self) -> None:
         if not self.observations:
             raise BadInput("There are no observations.", "Click points on the four borders.", reason="too-few-points")
+
+    def check_names(self, models: Iterable[str]) -> None:
+        """Refuse models and features that do not exist before anybody waits for them."""
+        for name in models:
+            MODELS[name]
+        for observation in self.observations:
+            self.field.feature(observation.feature, self.region)
 
     def to_json(self) -> dict[str, Any]:
         """Everything, for a job in another process."""

@@ -58,6 +58,30 @@ def test_what_a_job_refuses_is_the_problem_that_the_call_would_have_answered(cli
     refusal(client.post(f"{CAL}?job=perhaps", json=task), 422)
 
 
+@pytest.mark.parametrize("path, change, status, reason", [
+    ("", {"model": "no-such"}, 404, "unknown-camera-model"),
+    ("/compare", {"models": ["polynomial", "no-such"]}, 404, "unknown-camera-model"),
+    ("", {"observations": [{"feature": "no-such", "points": [[1, 2]]}]}, 422, "unknown-feature"),
+    ("/compare", {"observations": [{"feature": "no-such", "points": [[1, 2]]}]}, 422, "unknown-feature")])
+def test_a_name_that_nobody_knows_is_refused_before_a_job_begins(client, task, path, change, status, reason):
+    for how in ("?job=true", ""):
+        refusal(client.post(f"{CAL}{path}{how}", json={**task, **change}), status, reason)
+    assert client.get(f"{API}/jobs").json()["items"] == []
+
+
+@pytest.mark.parametrize("model", ["no-such", "polynomial"])
+def test_a_lens_that_a_board_cannot_tell_is_refused_before_a_job_begins(client, model):
+    view = {"image_points": [[0, 0], [1, 0]], "object_points": [[0, 0, 0], [1, 0, 0]]}
+    answer = client.post(f"{CAL}/board", json={"views": [view], "image_size": [640, 480], "model": model})
+    assert answer.status_code in (404, 422) and answer.json()["fix"]
+    assert client.get(f"{API}/jobs").json()["items"] == []
+
+
+def test_a_comparison_looks_only_at_the_models_that_it_names(client, task):
+    body = {**task, "model": "no-such", "models": ["homography"]}
+    assert client.post(f"{CAL}/compare", json=body).status_code == 200
+
+
 def test_a_job_is_cancelled_as_often_as_one_likes_and_an_unknown_one_is_404(client, engine):
     job = engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 30})
     for _ in range(3):
