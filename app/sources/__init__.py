@@ -145,6 +145,8 @@ SOURCES = Registry("source", {
     "folder": "app.sources.folder:FolderSource",     # pictures of a folder, in name order
     "video": "app.sources.video:VideoSource",        # a film, at its own pace or as fast as possible
     "rtsp": "app.sources.rtsp:RtspSource",           # a network camera: H.264, H.265, MJPEG
+    "http": "app.sources.http_mjpeg:HttpSource",     # a network camera: MJPEG, or a picture asked for again and again
+    "https": "app.sources.http_mjpeg:HttpsSource",
 })
 
 
