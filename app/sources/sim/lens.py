@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from numpy.polynomial.polynomial import polyadd, polyder, polymul, polysub, polyval
 from numpy.typing import NDArray
 
 from app.geometry import Points
@@ -25,17 +26,35 @@ class Lens(Protocol):
 
 
 @dataclass(frozen=True)
-class OddPolynomial:
-    """t (1 + c₀ t² + c₁ t⁴ + …) on 0 ≤ t < end, where it rises; exact both ways."""
+class OddCurve:
+    """t (1 + c₀ t² + c₁ t⁴ + …) / (1 + d₀ t² + …) on 0 ≤ t < end, where it rises; exact both ways."""
 
     coefficients: tuple[float, ...]
     longest: float  # no t beyond this is meant
+    below: tuple[float, ...] = ()
+
+    @cached_property
+    def _above(self) -> NDArray:
+        return np.array([1.0, *self.coefficients])  # in t², lowest first
+
+    @cached_property
+    def _below(self) -> NDArray:
+        return np.array([1.0, *self.below])
+
+    @cached_property
+    def _rise(self) -> NDArray:
+        """d gain / d t² times the divisor's square."""
+        return polysub(polymul(polyder(self._above), self._below), polymul(self._above, polyder(self._below)))
+
+    @cached_property
+    def _climb(self) -> NDArray:
+        """The slope times the divisor's square."""
+        return polyadd(polymul(self._above, self._below), polymul([0.0, 2.0], self._rise))
 
     @cached_property
     def end(self) -> float:
-        """Where the slope first reaches zero, or `longest`."""
-        slope = [c * (2 * i + 3) for i, c in enumerate(self.coefficients)]
-        roots = np.roots([*slope[::-1], 1.0])  # in t²
+        """Where the slope or the divisor first reaches zero, or `longest`."""
+        roots = [r for factor in (self._climb, self._below) for r in np.roots(factor[::-1])]
         turns = [np.sqrt(r.real) for r in roots if abs(r.imag) < 1e-12 and r.real > 0]
         return float(min([*turns, self.longest]))
 
@@ -44,11 +63,15 @@ class OddPolynomial:
 
     def gain(self, tt: NDArray) -> NDArray:
         """value / t as a function of t²."""
-        return 1 + tt * np.polynomial.polynomial.polyval(tt, self.coefficients) if self.coefficients else 1 + 0 * tt
+        return polyval(tt, self._above) / polyval(tt, self._below)
+
+    def rise(self, tt: NDArray) -> NDArray:
+        """d gain / d t²."""
+        return polyval(tt, self._rise) / polyval(tt, self._below) ** 2
 
     def slope(self, t: NDArray) -> NDArray:
-        weights = [1.0] + [c * (2 * i + 3) for i, c in enumerate(self.coefficients)]
-        return np.polynomial.polynomial.polyval(t * t, weights)
+        tt = t * t
+        return polyval(tt, self._climb) / polyval(tt, self._below) ** 2
 
     def solve(self, value: NDArray) -> NDArray:
         """The t with this value; NaN beyond the end."""
@@ -65,17 +88,21 @@ class OddPolynomial:
 
 @dataclass(frozen=True)
 class BrownConrady:
-    """Radial k1, k2, k3 and tangential p1, p2, as OpenCV has them: they distort. All zero is a pinhole."""
+    """Radial k1…k6 and tangential p1, p2, as OpenCV has them: they distort. All zero is a pinhole."""
 
     k1: float = 0.0
     k2: float = 0.0
     p1: float = 0.0
     p2: float = 0.0
     k3: float = 0.0
+    k4: float = 0.0
+    k5: float = 0.0
+    k6: float = 0.0
 
     @cached_property
-    def radial(self) -> OddPolynomial:
-        return OddPolynomial((self.k1, self.k2, self.k3), longest=12.0)  # 85° off the axis
+    def radial(self) -> OddCurve:
+        longest = 12.0  # 85° off the axis
+        return OddCurve((self.k1, self.k2, self.k3), longest, (self.k4, self.k5, self.k6))
 
     def plane_from_ray(self, rays: Rays) -> Points:
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -112,7 +139,7 @@ class BrownConrady:
     def _newton_step(self, x: NDArray, y: NDArray, u: NDArray, v: NDArray) -> tuple[NDArray, NDArray]:
         rr = x * x + y * y
         gain = self.radial.gain(rr)
-        rise = self.k1 + 2 * self.k2 * rr + 3 * self.k3 * rr * rr  # d gain / d r²
+        rise = self.radial.rise(rr)
         xx = gain + 2 * x * x * rise + 2 * self.p1 * y + 6 * self.p2 * x
         yy = gain + 2 * y * y * rise + 6 * self.p1 * y + 2 * self.p2 * x
         xy = 2 * x * y * rise + 2 * self.p1 * x + 2 * self.p2 * y
@@ -133,8 +160,8 @@ class KannalaBrandt:
     k4: float = 0.0
 
     @cached_property
-    def radial(self) -> OddPolynomial:
-        return OddPolynomial((self.k1, self.k2, self.k3, self.k4), longest=np.pi)
+    def radial(self) -> OddCurve:
+        return OddCurve((self.k1, self.k2, self.k3, self.k4), longest=np.pi)
 
     def plane_from_ray(self, rays: Rays) -> Points:
         side = np.hypot(rays[..., 0], rays[..., 1])
@@ -175,6 +202,31 @@ class Division:
         return np.concatenate([ideal, np.where(seen, 1.0, np.nan)], axis=-1)
 
 
+@dataclass(frozen=True)
+class Ssl:
+    """r_ideal = r (1 + a r²), as the Small Size League's geometry messages have it. a > 0 is barrel."""
+
+    a: float = 0.0
+
+    @cached_property
+    def radial(self) -> OddCurve:
+        return OddCurve((self.a,), longest=12.0)
+
+    def plane_from_ray(self, rays: Rays) -> Points:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ideal = rays[..., :2] / rays[..., 2:]
+            radius = np.linalg.norm(ideal, axis=-1, keepdims=True)
+            scale = np.where(radius > 0, self.radial.solve(radius) / radius, 1.0)
+        return np.where(rays[..., 2:] > 0, ideal * scale, np.nan)
+
+    def ray_from_plane(self, points: Points) -> Rays:
+        radius = np.linalg.norm(points, axis=-1, keepdims=True)
+        with np.errstate(invalid="ignore"):
+            seen = radius < self.radial.end
+        ideal = np.where(seen, points * self.radial.gain(radius * radius), np.nan)
+        return np.concatenate([ideal, np.where(seen, 1.0, np.nan)], axis=-1)
+
+
 LENSES: dict[str, Lens] = {
     "none": BrownConrady(),
     "mild": BrownConrady(k1=-0.06, k2=0.005),
@@ -182,6 +234,8 @@ LENSES: dict[str, Lens] = {
     "strong": BrownConrady(k1=-0.28, k2=0.09),
     "crooked": BrownConrady(k1=-0.20, k2=0.05, p1=0.003, p2=-0.002, k3=-0.004),  # the glass sits askew
     "pincushion": BrownConrady(k1=0.10, k2=0.02),
+    "brown-conrady": BrownConrady(k1=-0.28, k2=0.09),  # strong, by the name of its model
     "division": Division(-0.25),
     "fisheye": KannalaBrandt(k1=-0.02, k2=0.004, k3=-0.001),
+    "ssl": Ssl(0.25),
 }

@@ -1,33 +1,46 @@
-"""Who is on the field at a moment, and where: robots on smooth rounds, a ball, goals, people who stand in the way."""
+"""Who is where at a time: robots on their rounds, a ball that rolls and bounces, people who walk across the lines.
+
+Every place is a smooth function of the time alone, so that any frame can be asked for at any time, for ever. Robots
+keep to their own part of the region and never meet; the ball rolls under whatever is in its way, and is hidden then.
+"""
 
 from dataclasses import dataclass
+from functools import lru_cache
+from math import atan2, hypot, pi
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.field import Field, Region
-from app.sources.sim.things import Ball, Spot, Tall, box, capsule, cut, disc
+from app.sources.sim.things import Spot
 
-YELLOW, BLUE = (40.0, 214.0, 246.0), (210.0, 96.0, 24.0)  # BGR
-PINK, LIME = (190.0, 92.0, 250.0), (92.0, 232.0, 110.0)
-ORANGE = (30.0, 112.0, 250.0)
-HULL, HAT = (34.0, 33.0, 32.0), (20.0, 20.0, 20.0)
-WHITE, SKIN, HAIR = (215.0, 220.0, 222.0), (140.0, 170.0, 214.0), (28.0, 34.0, 42.0)
-# The four outer dots of the butterfly, mm ahead and to the left of the hat's middle.
-DOTS = ((35.0, 54.8), (-54.8, 35.0), (-54.8, -35.0), (35.0, -54.8))
+_KICK_S = 2.5  # from one kick to the next
+_KICKS = 64  # then they come again, from where the ball is by then
+_SLOWING = 0.25  # of its speed that a ball loses in a second
+_WAYPOINTS = 9  # of a person's walk
+_ROUNDING_MM = 300.0  # people cut corners by this
 
 
 @dataclass(frozen=True)
 class Play:
-    """robots: of both teams together. people: who stand at the region's edge and hide lines."""
+    """robots: of both teams together. people: who walk about and hide lines, at walk_mm_s; at 0 they stand at the edge.
+
+    speed_mm_s: of the robots; a tenth of the region's diagonal a second if None. The ball is three times as fast.
+    """
 
     robots: int = 8
     people: int = 0
     seed: int = 1
+    speed_mm_s: float | None = None
+    walk_mm_s: float = 1200.0
+
+    def speed_in(self, region: Region) -> float:
+        return 0.1 * hypot(region.width_mm, region.height_mm) if self.speed_mm_s is None else self.speed_mm_s
 
 
 @dataclass(frozen=True)
 class RobotTruth:
-    """Where a robot is: mm, radians, and the height of its hat."""
+    """Where a robot is: mm, radians, the height of its hat, mm/s; and how much of the hat the camera sees, 0…1."""
 
     team: str
     number: int
@@ -35,119 +48,134 @@ class RobotTruth:
     y_mm: float
     angle: float
     z_mm: float
+    vx_mm_s: float = 0.0
+    vy_mm_s: float = 0.0
+    seen: float = 1.0
+
+    @property
+    def name(self) -> str:
+        return f"{self.team} {self.number}"
+
+
+@dataclass(frozen=True)
+class PersonTruth:
+    """Where somebody stands, which way they look, and how far they have walked."""
+
+    x_mm: float
+    y_mm: float
+    angle: float
+    walked_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Rounds:
+    """Of each robot (n, 2): where its part of the region is, its ellipse, how far that wanders and how fast."""
+
+    middle: NDArray
+    orbit: NDArray
+    wander: NDArray
+    turn: NDArray  # (n,) radians a second
+    phase: NDArray  # (n,)
+    slow: NDArray
+    start: NDArray
+
+
+@lru_cache(maxsize=16)
+def _rounds(play: Play, region: Region, radius_mm: float) -> _Rounds:
+    rng, n = np.random.default_rng([play.seed, 1]), play.robots
+    columns = int(np.ceil(np.sqrt(n * region.width_mm / region.height_mm)))
+    rows = -(-n // columns)
+    part = np.array([region.width_mm / columns, region.height_mm / rows])
+    i = np.arange(n)
+    room = np.maximum(part / 2 - 1.3 * radius_mm, 0)
+    orbit = room * rng.uniform(0.35, 0.75, (n, 2))
+    turn = (rng.uniform(0.7, 1.3, n) * rng.choice([-1, 1], n) * play.speed_in(region)
+            / np.maximum(orbit.mean(axis=1), radius_mm))
+    return _Rounds((np.stack([i % columns, i // columns], axis=1) + 0.5) * part, orbit, room - orbit, turn,
+                   rng.uniform(0, 2 * pi, n), turn[:, None] * rng.uniform(0.1, 0.2, (n, 2)),
+                   rng.uniform(0, 2 * pi, (n, 2)))
 
 
 def robots_at(play: Play, field: Field, region: Region, time_s: float) -> list[RobotTruth]:
-    """Each robot goes round an ellipse of its own, none through another's middle."""
-    rng = np.random.default_rng([play.seed, 1])
-    size = _robot(field)
-    columns = int(np.ceil(np.sqrt(play.robots * region.width_mm / region.height_mm))) if play.robots else 1
-    rows = -(-play.robots // columns)
-    found = []
-    for i in range(play.robots):
-        cell = np.array([(i % columns + 0.5) / columns, (i // columns + 0.5) / max(rows, 1)])
-        half = np.array([region.width_mm / columns, region.height_mm / max(rows, 1)]) / 2
-        room = np.maximum(half - 1.3 * size["radius_mm"], 0)
-        orbit = room * rng.uniform(0.35, 0.75, 2)
-        shift = (room - orbit) * rng.uniform(-1, 1, 2)
-        speed = rng.uniform(0.25, 0.6) * rng.choice([-1, 1])
-        phase = rng.uniform(0, 2 * np.pi) + speed * time_s
-        place = cell * (region.width_mm, region.height_mm) + shift + orbit * (np.cos(phase), np.sin(phase))
-        ahead = place + orbit * (-np.sin(phase), np.cos(phase)) * np.sign(speed)
-        x, y = region.field_from_region(place)
-        dx, dy = region.field_from_region(ahead) - (x, y)
-        found.append(RobotTruth("yellow" if i % 2 else "blue", i // 2, float(x), float(y),
-                                float(np.arctan2(dy, dx)), size["height_mm"]))
-    return found
+    """Each robot goes round an ellipse that wanders slowly within a part of the region that is its own."""
+    if not play.robots:
+        return []
+    size = robot_size(field)
+    r = _rounds(play, region, size["radius_mm"])
+    phase, slow = r.phase + r.turn * time_s, r.start + r.slow * time_s
+    place = r.middle + r.orbit * np.stack([np.cos(phase), np.sin(phase)], axis=1) + r.wander * np.sin(slow)
+    speed = (r.turn[:, None] * r.orbit * np.stack([-np.sin(phase), np.cos(phase)], axis=1)
+             + r.wander * r.slow * np.cos(slow))
+    at, to = region.field_from_region(place), region.field_from_region(place + speed)
+    moves = to - at
+    angle = np.where(np.hypot(*moves.T) > 0, np.arctan2(moves[:, 1], moves[:, 0]), phase % (2 * pi))
+    return [RobotTruth("yellow" if i % 2 else "blue", i // 2, *map(float, (*at[i], angle[i])), size["height_mm"],
+                       *map(float, moves[i])) for i in range(play.robots)]
 
 
-def ball_at(play: Play, field: Field, region: Region, time_s: float) -> Spot:
-    """The ball rolls to and fro along a slow curve."""
-    phase = np.random.default_rng([play.seed, 2]).uniform(0, 2 * np.pi)
-    u = 0.5 + 0.36 * np.sin(0.31 * time_s + phase)
-    v = 0.5 + 0.32 * np.sin(0.23 * time_s + 2 * phase)
-    x, y = region.field_from_region(np.array([u * region.width_mm, v * region.height_mm]))
-    return float(x), float(y)
-
-
-def moving(play: Play, field: Field, region: Region, time_s: float) -> list[Tall | Ball]:
-    """The robots and the ball at a time."""
-    things: list[Tall | Ball] = []
-    if play.robots:
-        things.append(Ball(ball_at(play, field, region, time_s),
-                           field.extras.get("ball", {"radius_mm": 21.5})["radius_mm"], ORANGE))
-    return things + [_robot_thing(robot, _robot(field)) for robot in robots_at(play, field, region, time_s)]
-
-
-def standing(play: Play, field: Field, region: Region) -> list[Tall]:
-    """What does not move: goals, and people at the region's edge."""
-    return _goals(field) + _people(play, region)
-
-
-def _robot(field: Field) -> dict[str, float]:
+def robot_size(field: Field) -> dict[str, float]:
     return field.extras.get("robot", {"radius_mm": 90.0, "height_mm": 150.0})
 
 
-def _robot_thing(robot: RobotTruth, size: dict[str, float]) -> Tall:
-    """A round robot with a flat front and the five-dot pattern; a cube with two coloured halves if it is small."""
-    at, radius = (robot.x_mm, robot.y_mm), size["radius_mm"]
-    team = YELLOW if robot.team == "yellow" else BLUE
-    c, s = np.cos(robot.angle), np.sin(robot.angle)
-
-    def spot(ahead: float, left: float) -> Spot:
-        return at[0] + c * ahead - s * left, at[1] + s * ahead + c * left
-    if radius < 70:
-        half = radius / np.sqrt(2)
-        mine = PINK if robot.number % 2 else LIME
-        patches = ((box(spot(0, half / 2), (0.85 * half, 0.36 * half), robot.angle), team),
-                   (box(spot(0, -half / 2), (0.85 * half, 0.36 * half), robot.angle), mine))
-        return Tall(box(at, (half, half), robot.angle), at, radius, 2, robot.z_mm, HAT, HULL, patches, 0.35)
-    scale = radius / 90
-    dots = [(disc(at, 25 * scale), team)]
-    for i, (ahead, left) in enumerate(DOTS):  # the number's bits choose the colours
-        dots.append((disc(spot(ahead * scale, left * scale), 20 * scale), LIME if robot.number >> i & 1 else PINK))
-    body = cut(disc(at, radius), at, robot.angle, 0.8 * radius)
-    return Tall(body, at, radius, 3, robot.z_mm, HAT, HULL, tuple(dots), 0.4)
+def ball_at(play: Play, field: Field, region: Region, time_s: float) -> Spot:
+    """The ball is kicked now and then, rolls straight, ever slower, and bounces off the region's edges."""
+    ways, moves = _kicks(play.seed, 3 * play.speed_in(region))
+    rounds, left_s = divmod(time_s, _KICKS * _KICK_S)
+    kick = min(int(left_s / _KICK_S), _KICKS - 1)
+    rolled = rounds * moves[-1] + moves[kick] + ways[kick] * _rolled_s(left_s - kick * _KICK_S)
+    size = np.array([region.width_mm, region.height_mm])
+    room = 0.96 * size
+    start = np.random.default_rng([play.seed, 2]).uniform(0.2, 0.8, 2) * room
+    # A ball that bounces off an edge is one that goes straight on in the edge's mirror.
+    x, y = region.field_from_region(0.02 * size + room - np.abs((start + rolled) % (2 * room) - room))
+    return float(x), float(y)
 
 
-def _goals(field: Field) -> list[Tall]:
-    """Three white walls of 20 mm behind each goal line."""
-    goal = field.extras.get("goal")
-    if not goal or field.extras.get("carpet") == "black":
-        return []  # the small league's goals are recesses in the wall: nothing stands up
-    half, depth, wall = goal["width_mm"] / 2 + 10, goal["depth_mm"], 10.0
-    things = []
-    for side in (-1, 1):
-        front, back = side * field.length_mm / 2, side * (field.length_mm / 2 + depth + 10)
-        walls = (((back, -half), (back, half)), ((front, -half), (back, -half)), ((front, half), (back, half)))
-        for start, end in walls:
-            middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
-            half_size = (abs(end[0] - start[0]) / 2 + wall, abs(end[1] - start[1]) / 2 + wall)
-            things.append(Tall(box(middle, half_size, 0.0), middle, max(half_size) + wall, 0, goal["height_mm"],
-                               WHITE, (150.0, 156.0, 158.0), (), 0.0))
-    return things
+def _rolled_s(time_s: float) -> float:
+    """How far a ball has come after a kick, over its first speed."""
+    return time_s - _SLOWING * time_s * time_s / 2
 
 
-def _people(play: Play, region: Region) -> list[Tall]:
-    """Each stands with both feet near a border, looking in: shoes, legs, shoulders, head."""
-    rng = np.random.default_rng([play.seed, 3])
-    things = []
-    for _ in range(play.people):
-        side, along = rng.integers(4), rng.uniform(0.15, 0.85)
-        u, v = ((along, -0.01), (along, 1.01), (-0.01, along), (1.01, along))[side]
-        x, y = region.field_from_region(np.array([u * region.width_mm, v * region.height_mm]))
-        inward = np.arctan2(np.mean(region.y_mm) - y, np.mean(region.x_mm) - x) + rng.uniform(-0.5, 0.5)
-        c, s = np.cos(inward), np.sin(inward)
+@lru_cache(maxsize=16)
+def _kicks(seed: int, speed_mm_s: float) -> tuple[NDArray, NDArray]:
+    """First velocity after each kick, (n, 2) mm/s, and where the ball had come to by then, (n + 1, 2) mm."""
+    rng = np.random.default_rng([seed, 6])
+    angle, speed = rng.uniform(0, 2 * pi, _KICKS), speed_mm_s * rng.uniform(0.3, 1, _KICKS)
+    ways = speed[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return ways, np.concatenate([np.zeros((1, 2)), np.cumsum(ways * _rolled_s(_KICK_S), axis=0)])
 
-        def spot(ahead: float, left: float, x=x, y=y, c=c, s=s) -> Spot:
-            return float(x + c * ahead - s * left), float(y + s * ahead + c * left)
-        shirt = tuple(float(v) for v in rng.uniform(40, 190, 3))
-        at, jeans = spot(0, 0), (96.0, 66.0, 48.0)
-        for left in (110, -110):
-            things.append(Tall(capsule(spot(-70, left), spot(150, left), 48), spot(40, left), 180, 0, 90,
-                               (44.0, 44.0, 48.0), (30.0, 30.0, 32.0), (), 0.3))
-            things.append(Tall(disc(spot(0, left * 0.9), 75), spot(0, left * 0.9), 80, 60, 880, jeans, jeans))
-        things.append(Tall(capsule(spot(0, 190), spot(0, -190), 120), at, 320, 850, 1450, shirt,
-                           tuple(0.8 * v for v in shirt)))
-        things.append(Tall(disc(spot(20, 0), 95), spot(20, 0), 100, 1450, 1780, HAIR, SKIN))
-    return things
+
+def people_at(play: Play, region: Region, time_s: float) -> list[PersonTruth]:
+    """Each starts at an edge, looking in, and walks from edge to edge and along them, round and round."""
+    found = []
+    for i in range(play.people):
+        corners, ends, pace, inward = _walk(region, play.seed, i)
+        if play.walk_mm_s == 0:
+            found.append(PersonTruth(*map(float, corners[0]), inward, 0.0))
+            continue
+        walked = pace * play.walk_mm_s * time_s
+        near = walked + np.linspace(-_ROUNDING_MM, _ROUNDING_MM, 9)
+        path = np.stack([np.interp(near, ends, corners[:, k], period=ends[-1]) for k in (0, 1)], axis=1)
+        (x, y), (dx, dy) = path.mean(axis=0), path[-1] - path[0]
+        found.append(PersonTruth(float(x), float(y), atan2(dy, dx), float(walked)))
+    return found
+
+
+def _at_edge(region: Region, side: int, along: float) -> NDArray:
+    u, v = ((along, -0.01), (along, 1.01), (-0.01, along), (1.01, along))[side]
+    return np.array([u * region.width_mm, v * region.height_mm])
+
+
+@lru_cache(maxsize=64)
+def _walk(region: Region, seed: int, person: int) -> tuple[NDArray, NDArray, float, float]:
+    """A closed walk: its corners (n, 2) mm in the field, how far along each one is, the pace, the first look."""
+    rng = np.random.default_rng([seed, 3, person])
+    side, along = int(rng.integers(4)), float(rng.uniform(0.15, 0.85))
+    stops = [(side, along)]
+    for i in range(_WAYPOINTS):
+        side = side if i % 3 == 2 else int((side + rng.integers(1, 4)) % 4)  # now and then along an edge
+        stops.append((side, float(rng.uniform(0.05, 0.95))))
+    corners = np.stack([region.field_from_region(_at_edge(region, *stop)) for stop in [*stops, stops[0]]])
+    ends = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
+    inward = atan2(np.mean(region.y_mm) - corners[0, 1], np.mean(region.x_mm) - corners[0, 0])
+    return corners, ends, float(rng.uniform(0.8, 1.2)), inward + float(rng.uniform(-0.5, 0.5))

@@ -13,12 +13,16 @@ from app.field import Field, Region
 from app.geometry import ImageSize
 from app.models import Option
 from app.records import Frame
-from app.sources import PlainSource, Surroundings, named_field
+from app.sources import Control, Identity, Surroundings, named_field
+from app.sources.sim import timecode
 from app.sources.sim.camera import SimCamera
-from app.sources.sim.lens import LENSES
+from app.sources.sim.controls import RATES_HZ, Settings
+from app.sources.sim.lamps import Lamps
+from app.sources.sim.lens_choice import LENS_OPTIONS, chosen_lens
 from app.sources.sim.look import Light
 from app.sources.sim.play import Play
-from app.sources.sim.render import Rendering, Sensor
+from app.sources.sim.render import Rendering, Sensor, Shot
+from app.sources.sim.truth import Truth
 
 # The leagues number the cameras of a shared field like this.
 CAMERAS = {
@@ -31,8 +35,8 @@ MAX_PIXELS = 6_000_000  # each takes about 60 bytes while the field is painted
 HEIGHT_PER_DIAGONAL = 0.7  # lower, and a strong lens shows its corners bent back
 
 
-class SimSource(PlainSource):
-    """Renders one frame after the other; the truth is in .camera and .rendering."""
+class SimSource:
+    """Renders one frame after the other; the truth is in .camera, .rendering and .truth()."""
 
     TITLE: ClassVar = "Simulated camera"
     HELP: ClassVar = "A field seen through a real lens model, with robots and a ball; nothing to plug in."
@@ -43,7 +47,7 @@ class SimSource(PlainSource):
         Option("region", "text", "", "The region it sees, instead of camera and cameras."),
         Option("rotate", "choice", None, "How the region stands in the picture; its own turn if left out.", unit="°",
                choices=("0", "90", "180", "270")),
-        Option("lens", "choice", "strong", "What the lens does to straight lines.", choices=tuple(LENSES)),
+        *LENS_OPTIONS,
         Option("height", "float", None, "Height above the carpet; 0.7 of the region's diagonal if left out.",
                (200, 100_000), "mm"),
         Option("tilt", "float", 0.0, "How far the camera looks up the picture.", (-60, 60), "°"),
@@ -52,20 +56,32 @@ class SimSource(PlainSource):
         Option("fill", "float", 0.9, "How much of the picture the region fills; above 1 it is cut off.", (0.2, 3)),
         Option("size", "text", "1280x1024", "Width and height of the picture.", unit="px"),
         Option("robots", "int", 6, "Robots on the field, both teams.", (0, 32)),
-        Option("people", "int", 0, "People who stand at the edge and hide lines.", (0, 8)),
+        Option("speed", "float", None, "How fast robots drive; a tenth of the region's diagonal a second if left out. "
+               "The ball is kicked three times as fast.", (0, 10_000), "mm/s"),
+        Option("people", "int", 0, "People who walk about and hide lines.", (0, 8)),
+        Option("walk", "float", 1200.0, "How fast they walk; at 0 they stand at the edge.", (0, 5000), "mm/s"),
         Option("noise", "float", 2.0, "Noise of the sensor, standard deviation.", (0, 60), "grey levels"),
         Option("blur", "float", 0.65, "Blur of lens and pixel, standard deviation.", (0.3, 5), "px"),
         Option("vignette", "float", 0.35, "Darkening towards the corners.", (0, 1)),
         Option("glare", "float", 0.1, "A lamp mirrored in the carpet.", (0, 1)),
         Option("light", "float", 1.0, "Brightness of the whole picture.", (0.05, 3)),
+        Option("flicker", "float", 0.0, "How much the lamps flicker, up and down.", (0, 1)),
+        Option("flicker_hz", "float", 100.0, "How often they flicker.", (0.01, 2000), "Hz"),
+        Option("readout", "float", 15.0, "From first row to last; at 0 all are exposed at once.", (0, 1000), "ms"),
+        Option("drift", "float", 0.0, "How much the light comes and goes within a minute.", (0, 0.95)),
         Option("grain", "float", 1.0, "Texture of the carpet.", (0, 3)),
         Option("seed", "int", 1, "Another number gives another noise and another play.", (0, 2**31)),
-        Option("fps", "float", 15.0, "Frames a second.", (0.1, 240)),
+        Option("fps", "float", 15.0, "Frames a second.", RATES_HZ),
+        Option("timecode", "bool", False, "Whether each picture shows when it was taken, as a row of cells."),
+        Option("serial", "text", "", "The camera's serial number; it has none if left out."),
     )
 
-    def __init__(self, rendering: Rendering, fps: float) -> None:
-        self.rendering = rendering
-        self._fps = fps
+    def __init__(self, rendering: Rendering, fps: float, identity: Identity, with_timecode: bool) -> None:
+        self.settings = Settings(rendering.camera.image_size, fps)
+        self.time_s = 0.0  # of the frame read last, since the play began
+        self._sizes = {1: rendering}  # by binning
+        self._identity = identity
+        self._with_timecode = with_timecode
         self._index = 0
         self._due = time.monotonic()
         self._open = True
@@ -74,12 +90,24 @@ class SimSource(PlainSource):
     def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
         field = named_field(around, target)
         region = _region(field, options)
-        play = Play(options["robots"], options["people"], options["seed"])
+        serial = _serial(options["serial"])
+        play = Play(options["robots"], options["people"], options["seed"], options["speed"], options["walk"])
         light = Light(vignette=options["vignette"], glare=options["glare"], gain=options["light"],
                       grain=options["grain"])
         rendering = Rendering.of(_camera(region, options), field, region, play, light,
-                                 Sensor(options["blur"], options["noise"]))
-        return cls(rendering, options["fps"])
+                                 Sensor(options["blur"], options["noise"], options["readout"]),
+                                 Lamps(options["flicker"], options["flicker_hz"], options["drift"]))
+        where = options["region"] or f"{options['camera']} of {options['cameras']}"
+        return cls(rendering, options["fps"], Identity(f"sim://{target} ({where})", serial, model=cls.TITLE),
+                   options["timecode"])
+
+    @property
+    def rendering(self) -> Rendering:
+        """At the resolution that is set now."""
+        binning = self.settings.binning
+        if binning not in self._sizes:
+            self._sizes = {1: self._sizes[1], binning: self._sizes[1].binned(binning)}
+        return self._sizes[binning]
 
     @property
     def camera(self) -> SimCamera:
@@ -89,14 +117,34 @@ class SimSource(PlainSource):
         if not self._open:
             raise Unavailable("This camera is closed.", "Open it again.", reason="source-closed")
         time.sleep(max(0.0, self._due - time.monotonic()))
-        self._due = max(self._due + 1 / self._fps, time.monotonic())
-        pixels = self.rendering.frame(self._index, self._fps)
-        pixels.setflags(write=False)
+        self._due = max(self._due + 1 / self.settings.frame_rate, time.monotonic())
+        # The time is counted up frame by frame: nothing jumps when the rate is changed.
+        self.time_s += 1 / self.settings.frame_rate if self._index else 0.0
+        pixels = self.rendering.frame_at(self._index, self.time_s, self.settings.shot(self._level))
         self._index += 1
+        if self._with_timecode:
+            timecode.paint(pixels, time.time_ns() // 1_000_000)
+        pixels.setflags(write=False)
         return Frame(pixels)
+
+    def truth(self) -> Truth:
+        """What is true of the frame read last."""
+        return self.rendering.truth_at(self.time_s)
+
+    def _level(self, shot: Shot) -> float:
+        return self.rendering.mean_level * float(np.mean(self.rendering.row_gain(self.time_s, shot)))
 
     def close(self) -> None:
         self._open = False
+
+    def identity(self) -> Identity:
+        return self._identity
+
+    def controls(self) -> tuple[Control, ...]:
+        return self.settings.controls()
+
+    def set_control(self, name: str, value: Any) -> Control:
+        return self.settings.set(name, value)
 
     @classmethod
     def example(cls, folder: Path) -> str:
@@ -114,7 +162,7 @@ def _region(field: Field, options: Mapping[str, Any]) -> Region:
 
 def _camera(region: Region, options: Mapping[str, Any]) -> SimCamera:
     height_mm = options["height"] or HEIGHT_PER_DIAGONAL * float(np.hypot(region.width_mm, region.height_mm))
-    return SimCamera.above(region, _size(options["size"]), LENSES[options["lens"]], height_mm=height_mm,
+    return SimCamera.above(region, _size(options["size"]), chosen_lens(options), height_mm=height_mm,
                            tilt_deg=options["tilt"], pan_deg=options["pan"], roll_deg=options["roll"],
                            fill=options["fill"])
 
@@ -127,3 +175,10 @@ def _size(text: str) -> ImageSize:
                        f"Write it as 1280x1024: at least 32 px a side, at most {MAX_PIXELS // 10**6} megapixels.",
                        reason="bad-option")
     return ImageSize(width, height)
+
+
+def _serial(text: str) -> str:
+    if len(text) > 100 or not text.isprintable():
+        raise BadInput("The option serial is no serial number.", "Use up to 100 letters, digits and signs.",
+                       reason="bad-option")
+    return text

@@ -1,55 +1,161 @@
-"""Things that stand on the field, drawn where a camera really sees them: at their own height.
+"""Things that stand on the field: outlines on the ground, swept from a height to a height.
 
-A tall thing is an outline on the ground, swept from z_low to z_high. Seen from above, a pixel shows its top where the
-ray meets the outline at z_high, and its side where the ray passes the outline anywhere between.
+Seen from above, a pixel looks at a thing's top where its ray meets the outline at z_high, and at its side where the ray
+passes the outline anywhere between; so what counts for the side is the least distance along a short way on the ground.
 """
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.sources.sim.paint import Ground, Plane, inside
-
 Colour = tuple[float, float, float]  # BGR
-Outline = Callable[[NDArray], NDArray]  # points (..., 2) mm → signed distance mm, negative inside
 Spot = tuple[float, float]
-_STEP_MM = 8.0  # of a side's sweep, at most: less than half of the thinnest wall
+Plane = NDArray[np.float32]
+_GOLDEN = (np.sqrt(5.0) - 1) / 2
+_NARROWINGS = 9  # each leaves 0.62 of the way: 1.3 %, 2 mm of a robot's side
 
 
-def disc(centre: Spot, radius_mm: float) -> Outline:
-    return lambda p: np.hypot(p[..., 0] - centre[0], p[..., 1] - centre[1]) - radius_mm
+class Outline(Protocol):
+    def distance(self, x: Plane, y: Plane) -> Plane:
+        """Signed distance mm of points from the outline, negative inside."""
+
+    def swept(self, x: Plane, y: Plane, dx: Plane, dy: Plane) -> Plane:
+        """The least signed distance on the way from (x, y) to (x + dx, y + dy)."""
 
 
-def capsule(start: Spot, end: Spot, radius_mm: float) -> Outline:
-    a, ab = np.array(start), np.subtract(end, start)
+class Convex:
+    """Any convex outline: its distance has one valley along a straight way, found by golden sections."""
 
-    def distance(p: NDArray) -> NDArray:
-        t = np.clip(((p - a) @ ab) / (ab @ ab), 0, 1)
-        return np.linalg.norm(p - a - t[..., None] * ab, axis=-1) - radius_mm
-    return distance
+    def swept(self, x: Plane, y: Plane, dx: Plane, dy: Plane) -> Plane:
+        g = np.float32(_GOLDEN)
+        low, high = np.zeros_like(x), np.ones_like(x)
+        left, right = high - g, low + g
+        at_left = self.distance(x + left * dx, y + left * dy)
+        at_right = self.distance(x + right * dx, y + right * dy)
+        best = np.minimum(at_left, at_right)
+        for _ in range(_NARROWINGS):
+            go_left = at_left < at_right
+            low, high = np.where(go_left, low, left), np.where(go_left, right, high)
+            fresh = np.where(go_left, high - g * (high - low), low + g * (high - low))
+            seen = self.distance(x + fresh * dx, y + fresh * dy)
+            left, right = np.where(go_left, fresh, right), np.where(go_left, left, fresh)
+            at_left, at_right = np.where(go_left, seen, at_right), np.where(go_left, at_left, seen)
+            best = np.minimum(best, seen)
+        ends = np.minimum(self.distance(x, y), self.distance(x + dx, y + dy))
+        return np.minimum(best, ends)
 
 
-def box(centre: Spot, half: Spot, angle: float) -> Outline:
-    c, s = np.cos(angle), np.sin(angle)
+@dataclass(frozen=True)
+class Disc:
+    centre: Spot
+    radius_mm: float
 
-    def distance(p: NDArray) -> NDArray:
-        q = np.abs((p - np.array(centre)) @ np.array([[c, -s], [s, c]])) - np.array(half)
-        return np.linalg.norm(np.maximum(q, 0), axis=-1) + np.minimum(q.max(axis=-1), 0)
-    return distance
+    def distance(self, x: Plane, y: Plane) -> Plane:
+        px, py = x - self.centre[0], y - self.centre[1]
+        return np.sqrt(px * px + py * py) - self.radius_mm
+
+    def swept(self, x: Plane, y: Plane, dx: Plane, dy: Plane) -> Plane:
+        px, py = x - self.centre[0], y - self.centre[1]
+        t = np.clip(-(px * dx + py * dy) / (dx * dx + dy * dy + np.float32(1e-9)), 0, 1)
+        px, py = px + t * dx, py + t * dy
+        return np.sqrt(px * px + py * py) - self.radius_mm
 
 
-def cut(outline: Outline, centre: Spot, angle: float, ahead_mm: float) -> Outline:
-    """The outline without what lies more than ahead_mm before its centre: a robot's flat front."""
-    n = np.array([np.cos(angle), np.sin(angle)])
-    return lambda p: np.maximum(outline(p), (p - np.array(centre)) @ n - ahead_mm)
+@dataclass(frozen=True)
+class Capsule:
+    """Everything near the stroke from start to end."""
+
+    start: Spot
+    end: Spot
+    radius_mm: float
+
+    def distance(self, x: Plane, y: Plane) -> Plane:
+        bx, by = self._stroke
+        return np.sqrt(_to_way(self.start[0] - x, self.start[1] - y, bx, by)) - self.radius_mm
+
+    def swept(self, x: Plane, y: Plane, dx: Plane, dy: Plane) -> Plane:
+        """Two ways that do not cross are nearest at an end of one of them."""
+        bx, by = self._stroke
+        px, py = x - self.start[0], y - self.start[1]
+        ends = [_to_way(-px, -py, bx, by), _to_way(-px - dx, -py - dy, bx, by), _to_way(px, py, dx, dy),
+                _to_way(px - bx, py - by, dx, dy)]
+        turn = by * dx - bx * dy
+        safe = np.where(np.abs(turn) > 1e-6, turn, np.float32(np.inf))
+        t, s = (bx * py - by * px) / safe, (dx * py - dy * px) / safe
+        crossing = (t > 0) & (t < 1) & (s > 0) & (s < 1)
+        nearest = np.minimum(np.minimum(ends[0], ends[1]), np.minimum(ends[2], ends[3]))
+        return np.sqrt(np.where(crossing, np.float32(0), nearest)) - self.radius_mm
+
+    @property
+    def _stroke(self) -> Spot:
+        return self.end[0] - self.start[0], self.end[1] - self.start[1]
+
+
+def _to_way(px: Plane, py: Plane, dx: Plane | float, dy: Plane | float) -> Plane:
+    """Squared distance from the origin to the way from (px, py) to (px + dx, py + dy)."""
+    t = np.clip(-(px * dx + py * dy) / (dx * dx + dy * dy + np.float32(1e-9)), 0, 1)
+    qx, qy = px + t * dx, py + t * dy
+    return qx * qx + qy * qy
+
+
+@dataclass(frozen=True)
+class Box(Convex):
+    centre: Spot
+    half: Spot
+    angle: float
+
+    def distance(self, x: Plane, y: Plane) -> Plane:
+        c, s = float(np.cos(self.angle)), float(np.sin(self.angle))
+        px, py = x - self.centre[0], y - self.centre[1]
+        qx, qy = np.abs(px * c + py * s) - self.half[0], np.abs(py * c - px * s) - self.half[1]
+        ox, oy = np.maximum(qx, 0), np.maximum(qy, 0)
+        return np.sqrt(ox * ox + oy * oy) + np.minimum(np.maximum(qx, qy), 0)
+
+
+@dataclass(frozen=True)
+class CutDisc:
+    """A disc without what lies more than ahead_mm before its centre: a robot with its flat front."""
+
+    centre: Spot
+    radius_mm: float
+    angle: float
+    ahead_mm: float
+
+    def distance(self, x: Plane, y: Plane) -> Plane:
+        nx, ny = float(np.cos(self.angle)), float(np.sin(self.angle))
+        px, py = x - self.centre[0], y - self.centre[1]
+        return np.maximum(np.sqrt(px * px + py * py) - self.radius_mm, px * nx + py * ny - self.ahead_mm)
+
+    def swept(self, x: Plane, y: Plane, dx: Plane, dy: Plane) -> Plane:
+        """The larger of a valley (the disc) and a slope (the front): lowest in the valley, at an end, or where they
+        meet, which Newton's method finds from the end, as their difference is convex.
+        """
+        nx, ny = float(np.cos(self.angle)), float(np.sin(self.angle))
+        px, py = x - self.centre[0], y - self.centre[1]
+        front, rise = px * nx + py * ny - self.ahead_mm, dx * nx + dy * ny
+        dd, pd, pp = dx * dx + dy * dy + np.float32(1e-9), px * dx + py * dy, px * px + py * py
+
+        def valley(t: Plane) -> Plane:
+            return np.sqrt(np.maximum(pp + t * (2 * pd + t * dd), np.float32(1e-6)))
+        lowest = np.clip(-pd / dd, 0, 1)
+        t = np.where(rise > 0, np.float32(0), np.float32(1))
+        for _ in range(3):
+            arm = valley(t)
+            over = arm - self.radius_mm - front - t * rise
+            slope = (pd + t * dd) / arm - rise
+            step = np.where((over > 0) & (np.abs(slope) > 1e-6), over / np.where(slope == 0, 1, slope), np.float32(0))
+            t = np.clip(t - step, 0, 1)
+        bottom = np.maximum(valley(lowest) - self.radius_mm, front + lowest * rise)
+        return np.minimum(bottom, np.maximum(valley(t) - self.radius_mm, front + t * rise))
 
 
 @dataclass(frozen=True, eq=False)
 class Tall:
     """An outline swept from z_low to z_high, and what is painted on its top."""
 
+    owner: str  # whose part this is, such as "yellow 3"
     outline: Outline
     centre: Spot
     reach_mm: float  # no part of the outline is further from the centre
@@ -65,83 +171,19 @@ class Tall:
 class Ball:
     """A sphere lying on the carpet."""
 
+    owner: str
     centre: Spot
     radius_mm: float
     colour: Colour
     shadow: float = 0.25
 
+    @property
+    def reach_mm(self) -> float:
+        return self.radius_mm
 
-def draw(picture: NDArray[np.float32], ground: Ground, light: Plane, things: Iterable[Tall | Ball],
-         sigma_px: float) -> None:
-    """Draw the things into a BGR picture in place, in the order given: the farther ones first."""
-    for thing in things:
-        high = thing.z_high if isinstance(thing, Tall) else 2 * thing.radius_mm
-        reach = thing.reach_mm if isinstance(thing, Tall) else thing.radius_mm
-        part = _window(ground, thing.centre, 1.5 * reach + 20, high)
-        if part is not None:
-            patch = _Patch(picture[part], ground.field_mm[part], light[part],
-                           sigma_px * ground.mm_per_px[part] + 1e-3, ground.camera.position_mm)
-            (_draw_tall if isinstance(thing, Tall) else _draw_ball)(patch, thing)
+    @property
+    def z_high(self) -> float:
+        return 2 * self.radius_mm
 
 
-@dataclass(frozen=True, eq=False)
-class _Patch:
-    """A window of the picture with everything that drawing needs."""
-
-    picture: NDArray[np.float32]
-    floor: NDArray  # field mm
-    light: Plane
-    sigma_mm: NDArray
-    eye: tuple[float, float, float]
-
-    def at(self, z_mm: float) -> NDArray:
-        """Where the pixels look at height z: on the way from the floor to the eye."""
-        return self.floor + (np.array(self.eye[:2]) - self.floor) * (z_mm / self.eye[2])
-
-    def lay(self, distance: NDArray, colour: Colour, within: NDArray | float = 1.0, z_mm: float = 0.0) -> None:
-        sigma = self.sigma_mm * (1 - z_mm / self.eye[2])
-        cover = (np.nan_to_num(inside(distance, sigma)) * within)[..., None].astype(np.float32)
-        self.picture[:] += cover * (np.float32(colour) * self.light[..., None] - self.picture)
-
-    def darken(self, distance: NDArray, soft_mm: float, strength: float) -> None:
-        shade = 1 - strength * np.nan_to_num(inside(distance, np.float64(soft_mm)))
-        self.picture[:] *= shade[..., None].astype(np.float32)
-
-
-def _window(ground: Ground, centre: Spot, reach_mm: float, z_high: float) -> tuple[slice, slice] | None:
-    """The part of the picture in which a thing can be seen, or None."""
-    angle = np.linspace(0, 2 * np.pi, 16, endpoint=False)
-    ring = np.array(centre) + reach_mm * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    around = [np.concatenate([ring, np.full((16, 1), z)], axis=1) for z in (0.0, z_high)]
-    raw = ground.camera.raw_from_field(np.concatenate(around))
-    if not np.isfinite(raw).all():
-        return None
-    w, h = ground.size
-    (x0, y0), (x1, y1) = np.floor(raw.min(axis=0)).astype(int) - 3, np.ceil(raw.max(axis=0)).astype(int) + 4
-    x0, y0, x1, y1 = max(x0, 0), max(y0, 0), min(x1, w), min(y1, h)
-    return (slice(y0, y1), slice(x0, x1)) if x1 > x0 and y1 > y0 else None
-
-
-def _draw_tall(patch: _Patch, thing: Tall) -> None:
-    if thing.shadow:
-        patch.darken(thing.outline(patch.floor) - 8, 0.28 * thing.reach_mm, thing.shadow)
-    lean = np.hypot(*np.subtract(thing.centre, patch.eye[:2])) / patch.eye[2]
-    step_mm = min(_STEP_MM, 2 * float(patch.sigma_mm.min()))  # as fine as the blur: no stairs are seen
-    steps = int(np.clip(lean * (thing.z_high - thing.z_low) / step_mm, 2, 64))
-    levels = np.linspace(thing.z_low, thing.z_high, steps)
-    patch.lay(np.min([thing.outline(patch.at(z)) for z in levels], axis=0), thing.side, z_mm=thing.z_low)
-    top = patch.at(thing.z_high)
-    patch.lay(thing.outline(top), thing.top, z_mm=thing.z_high)
-    for outline, colour in thing.on_top:
-        patch.lay(outline(top), colour, z_mm=thing.z_high)
-
-
-def _draw_ball(patch: _Patch, ball: Ball) -> None:
-    middle = np.array([*ball.centre, ball.radius_mm])
-    patch.darken(disc(ball.centre, ball.radius_mm)(patch.floor), 0.5 * ball.radius_mm, ball.shadow)
-    ray = np.concatenate([patch.floor, np.zeros((*patch.floor.shape[:-1], 1))], axis=-1) - np.array(patch.eye)
-    to_ball = middle - np.array(patch.eye)
-    off = np.linalg.norm(np.cross(ray, to_ball), axis=-1) / np.linalg.norm(ray, axis=-1)
-    patch.lay(off - ball.radius_mm, ball.colour)
-    shine = disc((ball.centre[0] - 0.3 * ball.radius_mm, ball.centre[1] + 0.3 * ball.radius_mm), 0.25 * ball.radius_mm)
-    patch.lay(shine(patch.at(1.8 * ball.radius_mm)), (150.0, 190.0, 255.0))
+Thing = Tall | Ball

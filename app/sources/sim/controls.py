@@ -1,0 +1,104 @@
+"""What can be set on a simulated camera, as on a real one: exposure, gain, white balance, resolution, frame rate."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from app.errors import BadInput, NotFound
+from app.geometry import ImageSize
+from app.sources import Control
+from app.sources.sim.render import USUAL_EXPOSURE_MS, Shot
+
+BINNINGS = (1, 2, 4)
+NEUTRAL_K = 5000.0
+AUTO_LEVEL = 110.0  # mean grey level that an automatic exposure aims at
+MIN_EXPOSURE_US, MAX_GAIN_DB, RATES_HZ, KELVINS = 20.0, 24.0, (0.1, 240.0), (2500.0, 10_000.0)
+
+
+@dataclass
+class Settings:
+    """The camera's own state. size: at full resolution."""
+
+    size: ImageSize
+    frame_rate: float
+    exposure_us: float = 1000 * USUAL_EXPOSURE_MS
+    auto_exposure: bool = False
+    gain_db: float = 0.0
+    white_balance_k: float = NEUTRAL_K
+    binning: int = 1
+
+    def shot(self, level: Callable[[Shot], float]) -> Shot:
+        """What a frame is taken with. level: the mean grey level that a shot would come to."""
+        warm = (self.white_balance_k / NEUTRAL_K) ** 0.5
+        gain, tint = 10 ** (self.gain_db / 20), (1 / warm, 1.0, warm)
+        longest_us = 1e6 / self.frame_rate
+        if self.auto_exposure:
+            one_ms = Shot(1.0, gain, tint)
+            aimed_us = 1000 * AUTO_LEVEL / max(level(one_ms), 1e-6)
+            self.exposure_us = min(max(aimed_us, MIN_EXPOSURE_US), longest_us)
+        self.exposure_us = min(self.exposure_us, longest_us)
+        return Shot(self.exposure_us / 1000, gain, tint)
+
+    def controls(self) -> tuple[Control, ...]:
+        return (
+            Control("exposure", "Exposure time", "float", self.exposure_us, "µs",
+                    (MIN_EXPOSURE_US, 1e6 / self.frame_rate), (), self.auto_exposure),
+            Control("gain", "Gain", "float", self.gain_db, "dB", (0.0, MAX_GAIN_DB)),
+            Control("white_balance", "White balance", "float", self.white_balance_k, "K", KELVINS),
+            Control("resolution", "Resolution", "choice", self._text(self.binning), "px", None,
+                    tuple(self._text(n) for n in self._binnings)),
+            Control("frame_rate", "Frame rate", "float", self.frame_rate, "Hz", RATES_HZ),
+        )
+
+    def set(self, name: str, value: Any) -> Control:
+        """Set one; NotFound for an unknown name, BadInput for a value that it cannot have."""
+        control = self._control(name)
+        if value == "auto" and control.automatic is not None:
+            self.auto_exposure = True
+        elif control.kind == "choice":
+            if value not in control.choices:
+                raise _refused(control, value, " or ".join(control.choices))
+            self.binning = self._binnings[control.choices.index(value)]
+        else:
+            self._set_number(name, _number(control, value))
+        return self._control(name)
+
+    def _set_number(self, name: str, number: float) -> None:
+        if name == "exposure":
+            self.exposure_us, self.auto_exposure = number, False
+        elif name == "gain":
+            self.gain_db = number
+        elif name == "white_balance":
+            self.white_balance_k = number
+        else:
+            self.frame_rate = number
+            self.exposure_us = min(self.exposure_us, 1e6 / number)  # no exposure is longer than a frame
+
+    def _control(self, name: str) -> Control:
+        table = {control.name: control for control in self.controls()}
+        if name not in table:
+            raise NotFound(f"This camera has no setting called {str(name)[:40]!r}.", f"It has: {', '.join(table)}.",
+                           reason="unknown-control")
+        return table[name]
+
+    @property
+    def _binnings(self) -> list[int]:
+        w, h = self.size
+        return [n for n in BINNINGS if w % n == h % n == 0 and min(w, h) // n >= 32]
+
+    def _text(self, binning: int) -> str:
+        return f"{self.size.width // binning}x{self.size.height // binning}"
+
+
+def _number(control: Control, value: Any) -> float:
+    low, high = control.range
+    numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not numeric or not low <= value <= high:
+        other = ', or "auto"' if control.automatic is not None else ""
+        raise _refused(control, value, f"a number from {low:g} to {high:g}{other}")
+    return float(value)
+
+
+def _refused(control: Control, value: Any, allowed: str) -> BadInput:
+    return BadInput(f"{control.label} cannot be {str(value)[:40]!r} on this camera.", f"Use {allowed}.",
+                    reason="bad-control")
