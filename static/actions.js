@@ -6,9 +6,12 @@ import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAd
 import { comparison, compareModels, ranking, stopComparing, useModel } from "./ranking.js";
 import { preview } from "./fitting.js";
 import { HAT_MM, canHeat, differenceFrom, heat, others } from "./heat.js";
+import { chosen, openPair } from "./pair.js";
+import { AT_PAIR, pairArrow, showWorst } from "./pair_actions.js";
+import { basis, bases, by, worst } from "./pairing.js";
 import { closePicture, takePicture } from "./pictures.js";
 import {
-  active, atStraight, cameras, compare, comparing, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
+  active, atStraight, atPair, cameras, compare, comparing, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
 } from "./state.js";
 import { STEPS, nextThing, steps } from "./steps.js";
 import { isOfThese, judge, openStraight, ready as withEdges, search as judging, showStraight, shown } from "./straight.js";
@@ -48,6 +51,12 @@ const TABLE = [
     enabled: () => atBoard.value && ready.value.length > 0 && search.value === null },
   { id: "stop-finding", label: "Stop finding the lens", short: "Stop", group: "Pictures", run: () => search.value?.stop.abort(), enabled: () => search.value !== null },
   { id: "use-lens", label: "Use this lens for a camera", group: "Pictures", run: () => { if (found.value) useLens(found.value); }, enabled: () => found.value !== null },
+  { id: "pair", label: "Compare two cameras…", group: "Pictures", run: () => { closePicture(); step.value = "camera"; void openPair(); } },
+  { id: "worst-match", label: "Show the worst match of two cameras", short: "Show the worst", keys: ["x"], group: "Points", run: showWorst,
+    enabled: () => atPair.value && worst.value >= 0 },
+  { id: "pair-lines", label: "Switch epipolar lines between matches and calibrations", short: "Lines", group: "View", keys: ["s"],
+    run: () => { basis.value = by.value === "matches" ? "calibrations" : "matches"; },
+    enabled: () => atPair.value && bases.value.matches !== null && bases.value.calibrations !== null },
   { id: "straight", label: "Check a lens by straight edges…", group: "Pictures", run: () => { closePicture(); step.value = "camera"; void openStraight(); } },
   { id: "add-edges", label: "Add pictures of straight edges…", short: "Add pictures…", group: "Pictures", run: () => filePicker.open(), enabled: () => atStraight.value },
   { id: "judge-edges", label: "Judge how straight the edges are", short: "Judge the edges", group: "Pictures", run: () => void judge(),
@@ -66,7 +75,7 @@ const TABLE = [
   { id: "add", label: "Add a point under the pointer, or in the middle", keys: ["a"], group: "Points", run: addPoint,
     enabled: () => editing.value },
   { id: "nudge", label: "Move the point by 0.1 px; with Shift 1 px, with Ctrl 10 px", group: "Points", run: arrow,
-    keys: ["", "shift+", "ctrl+"].flatMap((m) => ["Left", "Right", "Up", "Down"].map((d) => `${m}Arrow${d}`)), enabled: has },
+    keys: ["", "shift+", "ctrl+"].flatMap((m) => ["Left", "Right", "Up", "Down"].map((d) => `${m}Arrow${d}`)), enabled: () => has() || atPair.value },
   { id: "next-point", label: "Select the next point (on the picture also Tab)", keys: ["n"], group: "Points", run: () => void selectNext(1, true), enabled: () => editing.value },
   { id: "previous-point", label: "Select the previous point", keys: ["b"], group: "Points", run: () => void selectNext(-1, true), enabled: () => editing.value },
   { id: "select-all", label: "Select all points of this line", keys: ["ctrl+a"], group: "Points", enabled: () => editing.value,
@@ -128,11 +137,17 @@ const TABLE = [
   { id: "keys", label: "Show the keys", short: "?", keys: ["?"], group: "Help", run: () => { help.value = help.value === "keys" ? "" : "keys"; } },
   { id: "manual", label: "Open the manual", short: "Manual", keys: ["F1"], group: "Help", run: () => { help.value = help.value === "manual" ? "" : "manual"; } },
   { id: "escape", label: "Close help, or deselect", keys: ["Escape"], group: "Help",
-    run: () => { if (help.value) help.value = ""; else selection.value = []; } },
+    run: () => { if (help.value) help.value = ""; else { selection.value = []; chosen.value = null; } } },
 ];
 
 /** @type {Map<string, Action>} */
-export const ACTIONS = new Map(TABLE.map((action) => [action.id, action]));
+export const ACTIONS = new Map(TABLE.map((action) => [action.id, orAtPair(action)]));
+
+/** At two cameras some actions mean matches. @param {Action} action @returns {Action} */
+function orAtPair(action) {
+  const there = AT_PAIR[action.id];
+  return there ? { ...action, run: (event) => (atPair.value ? there : action).run(event), enabled: () => (atPair.value ? there : action).enabled?.() ?? true } : action;
+}
 
 /** Do it, if it can be done now. @param {string} id @param {KeyboardEvent} [event] */
 export function run(id, event) {
@@ -152,8 +167,9 @@ function addPoint() {
 function arrow(event) {
   const towards = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event?.key ?? ""];
   if (!event || !towards) return;
-  if (editing.value && picked.value.length) {
-    const size = event.shiftKey ? SHIFT_PX : event.ctrlKey || event.metaKey ? CTRL_PX : NUDGE_PX;
+  const size = event.shiftKey ? SHIFT_PX : event.ctrlKey || event.metaKey ? CTRL_PX : NUDGE_PX;
+  if (atPair.value) pairArrow(towards, size, PAN_PX);
+  else if (editing.value && picked.value.length) {
     nudge(towards[0] * size, towards[1] * size);
   } else panBy(-towards[0] * PAN_PX, -towards[1] * PAN_PX);
 }

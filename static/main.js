@@ -20,15 +20,19 @@ import { Header } from "./panels/header.js";
 import { Help } from "./panels/help.js";
 import { LensReport } from "./panels/lens_report.js";
 import { ModelPanel } from "./panels/model.js";
+import { PairForm } from "./panels/pair.js";
+import { PairReport } from "./panels/pair_report.js";
 import { Notices } from "./panels/notices.js";
 import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "./panels/picture.js";
 import { StraightForm, StraightReport } from "./panels/straight.js";
 import { Figures, Verdict } from "./panels/verdict.js";
 import { ComparePanel, VersionsPanel } from "./panels/versions.js";
+import { openFiles, startPair } from "./pair.js";
+import { pairStanding, startPairing } from "./pairing.js";
 import { loadLists, openFile } from "./pictures.js";
 import { startRanking } from "./ranking.js";
 import { startRouter } from "./router.js";
-import { atStraight, help, step } from "./state.js";
+import { atPair, atStraight, help, step } from "./state.js";
 import { current } from "./steps.js";
 import { addEdgePictures, standing as straightStanding } from "./straight.js";
 import { version } from "./versions.js";
@@ -39,8 +43,9 @@ const dropping = signal(false);
 const DESKS = {
   board: { label: "Lens", standing: boardStanding, Form: BoardForm, Report: LensReport, add: addPictures },
   straight: { label: "Straight edges", standing: straightStanding, Form: StraightForm, Report: StraightReport, add: addEdgePictures },
+  pair: { label: "Two cameras", standing: pairStanding, Form: PairForm, Report: PairReport, add: openFiles },
 };
-const desk = computed(() => (atBoard.value ? DESKS.board : atStraight.value ? DESKS.straight : null));
+const desk = computed(() => (atBoard.value ? DESKS.board : atStraight.value ? DESKS.straight : atPair.value ? DESKS.pair : null));
 
 function App() {
   return html`<${Header}/><aside class="left" aria-label="This step"><${Guide}/><${Left}/></aside>
@@ -112,6 +117,8 @@ async function start() {
   startHeat();
   startArrows();
   startLenses();
+  startPair();
+  startPairing();
   await loadLists();
   await startRouter();
 }

@@ -4,7 +4,8 @@ import { atBoard, standing as boardStanding } from "./board.js";
 import { many } from "./format.js";
 import { BORDERS, doc, pointsOf } from "./document.js";
 import { preview, refusal, stale } from "./fitting.js";
-import { active, atStraight, camera, cameras, region, snapshot, step } from "./state.js";
+import { pairStanding } from "./pairing.js";
+import { active, atPair, atStraight, camera, cameras, region, snapshot, step } from "./state.js";
 import { standing as straightStanding } from "./straight.js";
 import { isSaved, version } from "./versions.js";
 
@@ -88,6 +89,7 @@ export const nextThing = computed(() => {
   switch (step.value) {
     case "camera": if (atBoard.value) return boardStanding.value;
       if (atStraight.value) return straightStanding.value;
+      if (atPair.value) return pairStanding.value;
       return snapshot.value ? thing("step-picture", "Next: picture")
       : cameras.value.length ? thing("take", `Take a picture with ${cameras.value[0].name}`) : thing("open", "Open a picture…");
     case "picture": return thing("step-borders", "Next: borders", region.value ? "" : current.value.sentence);

@@ -10,9 +10,10 @@ import { ArrowLegend } from "../panels/arrows.js";
 import { HeatLegend } from "../panels/heat.js";
 import { Start } from "../panels/start.js";
 import { StraightDesk } from "../panels/straight.js";
+import { PairDesk } from "./pair_desk.js";
 import { Toolbar } from "../panels/toolbar.js";
 import { shown as heatMap, valueAt } from "../heat.js";
-import { atStraight, comparing, editing, pointer, snapshot, step, tool } from "../state.js";
+import { atPair, atStraight, comparing, editing, pointer, snapshot, step, tool } from "../state.js";
 import { listen } from "../tools/pointer.js";
 import { fit, stageSize, view } from "../view.js";
 import { Corrected, RawLines, Wipe, asked, rawClip, underPointer } from "./compare.js";
@@ -41,9 +42,9 @@ export function Stage() {
   useEffect(() => (shown && stage.current ? listen(stage.current) : undefined), [shown?.id]);
 
   const { k, tx, ty } = view.value;
-  return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : "empty"}`} ref=${stage} data-testid="stage"
+  return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`} ref=${stage} data-testid="stage"
       tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab}>
-    ${!shown && (atBoard.value ? html`<${BoardDesk}/>` : atStraight.value ? html`<${StraightDesk}/>` : html`<${Start}/>`)}
+    ${!shown && (atBoard.value ? html`<${BoardDesk}/>` : atStraight.value ? html`<${StraightDesk}/>` : atPair.value ? html`<${PairDesk}/>` : html`<${Start}/>`)}
     ${shown && html`
       <div class="half" style=${rawClip.value}>
         <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}

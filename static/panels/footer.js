@@ -1,7 +1,7 @@
 // Bottom of the page: which version stands, and the keys that matter now.
 import { clock } from "../format.js";
 import { html } from "../html.js";
-import { snapshot, step } from "../state.js";
+import { atPair, snapshot, step } from "../state.js";
 import { isSaved, version } from "../versions.js";
 
 /** @type {Record<string, [string, string][]>} */
@@ -12,11 +12,12 @@ const KEYS = {
   model: [["Ctrl S", "save and compare"], ["Ctrl Z", "undo"], ["?", "all keys"]],
   compare: [["R", "raw"], ["W", "wipe"], ["C", "corrected"], ["L", "lines"], ["E", "error"], ["?", "all keys"]],
   activate: [["Enter", "next"], ["?", "all keys"]],
+  pair: [["click", "left, then right"], ["drag", "move"], ["←↑→↓", "nudge"], ["N", "next"], ["X", "worst"], ["S", "lines"], ["Ctrl Z", "undo"], ["?", "all keys"]],
 };
 
 export function Footer() {
   const it = version.value;
   return html`<footer><span data-testid="version">${it ? html`<b>Version ${it.version}</b> ${it.active ? "active" : "saved"} at ${clock(it.created_at)}${isSaved.value ? "" : ", clicks changed since"}`
     : snapshot.value ? "No calibration saved from this picture yet" : "Touchline works without the internet"}</span>
-    <span class="hints">${KEYS[step.value].map(([key, what]) => html`<span key=${key}><kbd>${key}</kbd> ${what}</span>`)}</span></footer>`;
+    <span class="hints">${KEYS[atPair.value ? "pair" : step.value].map(([key, what]) => html`<span key=${key}><kbd>${key}</kbd> ${what}</span>`)}</span></footer>`;
 }

@@ -5,7 +5,8 @@ import { run } from "../actions.js";
 import { draft } from "../draft.js";
 import { ago } from "../format.js";
 import { html } from "../html.js";
-import { busy, camera, help, snapshot, step } from "../state.js";
+import { both } from "../pair.js";
+import { atPair, busy, camera, help, snapshot, step } from "../state.js";
 import { nextThing, steps } from "../steps.js";
 
 const now = signal(Date.now());
@@ -36,7 +37,7 @@ function Next() {
 
 function Saved() {
   const { state, at } = draft.value;
-  if (state === "none") return html`<span class="saved"></span>`;
+  if (state === "none") return html`<span class="saved" data-testid=${atPair.value && both.value ? "kept" : undefined}>${atPair.value && both.value ? "Kept in this browser" : ""}</span>`;
   const text = !online.value || state === "away" ? "Kept in this browser" : state === "saved" ? `Saved ${ago(at, now.value)}`
     : state === "unsaved" ? "Saving…" : "Not saved";
   return html`<span class=${`saved ${state}`} data-testid="saved" data-state=${state}>${text}</span>`;

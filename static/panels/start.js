@@ -5,6 +5,7 @@ import { dayAndTime } from "../format.js";
 import { html } from "../html.js";
 import { openById, takePicture } from "../pictures.js";
 import { HeldNext, ToBoard } from "./board.js";
+import { ActionButton } from "./toolbar.js";
 import { busy, cameras, fields, snapshots } from "../state.js";
 
 export function Start() {
@@ -21,6 +22,7 @@ export function Start() {
       <button type="button" class="drop" data-testid="drop" disabled=${busy.value !== ""} onClick=${() => run("open")}>
         <b>${busy.value || "Open a picture…"}</b><small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small></button></section>
     <${ToBoard}/>
+    <section aria-label="Two cameras"><h2>Do two cameras agree?</h2><${ActionButton} id="pair"/></section>
     ${snapshots.value.length > 0 && html`<section aria-label="Earlier pictures"><h2>Go on with an earlier picture</h2>
       <ul class="recent">${snapshots.value.map((s) => html`<li key=${s.id}>
         <button type="button" data-testid=${`recent-${s.id}`} onClick=${() => void openById(s.id, "borders")} aria-label=${`Go on with the picture of ${dayAndTime(s.taken_at)}`}>
