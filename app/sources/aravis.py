@@ -71,18 +71,26 @@ def plugged_in(library: Aravis) -> list[Plugged]:
             for i in range(min(library.call("get_n_devices"), MAX_CAMERAS))]
 
 
-def id_of(target: str, library: Aravis) -> str:
-    """What the library calls the camera that the operator calls so; NotFound lists those there are."""
+def address_of(target: str) -> str:
+    return f"aravis://{quote(target)}"
+
+
+def identity_of(address: str, camera: Plugged) -> Identity:
+    return Identity(address, camera.serial, camera.id, f"{camera.vendor} {camera.model}".strip())
+
+
+def names_of(target: str, library: Aravis) -> tuple[str, str]:
+    """What to ask the library for, and the camera's whole name; NotFound lists the cameras there are."""
     if target.startswith(FAKE):
         library.call("enable_interface", b"Fake")
-        return target
+        return target, target
     if _is_ip(target):  # asked directly, which reaches cameras beyond the next router as well
-        return target
+        return target, target
     cameras = plugged_in(library)
     for what in ("id", "serial", "hardware"):
         found = of_several(cameras, target, lambda camera, what=what: getattr(camera, what) == target)
         if found is not None:
-            return found.opened_by
+            return found.opened_by, found.id
     known = ", ".join(camera.serial or camera.id for camera in cameras) or "none now: look at cables and power"
     raise NotFound(f"No camera called {target[:60]!r} answers.", f"Cameras: {known}.", reason="unknown-device")
 
@@ -94,9 +102,9 @@ class AravisDevice:
         self.incomplete = 0
         self._library = library
         self._stream: Any = None
-        device_id = id_of(target, library)
+        opened_by, port = names_of(target, library)
         try:
-            self._camera = library.call("camera_new", device_id.encode())
+            self._camera = library.call("camera_new", opened_by.encode())
         except AravisError as error:
             raise Unavailable("The camera cannot be opened.", f"Look at its cable and power. {_says(error)}",
                               reason="camera-off") from None
@@ -104,7 +112,7 @@ class AravisDevice:
             raise Unavailable("The camera cannot be opened.", "Look at its cable and power.", reason="camera-off")
         self.nodes = AravisNodes(library, library.call("camera_get_device", self._camera))
         serial, vendor, model = (self._name(what) for what in ("device_serial_number", "vendor_name", "model_name"))
-        self.identity = Identity(f"aravis://{quote(target)}", serial, device_id, f"{vendor} {model}".strip())
+        self.identity = Identity(address_of(target), serial, port, f"{vendor} {model}".strip())
 
     def start(self) -> None:
         call = self._library.call

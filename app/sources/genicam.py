@@ -43,6 +43,10 @@ def address_of(target: str, producer: str) -> str:
     return f"genicam://{quote(target)}" + f"?producer={quote(producer)}" * bool(producer)
 
 
+def identity_of(address: str, camera: Described) -> Identity:
+    return Identity(address, camera.serial, camera.id, f"{camera.vendor} {camera.model}".strip())
+
+
 class HarvestersDevice:
     """A Device over harvesters' image acquirer."""
 
@@ -69,7 +73,7 @@ class HarvestersDevice:
         self._acquirer.add_callback(self._acquirer.Events.INCOMPLETE_BUFFER, _counter(self))
         self._map = self._acquirer.remote_device.node_map
         self.nodes = GenApiNodes(self._map)
-        self.identity = Identity(address, camera.serial, camera.id, f"{camera.vendor} {camera.model}".strip())
+        self.identity = identity_of(address, camera)
 
     def start(self) -> None:
         payload = self.nodes.get("PayloadSize")
