@@ -64,7 +64,7 @@ def main(codec: str, gop: str) -> None:
     factory.set_shared(True)
     now, filters = [], []
 
-    def made(_factory, media) -> None:  # noqa: ANN001
+    def made(_factory, media) -> None:
         filters.append(media.get_element().get_by_name("size"))
         if now:
             filters[-1].set_property("caps", now[-1])
@@ -74,7 +74,7 @@ def main(codec: str, gop: str) -> None:
     server.attach(None)
     print(server.get_bound_port(), flush=True)
 
-    def told(channel, _condition) -> bool:  # noqa: ANN001
+    def told(channel, _condition) -> bool:
         width, height = channel.readline().split("x")
         now.append(Gst.Caps.from_string(f"video/x-raw,format=I420,width={width},height={int(height)},framerate=25/1"))
         for one in filters:

@@ -1,5 +1,6 @@
 """A small HTTP camera for tests: MJPEG at /video, single pictures at /shot.jpg, and whatever it is told to do wrong."""
 
+import contextlib
 import socket
 import socketserver
 import threading
@@ -75,10 +76,8 @@ class MjpegCamera:
     def drop(self) -> None:
         """End every connection."""
         for line in list(self._lines):
-            try:
+            with contextlib.suppress(OSError):
                 line.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass
 
     def close(self) -> None:
         self._server.shutdown()
@@ -110,7 +109,8 @@ class MjpegCamera:
             return True
         if line[1].startswith("/shot"):
             picture = coded(len(self.requests), self.size)
-            say(f"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\nContent-Length: {len(picture)}\r\n\r\n".encode() + picture)
+            length = f"Content-Length: {len(picture)}"
+            say(f"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\n{length}\r\n\r\n".encode() + picture)
             return True
         chunked = "Transfer-Encoding: chunked\r\n" if self.chunked else "Connection: close\r\n"
         say(f"HTTP/1.1 200 OK\r\nContent-Type: {self.announced}\r\n{chunked}\r\n".encode())

@@ -1,5 +1,6 @@
 """A small RTSP camera for tests: Motion JPEG over RTP (RFC 2435), interleaved in the RTSP connection (RFC 2326)."""
 
+import contextlib
 import re
 import socket
 import socketserver
@@ -61,10 +62,8 @@ class RtspCamera:
     def drop(self) -> None:
         """End every connection, as a camera does that loses its power."""
         for line in list(self._lines):
-            try:
+            with contextlib.suppress(OSError):
                 line.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass
 
     def close(self) -> None:
         self._server.shutdown()
@@ -95,7 +94,7 @@ class _Session:
             self.over.set()
             camera._lines.discard(self.line)
 
-    def answered(self, reader) -> bool:  # noqa: ANN001
+    def answered(self, reader) -> bool:
         first = reader.read(1)
         if first == b"$":  # a report about what came
             reader.read(int.from_bytes(reader.read(3)[1:], "big"))
@@ -116,7 +115,8 @@ class _Session:
             asks = {"basic": 'Basic realm="cam"', "digest": f'Digest realm="cam", nonce="{NONCE}"'}
             return self.say("401 Unauthorized", say | {"WWW-Authenticate": asks[self.camera.login]})
         if method == "DESCRIBE":
-            body = "v=0\r\no=- 0 0 IN IP4 0.0.0.0\r\ns=t\r\nc=IN IP4 0.0.0.0\r\nt=0 0\r\nm=video 0 RTP/AVP 26\r\na=control:1\r\n"
+            body = "\r\n".join(("v=0", "o=- 0 0 IN IP4 0.0.0.0", "s=t", "c=IN IP4 0.0.0.0", "t=0 0",
+                                "m=video 0 RTP/AVP 26", "a=control:1", ""))
             return self.say("200 OK", say | {"Content-Type": "application/sdp", "Content-Base": uri + "/"}, body)
         if method == "SETUP":
             if "TCP" not in headers["transport"]:

@@ -144,6 +144,7 @@ SOURCES = Registry("source", {
     "picture": "app.sources.picture:PictureSource",  # a picture file, again and again
     "folder": "app.sources.folder:FolderSource",     # pictures of a folder, in name order
     "video": "app.sources.video:VideoSource",        # a film, at its own pace or as fast as possible
+    "v4l2": "app.sources.v4l2:V4l2Source",           # a webcam or a capture card in this machine
     "rtsp": "app.sources.rtsp:RtspSource",           # a network camera: H.264, H.265, MJPEG
     "http": "app.sources.http_mjpeg:HttpSource",     # a network camera: MJPEG, or a picture asked for again and again
     "https": "app.sources.http_mjpeg:HttpsSource",

@@ -52,9 +52,9 @@ def without_password(url: str) -> str:
         return url
     rest, hidden = USERINFO.subn(lambda found: f"{found[1]}@" if found[1] else "", rest)
     if not hidden and "@" in rest and scheme.lower() in KEEP_THEIR_QUERY:
-        host, slash, path = rest.partition("/")
+        host = rest.partition("/")[0]
         # An @ in a path is a camera's own affair; before it, or after an odd host, it is a password with signs in it.
-        if "@" in host or ":" in host and not host.rpartition(":")[2].isdecimal():
+        if "@" in host or (":" in host and not host.rpartition(":")[2].isdecimal()):
             rest = rest.rpartition("@")[2]
     return scheme + separator + SECRET.sub(r"\1…", rest)
 

@@ -7,11 +7,12 @@ import os
 
 # OpenCV reads these when it opens something, and hands the first to FFmpeg: one text for files and RTSP alike, since an
 # environment must not change while other threads look at it. A film in one of these containers names no other file.
-os.environ["OPENCV_FFMPEG_CAPTURE_OPTIONS"] = ("protocol_whitelist;file,tcp,rtp|format_whitelist;mov,avi,matroska,rtsp,sdp"
-                                               "|rtsp_transport;tcp|fpsprobesize;0|allowed_media_types;video")
+os.environ["OPENCV_FFMPEG_CAPTURE_OPTIONS"] = (
+    "protocol_whitelist;file,tcp,rtp|format_whitelist;mov,avi,matroska,rtsp,sdp|rtsp_transport;tcp"
+    "|allowed_media_types;video|fpsprobesize;0")  # the last: no second of frames is looked at before the first is given
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # it would write addresses to stderr
 
-import cv2  # noqa: E402
+import cv2
 
 MAX_SIDE_PX = 16_384
 MAX_PIXELS = 50_000_000

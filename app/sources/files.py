@@ -46,7 +46,8 @@ def read_bytes(path: Path) -> bytes:
 
 def by_name(path: Path) -> list[int | str]:
     """A sort key in which img2 comes before img10."""
-    return [int(part) if part.isascii() and part.isdecimal() else part.casefold() for part in re.split(r"([0-9]+)", path.name)]
+    parts = re.split(r"([0-9]+)", path.name)
+    return [int(part) if i % 2 else part.casefold() for i, part in enumerate(parts)]
 
 
 def _within(folder: Path, name: str) -> Path | None:

@@ -9,6 +9,7 @@ import io
 import socket
 import ssl
 import time
+from collections.abc import Iterator
 from typing import Self
 
 from app.errors import Unavailable
@@ -117,7 +118,7 @@ class HttpLine:
             self.close()
 
     @contextlib.contextmanager
-    def _watched(self, deadline: float):  # noqa: ANN202
+    def _watched(self, deadline: float) -> Iterator[None]:
         self._timed.deadline = deadline
         try:
             yield

@@ -24,7 +24,7 @@ Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 PORTS = {"rtsp": 554, "http": 80, "https": 443}
 NAME = re.compile(r"(?=.{1,253}\.?$)([a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.)*[a-z0-9_]([a-z0-9_-]{0,61}[a-z0-9_])?\.?",
                   re.IGNORECASE)
-LOOKS_LIKE_A_NUMBER = re.compile(r"(0x[0-9a-f]*|[0-9]+)\.?$", re.IGNORECASE)  # the last label of 127.1, 0x7f.1, 2130706433
+NUMBER = re.compile(r"0x[0-9a-f]*|[0-9]+", re.IGNORECASE)  # the last label of 127.1, 0x7f.1, 2130706433
 METADATA = frozenset(map(ipaddress.ip_address, (  # clouds' services that hand out keys; most others are link-local
     "169.254.169.254", "100.100.100.200", "168.63.129.16", "192.0.0.192", "fd00:ec2::254", "fd20:ce::254")))
 THIS_NETWORK = ipaddress.ip_network("0.0.0.0/8")
@@ -167,7 +167,7 @@ def _is_host(host: str) -> bool:
         ipaddress.ip_address(host)
         return "%" not in host
     except ValueError:
-        return bool(NAME.fullmatch(host)) and not LOOKS_LIKE_A_NUMBER.fullmatch(host.removesuffix(".").rpartition(".")[2])
+        return bool(NAME.fullmatch(host)) and not NUMBER.fullmatch(host.removesuffix(".").rpartition(".")[2])
 
 
 def _inner(address: ipaddress.IPv6Address) -> ipaddress.IPv4Address | None:

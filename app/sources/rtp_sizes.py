@@ -4,7 +4,7 @@ FFmpeg under OpenCV keeps the first size for good and bends whatever comes later
 RFC 3550 (RTP), 2435 (JPEG), 6184 (H.264), 7798 (H.265); ITU-T H.264 7.3.2.1, H.265 7.3.2.2.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 Size = tuple[int, int]  # width, height in px as coded, before any cropping window
 
@@ -131,7 +131,7 @@ class _Bits:
         return (1 << zeros) - 1 + self.take(zeros)
 
 
-def _read(reader, unit: bytes) -> tuple[int, Size] | None:  # noqa: ANN001
+def _read(reader: Callable[["_Bits"], tuple[int, Size]], unit: bytes) -> tuple[int, Size] | None:
     try:
         return reader(_Bits(unit[:1024]))
     except IndexError:

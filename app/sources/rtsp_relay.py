@@ -40,7 +40,7 @@ class Relay:
         self.url = self._ours + place.resource
         self._ffmpeg: socket.socket | None = None
         self._from_camera, self._from_ffmpeg = bytearray(), bytearray()
-        self._asked: dict[int, tuple[str, str, bytes, int]] = {}  # by our number: method, URI, the rest, FFmpeg's number
+        self._asked: dict[int, tuple[str, str, bytes, int]] = {}  # by our number: method, URI, rest, FFmpeg's number
         self._number = 0
         self._watch = SizeWatch("")
         self._playing = False
@@ -163,7 +163,7 @@ class Relay:
             number = int(re.search(r"(?mi)^CSeq:\s*(\d+)", text)[1])
             if uri.startswith(self._ours):
                 uri = self._real + uri.removeprefix(self._ours)
-            elif not uri.startswith("rtsp://") or not self._asked and self._number == 0:
+            elif not uri.startswith("rtsp://") or self._number == 0:
                 raise _broken()  # a stranger on this machine
             self._ask(method, uri, re.sub(r"(?mi)^CSeq:.*\r?\n?", "", rest).encode(), number)
 
