@@ -3,17 +3,20 @@
 import contextlib
 import socket
 import socketserver
+import ssl
 import threading
 import time
 from base64 import b64encode
 from collections.abc import Callable, Iterable
 from hashlib import md5
+from pathlib import Path
 
 import cv2
 import numpy as np
 
 NONCE = "b3a1"
 BOUNDARY = "frame-42"
+CERTIFICATE = Path(__file__).with_name("camera_certificate.pem")
 
 
 def coded(n: int, size: tuple[int, int] = (320, 240)) -> bytes:
@@ -26,7 +29,7 @@ def coded(n: int, size: tuple[int, int] = (320, 240)) -> bytes:
 class MjpegCamera:
     """Serves until close(). The attributes may be set while it runs."""
 
-    def __init__(self, fps: float = 25.0, *, host: str = "127.0.0.1", port: int = 0) -> None:
+    def __init__(self, fps: float = 25.0, *, host: str = "127.0.0.1", port: int = 0, tls: bool = False) -> None:
         self.fps, self.size = fps, (320, 240)
         self.login = ""  # "", "basic" or "digest", as user "op", password "s3cret/"
         self.announced = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
@@ -62,16 +65,21 @@ class MjpegCamera:
                 """Those who hang up are no news."""
 
         self._server = Server((host, port), Handler)
+        self.scheme = "https" if tls else "http"
+        if tls:
+            context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            context.load_cert_chain(CERTIFICATE)
+            self._server.socket = context.wrap_socket(self._server.socket, server_side=True)
         self.port = self._server.server_address[1]
         threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True).start()
 
     @property
     def url(self) -> str:
-        return f"http://127.0.0.1:{self.port}/video?resolution=320x240"
+        return f"{self.scheme}://127.0.0.1:{self.port}/video?resolution=320x240"
 
     @property
     def picture_url(self) -> str:
-        return f"http://127.0.0.1:{self.port}/shot.jpg"
+        return f"{self.scheme}://127.0.0.1:{self.port}/shot.jpg"
 
     def drop(self) -> None:
         """End every connection."""

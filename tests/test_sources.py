@@ -5,9 +5,10 @@ import time
 import cv2
 import numpy as np
 import pytest
+from far_ends import HOSTS, address_of, with_option
 
 from app.errors import BadInput, NotFound, TouchlineError, Unavailable
-from app.images import frame_from_bytes
+from app.images.inside import decode_inside
 from app.models import Option
 from app.sources import SOURCES, Source, Surroundings, source_from_url, split_address
 from app.store.fields import load_fields
@@ -20,12 +21,18 @@ every_source = pytest.mark.parametrize("name", list(SOURCES))
 def around(tmp_path) -> Surroundings:
     folder = tmp_path / "pictures"
     folder.mkdir()
-    return Surroundings(FIELDS, frame_from_bytes, folder)
+    return Surroundings(FIELDS, decode_inside, folder, HOSTS)
 
 
 @pytest.fixture
-def source(name, around):
-    opened = source_from_url(SOURCES[name].example(around.pictures), around)
+def address(name, around):
+    with address_of(name, around.pictures) as url:
+        yield url
+
+
+@pytest.fixture
+def source(address, around):
+    opened = source_from_url(address, around)
     yield opened
     opened.close()
 
@@ -51,13 +58,14 @@ def test_frames_come_one_after_the_other_and_are_alike_in_size(name, source):
 
 @every_source
 def test_a_source_waits_for_its_next_frame(name, around):
-    slow = source_from_url(SOURCES[name].example(around.pictures).replace("fps=200", "fps=10"), around)
-    slow.read()
-    start = time.monotonic()
-    slow.read()
-    slow.read()
-    assert 0.12 < time.monotonic() - start < 1.5
-    slow.close()
+    with address_of(name, around.pictures, fps=10) as url:
+        slow = source_from_url(url, around)
+        slow.read()
+        start = time.monotonic()
+        slow.read()
+        slow.read()
+        assert 0.12 < time.monotonic() - start < 1.5
+        slow.close()
 
 
 @every_source
@@ -70,23 +78,41 @@ def test_a_closed_source_says_so_and_closes_twice(name, source):
 
 
 @every_source
-def test_an_unknown_option_is_named_with_the_known_ones(name, around):
-    url = SOURCES[name].example(around.pictures)
+def test_an_unknown_option_is_named_with_the_known_ones(name, address, around):
     with pytest.raises(BadInput, match="colour") as refused:
-        source_from_url(f"{url}&colour=red", around)
-    assert refused.value.reason == "unknown-option" and "fps" in refused.value.fix
+        source_from_url(with_option(address, "colour", "red"), around)
+    assert refused.value.reason == "unknown-option"
+    assert all(option.name in refused.value.fix for option in SOURCES[name].OPTIONS)
 
 
 @every_source
 @pytest.mark.parametrize("value", ["nan", "inf", "1e999", "-1", "x", "", "0", "1e9", "١"])
-def test_an_option_out_of_its_range_is_refused(name, around, value):
-    url = SOURCES[name].example(around.pictures).replace("fps=200", f"fps={value}")
+def test_an_option_out_of_its_range_is_refused(name, address, around, value):
+    positive = {option.name: option for option in SOURCES[name].OPTIONS if option.range and option.range[0] > 0}
+    option = positive.get("fps") or next(iter(positive.values()))
     try:
-        source_from_url(url, around).close()
+        source_from_url(with_option(address, option.name, value), around).close()
     except BadInput as refused:
-        assert refused.reason == "bad-option" and "0.1" in refused.fix
+        assert refused.reason == "bad-option" and f"{option.range[0]:g}" in refused.fix
     else:
         assert value == "١"  # Python reads every script's digits
+
+
+@every_source
+def test_a_source_says_which_camera_it_is_without_a_password(name, source, address):
+    identity = source.identity()
+    assert identity.address.startswith(f"{name}://") and identity.differs_from(identity) is None
+
+
+@every_source
+def test_what_can_be_set_is_read_back_and_what_cannot_is_named(name, source):
+    source.read()
+    controls = source.controls()
+    assert len({control.name for control in controls}) == len(controls)
+    with pytest.raises(NotFound) as refused:
+        source.set_control("colour", 1)
+    assert refused.value.reason == "unknown-control"
+    assert all(control.name in refused.value.fix for control in controls)
 
 
 @pytest.mark.parametrize("url", [
