@@ -1,0 +1,94 @@
+"""Industrial cameras for tests: the simulated ones of the genicam package, and a real GigE Vision one on this machine.
+
+What is not installed is said and left out; where TOUCHLINE_TESTS is "all" (.ci/run sets it), it fails instead.
+"""
+
+import fcntl
+import importlib.util
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+
+from app.errors import TouchlineError, Unavailable
+from app.sources import Surroundings, source_from_url
+from app.sources.aravis_library import aravis
+
+GV_CAMERA = "arv-fake-gv-camera-0.8"
+
+
+def missing(what: str, fix: str) -> None:
+    """Skip the test that needs it, or fail where nothing may be left out."""
+    text = f"{what} is not installed; {fix}"
+    if os.environ.get("TOUCHLINE_TESTS") == "all":
+        pytest.fail(text)
+    pytest.skip(text)
+
+
+def viky() -> tuple[Path, ...]:
+    """The folder of the simulated producer."""
+    spec = importlib.util.find_spec("genicam")
+    if spec is None or spec.origin is None or importlib.util.find_spec("harvesters") is None:
+        missing("harvesters", "pip install harvesters")
+    return (Path(spec.origin).parent,)
+
+
+def with_viky() -> Surroundings:
+    return Surroundings(producers=viky())
+
+
+def need_aravis() -> None:
+    try:
+        aravis()
+    except Unavailable as gone:
+        missing("libaravis-0.8", gone.fix)
+
+
+def opened(url: str, around: Surroundings | None = None, patience_s: float = 20.0):
+    """The camera, as soon as whoever had it before lets go of it: a camera notices that only after some seconds."""
+    until = time.monotonic() + patience_s
+    while True:
+        try:
+            return source_from_url(url, around or Surroundings())
+        except TouchlineError:
+            if time.monotonic() > until:
+                raise
+            time.sleep(0.2)
+
+
+class GvCamera:
+    """Starts one that listens on 127.0.0.1, as soon as nobody else's does: their port is fixed."""
+
+    SERIAL = "TL01"
+
+    def __init__(self, *options: str) -> None:
+        need_aravis()
+        if not shutil.which(GV_CAMERA):
+            missing(GV_CAMERA, "apt install aravis-tools")
+        self._lock = open(Path(tempfile.gettempdir()) / "touchline-gv-camera.lock", "w")  # noqa: SIM115
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
+        self._options = options
+        self.start()
+
+    def start(self) -> None:
+        self._process = subprocess.Popen([GV_CAMERA, "-i", "127.0.0.1", "-s", self.SERIAL, *self._options],
+                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        opened("aravis://127.0.0.1").close()
+        assert self._process.poll() is None, "another simulated camera is on this machine already"
+
+    def stop(self) -> None:
+        self._process.kill()
+        self._process.wait()
+
+    def close(self) -> None:
+        self.stop()
+        self._lock.close()
+
+
+def held() -> dict[str, int]:
+    """What this process holds of the machine: open files and threads."""
+    return {"files": len(os.listdir("/proc/self/fd")), "threads": len(os.listdir("/proc/self/task"))}
