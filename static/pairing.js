@@ -85,7 +85,7 @@ export const lines = computed(() => {
 export const pairStanding = computed(() => {
   const lacking = SIDES.find((s) => !pictures.value[s]), why = missing.value;
   if (lacking) return { action: "open", label: `Open the ${called(lacking)} picture…`, missing: "", done: false, sentence: why };
-  const said = why || (stale.value ? "The server is at it." : `${complete.value ? `${many(complete.value, "match").replace("matchs", "matches")}: what they say` : "What the calibrations say"} stands on the right.`);
+  const said = why || (stale.value ? "The server is at it." : `${complete.value ? `${many(complete.value, "match").replace("matchs", "matches")}: what they say` : "What the calibrations say"} stands beside the pictures.`);
   return { action: "worst-match", label: "Show the worst match", missing: worst.value < 0 ? why || "Match something in both pictures." : "", done: !why, sentence: said };
 });
 

@@ -64,7 +64,8 @@ def agreement(offsets):
     ([[1, 0]] * 8, 0.9, "good", ""),
     ([[1, 0]] * 8, 0.1, "good", "Match more"),
     ([[30, 5]] * 8, 0.9, "poor", "one shift by (30, 5) mm"),
-    ([[1, 0]] * 8 + [[90, 0]], 0.9, "poor", "Look at the worst, at (800, 0) mm"),
+    ([[1, 0]] * 8 + [[90, 0]], 0.9, "fair", "Look at the worst, at (800, 0) mm"),
+    ([[40, 0]] * 8 + [[900, 0]], 0.9, "poor", "Look at the worst"),
     ([[9, 0], [-9, 0], [0, 9], [0, -9], [7, 7]], 0.9, "fair", "click lines inside"),
     ([[40, 0], [41, 0]], 0.9, "poor", "Check these few"),
 ])

@@ -21,28 +21,35 @@ def of_agreement(found: Agreement, covered: float) -> dict[str, Any]:
     """{"level", "sentence", "fix"}. covered: the share of the common part that lies near a measured place."""
     apart = found.apart_mm
     median, worst = float(np.median(apart)), float(apart.max())
-    size = float(np.sqrt(np.mean(apart**2)))
+    usual = apart[apart <= max(STANDS_OUT * median, FAIR_MM)]  # a mistaken match says nothing about the cameras
+    size = float(np.sqrt(np.mean(usual**2)))
     level = "good" if size <= GOOD_MM else "fair" if size <= FAIR_MM else "poor"
     words = {"good": "Both cameras put the same thing at the same place.",
              "fair": "A robot jumps a little where one camera takes over from the other.",
              "poor": "The cameras put the same thing at different places."}[level]
-    sentence = f"{words} They are {median:.1f} mm apart in the median, {worst:.1f} mm at the worst place."
+    sentence = f"{words} They are {_mm(median)} apart in the median, {_mm(worst)} at the worst place."
+    if few := len(apart) - len(usual):
+        x, y = found.places[int(np.argmax(apart))]
+        return {"level": "fair" if level == "good" else level,
+                "sentence": f"{sentence} {few} of {len(apart)} {'stands' if few == 1 else 'stand'} out.",
+                "fix": f"Look at the worst, at ({x:.0f}, {y:.0f}) mm: is it the same thing in both pictures, and at "
+                       "that height? If it is, click more near there and calibrate again."}
     if level == "good":
         fix = ("Match more, all over the part that both see: these figures speak for a small piece of it."
                if len(apart) < FEW_PLACES or covered < 0.25 else "")
         return {"level": level, "sentence": sentence, "fix": fix}
-    return {"level": level, "sentence": sentence, "fix": _cure(found, median, worst)}
+    return {"level": level, "sentence": sentence, "fix": _cure(found)}
 
 
-def _cure(found: Agreement, median: float, worst: float) -> str:
+def _mm(value: float) -> str:
+    return f"{value:.1f} mm" if value < 10 else f"{value:.0f} mm"
+
+
+def _cure(found: Agreement) -> str:
     shift = np.median(found.offset_mm, axis=0)
     spread = float(np.sqrt(np.mean(np.sum((found.offset_mm - shift) ** 2, axis=1))))
-    x, y = found.places[int(np.argmax(found.apart_mm))]
     if len(found.places) < FEW_PLACES:
         return "Check these few, and that each has its true height; then match more, all over the part that both see."
-    if worst > STANDS_OUT * median and worst > FAIR_MM:
-        return (f"Look at the worst, at ({x:.0f}, {y:.0f}) mm: is it the same thing in both pictures, and at that "
-                "height? If it is, click more near there and calibrate again.")
     if spread <= SPREAD_SHARE * float(np.hypot(*shift)):
         return (f"Nearly all of it is one shift by ({shift[0]:.0f}, {shift[1]:.0f}) mm: one camera was moved after "
                 "it was calibrated, or things are higher than was said. Calibrate again the one whose lines no "

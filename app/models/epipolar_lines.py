@@ -1,9 +1,10 @@
 """Where a point of one picture can lie in the other, as it is drawn: straight by a matrix, bent by lenses.
 
     straight:  (x', y', 1) F (x, y, 1)ᵀ = 0, cut to the picture
-    bent:      the ray of one camera as the other sees it, from that camera's own place out to infinity
+    bent:      the plane through both cameras and the one's ray, as the other sees it
 
-The bent line is walked in even angles about the camera that looks, so that no lens makes its steps long.
+The bent line is walked in even angles about the camera that looks, so that no lens makes its steps long: from the
+other camera's own place by way of the ray, and on past where the ray ends, or it would stop amid the picture.
 """
 
 import numpy as np
@@ -39,7 +40,7 @@ def straight_lines(fundamental: Array, points_a: Points, size_b: ImageSize) -> A
 
 
 def bent_lines(camera_a: RayCamera, camera_b: RayCamera, points_a: Points) -> Array:
-    """(n, FINE, 2) px: what picture b shows of the rays of points_a (n, 2) raw px; NaN beyond the lens.
+    """(n, FINE, 2) px: where picture b can show what is at points_a (n, 2) raw px; NaN beyond the lens.
 
     The ends lie a step outside the picture where the line goes on; a line that is nowhere in it is all NaN.
     """
@@ -49,10 +50,9 @@ def bent_lines(camera_a: RayCamera, camera_b: RayCamera, points_a: Points) -> Ar
         away = directions(camera_a, points_a)
         across = away - (away @ start)[:, None] * start
         across = across / np.linalg.norm(across, axis=1, keepdims=True)
-        angle = np.arccos(np.clip(away @ start, -1, 1))
 
         def seen(share: Array) -> Array:
-            turn = (share * angle[:, None])[..., None]
+            turn = np.pi * share[..., None]
             ahead = np.cos(turn) * start + np.sin(turn) * across[:, None]
             return camera_b.project(np.array(camera_b.position_mm) + AHEAD_MM * ahead)
 

@@ -15,7 +15,7 @@ import { MatchGlass, PairOverlay } from "./pair_overlay.js";
 /** @typedef {import("../pair_types").Side} Side */
 
 const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
-const TOOLS = ["pick", "pan", "|", "undo", "redo", "delete", "|", "zoom-out", "zoom-in", "zoom-fit", "|", "pair-lines", "worst-match"];
+const TOOLS = ["pick", "pan", "|", "undo", "redo", "delete", "|", "zoom-out", "zoom-in", "zoom-fit", "|", "pair-lines"];
 const RECENT = 8;
 
 export function PairDesk() {

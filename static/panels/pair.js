@@ -38,7 +38,7 @@ function Row({ index }) {
   return html`<li data-testid=${`match-${index + 1}`} data-mistake=${isMistake}>
     <button type="button" class="feature" aria-pressed=${chosen.value?.index === index} onClick=${() => choose(index)} title=${`Show match ${index + 1}`}>
       <i class=${`chip${waits ? " waits" : isMistake ? " mistake" : ""}`}>${index + 1}</i>
-      <span>${waits ? `wants the ${match.a ? "right" : "left"} point` : html`<b>${px === null || px === undefined ? "–" : `${number(px, 2)} px`}</b>${apart === null || apart === undefined ? "" : ` ${mm(apart)} mm`}${isMistake ? " mistake?" : ""}`}</span></button>
+      <span>${waits ? `wants the ${match.a ? "right" : "left"} point` : html`<b>${px === null || px === undefined ? "–" : `${number(px, 2)} px`}</b>${apart !== null && apart !== undefined && html`<em>${mm(apart)} mm</em>`}${isMistake && html`<b class="level fair">mistake?</b>`}`}</span></button>
     <${Height} name=${`height-${index + 1}`} label=${`Height of match ${index + 1}, mm`} value=${match.z_mm} set=${(/** @type {number | null} */ z) => setHeight(index, z)}/>
     <button type="button" class="remove" aria-label=${`Remove match ${index + 1}`} title="Remove this match" onClick=${() => removeMatch(index)}>×</button></li>`;
 }

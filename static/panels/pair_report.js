@@ -17,7 +17,7 @@ export function PairReport() {
   const it = found.value, why = refusal.value;
   if (why) return html`<section aria-label="Result"><h2>Two cameras</h2><div class="warning-line" role="alert" data-testid="pair-refusal"><b>${why.detail}</b> ${why.fix}</div></section>`;
   if (!it) return html`<${Advice}/>`;
-  return html`<div class=${stale.value ? "pair-report stale" : "pair-report"} data-testid="pair-report" data-stale=${stale.value} aria-live="polite">
+  return html`<div class=${stale.value ? "pair-report stale" : "pair-report"} data-testid="pair-report" data-stale=${stale.value}>
     ${it.agreement && html`<${Agreement} it=${it.agreement}/>`}
     ${(it.fundamental || it.calibrated) && html`<${Epipolar} it=${it}/>`}
     ${(it.pose || it.calibrated) && html`<${Pose} it=${it}/>`}
@@ -47,9 +47,9 @@ function Map({ it }) {
   const field = fields.value.find((f) => f.name === (calibrations.value.a ?? calibrations.value.b)?.field), { x, y, mm: cells } = it.map;
   if (!field) return null;
   const { length_mm: length, width_mm: width } = field, w = x[1] - x[0], h = y[1] - y[0], [wx, wy] = it.where, r = length / 60;
-  return html`<svg class="agreement-map" viewBox=${`${-length / 2} ${-width / 2} ${length} ${width}`} role="img" aria-label=${`Worst ${mm(it.max_mm)} mm at ${number(wx, 0)}, ${number(wy, 0)} mm`}>
-    ${field.lines.map((l) => html`<path key=${l.name} class="paint" d=${`M${l.from[0]} ${-l.from[1]}L${l.to[0]} ${-l.to[1]}`}/>`)}
+  return html`<svg class="agreement-map" viewBox=${`${-length / 2 - 2 * r} ${-width / 2 - 2 * r} ${length + 4 * r} ${width + 4 * r}`} role="img" aria-label=${`Worst ${mm(it.max_mm)} mm at ${number(wx, 0)}, ${number(wy, 0)} mm`}>
     ${cells.flatMap((row, j) => row.map((v, i) => v !== null && html`<rect key=${`${i},${j}`} x=${x[i] - w / 2} y=${-y[j] - h / 2} width=${w} height=${h} fill=${STOPS[Math.round((v / it.max_mm) * (STOPS.length - 1))]}><title>${mm(v)} mm</title></rect>`))}
+    ${field.lines.map((l) => html`<path key=${l.name} class="paint" d=${`M${l.from[0]} ${-l.from[1]}L${l.to[0]} ${-l.to[1]}`}/>`)}
     <path class="where" d=${`M${wx - r} ${-wy - r}L${wx + r} ${-wy + r}M${wx - r} ${-wy + r}L${wx + r} ${-wy - r}`}/></svg>`;
 }
 
