@@ -77,8 +77,11 @@ class GvCamera:
     def start(self) -> None:
         self._process = subprocess.Popen([GV_CAMERA, "-i", "127.0.0.1", "-s", self.SERIAL, *self._options],
                                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        opened("aravis://127.0.0.1").close()
+        camera = opened("aravis://127.0.0.1")
         assert self._process.poll() is None, "another simulated camera is on this machine already"
+        for side in ("width", "height"):  # it sends a picture at one go: small ones fit into any socket's buffer
+            camera.set_control(side, 256)
+        camera.close()
 
     def stop(self) -> None:
         self._process.kill()
