@@ -49,7 +49,6 @@ def straightness_of_edges(edges: Sequence[Sequence[Points]], lines: Sequence[Any
                           lens: str = "auto", centre_sigma_px: float | None = None,
                           progress: Progress = no_progress) -> dict[str, Any]:
     """The same from the edges of each picture, as edge_chains found them, and clicked lines of the first."""
-    check_choice(lens, centre_sigma_px)
     chains: list[Points] = [as_points(line, f"The points of line {i + 1}").reshape(-1, 2)
                             for i, line in enumerate(lines)]
     clicked = len(chains)

@@ -175,6 +175,14 @@ def test_what_tells_nothing_is_refused_by_name_with_a_fix(standing, name):
     refusal(standing.post(STRAIGHTNESS, content=json.dumps(body), headers=JSON), status, reason)
 
 
+def test_what_can_be_refused_at_once_is_refused_before_a_job_is_begun(standing, bars):
+    small, before = kept(standing, gradient()), standing.get(f"{API}/jobs").json()["items"]
+    for body in ({}, {"lines": [[[1, 2], [3, 4], [5, 6]]]}, {"snapshots": [bars[0]], "lens": "fisheye"},
+                 {"snapshots": [bars[0], small]}, {"snapshots": ["nobody"]}):
+        refusal(standing.post(f"{STRAIGHTNESS}?job=true", json=body))
+    assert standing.get(f"{API}/jobs").json()["items"] == before
+
+
 def test_pictures_that_differ_in_size_or_not_at_all_are_refused(standing, bars):
     small = kept(standing, gradient())
     refusal(standing.post(STRAIGHTNESS, json={"snapshots": [bars[0], small]}), 409, "size-mismatch")

@@ -1,4 +1,4 @@
-"""A lens judged by straight edges, by the page: pictures added, edges seen as taken and straightened, and the verdict."""
+"""A lens judged by straight edges, by the page: pictures added, edges seen before and after, and the verdict."""
 
 import re
 
@@ -42,7 +42,8 @@ def report(server):
 
 
 def overflowing(desk):
-    return desk.evaluate("[...document.querySelectorAll('aside, .stage, footer')].filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName)")
+    return desk.evaluate("[...document.querySelectorAll('aside, .stage, footer')]"
+                         ".filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName)")
 
 
 def test_bent_edges_are_seen_as_taken_and_straightened_and_the_lens_is_told(desk, server, drawn, tmp_path):
@@ -139,6 +140,15 @@ def test_the_desk_has_an_address_and_tabs_to_the_board_and_back(desk, server):
     desk.goto(f"{server.url}/#/")
     expect(desk.get_by_test_id("camera-overhead")).to_be_visible()
     expect(desk.get_by_test_id("straight-desk")).to_have_count(0)
+
+
+def test_a_picture_is_taken_with_a_camera_and_its_lens_is_judged(desk, server, tmp_path):
+    desk.get_by_test_id("straight-camera-overhead").click()
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG)
+    desk.get_by_test_id("next").click()
+    expect(desk.get_by_test_id("straight-verdict")).to_have_attribute("data-distortion", "significant", timeout=LONG)
+    assert report(server)["straightness_px"]["after"] < 0.3
+    desk.screenshot(path=tmp_path / "camera.png")
 
 
 def test_the_facade_of_a_published_picture(desk, server, real_data, tmp_path):
