@@ -1,5 +1,6 @@
 // Everything an operator can do, in one table. Toolbar, shortcuts, the bright button and the list of keys read it.
 import { arrows, canArrow, drawn, magnify, magnifyBy } from "./arrows.js";
+import { form, keepCamera, shown as liveShown, status as liveStatus, confirmCamera, tried, tryCamera, trying } from "./camera_desk.js";
 import { atBoard, findLens, found, openBoard, ready, search, useLens } from "./board.js";
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
@@ -33,7 +34,9 @@ import { fit, panBy, stageSize, toPicture, zoomBy } from "./view.js";
 const ZOOM = 1.25;
 const PAN_PX = 40;
 const NUDGE_PX = 0.1, SHIFT_PX = 1, CTRL_PX = 10;
+const STILL_FRAMES = 25;
 const has = () => snapshot.value !== null;
+const isLive = () => liveStatus.value?.state === "live" || liveStatus.value?.state === "mismatch";
 const canCompare = () => comparing.value && version.value !== null;
 
 /** The page's one file input; a browser opens its picker only from a click. */
@@ -45,6 +48,13 @@ const TABLE = [
   { id: "take", label: "Take a new picture with the same camera", short: "Take a new picture", group: "Pictures",
     run: () => void takePicture(snapshot.value?.camera ?? cameras.value[0]?.id),
     enabled: () => Boolean(snapshot.value?.camera ?? cameras.value.length) },
+  { id: "take-live", label: "Take a picture with this camera", short: "Take a picture", group: "Pictures", run: () => void takePicture(liveShown.value?.id ?? ""), enabled: () => isLive() },
+  { id: "take-still", label: "Take the background of 25 frames, without people and robots that move", short: "Take it without what moves", group: "Pictures",
+    run: () => void takePicture(liveShown.value?.id ?? "", STILL_FRAMES), enabled: () => isLive() },
+  { id: "confirm-camera", label: "Confirm that it is the camera that was calibrated", group: "Pictures", run: () => void confirmCamera(), enabled: () => liveStatus.value?.problem?.reason === "other-camera" },
+  { id: "try-camera", label: "Try this source", short: "Try it", group: "Pictures", run: () => void tryCamera(), enabled: () => Boolean(form.value?.values.source) && trying.value === null },
+  { id: "keep-camera", label: "Keep this camera", group: "Pictures", run: () => void keepCamera(),
+    enabled: () => Boolean(form.value?.values.id) && tried.value?.source === form.value?.values.source },
   { id: "board", label: "Calibrate a lens with a board…", group: "Pictures", run: () => { closePicture(); step.value = "camera"; void openBoard(); } },
   { id: "add-pictures", label: "Add pictures of the board…", group: "Pictures", run: () => filePicker.open(), enabled: () => atBoard.value },
   { id: "find-lens", label: "Find the lens from the pictures of the board", short: "Find the lens", group: "Pictures", run: () => void findLens(),

@@ -5,6 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { filePicker } from "./actions.js";
 import { startArrows } from "./arrows.js";
 import { addPictures, atBoard, standing as boardStanding } from "./board.js";
+import { liveStanding } from "./camera_desk.js";
 import { startSaving } from "./draft.js";
 import { startFitting } from "./fitting.js";
 import { startHeat } from "./heat.js";
@@ -24,6 +25,7 @@ import { PairForm } from "./panels/pair.js";
 import { PairReport } from "./panels/pair_report.js";
 import { Notices } from "./panels/notices.js";
 import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "./panels/picture.js";
+import { LiveForm, LiveReport } from "./panels/live.js";
 import { StraightForm, StraightReport } from "./panels/straight.js";
 import { Figures, Verdict } from "./panels/verdict.js";
 import { ComparePanel, VersionsPanel } from "./panels/versions.js";
@@ -32,7 +34,7 @@ import { pairStanding, startPairing } from "./pairing.js";
 import { loadLists, openFile } from "./pictures.js";
 import { startRanking } from "./ranking.js";
 import { startRouter } from "./router.js";
-import { atPair, atStraight, help, step } from "./state.js";
+import { atLive, atPair, atStraight, help, step } from "./state.js";
 import { current } from "./steps.js";
 import { addEdgePictures, standing as straightStanding } from "./straight.js";
 import { version } from "./versions.js";
@@ -43,9 +45,10 @@ const dropping = signal(false);
 const DESKS = {
   board: { label: "Lens", standing: boardStanding, Form: BoardForm, Report: LensReport, add: addPictures },
   straight: { label: "Straight edges", standing: straightStanding, Form: StraightForm, Report: StraightReport, add: addEdgePictures },
+  live: { label: "Camera", standing: liveStanding, Form: LiveForm, Report: LiveReport, add: (/** @type {FileList} */ files) => openFile(files[0]) },
   pair: { label: "Two cameras", standing: pairStanding, Form: PairForm, Report: PairReport, add: openFiles },
 };
-const desk = computed(() => (atBoard.value ? DESKS.board : atStraight.value ? DESKS.straight : atPair.value ? DESKS.pair : null));
+const desk = computed(() => (atLive.value !== null ? DESKS.live : atBoard.value ? DESKS.board : atStraight.value ? DESKS.straight : atPair.value ? DESKS.pair : null));
 
 function App() {
   return html`<${Header}/><aside class="left" aria-label="This step"><${Guide}/><${Left}/></aside>

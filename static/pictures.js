@@ -4,7 +4,7 @@ import { call, request } from "./api.js";
 import { atBoard, holdLens } from "./board.js";
 import { doc, load } from "./document.js";
 import { closeDraft, fetchDraft, openDraft } from "./draft.js";
-import { active, atStraight, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "./state.js";
+import { active, atLive, atStraight, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "./state.js";
 import { findVersion, forgetVersion } from "./versions.js";
 import { fit } from "./view.js";
 
@@ -29,7 +29,7 @@ async function fetchLists() {
   };
   await Promise.all([
     fill("/fields", (items) => { fields.value = items; }), fill("/models", (items) => { models.value = items; }),
-    fill("/cameras", (items) => { cameras.value = items; }), fill("/snapshots?limit=12", (items) => { snapshots.value = items; }),
+    fill("/cameras", (items) => { cameras.value = items; }), fill("/snapshots?limit=12&purpose=picture", (items) => { snapshots.value = items; }),
   ]);
 }
 
@@ -40,9 +40,9 @@ export async function openFile(file) {
   await bring(`Opening ${file.name || "the picture"}…`, async () => (await request("POST", "/snapshots", { body })).json());
 }
 
-/** Take one frame from a camera and work on it. @param {string} id */
-export async function takePicture(id) {
-  await bring("Taking a picture…", () => call("POST", "/snapshots", { camera: id }));
+/** Take a picture from a camera and work on it. frames: 1, or so many of which the background is taken. @param {string} id @param {number} [frames] */
+export async function takePicture(id, frames = 1) {
+  await bring(frames > 1 ? `Watching ${frames} frames…` : "Taking a picture…", () => call("POST", "/snapshots", { camera: id, frames }));
 }
 
 /** @param {string} doing @param {() => Promise<import("./types").Snapshot>} fetchIt */
@@ -72,6 +72,7 @@ export async function openSnapshot(picture, at) {
     snapshot.value = picture;
     atBoard.value = false;
     atStraight.value = false;
+    atLive.value = null;
     step.value = at;
     help.value = "";
     active.value = "left";

@@ -1,13 +1,14 @@
-// The address bar: #/SNAPSHOT/STEP, #/lens or #/pair/LEFT/RIGHT, so that a reload or a second tab goes on where this one stands.
+// The address bar: #/SNAPSHOT/STEP, #/lens, #/live/CAMERA or #/pair/LEFT/RIGHT, so that a reload or a second tab goes on where this one stands.
 import { effect } from "@preact/signals";
 import { atBoard, openBoard } from "./board.js";
 import { openPair, pictures } from "./pair.js";
 import { closePicture, openById } from "./pictures.js";
-import { atPair, atStraight, snapshot, step } from "./state.js";
+import { openLive } from "./camera_desk.js";
+import { atLive, atPair, atStraight, snapshot, step } from "./state.js";
 import { STEPS } from "./steps.js";
 import { openStraight } from "./straight.js";
 
-const BOARD = "lens", PAIR = "pair", STRAIGHT = "straight"; // no picture's ids: those are hexadecimal
+const BOARD = "lens", PAIR = "pair", STRAIGHT = "straight", LIVE = "live"; // no picture's ids: those are hexadecimal
 
 /** @returns {{ id: string, at: import("./types").StepId }} */
 function read() {
@@ -19,10 +20,10 @@ function read() {
 /** Follow the address from now on, and write it. Returns once the first picture is there. */
 export async function startRouter() {
   // Somebody may have opened a picture, or gone to the board, before we came so far: that, then, not the address.
-  if (!snapshot.value && !atBoard.value && !atPair.value && !atStraight.value) await follow();
+  if (!snapshot.value && !atBoard.value && !atPair.value && !atStraight.value && atLive.value === null) await follow();
   addEventListener("hashchange", () => void follow());
   effect(() => {
-    const wanted = snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atBoard.value ? `#/${BOARD}` : atPair.value ? pairAddress() : atStraight.value ? `#/${STRAIGHT}` : "#/";
+    const wanted = snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atLive.value !== null ? `#/${LIVE}/${encodeURIComponent(atLive.value)}` : atBoard.value ? `#/${BOARD}` : atPair.value ? pairAddress() : atStraight.value ? `#/${STRAIGHT}` : "#/";
     if (location.hash === wanted || (wanted === "#/" && !location.hash)) return;
     history.pushState(null, "", wanted);
   });
@@ -35,14 +36,17 @@ const pairAddress = () => {
 
 async function follow() {
   const { id, at } = read();
-  if (id === BOARD || id === PAIR || id === STRAIGHT) {
+  if (id === BOARD || id === PAIR || id === STRAIGHT || id === LIVE) {
     closePicture();
     step.value = "camera";
-    if (id === BOARD && !atBoard.value) void openBoard();
+    const name = decodeURIComponent(location.hash.split("/")[2] ?? "");
+    if (id === LIVE) { if (atLive.value !== name) openLive(name); }
+    else if (id === BOARD && !atBoard.value) void openBoard();
     else if (id === STRAIGHT && !atStraight.value) void openStraight();
     else if (id === PAIR && !(atPair.value && location.hash === pairAddress())) await openPair(...location.hash.split("/").slice(2).map(decodeURIComponent));
     return;
   }
+  atLive.value = null;
   atBoard.value = false;
   atPair.value = false;
   atStraight.value = false;

@@ -29,6 +29,8 @@ export const help = signal(/** @type {"" | "manual" | "keys"} */ (""));
 export const atStraight = signal(false);
 /** Whether the page is at two cameras, not at one picture. */
 export const atPair = signal(false);
+/** The camera whose live picture the page is at. */
+export const atLive = signal(/** @type {string | null} */ (null));
 
 /** Compare: what is shown, and where the wipe stands as a share of the stage's width. */
 export const compare = signal(/** @type {{ mode: "raw" | "wipe" | "corrected", at: number }} */ ({ mode: "wipe", at: 0.5 }));

@@ -1,11 +1,12 @@
 // Where the operator stands: each step's state, what is missing in one sentence, and the one next thing to do.
 import { computed } from "@preact/signals";
 import { atBoard, standing as boardStanding } from "./board.js";
+import { liveStanding } from "./camera_desk.js";
 import { many } from "./format.js";
 import { BORDERS, doc, pointsOf } from "./document.js";
 import { preview, refusal, stale } from "./fitting.js";
 import { pairStanding } from "./pairing.js";
-import { active, atPair, atStraight, camera, cameras, region, snapshot, step } from "./state.js";
+import { active, atLive, atPair, atStraight, camera, cameras, region, snapshot, step } from "./state.js";
 import { standing as straightStanding } from "./straight.js";
 import { isSaved, version } from "./versions.js";
 
@@ -87,7 +88,8 @@ export const nextThing = computed(() => {
   /** @param {string} action @param {string} label @param {string} [missing] */
   const thing = (action, label, missing = "") => ({ action, label, missing });
   switch (step.value) {
-    case "camera": if (atBoard.value) return boardStanding.value;
+    case "camera": if (atLive.value !== null) return liveStanding.value;
+      if (atBoard.value) return boardStanding.value;
       if (atStraight.value) return straightStanding.value;
       if (atPair.value) return pairStanding.value;
       return snapshot.value ? thing("step-picture", "Next: picture")

@@ -14,7 +14,21 @@ export interface Doc {
 export interface Pick { feature: string; index: number }
 
 export interface Snapshot { id: string; width: number; height: number; camera: string | null; taken_at: string; sha256: string }
-export interface Camera { id: string; name: string; field: string | null; region: string | null; active_calibration: string | null }
+export interface Camera { id: string; name: string; field: string | null; region: string | null; active_calibration: string | null; source: string; editable: boolean }
+/** GET /cameras/{id}/status. words: light and focus, what is wrong with them first. */
+export interface CameraStatus {
+  state: "connecting" | "live" | "stalled" | "offline" | "mismatch"; problem: { reason: string; what: string; fix: string } | null;
+  fps: number; width: number | null; height: number | null; frame_age_s: number | null; reconnects: number; viewers: number; calibration_applied: boolean;
+  active_calibration: string | null; identity: Record<string, string> | null; words: { text: string; fix: string; severity: string }[];
+  light: { mean: number; clipped_low: number; clipped_high: number; evenness: number | null } | null;
+}
+/** What comes with each frame of a stream. */
+export interface LiveHead { seq: number; time: number; width: number; height: number; view: string; calibration: string | null; overlays?: { field: Feature[] } }
+export interface Control {
+  name: string; label: string; kind: "float" | "int" | "bool" | "choice"; value: number | boolean | string; unit: string;
+  range: Point | null; choices: string[]; automatic: boolean | null;
+}
+export interface SourceKind { scheme: string; title: string; help: string; target: string; options: Option[] }
 export interface Line { name: string; from: Point; to: Point; width_mm: number }
 export interface Arc { name: string; centre: Point; radius_mm: number; start_deg: number; end_deg: number }
 export interface Region { name: string; x: Point; y: Point; rotate: number; width_mm: number; height_mm: number }

@@ -6,6 +6,7 @@ that hangs is not noticed here: the server sees that no frame comes, and kills t
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -15,7 +16,7 @@ from app.records import Frame
 from app.sources import Control, Source, Surroundings, source_from_url
 
 RETRY_S, LONGEST_RETRY_S = 0.5, 5.0
-SMOOTH = 0.1  # weight of the newest interval in the frame rate
+RECENT = 20  # frames from which the rate is told
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +38,7 @@ class Capture:
         self._changed = threading.Condition()
         self._newest: Taken | None = None
         self._seq = 0
-        self._interval_s = 0.0
+        self._moments: deque[float] = deque(maxlen=RECENT + 1)
         self._state, self._problem = "connecting", None
         self._since = time.monotonic()
         self._identity: dict[str, Any] | None = None
@@ -53,7 +54,7 @@ class Capture:
         with self._changed:
             newest = self._newest
             return {"state": self._state, "problem": self._problem, "since_s": now - self._since, "seq": self._seq,
-                    "interval_s": self._interval_s, "identity": self._identity, "reopened": self._reopened,
+                    "interval_s": self._interval_s(), "identity": self._identity, "reopened": self._reopened,
                     "age_s": now - newest.moment if newest else None,
                     "size": list(newest.frame.size) if newest else None}
 
@@ -122,14 +123,17 @@ class Capture:
     def _keep(self, frame: Frame) -> None:
         now = time.monotonic()
         with self._changed:
-            if self._newest is not None and self._state == "live":
-                interval = now - self._newest.moment
-                self._interval_s += (interval - self._interval_s) * (SMOOTH if self._interval_s else 1)
+            self._moments.append(now)
             self._seq += 1
             self._newest = Taken(frame, self._seq, time.time(), now)
             if self._state != "live":
                 self._state, self._problem, self._since = "live", None, now
             self._changed.notify_all()
+
+    def _interval_s(self) -> float:
+        """Between the newest frames, on average; 0 before the second."""
+        count = len(self._moments) - 1
+        return (self._moments[-1] - self._moments[0]) / count if count > 0 else 0.0
 
     def _answer(self, source: Source) -> None:
         with self._changed:
@@ -148,7 +152,7 @@ class Capture:
         with self._changed:
             if self._state != "offline":
                 self._since = time.monotonic()
-            self._interval_s = 0.0
+            self._moments.clear()
             self._state = "offline"
             self._problem = {"kind": type(error).__name__, "reason": error.reason, "what": error.what, "fix": error.fix}
 

@@ -9,11 +9,12 @@ import { BoardDesk } from "../panels/board.js";
 import { ArrowLegend } from "../panels/arrows.js";
 import { HeatLegend } from "../panels/heat.js";
 import { Start } from "../panels/start.js";
+import { LiveDesk } from "../panels/live.js";
 import { StraightDesk } from "../panels/straight.js";
 import { PairDesk } from "./pair_desk.js";
 import { Toolbar } from "../panels/toolbar.js";
 import { shown as heatMap, valueAt } from "../heat.js";
-import { atPair, atStraight, comparing, editing, pointer, snapshot, step, tool } from "../state.js";
+import { atLive, atPair, atStraight, comparing, editing, pointer, snapshot, step, tool } from "../state.js";
 import { listen } from "../tools/pointer.js";
 import { fit, stageSize, view } from "../view.js";
 import { Corrected, RawLines, Wipe, asked, rawClip, underPointer } from "./compare.js";
@@ -44,7 +45,7 @@ export function Stage() {
   const { k, tx, ty } = view.value;
   return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`} ref=${stage} data-testid="stage"
       tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab}>
-    ${!shown && (atBoard.value ? html`<${BoardDesk}/>` : atStraight.value ? html`<${StraightDesk}/>` : atPair.value ? html`<${PairDesk}/>` : html`<${Start}/>`)}
+    ${!shown && (atBoard.value ? html`<${BoardDesk}/>` : atLive.value !== null ? html`<${LiveDesk}/>` : atStraight.value ? html`<${StraightDesk}/>` : atPair.value ? html`<${PairDesk}/>` : html`<${Start}/>`)}
     ${shown && html`
       <div class="half" style=${rawClip.value}>
         <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}

@@ -3,21 +3,18 @@ import { run } from "../actions.js";
 import { address } from "../api.js";
 import { dayAndTime } from "../format.js";
 import { html } from "../html.js";
-import { openById, takePicture } from "../pictures.js";
+import { openById } from "../pictures.js";
 import { HeldNext, ToBoard } from "./board.js";
+import { Cameras } from "./cameras.js";
 import { ActionButton } from "./toolbar.js";
-import { busy, cameras, fields, snapshots } from "../state.js";
+import { busy, cameras, snapshots } from "../state.js";
 
 export function Start() {
   return html`<div class="start">
     <h1>Calibrate a camera</h1>
     <p class="dim">Take a picture of the empty field, click along its four borders, and get field millimetres for every pixel.</p>
     <${HeldNext}/>
-    ${cameras.value.length > 0 && html`<section aria-label="Cameras"><h2>Take a picture with a camera</h2>
-      <ul class="cards">${cameras.value.map(({ id, name, field }) => html`<li key=${id}>
-        <button type="button" class="card" data-testid=${`camera-${id}`} disabled=${busy.value !== ""} onClick=${() => void takePicture(id)}>
-          <${Lens}/><b>Take a picture with ${name}</b><small>${fields.value.find((f) => f.name === field)?.title ?? field ?? ""}</small>
-        </button></li>`)}</ul></section>`}
+    <${Cameras}/>
     <section aria-label="Open a picture"><h2>${cameras.value.length ? "Or use a picture you have" : "Use a picture you have"}</h2>
       <button type="button" class="drop" data-testid="drop" disabled=${busy.value !== ""} onClick=${() => run("open")}>
         <b>${busy.value || "Open a picture…"}</b><small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small></button></section>
@@ -30,6 +27,3 @@ export function Start() {
         </button></li>`)}</ul></section>`}
   </div>`;
 }
-
-const Lens = () => html`<svg width="34" height="34" viewBox="0 0 34 34" aria-hidden="true" fill="none" stroke="currentColor" stroke-width="1.8">
-  <circle cx="17" cy="17" r="13"/><circle cx="17" cy="17" r="6"/><path d="M17 4v4M17 26v4M4 17h4M26 17h4"/></svg>`;

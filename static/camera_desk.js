@@ -1,0 +1,162 @@
+// One camera, live, and the form for a new or a changed one: what the operator does with it.
+import { computed, effect, signal } from "@preact/signals";
+import { ask, statuses, STATES } from "./live.js";
+import { call, request } from "./api.js";
+import { atBoard } from "./board.js";
+import { refused } from "./fitting.js";
+import { atLive, atPair, atStraight, cameras, tell, tellError } from "./state.js";
+
+/** @typedef {import("./types").Camera} Camera @typedef {{ id: string, name: string, source: string, field: string | null, region: string | null }} CameraForm */
+
+/** How the camera is looked at. */
+export const look = signal(/** @type {{ view: "raw" | "corrected" | "side", lines: boolean }} */ ({ view: "raw", lines: false }));
+/** What stands in the form; null: it is closed. etag: of the camera that is changed, "" of a new one. */
+export const form = signal(/** @type {{ values: CameraForm, etag: string } | null} */ (null));
+/** The picture of the source that was tried, and for which address. */
+export const tried = signal(/** @type {{ source: string, picture: string, width: number, height: number, fps: number } | null} */ (null));
+export const trying = signal(/** @type {AbortController | null} */ (null));
+export const refusal = signal(/** @type {import("./types").Refusal | null} */ (null));
+/** What can be set on the camera, as it was read back. */
+export const controls = signal(/** @type {{ id: string, items: import("./types").Control[] } | null} */ (null));
+export const kinds = signal(/** @type {import("./types").SourceKind[]} */ ([]));
+
+export const shown = computed(() => cameras.value.find((c) => c.id === atLive.value) ?? null);
+export const status = computed(() => (shown.value ? statuses.value[shown.value.id] ?? null : null));
+
+/** Where the operator stands, and the next thing to do. */
+export const liveStanding = computed(() => {
+  const it = shown.value, now = status.value;
+  if (form.value) {
+    const { source } = form.value.values, isTried = tried.value?.source === source;
+    if (isTried) return { action: "keep-camera", label: "Keep this camera", missing: form.value.values.id ? "" : "Give it a short name.", done: true, sentence: "The source gives pictures." };
+    return { action: "try-camera", label: "Try it", missing: trying.value ? "It is being tried." : source ? "" : "Say where its pictures come from.", done: false,
+      sentence: "Say where the pictures come from, and try it: nothing is kept before that." };
+  }
+  if (!it) return { action: "step-camera", label: "Back to the cameras", missing: "", done: false, sentence: "There is no such camera." };
+  if (now?.state === "mismatch") return { action: "confirm-camera", label: "It is the same camera", missing: now.problem?.reason === "other-camera" ? "" : now.problem?.fix ?? "", done: false, sentence: now.problem?.what ?? "" };
+  return { action: "take-live", label: `Take a picture with ${it.name}`, missing: now && now.state !== "live" ? `${STATES[now.state]}. ${now.problem?.what ?? ""}` : "", done: now?.state === "live",
+    sentence: now?.problem ? `${now.problem.what} ${now.problem.fix}` : now?.words[0]?.text ?? "The camera is live." };
+});
+
+effect(() => { if (atBoard.value || atPair.value || atStraight.value) leave(); });
+
+/** Look at a camera. @param {string} id */
+export function openLive(id) {
+  atBoard.value = atPair.value = atStraight.value = false;
+  form.value = null;
+  atLive.value = id;
+  look.value = { ...look.value, view: "raw" };
+  void readControls(id);
+}
+
+/** @param {Camera | null} camera null: a new one */
+export async function openForm(camera) {
+  atBoard.value = atPair.value = atStraight.value = false;
+  refusal.value = tried.value = null;
+  try {
+    if (!kinds.value.length) kinds.value = (await call("GET", "/cameras/sources")).items;
+    const etag = camera ? (await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "" : "";
+    form.value = { values: camera ? { id: camera.id, name: camera.name, source: camera.source, field: camera.field, region: camera.region } : { id: "", name: "", source: "", field: null, region: null }, etag };
+    atLive.value = camera?.id ?? "new camera";
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+function leave() {
+  atLive.value = null;
+  form.value = null;
+}
+
+/** Back from the form. */
+export function closeForm() {
+  trying.value?.abort();
+  const id = form.value?.etag ? atLive.value : null;
+  form.value = null;
+  atLive.value = id;
+}
+
+/** @param {Partial<CameraForm>} changes */
+export function fill(changes) {
+  if (form.value) form.value = { ...form.value, values: { ...form.value.values, ...changes } };
+}
+
+/** Open the source once and look at its picture. */
+export async function tryCamera() {
+  const source = form.value?.values.source;
+  if (!source) return;
+  const stop = trying.value = new AbortController();
+  refusal.value = tried.value = null;
+  try {
+    const answer = await fetch("/api/v1/cameras/test", { method: "POST", signal: stop.signal, headers: { "Content-Type": "application/json" }, body: JSON.stringify({ source }) });
+    const told = await answer.json();
+    if (answer.ok) tried.value = { source, ...told };
+    else refusal.value = { detail: told.detail, fix: told.fix };
+  } catch {
+    if (!stop.signal.aborted) refusal.value = { detail: "The server does not answer.", fix: "Try again when it is back." };
+  } finally {
+    if (trying.value === stop) trying.value = null;
+  }
+}
+
+/** Keep what stands in the form. */
+export async function keepCamera() {
+  const it = form.value;
+  if (!it) return;
+  const { id, ...rest } = it.values;
+  try {
+    const kept = await (it.etag ? request("PATCH", `/cameras/${id}`, { json: rest, headers: { "If-Match": it.etag } }) : request("POST", "/cameras", { json: it.values })).then((a) => a.json());
+    cameras.value = it.etag ? cameras.value.map((c) => (c.id === id ? kept : c)) : [...cameras.value, kept];
+    openLive(kept.id);
+    void ask();
+  } catch (error) {
+    refusal.value = refused(error);
+  }
+}
+
+/** @param {Camera} camera */
+export async function removeCamera(camera) {
+  try {
+    const etag = (await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "";
+    await request("DELETE", `/cameras/${camera.id}`, { headers: { "If-Match": etag } });
+    cameras.value = cameras.value.filter((c) => c.id !== camera.id);
+    leave();
+    const again = () => request("POST", "/cameras", { json: { id: camera.id, name: camera.name, source: camera.source, field: camera.field, region: camera.region } })
+      .then(async (a) => { cameras.value = [...cameras.value, await a.json()]; }, tellError);
+    tell({ level: "info", text: `${camera.name} was removed; its pictures and calibrations stay.`, fix: "", action: camera.source.includes("@") ? undefined : { label: "Put it back", run: () => void again() } });
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+export async function confirmCamera() {
+  try {
+    await call("POST", `/cameras/${atLive.value}/confirm`);
+    await ask();
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+/** @param {string} id */
+async function readControls(id) {
+  controls.value = null;
+  try {
+    const { items } = await call("GET", `/cameras/${id}/controls`);
+    if (atLive.value === id) controls.value = { id, items };
+  } catch { /* a camera that is off has nothing to set */ }
+}
+
+/** Set one, and show what the camera says it is afterwards. @param {string} name @param {unknown} value */
+export async function setControl(name, value) {
+  const at = controls.value;
+  if (!at) return;
+  try {
+    const { items } = await call("PATCH", `/cameras/${at.id}/controls`, { controls: { [name]: value } });
+    const [set] = items;
+    if (controls.value?.id === at.id) controls.value = { ...at, items: controls.value.items.map((c) => (c.name === name ? set : c)) };
+  } catch (error) {
+    controls.value = { ...at }; // draw the old value again
+    tellError(error);
+  }
+}

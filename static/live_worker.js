@@ -1,0 +1,63 @@
+// Decodes a camera's stream on a canvas of its own, away from the page: what arrives is drawn at once, and nothing queues.
+
+/** @type {OffscreenCanvas} */ let canvas;
+/** @type {OffscreenCanvasRenderingContext2D | null} */ let pen = null;
+/** @type {WebSocket | null} */ let socket = null;
+let address = "", wait_ms = 0, again = 0, decoding = false;
+/** @type {ArrayBuffer | null} */ let newest = null;
+const FIRST_WAIT_MS = 250, LONGEST_WAIT_MS = 4000;
+
+self.onmessage = ({ data }) => {
+  if (data.canvas) {
+    canvas = data.canvas;
+    pen = canvas.getContext("2d", { alpha: false });
+  }
+  if (data.address !== undefined && data.address !== address) connect(data.address);
+};
+
+/** Follow another stream; "" none. @param {string} to */
+function connect(to) {
+  address = to;
+  clearTimeout(again);
+  socket?.close();
+  socket = null;
+  newest = null;
+  if (!to) return;
+  const here = new WebSocket(to);
+  socket = here;
+  here.binaryType = "arraybuffer";
+  here.onmessage = ({ data }) => {
+    if (here !== socket) return;
+    if (typeof data === "string") { postMessage({ problem: JSON.parse(data) }); return; }
+    here.send(""); // the next one may come: this one is taken
+    wait_ms = 0;
+    newest = data;
+    if (!decoding) void show();
+  };
+  here.onclose = () => {
+    if (here !== socket) return;
+    socket = null;
+    wait_ms = Math.min(LONGEST_WAIT_MS, wait_ms ? 2 * wait_ms : FIRST_WAIT_MS);
+    postMessage({ closed: true });
+    again = setTimeout(() => { if (address === to) connect(to); }, wait_ms);
+  };
+}
+
+/** Draw the newest message, then the one that came meanwhile. */
+async function show() {
+  decoding = true;
+  while (newest) {
+    const message = newest;
+    newest = null;
+    const length = new DataView(message).getUint32(0, true);
+    const head = JSON.parse(new TextDecoder().decode(new Uint8Array(message, 4, length)));
+    try {
+      const picture = await createImageBitmap(new Blob([new Uint8Array(message, 4 + length)], { type: "image/jpeg" }));
+      if (canvas.width !== picture.width || canvas.height !== picture.height) Object.assign(canvas, { width: picture.width, height: picture.height });
+      pen?.drawImage(picture, 0, 0);
+      picture.close();
+      postMessage({ head, age_ms: Date.now() - 1000 * head.time });
+    } catch { /* a part that is no picture: the next one is */ }
+  }
+  decoding = false;
+}

@@ -1,0 +1,21 @@
+// All cameras, live, as cards: how each is, and the way to a picture of it.
+import { useEffect } from "preact/hooks";
+import { openForm, openLive } from "../camera_desk.js";
+import { html } from "../html.js";
+import { LiveView } from "../layers/live_view.js";
+import { follow } from "../live.js";
+import { takePicture } from "../pictures.js";
+import { busy, cameras, fields } from "../state.js";
+
+const CARD_PX = 480, CARD_FPS = 8; // enough to see what goes on; the desk shows every frame
+
+export function Cameras() {
+  const ids = cameras.value.map((c) => c.id).join(" ");
+  useEffect(() => (ids ? follow(ids.split(" ")) : undefined), [ids]);
+  return html`<section aria-label="Cameras"><h2>${cameras.value.length ? "Take a picture with a camera" : "Cameras"}</h2>
+    <ul class="cards cameras">${cameras.value.map(({ id, name, field }) => html`<li key=${id} class="card">
+      <button type="button" class="looked" data-testid=${`look-at-${id}`} aria-label=${`Look at ${name}`} onClick=${() => openLive(id)}><${LiveView} id=${id} name=${name} width=${CARD_PX} fps=${CARD_FPS}/></button>
+      <b>${name}</b><small>${fields.value.find((f) => f.name === field)?.title ?? field ?? "no field said"}</small>
+      <button type="button" data-testid=${`camera-${id}`} aria-label=${`Take a picture with ${name}`} disabled=${busy.value !== ""} onClick=${() => void takePicture(id)}>Take a picture</button></li>`)}
+      <li><button type="button" class="card add" data-testid="add-camera" onClick=${() => void openForm(null)}><b>Add a camera…</b><small>network, USB, industrial, a video, or a simulated one</small></button></li></ul></section>`;
+}
