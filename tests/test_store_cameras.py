@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.errors import Conflict, NotFound, Stale
+from app.errors import BadInput, Conflict, NotFound, Stale
 from app.store import Store
 
 BODY = {"name": "North half", "source": "rtsp://10.0.0.5/live", "field": "ssl-div-b", "region": "half-left"}
@@ -58,6 +58,20 @@ def test_the_evidence_of_a_camera_is_kept_for_any_id_and_goes_with_it(store):
         assert again.camera_identity("from-settings") == {"serial": "B2"}
         again.remove_camera("north")
         assert again.camera_identity("north") is None
+
+
+@pytest.mark.parametrize("id", ["../outside", "../../outside", "/etc/outside", "", ".", "a\0b", "x" * 300, "\ud800",
+                                ".hidden"])
+def test_an_id_that_is_no_file_of_the_shelf_is_unknown_and_touches_nothing(store, id):
+    strangers = [store.folder / "outside.json", store.folder.parent / "outside.json"]
+    for stranger in strangers:
+        stranger.write_text("somebody else's")
+    with pytest.raises(NotFound):
+        store.camera(id)
+    assert store.camera_identity(id) is None
+    with pytest.raises(BadInput):
+        store.confirm_identity(id, {"serial": "A1"})
+    assert all(stranger.read_text() == "somebody else's" for stranger in strangers)
 
 
 def test_a_damaged_definition_is_named_and_hides_no_other(store):

@@ -1,6 +1,7 @@
 """Records as JSON files that carry their own checksum: {"sha256": of the record's text, "record": {…}}."""
 
 import json
+import os
 from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
@@ -13,6 +14,7 @@ from app.store.quarantine import Quarantine
 HEAD = '{{"sha256":"{}","record":'
 HEAD_BYTES = len(HEAD.format("0" * 64))
 TAIL = b"}\n"
+LONGEST_NAME = 200  # bytes; a file system takes 255, and the quarantine adds some of its own
 
 
 class Records:
@@ -28,6 +30,8 @@ class Records:
 
     def read(self, name: str) -> dict[str, Any] | None:
         """The record, or None where there is no such file; DamagedFile where it is not what was written."""
+        if not _is_name(name):
+            return None
         path = self.folder / name
         try:
             data = path.read_bytes()
@@ -45,5 +49,18 @@ class Records:
         except ValueError:
             raise BadInput(f"{what} contains a number that is not finite.", "Remove or correct that number.",
                            reason="non-finite-number") from None
+        if not _is_name(name):
+            raise BadInput(f"{what} has a name that no file can have.", "Choose small letters, digits and hyphens.",
+                           reason="bad-name")
         with keeping(what):
             write_whole(self.folder / name, HEAD.format(sha256(text).hexdigest()).encode() + text + TAIL)
+
+
+def _is_name(name: str) -> bool:
+    """Whether it names a file of this very folder: ids come from strangers, and another's file would be taken for a
+    damaged record of ours, and moved away."""
+    try:
+        return os.path.basename(name) == name and not name.startswith(".") and "\0" not in name \
+            and 0 < len(os.fsencode(name)) <= LONGEST_NAME
+    except UnicodeEncodeError:
+        return False
