@@ -18,7 +18,7 @@ export const atBoard = signal(false);
 /** What the pictures show, and which lens is looked for. */
 export const wanted = signal(/** @type {import("./types").BoardWanted} */ ({ kind: "chessboard", columns: 9, rows: 6, square_mm: 30, marker_mm: 22,
   dictionary: "DICT_4X4_50", legacy: false, model: "brown-conrady", note: "", ...before.wanted }));
-const list = pictureList(before.pictures ?? [], () => keep());
+const list = pictureList(before.pictures ?? [], "board", () => keep());
 export const { pictures, ready, add: addPictures } = list;
 const work = longWork();
 export const { search, refusal } = work;

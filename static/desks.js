@@ -9,8 +9,8 @@ const AT_ONCE = 2; // uploads
 
 /** @typedef {import("./types").DeskPicture} DeskPicture */
 
-/** A desk's pictures. @param {DeskPicture[]} before @param {() => void} changed keeps the list over a reload */
-export function pictureList(before, changed) {
+/** A desk's pictures. @param {DeskPicture[]} before @param {"board" | "straight"} purpose @param {() => void} changed keeps the list over a reload */
+export function pictureList(before, purpose, changed) {
   const pictures = signal(before);
   const uploading = computed(() => pictures.value.some((p) => p.state === "waiting" || p.state === "uploading"));
   const ready = computed(() => pictures.value.filter((p) => p.state === "kept"));
@@ -25,6 +25,7 @@ export function pictureList(before, changed) {
     mark(key, { state: "uploading" });
     const body = new FormData();
     body.append("file", file, file.name);
+    body.append("purpose", purpose);
     try {
       mark(key, { state: "kept", id: (await (await request("POST", "/snapshots", { body })).json()).id });
     } catch (error) {
@@ -47,7 +48,7 @@ export function pictureList(before, changed) {
     /** One more, from a camera. @param {string} camera */
     async take(camera) {
       try {
-        const { id } = await call("POST", "/snapshots", { camera });
+        const { id } = await call("POST", "/snapshots", { camera, purpose });
         set([...pictures.value, { key: id, name: `Picture ${pictures.value.length + 1}`, state: "kept", id, why: "" }]);
       } catch (error) {
         tellError(error);

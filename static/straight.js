@@ -15,7 +15,7 @@ const WIDEST_PX = 1600; // of a straightened picture: it is looked at, not measu
 const before = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
 /** The lens that is looked for. */
 export const kind = signal(/** @type {string} */ (before.kind ?? "auto"));
-const list = pictureList(before.pictures ?? [], () => keep());
+const list = pictureList(before.pictures ?? [], "straight", () => keep());
 export const { pictures, ready, add: addEdgePictures, take: takeEdgePicture, remove: removePicture } = list;
 const work = longWork();
 export const { search, refusal } = work;

@@ -16,6 +16,7 @@ from app.errors import BadInput, Conflict, NotFound, Stale, Unavailable
 from app.geometry import ImageSize
 from app.records import Calibration
 from app.store import EMPTY, DamagedFile, Store
+from app.store.records import Records
 
 SIZE = ImageSize(640, 480)
 DRAFT = {**EMPTY, "field": "ssl-2008", "region": "half-left",
@@ -51,6 +52,31 @@ def test_a_snapshot_keeps_its_bytes_and_what_they_are(store):
         assert again.snapshot(kept.id) == kept and again.picture(kept.id) == b"bytes"
     assert (kept.size, kept.format, kept.camera) == (SIZE, "jpeg", "north")
     assert kept.sha256 == sha256(b"bytes").hexdigest() and kept.media_type == "image/jpeg"
+
+
+def test_snapshots_are_listed_by_what_they_were_taken_for_also_after_a_restart(store):
+    purposes = ["picture", "board", "board", "straight", "picture"]
+    kept = [store.add_snapshot(b"%d" % k, SIZE, "png", purpose=purpose) for k, purpose in enumerate(purposes)]
+    def ids(look, **asked):
+        page = look.snapshots(**asked)
+        following = ids(look, **{**asked, "cursor": page.next_cursor}) if page.next_cursor else []
+        return [s.id for s in page.items] + following
+    with reopened(store) as again:
+        for look in (store, again):
+            for purpose in ("picture", "board", "straight"):
+                wanted = [s.id for s in kept[::-1] if s.purpose == purpose]
+                assert ids(look, purpose=purpose) == wanted == ids(look, purpose=purpose, limit=1)
+            assert ids(look) == [s.id for s in kept[::-1]]
+
+
+def test_a_snapshot_from_before_there_were_purposes_is_a_picture(store):
+    kept = store.add_snapshot(b"x", SIZE, "png", purpose="board")
+    (record,) = (store.folder / "snapshots").iterdir()
+    name = record.name
+    records = Records(store.folder / "snapshots", None)
+    records.write(name, {key: value for key, value in kept.to_json().items() if key != "purpose"}, "The snapshot")
+    with reopened(store) as again:
+        assert again.snapshot(kept.id).purpose == "picture"
 
 
 def test_the_same_picture_twice_is_two_snapshots_and_one_file(store):

@@ -33,6 +33,7 @@ class Snapshot(Answer):
     camera: str | None
     taken_at: str
     sha256: str
+    purpose: str
 
 
 class Snapshots(Page):

@@ -12,6 +12,7 @@ from starlette.datastructures import UploadFile
 from app.errors import BadInput, ImageTooLarge
 from app.geometry import Points, as_points
 
+TEXTS = ("camera", "purpose")
 BINARY = "application/octet-stream"
 FILE_FIX = 'Send multipart/form-data with the picture as the part named "file".'
 Body = TypeVar("Body", bound=BaseModel)
@@ -35,21 +36,22 @@ async def json_body(request: Request, form: type[Body]) -> Body:
         raise RequestValidationError([{**e, "loc": ("body", *e["loc"])} for e in error.errors()]) from None
 
 
-async def uploaded_file(request: Request, most_bytes: int) -> tuple[bytes, str]:
-    """The bytes of the part named "file", and the text of the part named "camera", "" without one."""
+async def uploaded_file(request: Request, most_bytes: int) -> tuple[bytes, dict[str, str]]:
+    """The bytes of the part named "file", and the texts of the parts named "camera" and "purpose", "" without one."""
     async with request.form(max_files=1, max_fields=4, max_part_size=4096) as form:
-        file, camera = form.get("file"), form.get("camera", "")
+        file, texts = form.get("file"), {name: form.get(name, "") for name in TEXTS}
         if not isinstance(file, UploadFile):
             raise BadInput("No file was sent.", FILE_FIX, reason="no-file")
         for name in form:
-            if name not in ("file", "camera"):
+            if name not in ("file", *TEXTS):
                 raise BadInput("The form has an unknown part.", FILE_FIX, reason="bad-request")
-        if not isinstance(camera, str):
-            raise BadInput("The camera is a file.", "Send the camera's id as text.", reason="bad-request")
+        for name, text in texts.items():
+            if not isinstance(text, str):
+                raise BadInput(f"The {name} is a file.", f"Send the {name} as text.", reason="bad-request")
         data = await file.read(most_bytes + 1)
     if len(data) > most_bytes:
         raise ImageTooLarge(f"The file has more than {most_bytes / 1e6:.0f} MB.", "Send a smaller picture.")
-    return data, camera
+    return data, texts
 
 
 async def binary_points(request: Request) -> Points:

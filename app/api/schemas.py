@@ -221,12 +221,16 @@ class TransformRequest(Strict):
                                                       "the calibration's")
 
 
+Purpose = Literal["picture", "board", "straight"]
+
+
 class CameraSnapshot(Strict):
     """Take a picture from a camera: one frame, or what most of several frames agree on."""
 
     camera: Name
     frames: Annotated[int, Field(ge=1, le=60)] = Field(
         1, description="more than 1: people and robots that move vanish, and the noise with them")
+    purpose: Purpose = Field("picture", description="what it is taken for: a field, a board, or straight edges")
 
 
 class Problem(BaseModel):

@@ -1,7 +1,7 @@
 """/snapshots: pictures that are kept, uploaded or taken from a camera."""
 
 from dataclasses import asdict
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from fastapi import APIRouter, Request
 from starlette.responses import Response
@@ -9,7 +9,7 @@ from starlette.responses import Response
 from app.api import answer_schemas
 from app.api.answers import Json, picture
 from app.api.bodies import content_type, json_body, uploaded_file
-from app.api.schemas import CameraSnapshot, Cursor, Id, Limit
+from app.api.schemas import CameraSnapshot, Cursor, Id, Limit, Purpose
 from app.api.streams import first_picture, live_camera
 from app.api.work import at_work
 from app.errors import BadInput
@@ -26,7 +26,8 @@ IMAGE = {"schema": {"type": "string", "format": "binary"}}
 PICTURE: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": IMAGE, "image/jpeg": IMAGE}}}
 BODY = {"requestBody": {"required": True, "content": {
     "multipart/form-data": {"schema": {"type": "object", "required": ["file"], "properties": {
-        "file": {"type": "string", "format": "binary"}, "camera": {"type": "string"}}}},
+        "file": {"type": "string", "format": "binary"}, "camera": {"type": "string"},
+        "purpose": {"type": "string", "enum": list(get_args(Purpose)), "default": "picture"}}}},
     "application/json": {"schema": CameraSnapshot.model_json_schema()}}}}
 
 
@@ -36,34 +37,38 @@ async def keep_snapshot(request: Request) -> Json:
     state = request.app.state
     kind = content_type(request)
     if kind == "multipart/form-data":
-        data, camera = await uploaded_file(request, state.decoder.limits.max_bytes)
-        snapshot = await at_work(request, _kept, request, data, camera or None)
+        data, told = await uploaded_file(request, state.decoder.limits.max_bytes)
+        snapshot = await at_work(request, _kept, request, data, told["camera"] or None, told["purpose"] or "picture")
     elif kind == "application/json":
         asked = await json_body(request, CameraSnapshot)
-        snapshot = await _taken(request, asked.camera, asked.frames)
+        snapshot = await _taken(request, asked)
     else:
         raise BadInput("This is neither a form with a file nor JSON.", 'Send multipart/form-data with the picture as '
                        '"file", or JSON {"camera": id}.', reason="wrong-content-type")
     return Json(snapshot.to_json(), 201, headers={"Location": f"/api/v1/snapshots/{snapshot.id}"})
 
 
-def _kept(request: Request, data: bytes, camera: str | None) -> Snapshot:
+def _kept(request: Request, data: bytes, camera: str | None, purpose: str) -> Snapshot:
     """Decoded first: what cannot be decoded is not kept."""
+    if purpose not in get_args(Purpose):
+        raise BadInput("This is no purpose of a picture.", f"Use one of: {', '.join(get_args(Purpose))}.",
+                       reason="bad-request")
     state = request.app.state
     if camera is not None:
         state.camera_shelf.get(camera)
     frame = state.decoder.frame_from_bytes(data)
-    return state.store.add_snapshot(data, frame.size, screen(data, state.decoder.limits).format, camera)
+    return state.store.add_snapshot(data, frame.size, screen(data, state.decoder.limits).format, camera, purpose)
 
 
-async def _taken(request: Request, id: str, frames: int) -> Snapshot:
+async def _taken(request: Request, asked: CameraSnapshot) -> Snapshot:
     """With the evidence of which camera it is from, so that its calibration is not applied to another."""
-    camera = await live_camera(request, id)
-    head, png = await first_picture(camera, lambda timeout_s: camera.still(frames, timeout_s), STILL_S)
+    camera = await live_camera(request, asked.camera)
+    head, png = await first_picture(camera, lambda timeout_s: camera.still(asked.frames, timeout_s), STILL_S)
     store, identity = request.app.state.store, camera.identity
 
     def keep() -> Snapshot:
-        snapshot = store.add_snapshot(png, ImageSize(head["width"], head["height"]), "png", id)
+        snapshot = store.add_snapshot(png, ImageSize(head["width"], head["height"]), "png", asked.camera,
+                                      asked.purpose)
         if identity is not None:
             store.confirm_identity(snapshot.id, asdict(identity))
         return snapshot
@@ -71,9 +76,9 @@ async def _taken(request: Request, id: str, frames: int) -> Snapshot:
 
 
 @router.get("", response_model=answer_schemas.Snapshots)
-def list_snapshots(request: Request, limit: Limit = 50, cursor: Cursor = None) -> Json:
-    """Newest first."""
-    page = request.app.state.store.snapshots(limit, cursor)
+def list_snapshots(request: Request, limit: Limit = 50, cursor: Cursor = None, purpose: Purpose | None = None) -> Json:
+    """Newest first; those that were taken for one purpose, or all."""
+    page = request.app.state.store.snapshots(limit, cursor, purpose)
     return Json({"items": [snapshot.to_json() for snapshot in page.items], "next_cursor": page.next_cursor})
 
 

@@ -67,9 +67,10 @@ class Store:
 
     # Snapshots
 
-    def add_snapshot(self, data: bytes, size: ImageSize, format: str, camera: str | None = None) -> Snapshot:
+    def add_snapshot(self, data: bytes, size: ImageSize, format: str, camera: str | None = None,
+                     purpose: str = "picture") -> Snapshot:
         """Keep the bytes of a picture that was decoded. format: "png", "jpeg", "bmp" or "webp"."""
-        return self._snapshots.add(data, size, format, camera)
+        return self._snapshots.add(data, size, format, camera, purpose)
 
     def snapshot(self, id: str) -> Snapshot:
         """What a snapshot is; NotFound."""
@@ -83,9 +84,9 @@ class Store:
         """Where those bytes stand, for another process that reads them and checks the snapshot's sha256 itself."""
         return self._snapshots.path(self.snapshot(id))
 
-    def snapshots(self, limit: int = 50, cursor: str | None = None) -> Page[Snapshot]:
-        """Newest first."""
-        return self._snapshots.list(limit, cursor)
+    def snapshots(self, limit: int = 50, cursor: str | None = None, purpose: str | None = None) -> Page[Snapshot]:
+        """Newest first; those of one purpose, or all."""
+        return self._snapshots.list(limit, cursor, purpose)
 
     # Drafts
 

@@ -24,7 +24,10 @@ NAME = re.compile(r"(?P<sequence>[0-9]{10})\.(?P<id>[0-9a-f]{16})\.json")
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A kept picture. format: "png", "jpeg", "bmp" or "webp", of the bytes as they came."""
+    """A kept picture. format: "png", "jpeg", "bmp" or "webp", of the bytes as they came.
+
+    purpose: what it was taken for: "picture" of a field, of a "board", or of "straight" edges.
+    """
 
     id: str
     width: int
@@ -33,6 +36,7 @@ class Snapshot:
     taken_at: str  # ISO 8601, UTC
     sha256: str
     format: str
+    purpose: str = "picture"
 
     @property
     def size(self) -> ImageSize:
@@ -58,12 +62,15 @@ class Snapshots:
         sweep(self._pictures)
         self._sequences = _sequences(self._records.names())
         self._damaged = _sequences(quarantine.names("snapshots"))
+        self._purposes: dict[str, str] = {}
         self._last = max([0, *self._sequences.values(), *self._damaged.values()])
 
-    def add(self, data: bytes, size: ImageSize, format: str, camera: str | None = None) -> Snapshot:
+    def add(self, data: bytes, size: ImageSize, format: str, camera: str | None = None,
+            purpose: str = "picture") -> Snapshot:
         """Keep a picture that images.py has decoded; on return it is safe on disk."""
         digest = hashlib.sha256(data).hexdigest()
-        snapshot = Snapshot(new_id(), size.width, size.height, camera, stamp(self._clock), digest, format)
+        snapshot = Snapshot(new_id(), size.width, size.height, camera, stamp(self._clock), digest, format,
+                            purpose)
         with self._lock:
             self._last += 1  # a number is never used twice, not even after a failure
             sequence = self._last
@@ -91,6 +98,13 @@ class Snapshots:
             raise _unknown(id)
         return Snapshot(**record)
 
+    def _purpose(self, id: str) -> str | None:
+        """Read once: it never changes."""
+        if id not in self._purposes:
+            for snapshot in readable(self.get, (id,)):
+                self._purposes[id] = snapshot.purpose
+        return self._purposes.get(id)
+
     def path(self, snapshot: Snapshot) -> Path:
         """Where a snapshot's bytes stand."""
         return self._pictures / f"{snapshot.sha256}.{snapshot.format}"
@@ -107,10 +121,12 @@ class Snapshots:
             raise self._quarantine.take(path, "its checksum is wrong")
         return data
 
-    def list(self, limit: int = 50, cursor: str | None = None) -> Page[Snapshot]:
-        """Newest first. Damaged ones are not among them; Store.damaged names those."""
+    def list(self, limit: int = 50, cursor: str | None = None, purpose: str | None = None) -> Page[Snapshot]:
+        """Newest first, of one purpose or of all. Damaged ones are not among them; Store.damaged names those."""
         with self._lock:
             ids = {sequence: id for id, sequence in self._sequences.items() if id not in self._damaged}
+        if purpose is not None:
+            ids = {sequence: id for sequence, id in ids.items() if self._purpose(id) == purpose}
         shown, following = page(ids, limit, cursor)
         return Page(tuple(readable(self.get, (ids[sequence] for sequence in shown))), following)
 

@@ -1,5 +1,6 @@
 """Snapshots: what was sent is what comes back, pixel for pixel; what is no picture is not kept."""
 
+import json
 import time
 
 import cv2
@@ -50,6 +51,28 @@ def test_an_upload_may_say_which_camera_it_is_from(client, picture):
     kept = client.post(f"{API}/snapshots", files={"file": picture}, data={"camera": "north"}).json()
     assert kept["camera"] == "north"
     refusal(client.post(f"{API}/snapshots", files={"file": picture}, data={"camera": "south"}), 404, "unknown-camera")
+
+
+@pytest.mark.parametrize("camera", ["../configs", "a\0b", "../../" + "x" * 50])
+def test_a_camera_by_a_name_that_means_another_file_is_unknown(client, camera):
+    refusal(client.post(f"{API}/snapshots", content=json.dumps({"camera": camera}),
+                        headers={"Content-Type": "application/json"}), 404, "unknown-camera")
+
+
+def test_what_a_picture_was_taken_for_is_kept_and_sorts_the_list(client, picture):
+    def send(**told):
+        return client.post(f"{API}/snapshots", files={"file": picture}, data=told).json()
+    field, board = send(), send(purpose="board")
+    taken = client.post(f"{API}/snapshots", json={"camera": "north", "purpose": "straight"}).json()
+    assert [s["purpose"] for s in (field, board, taken)] == ["picture", "board", "straight"]
+    for purpose, kept in (("picture", field), ("board", board), ("straight", taken)):
+        assert [s["id"] for s in client.get(f"{API}/snapshots?purpose={purpose}").json()["items"]] == [kept["id"]]
+    assert len(client.get(f"{API}/snapshots").json()["items"]) == 3
+    refusal(client.get(f"{API}/snapshots?purpose=party"), 422)
+    refusal(client.post(f"{API}/snapshots", files={"file": picture}, data={"purpose": "party"}), 422)
+    refusal(client.post(f"{API}/snapshots", json={"camera": "north", "purpose": "party"}), 422)
+    refusal(client.post(f"{API}/snapshots", files={"file": picture, "purpose": picture}))
+    assert len(client.get(f"{API}/snapshots").json()["items"]) == 3
 
 
 def test_snapshots_are_listed_newest_first_in_pages(client, picture):

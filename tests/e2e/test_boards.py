@@ -109,3 +109,17 @@ def test_the_form_asks_for_what_a_charuco_board_has_more(desk):
     expect(desk.get_by_test_id("board-marker_mm")).to_be_visible()
     desk.reload()
     expect(desk.get_by_test_id("board-dictionary")).to_be_visible()
+
+
+def test_pictures_of_a_board_are_not_among_the_earlier_pictures_of_a_field(desk, server, straight_picture):
+    before = server.api("GET", "/snapshots?purpose=picture").json()["items"]
+    desk.get_by_test_id("file").set_input_files(straight_picture)
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG)
+    kept = server.api("GET", "/snapshots").json()["items"][0]
+    assert kept["purpose"] == "board"
+    desk.goto(f"{server.url}/#/")
+    desk.reload()
+    expect(desk.get_by_test_id("camera-overhead")).to_be_visible()
+    recent = desk.get_by_role("region", name="Earlier pictures")
+    expect(recent.locator("img")).to_have_count(min(len(before), 12))
+    expect(recent.locator(f"img[src*='{kept['id']}']")).to_have_count(0)
