@@ -91,3 +91,7 @@ class Webcam:
 
     def release(self) -> None:
         self.there = False
+
+
+V4L2_PATHS = ("/dev/../etc/passwd", "/dev/video0/../../etc/passwd", "/dev/v4l/by-id/../../../etc/passwd", "/dev/mem",
+              "/dev/v4l/by-id/..", "../dev/video0", "/dev/video", "/dev/video9999", "-1", "0x0", "٣", "/dev/videox")

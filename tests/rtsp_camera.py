@@ -35,6 +35,7 @@ class RtspCamera:
         self.mute = False  # accepts connections, and never says anything
         self.half = False  # every picture without its second half
         self.trickle = False  # a byte a second
+        self.garbage = 0  # so many of the next pictures are noise
         self.redirect = ""  # where it sends everybody
         self.connections, self.requests = 0, []
         self._lines: set[socket.socket] = set()
@@ -152,6 +153,10 @@ class _Session:
                     return
                 packets = packed(scene(n, *self.camera.size), sequence, round(n * 90_000 / self.camera.fps))
                 sequence += len(packets)
+                if self.camera.garbage:
+                    self.camera.garbage -= 1
+                    noise = np.random.default_rng(n)
+                    packets = [p[:20] + noise.integers(0, 256, len(p) - 20, dtype=np.uint8).tobytes() for p in packets]
                 data = b"".join(b"$\0" + struct.pack(">H", len(p)) + p for p in packets)
                 if self.camera.half:
                     data = data[:len(data) // 2]

@@ -50,10 +50,8 @@ class HttpLine:
 
     def read_all(self, most: int, deadline: float) -> bytes:
         """The rest of the body, at most so many bytes and one."""
-        data = bytearray()
-        while len(data) <= most and (some := self.read_some(deadline)):
-            data += some
-        return bytes(data)
+        with self._watched(deadline):
+            return self._answer.read(most + 1)
 
     def close(self) -> None:
         for thing in (self._answer, self._client, self.socket):

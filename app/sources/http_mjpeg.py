@@ -70,15 +70,12 @@ class HttpSource(PlainSource):
     def read(self) -> Frame:
         if self._line is None:
             raise Unavailable("This camera is closed.", "Open it again.", reason="source-closed")
-        if self._parts is None:
-            time.sleep(max(0.0, self._due - time.monotonic()))
-            self._due = max(self._due + 1 / self._fps, time.monotonic())
         before = self.skipped
         deadline = time.monotonic() + READ_S
         try:
             while self.skipped - before < MOST_BAD:
                 try:
-                    return self._from_stream(deadline) if self._parts else self._asked_for(deadline)
+                    return self._from_stream(deadline) if self._parts else self._asked_for()
                 except (BadImage, TooMuch):
                     self.skipped += 1
         except Unavailable:
@@ -115,8 +112,11 @@ class HttpSource(PlainSource):
                     return frame
         return self._decode(self._waiting.pop(0))
 
-    def _asked_for(self, deadline: float) -> Frame:
-        """The picture of one answer."""
+    def _asked_for(self) -> Frame:
+        """The picture of one answer, when it is due."""
+        time.sleep(max(0.0, self._due - time.monotonic()))
+        self._due = max(self._due + 1 / self._fps, time.monotonic())
+        deadline = time.monotonic() + READ_S
         if not self._asked:
             self._line.ask(deadline)
         self._asked = False

@@ -69,6 +69,8 @@ class Multipart:
             return None
         part = bytes(self._data[:at])
         self._leave(at)
+        if at > MAX_PART:
+            raise TooMuch
         return part.rstrip(b"-").removesuffix(b"\n").removesuffix(b"\r")
 
     def _enter(self) -> bool:

@@ -16,9 +16,9 @@ from app.sources import PlainSource, Surroundings
 from app.sources.ffmpeg import open_capture
 from app.sources.files import file_within, pictures_folder
 
-# By suffix, what the container's first bytes must be: a playlist that calls itself a film is not even tried.
-MP4 = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide")
 SUFFIXES = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm")
+MP4 = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide")
+MATROSKA = b"\x1a\x45\xdf\xa3"
 LATE_S = 0.2  # what the reader is late is caught up with; more than that is not
 LONGEST_WAIT_S = 5.0  # a jump in the film's own times is no reason to stand still
 
@@ -130,15 +130,15 @@ class _Pace:
 
 
 def _is_film(path: Path) -> bool:
-    """Whether the suffix is known and the first bytes are what it says."""
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
+    """Whether the name and the first bytes are a film's: a playlist that calls itself one is not even tried.
+
+    They need not agree: many an MP4 is called .avi.
+    """
+    if path.suffix.lower() not in SUFFIXES:
         return False
     try:
         with path.open("rb") as file:
             head = file.read(12)
     except OSError:
         return False
-    if suffix == ".avi":
-        return head[:4] == b"RIFF" and head[8:] == b"AVI "
-    return head[:4] == b"\x1a\x45\xdf\xa3" if suffix in (".mkv", ".webm") else head[4:8] in MP4
+    return head[4:8] in MP4 or head.startswith(MATROSKA) or (head[:4] == b"RIFF" and head[8:] == b"AVI ")
