@@ -95,6 +95,7 @@ class LiveCamera:
                 "calibration_applied": self._applied,
                 "active_calibration": self._calibration.id if self._calibration else None,
                 "light": inspected.get("light"), "sharpness": inspected.get("sharpness"),
+                "flicker": inspected.get("flicker"),
                 "words": inspected.get("words", []), "drift_px": None,
                 **{name: told.status[name] if told else None for name in PASSED_ON}}
 

@@ -1,4 +1,7 @@
-"""In a camera's process: about twice a second, how light and focus are, on a reduced picture."""
+"""In a camera's process: about twice a second, how light and focus are, on a reduced picture.
+
+Flicker needs frames that follow each other: every FLICKER_EVERY_S a burst of them is looked at, rows only.
+"""
 
 import threading
 import time
@@ -12,8 +15,12 @@ from app.geometry import ImageSize
 from app.live.capture import Capture, Taken
 from app.live.encoder import Encoder
 from app.live.picture import Shown
+from app.vision import flicker, light, sharpness
 
 EVERY_S = 0.5
+FLICKER_EVERY_S = 8.0
+BURST = 32  # frames, about a second of them
+BURST_S = 4.0  # a slow camera's burst ends here, whatever it has
 WIDTH_PX = 640
 
 
@@ -25,6 +32,7 @@ class Inspector:
         self._encoder = encoder
         self._before: NDArray[np.uint8] | None = None
         self._same_since = 0.0
+        self._flicker: flicker.Flicker | None = None
         self._mask: tuple[str, ImageSize, NDArray[np.bool_]] | None = None
         self.newest: dict[str, Any] | None = None
 
@@ -32,8 +40,11 @@ class Inspector:
         threading.Thread(target=self._run, name="inspector", daemon=True).start()
 
     def _run(self) -> None:
-        seq = 0
+        seq, due = 0, time.monotonic()
         while True:
+            if time.monotonic() >= due:
+                self._flicker = self._burst(seq) or self._flicker
+                due = time.monotonic() + FLICKER_EVERY_S
             taken = self._capture.after(seq, EVERY_S)
             if taken is not None:
                 seq = taken.seq
@@ -48,7 +59,27 @@ class Inspector:
         if self._before is None or self._before.shape != small.shape or not np.array_equal(self._before, small):
             self._same_since = taken.moment
         self._before = small
-        return {"unchanged_s": round(taken.moment - self._same_since, 2)}
+        field = self._field_of(small.shape[1], small.shape[0], taken.frame.size)
+        found_light, found_sharpness = light.light_of(small, field), sharpness.sharpness_of(small, field)
+        words = [*light.words(found_light), *sharpness.words(found_sharpness), *flicker.words(self._flicker)]
+        return {"unchanged_s": round(taken.moment - self._same_since, 2), "light": found_light.to_json(),
+                "sharpness": found_sharpness.to_json(), "words": sorted(words, key=lambda w: w["severity"] != "warning"),
+                "flicker": self._flicker.to_json() if self._flicker else None}
+
+    def _burst(self, seq: int) -> flicker.Flicker | None:
+        times, rows = [], []
+        end = time.monotonic() + BURST_S
+        while len(times) < BURST and time.monotonic() < end:
+            taken = self._capture.after(seq, EVERY_S)
+            if taken is None:
+                break
+            seq = taken.seq
+            row = flicker.row_means(taken.frame.pixels)
+            if rows and len(row) != len(rows[0]):
+                break
+            times.append(taken.moment)
+            rows.append(row)
+        return flicker.flicker_of(times, rows)
 
     def _field_of(self, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_] | None:
         """Where the field lies in the reduced picture, as far as a calibration tells."""

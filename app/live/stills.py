@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from app.errors import Unavailable
 from app.images import encode
 from app.live.capture import Capture, Taken
+from app.vision.background import Background
 
 MOST_FRAMES = 60
 
@@ -23,7 +24,6 @@ def still(capture: Capture, frames: int, timeout_s: float) -> tuple[dict[str, An
     first = last = _next(capture, capture.status()["seq"], deadline)
     if frames <= 1:
         return _told(first, last, 1, None), encode(first.frame.pixels, "png")
-    from app.vision.background import Background
     background = Background(first.frame.pixels.shape, min(frames, MOST_FRAMES))
     background.add(first.frame.pixels)
     count = 1
