@@ -1,6 +1,7 @@
 """RTSP cameras: a small one of our own, and GStreamer's real server with the codecs that cameras have."""
 
 import contextlib
+import os
 import threading
 import time
 from itertools import pairwise
@@ -174,7 +175,8 @@ def test_pictures_that_no_decoder_understands_are_left_out(camera, source):
 
 def gst(codec: str, gop: int = 25):
     if not installed():
-        pytest.fail("GStreamer's RTSP server is not installed; tests/gst_camera.py says which packages")
+        (pytest.fail if os.environ.get("TOUCHLINE_TESTS") == "all" else pytest.skip)(
+            "GStreamer's RTSP server is not installed; tests/gst_camera.py says which packages it needs")
     return contextlib.closing(GstCamera(codec, gop))
 
 
