@@ -62,8 +62,9 @@ class Inspector:
         field = self._field_of(small.shape[1], small.shape[0], taken.frame.size)
         found_light, found_sharpness = light.light_of(small, field), sharpness.sharpness_of(small, field)
         words = [*light.words(found_light), *sharpness.words(found_sharpness), *flicker.words(self._flicker)]
+        words.sort(key=lambda word: word["severity"] != "warning")
         return {"unchanged_s": round(taken.moment - self._same_since, 2), "light": found_light.to_json(),
-                "sharpness": found_sharpness.to_json(), "words": sorted(words, key=lambda w: w["severity"] != "warning"),
+                "sharpness": found_sharpness.to_json(), "words": words,
                 "flicker": self._flicker.to_json() if self._flicker else None}
 
     def _burst(self, seq: int) -> flicker.Flicker | None:

@@ -46,7 +46,7 @@ def main() -> None:
             total += count
             frames[ready.fileobj] += buffer[:count].count(SOI)
     took = time.monotonic() - start
-    each = sorted(count / took for count in frames.values())
+    each = sorted(count / took for count in frames.values()) or [0.0]
     print(json.dumps({"fps_median": each[len(each) // 2], "fps_least": each[0], "mb_s": total / took / 1e6}))
 
 
