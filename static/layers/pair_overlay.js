@@ -21,12 +21,12 @@ export function PairOverlay({ s }) {
     ${line && html`<g class="epipolar" data-testid=${`epipolar-${s}`} data-by=${by.value} transform=${placed(tx, ty, k)} clip-path=${`url(#in-${s})`}>
       <path class="casing" d=${path(line)}/><path d=${path(line)} style=${`stroke:${LINE}`}/></g>`}
     ${place && html`<${Foretold} s=${s} place=${place}/>`}
-    ${pair.doc.value.matches.map((match, index) => ({ point: match[s], index })).toSorted((p, q) => height(p.index) - height(q.index))
+    ${pair.doc.value.matches.map((match, index) => ({ point: match[s], index })).toSorted((p, q) => rank(p.index) - rank(q.index))
       .map(({ point, index }) => point && html`<${Mark} key=${index} s=${s} index=${index} point=${point}/>`)}</svg>`;
 }
 
 /** Those with words beside them lie on top. @param {number} index */
-const height = (index) => Number(worth.value[index]?.isMistake) + 2 * Number(hovered.value === index) + 4 * Number(chosen.value?.index === index);
+const rank = (index) => Number(worth.value[index]?.isMistake) + 2 * Number(hovered.value === index) + 4 * Number(chosen.value?.index === index);
 
 /** @param {{ s: Side, index: number, point: import("../types").Point }} props */
 function Mark({ s, index, point }) {
