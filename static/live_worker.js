@@ -1,9 +1,10 @@
 // Decodes a camera's stream on a canvas of its own, away from the page: what arrives is drawn at once, and nothing queues.
+import { read, rows } from "./timecode.js";
 
 /** @type {OffscreenCanvas} */ let canvas;
 /** @type {OffscreenCanvasRenderingContext2D | null} */ let pen = null;
 /** @type {WebSocket | null} */ let socket = null;
-let address = "", wait_ms = 0, again = 0, decoding = false;
+let address = "", wait_ms = 0, again = 0, decoding = false, timed = false;
 /** @type {ArrayBuffer | null} */ let newest = null;
 const FIRST_WAIT_MS = 250, LONGEST_WAIT_MS = 4000;
 
@@ -12,6 +13,7 @@ self.onmessage = ({ data }) => {
     canvas = data.canvas;
     pen = canvas.getContext("2d", { alpha: false });
   }
+  if (data.timed !== undefined) timed = data.timed; // tell when the picture itself says it was taken
   if (data.address !== undefined && data.address !== address) connect(data.address);
 };
 
@@ -43,6 +45,12 @@ function connect(to) {
   };
 }
 
+/** The time in the picture that was drawn. */
+function taken() {
+  const { top, height } = rows(canvas.width);
+  return pen ? read(pen.getImageData(0, top, canvas.width, height)) : null;
+}
+
 /** Draw the newest message, then the one that came meanwhile. */
 async function show() {
   decoding = true;
@@ -56,7 +64,7 @@ async function show() {
       if (canvas.width !== picture.width || canvas.height !== picture.height) Object.assign(canvas, { width: picture.width, height: picture.height });
       pen?.drawImage(picture, 0, 0);
       picture.close();
-      postMessage({ head, age_ms: Date.now() - 1000 * head.time });
+      postMessage({ head, age_ms: Date.now() - 1000 * head.time, ...(timed ? { shown_ms: Date.now(), taken_ms: taken() } : {}) });
     } catch { /* a part that is no picture: the next one is */ }
   }
   decoding = false;

@@ -1,0 +1,85 @@
+"""From the camera to the browser's canvas. Command: python -m pytest tests/bench/bench_latency.py -s
+
+The simulated camera paints the time of each picture into it; the page's own worker draws the picture and reads it back.
+The corrected picture is told by its time stamp, which the raw one proves right. Needs Chromium.
+"""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import requests
+from playwright.sync_api import sync_playwright
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "e2e"))
+from chromium import ARGUMENTS, chromium_path
+from live_seen import calibrated
+
+ROOT = Path(__file__).parents[2]
+SOURCE = "sim://table?size=1920x1080&fps=30&robots=6&timecode=true"
+MEASURE = """([address, count]) => new Promise((done) => {
+  const canvas = document.createElement("canvas"), off = canvas.transferControlToOffscreen(), told = [];
+  const worker = new Worker("live_worker.js", { type: "module" });
+  worker.onmessage = ({ data }) => {
+    const { head, shown_ms: shown, taken_ms: taken } = data;
+    if (head) told.push([shown - 1000 * head.time, taken === null ? null : shown - taken]);
+    if (told.length >= count) { worker.terminate(); done(told); }
+  };
+  worker.postMessage({ canvas: off, timed: true }, [off]);
+  worker.postMessage({ address });
+})"""
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("latency")
+    (folder / "settings.yaml").write_text(
+        f"server: {{port: 0}}\ncameras:\n- {{id: north, source: '{SOURCE}', field: table, region: full}}\n")
+    server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--config",
+                               str(folder / "settings.yaml"), "--data", str(folder / "data")], cwd=ROOT,
+                              stdout=subprocess.PIPE, text=True)
+    url = server.stdout.readline().split()[-1]
+    yield url
+    server.terminate()
+    server.wait(20)
+
+
+@pytest.fixture(scope="module")
+def page(served):
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium_path(), args=ARGUMENTS)
+        page = browser.new_page()
+        page.goto(served + "#/live/nobody")  # a page that watches nothing itself
+        yield page
+        browser.close()
+
+
+def measured(page, url, view, width, count=150):
+    address = url.replace("http", "ws") + f"api/v1/cameras/north/stream?view={view}&width={width}&ack=true"
+    told = page.evaluate(MEASURE, [address, count])[30:]
+    by_stamp = np.array([one[0] for one in told])
+    by_picture = np.array([one[1] for one in told if one[1] is not None])
+    return by_stamp, by_picture
+
+
+def test_from_the_camera_to_the_canvas(page, served):
+    while requests.get(f"{served}api/v1/cameras/north/status", timeout=10).json()["state"] != "live":
+        time.sleep(0.2)
+    stamps, pictures = measured(page, served, "raw", 960)
+    print(f"\nraw, 960 wide: p50 {np.median(pictures):.0f} ms, p95 {np.percentile(pictures, 95):.0f} ms by the time "
+          f"in the picture; {np.median(stamps):.0f} ms by its stamp; read in {len(pictures)} of {len(stamps)}")
+    assert len(pictures) > 0.9 * len(stamps)
+    made = calibrated(SOURCE).to_json()
+    task = {name: made[name] for name in ("field", "region", "rotate", "observations", "image_size")}
+    kept = requests.post(f"{served}api/v1/calibrations", json={**task, "camera": "north"}, timeout=30)
+    assert kept.status_code == 201, kept.text
+    requests.post(f"{served}api/v1/calibrations/{kept.json()['id']}/activate", timeout=10)
+    time.sleep(1.0)
+    stamps, _ = measured(page, served, "corrected", 960)
+    offset = np.median(pictures) - np.median(stamps)
+    print(f"corrected, 960 wide: p50 {np.median(stamps):.0f} ms, p95 {np.percentile(stamps, 95):.0f} ms by its stamp "
+          f"(raw: the picture says {offset:+.0f} ms more or less)")
+    assert np.median(stamps) < 30
