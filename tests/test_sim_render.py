@@ -3,9 +3,9 @@
 import time
 from functools import lru_cache
 
-import cv2
 import numpy as np
 import pytest
+from line_centres import centroids, clear_of_others
 
 from app.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
@@ -34,29 +34,9 @@ def rendering(lens: str = "strong", region: str = "full", play: Play = EMPTY, li
     return Rendering.of(above(lens, region, size, **pose), FIELD, FIELD.regions[region], play, light, sensor)
 
 
-def centroids(picture: np.ndarray, camera: SimCamera, marking, count: int) -> np.ndarray:
-    """Signed px from the true centre of a marking to the centre of brightness across it, at `count` places."""
-    places = marking.sample(count + 2)[1:-1]
-    step = (marking.sample(20_001)[1:] - marking.sample(20_001)[:-1])[::20_000 // count][:count]
-    tangent = camera.raw_from_field(places + step) - camera.raw_from_field(places - step)
-    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) / np.linalg.norm(tangent, axis=1, keepdims=True)
-    away = np.arange(-6, 6.01, 0.25)
-    at = (camera.raw_from_field(places)[:, None] + away[:, None] * normal[:, None]).astype(np.float32)
-    profile = cv2.remap(picture.astype(np.float32), at[..., 0], at[..., 1], cv2.INTER_LINEAR)
-    profile = profile - profile[:, [0, 1, 2, -3, -2, -1]].mean(axis=1, keepdims=True)
-    inner = np.abs(away) <= 4
-    return (profile * away)[:, inner].sum(axis=1) / profile[:, inner].sum(axis=1)
-
-
 @lru_cache
-def clear_of_others(marking, count: int, margin_mm: float = 120) -> np.ndarray:
-    """Which of the places along a marking lie far from every other marking."""
-    places = marking.sample(count + 2)[1:-1]
-    others = [m.sample(2001) for m in (*FIELD.lines.values(), *FIELD.arcs.values()) if m is not marking]
-    marks = [np.array([FIELD.landmarks[m["at"]].position]) for m in FIELD.extras["marks"]]
-    walls = np.array([[s * (FIELD.length_mm / 2 + 10), t] for s in (-1, 1) for t in (-510, 510)])
-    near = np.min([np.linalg.norm(places[:, None] - o, axis=-1).min(axis=1) for o in (*others, *marks, walls)], axis=0)
-    return near > margin_mm
+def clear(marking) -> np.ndarray:
+    return clear_of_others(FIELD, marking, 200)
 
 
 @pytest.mark.parametrize(("lens", "pose"), [("strong", {}), ("none", {"tilt_deg": 12, "roll_deg": 4}),
@@ -67,7 +47,7 @@ def test_the_centre_of_every_rendered_line_is_where_the_truth_says(lens, pose):
     picture = shown.frame(0)[..., 2]
     worst, count = 0.0, 0
     for marking in (*FIELD.lines.values(), *FIELD.arcs.values()):
-        off = centroids(picture, shown.camera, marking, 200)[clear_of_others(marking, 200)]
+        off = centroids(picture, shown.camera, marking, 200)[clear(marking)]
         worst, count = max(worst, np.abs(off).max()), count + len(off)
         assert abs(np.median(off)) < 0.01, f"{marking.name} is off by {np.median(off):.3f} px"
     assert count > 1500
@@ -78,7 +58,7 @@ def test_carpet_noise_and_light_blur_the_lines_but_do_not_move_them():
     shown = rendering(light=Light(), sensor=Sensor())
     picture = shown.frame(0)[..., 2]
     for marking in FIELD.lines.values():
-        off = centroids(picture, shown.camera, marking, 200)[clear_of_others(marking, 200)]
+        off = centroids(picture, shown.camera, marking, 200)[clear(marking)]
         # The carpet's grain alone moves the worst line by 0.046 px.
         assert abs(np.mean(off)) < 0.07 and np.std(off) < 0.4, marking.name
 

@@ -1,0 +1,130 @@
+"""Whether the light flickers, from a short series of frames: as a whole, and as bands that a rolling shutter makes.
+
+Lamps on the mains flicker 100 or 120 times a second. A camera sees that slowed down, by the beat with its own frame
+rate, and, if it reads its rows one after the other, as bands that wander up or down the picture. A beat of nothing, as
+of 100 Hz lamps at 25 frames a second, stands still: it looks like uneven light, and no series of frames can tell.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+MAINS_HZ = (100.0, 120.0)
+LEAST_FRAMES = 12
+MOST_ROWS = 270
+SEEN_PCT, MUCH_PCT = 1.0, 4.0  # moving robots make up to half a per cent
+_PURE = 0.5  # of the variance must be one frequency's, for it to be named
+_TURNS = 24.0  # bands: as many per picture at most
+_SLOW = 0.5  # and at least so many, less is a change of the light's place
+
+
+@dataclass(frozen=True)
+class Flicker:
+    """amplitude_pct: of the whole picture's brightness, up and down. beat_hz: how often, as the camera sees it; None
+    where no one frequency stands out. bands_pct: of the rows beside each other; bands: how many in the picture.
+    lamp_hz: 100 or 120 where the beat fits just one of them. drift_pct: slow change over the whole series.
+    """
+
+    amplitude_pct: float
+    beat_hz: float | None
+    bands_pct: float
+    bands: float | None
+    lamp_hz: float | None
+    drift_pct: float
+    frames: int
+
+    def to_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+def row_means(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Mean brightness (n,) of bundles of rows, at most 270 of them, from every eighth column."""
+    rows = max(1, -(-picture.shape[0] // MOST_ROWS))
+    part = picture[:picture.shape[0] // rows * rows, ::8]
+    means = cv2.reduce(part.reshape(part.shape[0], -1), 1, cv2.REDUCE_AVG, dtype=cv2.CV_32F)
+    return means.reshape(-1, rows).mean(axis=1)
+
+
+def flicker_of(times_s: Sequence[float], rows: Sequence[NDArray]) -> Flicker | None:
+    """Measure a series: when each frame was taken, and its row means (n,). None for fewer than 12 frames."""
+    times, seen = np.asarray(times_s, float), np.asarray(rows, float)
+    usable = np.isfinite(times) & np.isfinite(seen).all(axis=1) if len(seen) else np.empty(0, bool)
+    times, seen = times[usable], seen[usable]
+    if len(times) < LEAST_FRAMES or np.ptp(times) <= 0 or seen.mean() <= 0:
+        return None
+    times = times - times[0]
+    level = seen.mean(axis=1) / seen.mean()
+    slope, start = np.polyfit(times, level, 1)
+    amplitude, beat = _strongest(times, level - start - slope * times)
+    bands_pct, bands, band_beat = _bands(times, seen)
+    if max(100 * amplitude, bands_pct) < SEEN_PCT:
+        beat = bands = band_beat = None
+    named = band_beat if bands_pct > 100 * amplitude else beat
+    return Flicker(round(100 * amplitude, 2), None if beat is None else round(beat, 2), round(bands_pct, 2), bands,
+                   _lamp(named, times), round(float(100 * slope * times[-1]), 2), len(times))
+
+
+def _frequencies(times: NDArray) -> NDArray:
+    """What the series can tell apart: from one turn over its length to half its frame rate."""
+    rate = 1 / np.median(np.diff(times))
+    return np.arange(1 / np.ptp(times), rate / 2 * 1.001, 0.1 / np.ptp(times))
+
+
+def _strongest(times: NDArray, off: NDArray) -> tuple[float, float | None]:
+    """Amplitude of what wavers about zero, and its frequency where one stands out."""
+    waves = np.exp(-2j * np.pi * _frequencies(times)[:, None] * times)
+    power = np.abs(waves @ off) ** 2 * 2 / len(times)  # of the sum of squares, what this frequency explains
+    total = float((off**2).sum())
+    best = int(power.argmax())
+    pure = total > 0 and power[best] > _PURE * total
+    return float(np.sqrt(2 * np.mean(off**2))), float(_frequencies(times)[best]) if pure else None
+
+
+def _bands(times: NDArray, seen: NDArray) -> tuple[float, float | None, float | None]:
+    """How strong bands are, how many stand in a picture, and how often one goes by."""
+    off = seen / np.maximum(np.median(seen, axis=0), 1.0)
+    off = off / off.mean(axis=1, keepdims=True) - 1
+    off -= off.mean(axis=0)
+    place = (np.arange(off.shape[1]) + 0.5) / off.shape[1]
+    turns = np.arange(_SLOW, min(_TURNS, off.shape[1] / 4), 0.1)
+    per_frame = off @ np.exp(-2j * np.pi * place[:, None] * turns) * 2 / off.shape[1]
+    strength = np.sqrt((np.abs(per_frame) ** 2).mean(axis=0))
+    best = int(strength.argmax())
+    phase = per_frame[:, best]
+    waves = np.exp(-2j * np.pi * np.concatenate([-_frequencies(times), _frequencies(times)])[:, None] * times)
+    answer = np.abs(waves @ phase)
+    pure = answer.max() > _PURE * np.abs(phase).sum()
+    beat = float(np.tile(_frequencies(times), 2)[answer.argmax()]) if pure else None
+    return float(100 * strength[best]), round(float(turns[best]), 1) if pure else None, beat
+
+
+def _lamp(beat: float | None, times: NDArray) -> float | None:
+    """The mains whose lamps would beat like this with the camera's frame rate, if it is just one."""
+    if beat is None:
+        return None
+    rate = 1 / np.median(np.diff(times))
+    fits = [hz for hz in MAINS_HZ if abs(abs(hz - round(hz / rate) * rate) - beat) < 0.7 / np.ptp(times) + 0.02 * rate]
+    return fits[0] if len(fits) == 1 else None
+
+
+def words(flicker: Flicker | None) -> list[dict[str, str]]:
+    """What is worth saying about flicker: text, fix, severity ("warning" or "note")."""
+    if flicker is None or max(flicker.amplitude_pct, flicker.bands_pct) < SEEN_PCT:
+        return []
+    lamp = "" if flicker.lamp_hz is None else f" as lamps do at {flicker.lamp_hz:.0f} Hz"
+    periods = [f"{1000 / hz:.3g} ms" for hz in ([flicker.lamp_hz] if flicker.lamp_hz else MAINS_HZ)]
+    fix = (f"Set the exposure to {' or '.join(periods)} or a whole multiple of it, or light the field with lamps that "
+           "do not flicker.")
+    if flicker.bands_pct > flicker.amplitude_pct:
+        bands = f"{flicker.bands:.2g} " if flicker.bands is not None and flicker.bands > 1 else ""
+        text = f"Light flickers{lamp}: {bands}bands of {flicker.bands_pct:.1f} % wander through the picture."
+        bad = flicker.bands_pct >= MUCH_PCT
+    else:
+        often = "" if flicker.beat_hz is None else f", {flicker.beat_hz:.1f} times a second in the picture"
+        text = f"Light flickers{lamp}: brightness goes up and down by {flicker.amplitude_pct:.1f} %{often}."
+        bad = flicker.amplitude_pct >= MUCH_PCT
+    return [{"text": text, "fix": fix, "severity": "warning" if bad else "note"}]
