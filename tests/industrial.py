@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import tempfile
 import time
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
@@ -77,11 +78,18 @@ class GvCamera:
     def start(self) -> None:
         self._process = subprocess.Popen([GV_CAMERA, "-i", "127.0.0.1", "-s", self.SERIAL, *self._options],
                                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        camera = opened("aravis://127.0.0.1")
-        assert self._process.poll() is None, "another simulated camera is on this machine already"
-        for side in ("width", "height"):  # it sends a picture at one go: small ones fit into any socket's buffer
-            camera.set_control(side, 256)
-        camera.close()
+        with closing(opened("aravis://127.0.0.1?fps=200")) as camera:
+            assert self._process.poll() is None, "another simulated camera is on this machine already"
+            for side in ("width", "height"):  # it sends a picture at one go: small ones fit into any socket's buffer
+                camera.set_control(side, 256)
+            # It numbers its pictures from 65400, and a client that comes just before 65535 takes all for late ones up
+            # to there; so past that before the test begins.
+            came = 0
+            while came < 150:
+                with suppress(Unavailable):
+                    camera.read()
+                    came += 1
+            camera.set_control("frame_rate", 25)
 
     def stop(self) -> None:
         self._process.kill()

@@ -1,15 +1,18 @@
-"""GigE Vision through Aravis: a real camera on the wire (Debian's simulated one, another process) and the library's own."""
+"""GigE Vision through Aravis: a camera on the wire (Debian's simulated one, another process) and the library's own."""
 
+import socket
 import subprocess
 import sys
+import threading
 import time
+from contextlib import closing
 
 import numpy as np
 import pytest
 from industrial import GvCamera, held, need_aravis, opened
 
 from app.errors import BadInput, NotFound, TouchlineError, Unavailable
-from app.sources import Identity, Surroundings, aravis_library, source_from_url
+from app.sources import Identity, Surroundings, aravis_library, gige, source_from_url
 from app.sources.industrial import of_several
 
 FAKE = "aravis://Fake_1?fps=100"
@@ -32,32 +35,28 @@ def fake():
 
 @pytest.mark.parametrize("target", [GvCamera.SERIAL, f"Aravis-Fake-{GvCamera.SERIAL}", "127.0.0.1"])
 def test_a_camera_on_the_network_is_found_by_serial_name_or_address(gv, target):
-    camera = opened(f"aravis://{target}")
-    identity = camera.identity()
-    assert (identity.address, identity.serial, identity.model) == (f"aravis://{target}", gv.SERIAL, "Aravis Fake")
-    assert tuple(camera.read().size) == (256, 256)
-    camera.close()
+    with closing(opened(f"aravis://{target}")) as camera:
+        identity = camera.identity()
+        assert (identity.address, identity.serial, identity.model) == (f"aravis://{target}", gv.SERIAL, "Aravis Fake")
+        assert tuple(camera.read().size) == (256, 256)
 
 
 def test_frames_come_whole_over_the_network(gv):
-    camera = opened("aravis://127.0.0.1?fps=20")
-    frames = [camera.read() for _ in range(5)]
-    assert all(frame.pixels.shape == (256, 256, 3) and not frame.pixels.flags.writeable for frame in frames)
-    assert any((frame.pixels != frames[0].pixels).any() for frame in frames)
-    camera.close()
+    with closing(opened("aravis://127.0.0.1?fps=20")) as camera:
+        frames = [camera.read() for _ in range(5)]
+        assert all(frame.pixels.shape == (256, 256, 3) and not frame.pixels.flags.writeable for frame in frames)
+        assert any((frame.pixels != frames[0].pixels).any() for frame in frames)
 
 
 def test_settings_reach_the_camera_and_stay_there(gv):
-    camera = opened("aravis://127.0.0.1")
-    assert camera.set_control("exposure", 2000).value == pytest.approx(2000, abs=1)
-    assert camera.set_control("width", 320).value == 320
-    assert tuple(camera.read().size) == (320, 256)
-    camera.close()
-    again = opened("aravis://127.0.0.1")
-    controls = {control.name: control for control in again.controls()}
-    assert controls["exposure"].value == pytest.approx(2000, abs=1) and controls["width"].value == 320
-    again.set_control("width", 256)
-    again.close()
+    with closing(opened("aravis://127.0.0.1")) as camera:
+        assert camera.set_control("exposure", 2000).value == pytest.approx(2000, abs=1)
+        assert camera.set_control("width", 320).value == 320
+        assert tuple(camera.read().size) == (320, 256)
+    with closing(opened("aravis://127.0.0.1")) as again:
+        controls = {control.name: control for control in again.controls()}
+        assert controls["exposure"].value == pytest.approx(2000, abs=1) and controls["width"].value == 320
+        again.set_control("width", 256)
 
 
 def test_a_camera_that_another_program_uses_is_said_to_be_and_is_free_soon_after_that_one_died(gv):
@@ -77,20 +76,42 @@ def test_a_camera_that_another_program_uses_is_said_to_be_and_is_free_soon_after
 
 
 def test_a_camera_that_goes_is_told_and_comes_back(gv):
-    camera = opened("aravis://127.0.0.1")
-    camera.read()
-    gv.stop()
-    with pytest.raises(Unavailable) as gone:
-        while True:  # what was under way may still come
-            camera.read()
-    assert gone.value.reason == "no-frame"
-    camera.close()
-    with pytest.raises(TouchlineError):
+    with closing(opened("aravis://127.0.0.1")) as camera:
+        camera.read()
+        gv.stop()
+        with pytest.raises(Unavailable) as gone:
+            while True:  # what was under way may still come
+                camera.read()
+        assert gone.value.reason == "no-frame"
+        start = time.monotonic()
+    with pytest.raises(Unavailable) as off:
         source_from_url("aravis://127.0.0.1", Surroundings())
+    assert off.value.reason == "camera-off"
+    assert time.monotonic() - start < 8  # alone 0.01 s; the library itself would take 15 s for its good-bye and to ask
     gv.start()
-    back = opened("aravis://127.0.0.1")
-    assert tuple(back.read().size) == (256, 256)
-    back.close()
+    with closing(opened("aravis://127.0.0.1")) as back:
+        assert tuple(back.read().size) == (256, 256)
+
+
+def test_a_camera_is_told_from_a_machine_that_is_silent_or_talks_of_something_else(gv):
+    assert gige.answers("127.0.0.1")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.2", gige.PORT))
+        assert not gige.answers("127.0.0.2")
+        other.settimeout(10)
+        asked = {other.recv(100) for _ in range(2)}
+        assert asked == {gige.ASK}
+
+        def babble():
+            for _ in range(2):
+                _, who = other.recvfrom(100)
+                other.sendto(b"\x00\x00\x00\x81", who)
+
+        talking = threading.Thread(target=babble)
+        talking.start()
+        assert not gige.answers("127.0.0.2")
+        talking.join()
+    assert not gige.answers("127.0.0.2")  # nobody listens
 
 
 def test_a_name_that_nobody_has_lists_those_who_answer(gv):
@@ -106,12 +127,11 @@ def test_pictures_that_lost_packets_are_left_out_and_counted(gv):
     gv._options = ("-r", "8")  # of a thousand packets; a picture here has 48
     gv.start()
     try:
-        camera = opened("aravis://127.0.0.1?fps=50")
-        until = time.monotonic() + 30
-        while camera.incomplete < 3 and time.monotonic() < until:
-            assert tuple(camera.read().size) == (256, 256)
-        assert camera.incomplete >= 3
-        camera.close()
+        with closing(opened("aravis://127.0.0.1?fps=50")) as camera:
+            until = time.monotonic() + 30
+            while camera.incomplete < 3 and time.monotonic() < until:
+                assert tuple(camera.read().size) == (256, 256)
+            assert camera.incomplete >= 3
     finally:
         gv.stop()
         gv._options = ()
@@ -146,9 +166,8 @@ def test_a_setting_that_is_refused_leaves_it_running(fake, name, value, reason):
 @pytest.mark.parametrize("name", ["BayerRG8", "BayerGB8", "BayerGR8", "BayerBG8", "RGB8", "Mono8"])
 def test_every_kind_of_pixels_that_it_sends_is_read(name):
     need_aravis()
-    camera = source_from_url(f"{FAKE}&pixel_format={name}", Surroundings())
-    pixels = camera.read().pixels.astype(int)
-    camera.close()
+    with closing(source_from_url(f"{FAKE}&pixel_format={name}", Surroundings())) as camera:
+        pixels = camera.read().pixels.astype(int)
     grey = np.abs(np.diff(pixels, axis=-1)).max() == 0
     assert pixels.shape == (512, 512, 3) and pixels.std() > 20 and grey == (name == "Mono8")
 
@@ -184,8 +203,7 @@ def test_opening_and_closing_leaves_nothing_behind(url, gv):
     opened(url).close()
     before = held()
     for _ in range(15):
-        camera = opened(url)
-        camera.read()
-        camera.close()
+        with closing(opened(url)) as camera:
+            camera.read()
     after = held()
     assert all(after[what] <= before[what] for what in before), (before, after)

@@ -143,7 +143,8 @@ def test_a_size_between_the_cameras_steps_goes_to_the_nearest(camera):
     assert write_control(camera, "height", 1215.4).value == 1216
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), -1, 1e9, 10**400, True, None, "5000", [5000], {}, "AUTO"],
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -1, 1e9, 10**400, True, None, "5000", [5000], {},
+                                   "AUTO"],
                          ids=lambda value: repr(value)[:12])
 @pytest.mark.parametrize("name", ["exposure", "width"])
 def test_a_value_that_it_cannot_have_is_refused_with_the_range(camera, name, value):

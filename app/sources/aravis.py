@@ -1,8 +1,9 @@
 """aravis://SERIAL: a GigE Vision or USB3 Vision camera of any maker, without the maker's software, through Aravis."""
 
 import ctypes
-import ipaddress
+import threading
 from collections.abc import Mapping
+from contextlib import suppress
 from ctypes import byref, c_int, c_size_t
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ from app.errors import NotFound, Unavailable
 from app.sources import Identity, Surroundings
 from app.sources.aravis_library import Aravis, AravisError, aravis, text
 from app.sources.aravis_nodes import AravisNodes
+from app.sources.gige import answers, is_ip
 from app.sources.industrial import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource, of_several
 from app.sources.pixel_formats import Pixels, bgr_from_raw
 
@@ -60,7 +62,7 @@ class Plugged:
         By its name, a camera that answers on two network cards is opened through either, and may send its pictures to
         the other; by its address, through the one that it is connected to.
         """
-        return self.address if self.protocol == "GigEVision" and _is_ip(self.address) else self.id
+        return self.address if self.protocol == "GigEVision" and is_ip(self.address) else self.id
 
 
 def plugged_in(library: Aravis) -> list[Plugged]:
@@ -84,7 +86,10 @@ def names_of(target: str, library: Aravis) -> tuple[str, str]:
     if target.startswith(FAKE):
         library.call("enable_interface", b"Fake")
         return target, target
-    if _is_ip(target):  # asked directly, which reaches cameras beyond the next router as well
+    if is_ip(target):  # asked directly, which reaches cameras beyond the next router as well
+        if not answers(target):
+            raise Unavailable(f"No camera answers at {target}.", "Look at its cable and power, and at its address.",
+                              reason="camera-off")
         return target, target
     cameras = plugged_in(library)
     for what in ("id", "serial", "hardware"):
@@ -110,6 +115,7 @@ class AravisDevice:
                               reason="camera-off") from None
         if not self._camera:
             raise Unavailable("The camera cannot be opened.", "Look at its cable and power.", reason="camera-off")
+        self._ip = opened_by if is_ip(opened_by) else ""
         self.nodes = AravisNodes(library, library.call("camera_get_device", self._camera))
         serial, vendor, model = (self._name(what) for what in ("device_serial_number", "vendor_name", "model_name"))
         self.identity = Identity(address_of(target), serial, port, f"{vendor} {model}".strip())
@@ -135,10 +141,8 @@ class AravisDevice:
     def stop(self) -> None:
         if self._stream is None:
             return
-        try:
+        with suppress(AravisError):  # it is gone already
             self._library.call("camera_stop_acquisition", self._camera)
-        except AravisError:  # it is gone already
-            pass
         self._library.unref(self._stream)
         self._stream = None
 
@@ -156,10 +160,18 @@ class AravisDevice:
         return pixels
 
     def close(self) -> None:
+        if self._camera is None:
+            return
+        if self._ip and not answers(self._ip):
+            # The library would say good-bye to a camera that is gone for 12 s, and nobody need wait for that.
+            threading.Thread(target=self._let_go, name="aravis-goodbye", daemon=True).start()
+        else:
+            self._let_go()
+
+    def _let_go(self) -> None:
         self.stop()
-        if self._camera is not None:
-            self._library.unref(self._camera)
-            self._camera = None
+        camera, self._camera = self._camera, None
+        self._library.unref(camera)
 
     def _pixels(self, buffer: Any) -> Pixels | None:
         call = self._library.call
@@ -180,13 +192,6 @@ class AravisDevice:
             return text(self._library.call(f"camera_get_{what}", self._camera))
         except AravisError:
             return ""
-
-
-def _is_ip(target: str) -> bool:
-    try:
-        return bool(ipaddress.IPv4Address(target))
-    except ValueError:
-        return False
 
 
 def _says(error: AravisError) -> str:

@@ -145,7 +145,7 @@ def _automatic(nodes: Nodes, feature: Feature) -> bool | None:
 
 
 def _enable_of(nodes: Nodes, feature: Feature) -> str | None:
-    return next((name for name in feature.enable if (node := nodes.get(name)) is not None and node.kind == "bool"), None)
+    return next((name for name in feature.enable if (node := nodes.get(name)) and node.kind == "bool"), None)
 
 
 def _number(feature: Feature, node: Node, value: Any) -> float | int:

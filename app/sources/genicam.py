@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar, Self
 from urllib.parse import quote
@@ -9,8 +10,7 @@ from urllib.parse import quote
 from app.errors import NotFound, Unavailable
 from app.models import Option
 from app.sources import Identity, Surroundings
-from app.sources.genicam_producers import (Described, cameras_of, chosen_producers, harvester_of, interrupts_kept,
-                                           let_go)
+from app.sources.genicam_producers import Described, cameras_of, chosen_producers, harvester_of, interrupts_kept, let_go
 from app.sources.industrial import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource, of_several
 from app.sources.pixel_formats import Pixels, bgr_from_raw
 
@@ -87,10 +87,8 @@ class HarvestersDevice:
                               reason="camera-busy") from None
 
     def stop(self) -> None:
-        try:
+        with suppress(*self._errors):  # it is gone already
             self._acquirer.stop()
-        except self._errors:  # it is gone already
-            pass
 
     def take(self, timeout_s: float) -> Pixels | None:
         until, incomplete = time.monotonic() + timeout_s, self.incomplete

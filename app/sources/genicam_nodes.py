@@ -1,5 +1,6 @@
 """A camera's named values through GenApi, the GenICam standard's own library (wheel genicam)."""
 
+from itertools import islice
 from typing import Any
 
 from genicam import genapi
@@ -36,13 +37,14 @@ class GenApiNodes:
             else:
                 node.value = value
         except (genapi.GenericException, TypeError, OverflowError) as error:
-            raise BadInput(f"The camera refuses {name} = {value}.", _first_sentence(error), reason="bad-control") from None
+            raise BadInput(f"The camera refuses {name} = {value}.", _first_sentence(error),
+                           reason="bad-control") from None
 
 
 def _described(node: Any, writable: bool) -> Node | None:
     if isinstance(node, genapi.IEnumeration):
         names = (entry.symbolic for entry in node.entries if entry.get_access_mode() in _READABLE)
-        return Node("choice", node.value, writable, choices=tuple(name for name, _ in zip(names, range(MAX_CHOICES))))
+        return Node("choice", node.value, writable, choices=tuple(islice(names, MAX_CHOICES)))
     if isinstance(node, genapi.IBoolean):
         return Node("bool", node.value, writable)
     if isinstance(node, genapi.IInteger):

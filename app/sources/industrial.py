@@ -156,6 +156,6 @@ def of_several(candidates: list[Any], name: str, matches: Callable[[Any], bool])
     """The only one that matches; None for none. BadInput where two cameras answer to one name."""
     found = [one for one in candidates if matches(one)]
     if len(found) > 1:
-        raise BadInput(f"{len(found)} cameras are called {name!r}.", "Use the longer name that the list of cameras shows.",
-                       reason="bad-source")
+        raise BadInput(f"{len(found)} cameras are called {name!r}.",
+                       "Use the longer name that the list of cameras shows.", reason="bad-source")
     return found[0] if found else None
