@@ -19,6 +19,7 @@ Point = tuple[float, float]
 BORDERS = ("left", "right", "top", "bottom")
 QUARTER_TURNS = (0, 90, 180, 270)
 DEFAULT_LINE_WIDTH_MM = 10.0
+HAT_MM = 150.0  # where the pattern of a Small Size League robot is; other leagues' fields say theirs
 
 
 @dataclass(frozen=True)
@@ -161,7 +162,10 @@ class Region:
 
 @dataclass(frozen=True)
 class Field:
-    """A field by name, with everything that is painted on it."""
+    """A field by name, with everything that is painted on it.
+
+    hat_height_mm: how high above the carpet robots carry their patterns, where positions are judged as well.
+    """
 
     name: str
     title: str
@@ -172,6 +176,7 @@ class Field:
     landmarks: Mapping[str, Landmark]
     regions: Mapping[str, Region]
     extras: Mapping[str, Any] = member(default_factory=dict)  # goals, boundary, ball: drawn and published, not fitted
+    hat_height_mm: float = HAT_MM
 
     def region(self, name: str, rotate_deg: int | None = None) -> Region:
         """A region by name, turned otherwise if rotate_deg is given."""
@@ -202,4 +207,4 @@ class Field:
                 "arcs": [arc.to_json() for arc in self.arcs.values()],
                 "landmarks": {m.name: list(m.position) for m in self.landmarks.values()},
                 "regions": {r.name: r.to_json() for r in self.regions.values()},
-                "extras": dict(self.extras)}
+                "hat_height_mm": self.hat_height_mm, "extras": dict(self.extras)}

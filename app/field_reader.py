@@ -11,10 +11,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 from app.errors import BadInput
-from app.field import BORDERS, DEFAULT_LINE_WIDTH_MM, QUARTER_TURNS, Arc, Field, Landmark, Line, Point, Region
+from app.field import BORDERS, DEFAULT_LINE_WIDTH_MM, HAT_MM, QUARTER_TURNS, Arc, Field, Landmark, Line, Point, Region
 
 NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
 MAX_NAME = 64
+HIGHEST_HAT_MM = 2000.0  # a grown-up humanoid
 SMALLEST_MM, LARGEST_MM = 100.0, 100_000.0  # a table top to a stadium
 MAX_MEMBERS = 500  # of each kind; the richest league field has 60
 SAME_MM = 0.01  # two ways to say one place may differ by this
@@ -25,7 +26,7 @@ T = TypeVar("T")
 def field_from_json(value: Any) -> Field:
     """The field that plain data describes; BadInput says which entry is wrong and what it should be."""
     keys(value, "The field", ("name", "length_mm", "width_mm", "regions"),
-         ("title", "line_width_mm", "lines", "arcs", "landmarks", "extras"))
+         ("title", "line_width_mm", "lines", "arcs", "landmarks", "hat_height_mm", "extras"))
     name = safe_name(value["name"], "name")
     length = number(value["length_mm"], "length_mm", SMALLEST_MM, LARGEST_MM)
     width = number(value["width_mm"], "width_mm", SMALLEST_MM, LARGEST_MM)
@@ -40,7 +41,8 @@ def field_from_json(value: Any) -> Field:
         raise refuse("regions is empty.", 'Give at least the region "full".')
     _every_name_once(lines, arcs, landmarks)
     return Field(name, text(value.get("title", name), "title", 120), length, width, lines, arcs, landmarks, regions,
-                 _extras(value.get("extras", {}), landmarks))
+                 _extras(value.get("extras", {}), landmarks),
+                 number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, HIGHEST_HAT_MM))
 
 
 def _line(value: Any, at: str, far: Point, thick: float) -> Line:

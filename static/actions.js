@@ -6,7 +6,7 @@ import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./docu
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
 import { comparison, compareModels, ranking, stopComparing, useModel } from "./ranking.js";
 import { preview } from "./fitting.js";
-import { HAT_MM, canHeat, differenceFrom, heat, others } from "./heat.js";
+import { canHeat, differenceFrom, heat, others } from "./heat.js";
 import { chosen, openPair } from "./pair.js";
 import { AT_PAIR, pairArrow, showWorst } from "./pair_actions.js";
 import { basis, bases, by, worst } from "./pairing.js";
@@ -116,8 +116,8 @@ const TABLE = [
     run: () => { heat.value = { ...heat.value, what: heat.value.what === "expected" ? "none" : "expected" }; },
     pressed: () => heat.value.what === "expected", enabled: () => canHeat.value },
   { id: "heat-height", label: "Switch the expected error between carpet and hat height", short: "Hat height", keys: ["z"], group: "View",
-    run: () => { heat.value = { ...heat.value, z_mm: heat.value.z_mm ? 0 : HAT_MM }; },
-    pressed: () => heat.value.z_mm > 0, enabled: () => canHeat.value && heat.value.what === "expected" },
+    run: () => { heat.value = { ...heat.value, atHats: !heat.value.atHats }; },
+    pressed: () => heat.value.atHats, enabled: () => canHeat.value && heat.value.what === "expected" },
   { id: "arrows", label: "Show residuals as arrows, to where the model puts each click", short: "Arrows", keys: ["v"], group: "View",
     run: () => { arrows.value = { ...arrows.value, on: !arrows.value.on }; }, pressed: () => arrows.value.on, enabled: () => canArrow.value },
   { id: "arrows-longer", label: "Magnify the arrows more", keys: ["."], group: "View", run: () => magnifyBy(1), enabled: () => drawn.value !== null },

@@ -7,11 +7,12 @@ import { isSaved, version, versions } from "./versions.js";
 
 /** @typedef {import("./types").Point} Point @typedef {import("./types").HeatMap} HeatMap */
 
-export const HAT_MM = 150; // a robot's pattern is so high
+/** How high robots of the version's field carry their patterns. */
+export const hatMm = computed(() => version.value?.field_definition.hat_height_mm ?? 150); // kept before fields said so: the largest league
 
-/** What the operator wants to see. other: the version to compare with. */
-export const heat = signal(/** @type {{ what: "none" | "expected" | "difference", z_mm: number, other: string | null }} */ (
-  { what: "none", z_mm: 0, other: null }));
+/** What the operator wants to see. atHats: at that height, not on the carpet. other: the version to compare with. */
+export const heat = signal(/** @type {{ what: "none" | "expected" | "difference", atHats: boolean, other: string | null }} */ (
+  { what: "none", atHats: false, other: null }));
 /** The newest answer, or why there is none; `of` says to which question. */
 export const heatMap = signal(/** @type {HeatMap | null} */ (null));
 export const heatRefusal = signal(/** @type {{ of: string, detail: string, fix: string } | null} */ (null));
@@ -28,9 +29,9 @@ export const others = computed(() => {
 
 /** @typedef {{ id: string, what: "expected" | "difference", z_mm: number, other: string | null }} Question */
 const question = computed(() => {
-  const { what, z_mm, other } = heat.value, id = version.value?.id;
+  const { what, atHats, other } = heat.value, id = version.value?.id;
   if (!canHeat.value || !id || what === "none" || (what === "difference" && !other)) return null;
-  return /** @type {Question} */ (what === "expected" ? { id, what, z_mm, other: null } : { id, what, z_mm: 0, other });
+  return /** @type {Question} */ (what === "expected" ? { id, what, z_mm: atHats ? hatMm.value : 0, other: null } : { id, what, z_mm: 0, other });
 });
 
 /** The map that is to be drawn now. */

@@ -34,7 +34,7 @@ export interface Arc { name: string; centre: Point; radius_mm: number; start_deg
 export interface Region { name: string; x: Point; y: Point; rotate: number; width_mm: number; height_mm: number }
 export interface Field {
   name: string; title: string; length_mm: number; width_mm: number; lines: Line[]; arcs: Arc[];
-  landmarks: Record<string, Point>; regions: Record<string, Region>;
+  hat_height_mm: number; landmarks: Record<string, Point>; regions: Record<string, Region>;
 }
 export interface Option {
   name: string; type: string; default: unknown; help: string;
@@ -63,14 +63,14 @@ export interface Report {
   degree?: Record<string, { degree: number; reason: string }>;
   per_feature: { feature: string | Point; n: number; used: boolean; rms_px: number | null; rms_mm: number | null; max_mm: number | null; residuals: Residual[] }[];
   verdict: { mm: number | null; level: "good" | "fair" | "poor" | "unknown"; sentence: string };
-  sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number } } | null;
+  sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number; z_mm: number } } | null;
   next_click?: { feature: string; point: Point; worst_mm: number; worst_mm_then: number } | null;
   warnings: Warning[];
 }
 /** One model among all, on the same clicks. field_mm: what it would miss inside the field. */
 export interface Ranked {
   model: string; title: string; parameters: number; field_mm: number | null; held_out_mm: number | null; check_mm: number | null;
-  apart_mm: number | null; expected_mm: number | null; expected_hat_mm: number | null; rms_px: number | null;
+  apart_mm: number | null; expected_mm: number | null; expected_hat_mm: number | null; hat_height_mm?: number | null; rms_px: number | null;
 }
 export interface Ranking {
   ranking: Ranked[]; recommended: string | null; reason: string; no_significant_distortion: boolean | null;
@@ -120,7 +120,7 @@ export interface Preview { report: Report; corrected_size: Point; overlay: Featu
 export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
   image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;
-  corrected_size: Point; created_at: string; active: boolean; note: string;
+  corrected_size: Point; created_at: string; active: boolean; note: string; field_definition: { hat_height_mm?: number };
 }
 /** Millimetres on a grid of field places: expected error of one version, or the difference between two. */
 export interface HeatMap {

@@ -39,6 +39,21 @@ def test_the_six_fields_are_there():
 
 
 @every_field
+def test_hats_are_where_the_leagues_robots_end(field: Field):
+    assert field.hat_height_mm == field.extras["robot"]["height_mm"]
+    assert field.hat_height_mm == (150 if field.name.startswith("ssl") else 75)
+    assert field_from_json(field.to_json()).hat_height_mm == field.hat_height_mm
+
+
+def test_a_field_that_says_no_hat_height_has_that_of_the_largest_league():
+    assert field_from_json(SMALL).hat_height_mm == 150
+    assert field_from_json({**SMALL, "hat_height_mm": 80}).hat_height_mm == 80
+    for wrong in (0, -1, 2001, "80", None, True, float("nan")):
+        with pytest.raises(BadInput, match="hat_height_mm"):
+            field_from_json({**SMALL, "hat_height_mm": wrong})
+
+
+@every_field
 def test_the_border_of_the_field_is_closed(field: Field):
     ring = ["touch-line-top", "goal-line-right", "touch-line-bottom", "goal-line-left"]
     ends = [end for name in ring for end in (field.lines[name].start, field.lines[name].end)]

@@ -233,3 +233,56 @@ def test_a_camera_that_sees_nothing_of_its_region_is_refused_not_broken(model):
                        for name in ("left", "right", "top", "bottom"))
         with pytest.raises(FitFailed):
             pipeline.calibrate(clicks, FIELD, REGION, SIZE, model)
+
+
+@pytest.mark.parametrize("hat_mm", [75.0, 150.0])
+def test_hat_height_is_the_fields_own_everywhere_it_is_judged(hat_mm):
+    field = replace(FIELD, hat_height_mm=hat_mm)
+    camera = reference_camera("strong", 0)
+    observations = border_observations(camera, REGION, 9, 0.3, np.random.default_rng(0), anywhere=True)
+    made = pipeline.calibrate(observations, field, REGION, SIZE, "brown-conrady", cross_validate=False)
+    assert made.report["sigma_mm"]["hat"]["z_mm"] == made.report["next_click"]["z_mm"] == hat_mm
+    assert made.report["sigma_mm"]["hat"]["rms"] == expected_error(made.fit, REGION, hat_mm).rms
+    (told,) = [w["text"] for w in made.report["warnings"] if w["reason"] == "height-unknown"]
+    assert f"at hat height ({hat_mm:g} mm)" in told
+    assert weakest_direction(made.fit, REGION, hat_mm).hat_mm == expected_error(made.fit, REGION, hat_mm).rms
+    ranked = pipeline.compare(observations, field, REGION, SIZE, ("division", "homography"))
+    by_name = {row["model"]: row for row in ranked["ranking"]}
+    assert by_name["division"]["hat_height_mm"] == hat_mm and by_name["homography"]["hat_height_mm"] is None
+    straight = reference_camera("none", 0)
+    marks = landmark_observations(*known_grid(straight, REGION, 5, 5), 0.1)
+    clicks = (*border_observations(straight, REGION, 9, 0.1), *marks)
+    flat = pipeline.calibrate(clicks, field, REGION, SIZE, "homography")
+    assert f"{hat_mm:g} mm up" in flat.report["verdict"]["sentence"]
+
+
+def test_a_lens_that_bends_takes_k2_along_and_one_that_does_not_takes_nothing():
+    """36 clicks do not always show k2; left out, it costs a fifth more than the least possible error."""
+    camera = reference_camera("strong", 0)
+    fits = [fitted(camera, seed) for seed in range(16)]
+    assert {f.notes["terms"]["chosen"] for f in fits} == {("k1", "k2")}
+    given = [carpet_and_hat_mm(fitted(camera, seed, terms=["k1", "k2"]), camera)[0] for seed in range(16)]
+    own = [carpet_and_hat_mm(f, camera)[0] for f in fits]
+    assert np.linalg.norm(own) < 1.03 * np.linalg.norm(given)
+    plain = reference_camera("none", 8)
+    assert sum(fitted(plain, seed).notes["terms"]["chosen"] == () for seed in range(16)) >= 15
+
+
+def test_a_companions_leaning_is_remembered_for_the_same_fit_again_and_nothing_else_is_one():
+    camera = reference_camera("strong", 0)
+    first = fitted(camera, 3)
+    choices = first.notes["choices"]
+    assert choices["leanings"] == {"k2": pytest.approx(0.14, rel=0.3)}
+    again = fitted(camera, 3, **{**choices, "robust": False})
+    assert again.model.lens_terms == pytest.approx(first.model.lens_terms, abs=1e-6)
+    for wrong in (5, {"k2": "wide"}, {"k2": float("nan")}, {"k2": -1.0}, {"focal": 0.1}, {"k2": True}):
+        with pytest.raises(BadInput, match="leanings"):
+            fitted(camera, 3, leanings=wrong)
+
+
+def test_a_lens_too_simple_for_the_clicks_does_not_end_the_search_for_the_right_one():
+    """From these clicks k1 alone sees no camera where the search begins; k1 and k2 do."""
+    camera = reference_camera("strong", 15)
+    fit = fitted(camera, 126)
+    assert fit.notes["terms"]["chosen"] == ("k1", "k2")
+    assert carpet_and_hat_mm(fit, camera)[0] < 5

@@ -96,6 +96,7 @@ class Field(Answer):
     lines: list[dict[str, Any]]
     arcs: list[dict[str, Any]]
     landmarks: dict[str, Point]
+    hat_height_mm: float
     regions: dict[str, dict[str, Any]]
 
 

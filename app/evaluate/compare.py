@@ -82,6 +82,7 @@ def _row(candidate: Candidate, reference: Candidate | None, region: Region) -> d
             "field_mm": float(np.hypot.reduce(parts)) if held_out is not None else None,
             "rms_px": candidate.report["rms_px"], "expected_mm": None if sigma is None else sigma["rms"],
             "expected_hat_mm": sigma["hat"]["rms"] if sigma and "hat" in sigma else None,
+            "hat_height_mm": sigma["hat"]["z_mm"] if sigma and "hat" in sigma else None,
             "verdict": candidate.report["verdict"], "warnings": [w["reason"] for w in candidate.report["warnings"]]}
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from app.evaluate.uncertainty import HAT_MM, at_height, expected_error, grid_over, knows_its_error
+from app.evaluate.uncertainty import at_height, expected_error, grid_over, knows_its_error
 from app.field import BORDERS, Field, Region
 from app.geometry import ImageSize
 from app.records import Fit
@@ -27,7 +27,7 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
     if not known.any():
         return None
     names, points, rows = [n for n, k in zip(names, known, strict=True) if k], points[known], rows[known]
-    z = HAT_MM if hasattr(fit.model, "project") else 0.0
+    z = field.hat_height_mm if hasattr(fit.model, "project") else 0.0
     by = fit.model.field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
     before = expected_error(fit, region, z).sigma_mm.ravel() ** 2
     seen = np.isfinite(before)

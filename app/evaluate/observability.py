@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from app.evaluate.uncertainty import HAT_MM, at_height, expected_error, grid_over, knows_its_error
-from app.field import Region
+from app.evaluate.uncertainty import at_height, expected_error, grid_over, knows_its_error
+from app.field import HAT_MM, Region
 from app.records import Fit, Warning
 
 WARN_MM = 5.0  # expected error, rms over the field, from which the operator is told
@@ -31,11 +31,11 @@ class WeakDirection:
     taped_hat_mm: float
 
 
-def weakest_direction(fit: Fit, region: Region) -> WeakDirection | None:
+def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -> WeakDirection | None:
     """The combination that costs most at hat height (on the carpet, for a model without rays)."""
     if not knows_its_error(fit):
         return None
-    z = HAT_MM if hasattr(fit.model, "project") else 0.0
+    z = hat_height_mm if hasattr(fit.model, "project") else 0.0
     by = fit.model.field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
     flat = by.reshape(-1, by.shape[-1])
     flat = flat[np.isfinite(flat).all(axis=1)]
@@ -78,15 +78,15 @@ def _with_taped_height(fit: Fit) -> NDArray:
     return covariance - np.outer(column, column) / (TAPE_MM**2 + column[fit.parameter_names.index("height")])
 
 
-def observability_warnings(fit: Fit, region: Region) -> list[Warning]:
+def observability_warnings(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -> list[Warning]:
     """What the operator is told, if the weak direction costs more than WARN_MM on the carpet or at hat height."""
-    weak = weakest_direction(fit, region)
+    weak = weakest_direction(fit, region, hat_height_mm)
     if weak is None or max(weak.carpet_mm, weak.hat_mm) <= WARN_MM:
         return []
     rays = hasattr(fit.model, "project")
     cost = f"{weak.carpet_mm:.1f} mm on the carpet"
     if rays:
-        cost += f", {weak.hat_mm:.0f} mm at hat height ({HAT_MM:g} mm)"
+        cost += f", {weak.hat_mm:.0f} mm at hat height ({hat_height_mm:g} mm)"
     if weak.taped_hat_mm < 0.7 * weak.hat_mm and {"focal length", "height"} & set(weak.parts):
         return [Warning("height-unknown", "Height and focal length cannot be told apart from these clicks: expected "
                         f"error {cost}.",

@@ -30,8 +30,9 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     held = _joined([held_out[i] for i in rests]) if held_out is not None else np.empty(0)
     check_mm = rms(_joined([inside_mm[i] for i in checks]))
     cv_rms_mm = rms(held)
-    warnings = [*fit.warnings, *observability_warnings(fit, region), *_blind_spots(fit, observations)]
-    sigma = sigma_report(fit, region)
+    hat_mm = field.hat_height_mm
+    warnings = [*fit.warnings, *observability_warnings(fit, region, hat_mm), *_blind_spots(fit, observations)]
+    sigma = sigma_report(fit, region, hat_mm)
     return {
         "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
         "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": _max(_joined([inside_mm[i] for i in rests])),
@@ -43,7 +44,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "per_feature": [_feature_json(r, fine, used) for r, fine, used
                         in zip(residuals, fit.inliers, fit.used, strict=True)],
         "verdict": _verdict(cv_rms_mm, check_mm, sigma, knows_inside=_knows_inside(fit, observations),
-                            rays=hasattr(fit.model, "project")),
+                            rays=hasattr(fit.model, "project"), hat_height_mm=hat_mm),
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
         "covariance": {"names": list(fit.parameter_names), "matrix": fit.covariance.tolist()}
@@ -94,7 +95,7 @@ def _knows_inside(fit: Fit, observations: Observations) -> bool:
 
 
 def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, Any] | None,
-             knows_inside: bool, rays: bool) -> dict[str, Any]:
+             knows_inside: bool, rays: bool, hat_height_mm: float) -> dict[str, Any]:
     """One length, one level, one sentence. The worst of the held-out figures and the expected error counts.
 
     Expected error at hat height is no part of the length, which is one on the carpet, but it caps the level.
@@ -111,7 +112,7 @@ def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, An
     hat = sigma["hat"]["rms"] if sigma and "hat" in sigma else 0.0
     level = "good" if max(mm, hat) <= GOOD_MM else "fair" if max(mm, hat) <= FAIR_MM else "poor"
     good = ("Good enough for ball and robots." if rays else
-            "Good enough for the ball; a robot's hat, 150 mm up, needs a model with rays.")
+            f"Good enough for the ball; a robot's hat, {hat_height_mm:g} mm up, needs a model with rays.")
     words = {"good": good, "fair": "Robots will find the ball, with some play.",
              "poor": "Too coarse for play: positions inside the field are off by centimetres."}[level]
     where = ("expected on the carpet" if mm == expected else "on lines the fit has not used" if mm == check_mm

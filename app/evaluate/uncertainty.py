@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.errors import FitFailed
-from app.field import Region
+from app.field import HAT_MM, Region
 from app.geometry import Points
 from app.records import Fit
 
-HAT_MM = 150.0  # where a robot's pattern is
 GRID = (13, 11)  # columns, rows over the region
 
 
@@ -78,11 +77,11 @@ def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points |
     return Sigma(places, np.sqrt(np.maximum(variance, 0)).reshape(places.shape[:-1]), z_mm)
 
 
-def sigma_report(fit: Fit, region: Region) -> dict[str, Any] | None:
+def sigma_report(fit: Fit, region: Region, hat_mm: float = HAT_MM) -> dict[str, Any] | None:
     """Median and largest expected error at the carpet, and under "hat" at hat height where there are rays."""
     if not knows_its_error(fit):
         return None
     report = expected_error(fit, region).to_json()
     if hasattr(fit.model, "project"):
-        report["hat"] = expected_error(fit, region, HAT_MM).to_json()
+        report["hat"] = expected_error(fit, region, hat_mm).to_json()
     return report

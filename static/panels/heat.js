@@ -2,7 +2,7 @@
 import { ACTIONS, run } from "../actions.js";
 import { arrows } from "../arrows.js";
 import { dayAndTime, mm, number } from "../format.js";
-import { HAT_MM, differenceFrom, heat, isHot, notShown, others, shown } from "../heat.js";
+import { differenceFrom, hatMm, heat, isHot, notShown, others, shown } from "../heat.js";
 import { html } from "../html.js";
 import { STOPS } from "../layers/heat.js";
 import { models } from "../state.js";
@@ -18,13 +18,13 @@ export function HeatLegend() {
     ${map && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${map.top} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
       <div>${[0, 0.5, 1].map((share) => html`<span key=${share}>${tick(share * map.top)}${share === 1 ? " mm" : ""}</span>`)}</div></div>`}
     ${why ? html`<p data-testid="no-map"><b>${why.detail}</b> ${why.fix}</p>` : !map && html`<p class="dim">The server computes it…</p>`}
-    ${what === "expected" && html`<div class="switch" role="group" aria-label="Where"><${Height} z_mm=${0} label="Carpet"/><${Height} z_mm=${HAT_MM} label="Hats"/></div>`}
+    ${what === "expected" && html`<div class="switch" role="group" aria-label="Where"><${Height} atHats=${false} label="Carpet"/><${Height} atHats=${true} label=${`Hats, ${hatMm.value} mm`}/></div>`}
   </section>`;
 }
 
-/** @param {{ z_mm: number, label: string }} props */
-const Height = ({ z_mm, label }) => html`<button type="button" data-testid=${`height-${z_mm}`} aria-pressed=${heat.value.z_mm === z_mm}
-  onClick=${() => { if (heat.value.z_mm !== z_mm) run("heat-height"); }}>${label}</button>`;
+/** @param {{ atHats: boolean, label: string }} props */
+const Height = ({ atHats, label }) => html`<button type="button" data-testid=${`height-${atHats ? "hats" : "carpet"}`} aria-pressed=${heat.value.atHats === atHats}
+  onClick=${() => { if (heat.value.atHats !== atHats) run("heat-height"); }}>${label}</button>`;
 
 /** 0, 1.5, 3: no more digits than the scale has. @param {number} value */
 const tick = (value) => String(Number(value.toPrecision(2)));
@@ -35,7 +35,7 @@ export function HeatPanel() {
   return html`<section aria-label="Over the field"><h2>Over the field</h2>
     <div class="line"><${ActionButton} id="heat" label=${what === "expected" ? "Hide expected error" : "Show expected error"}/>
       <${ActionButton} id="arrows" label=${arrows.value.on ? "Hide residual arrows" : "Show residual arrows"}/></div>
-    ${map?.what === "expected" && html`<p class="reason" data-testid="heat-figures">${map.z_mm ? "At hat height" : "On the carpet"}: median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>.</p>`}
+    ${map?.what === "expected" && html`<p class="reason" data-testid="heat-figures">${map.z_mm ? `At hat height, ${map.z_mm} mm` : "On the carpet"}: median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>.</p>`}
     ${before.length > 0 && html`<label class="pair tall other"><span>Difference from</span><select data-testid="other" value=${what === "difference" ? heat.value.other : ""}
         onChange=${(/** @type {any} */ e) => (e.target.value ? differenceFrom(e.target.value) : run("difference"))}>
       <option value="">${what === "difference" ? "Hide it" : ACTIONS.get("difference")?.short}</option>

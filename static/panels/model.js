@@ -48,7 +48,7 @@ function Row({ name }) {
 const details = (row) => /** @type {[string, string, number | null][]} */ ([
   ["Held out", `${mm(row.held_out_mm)} mm`, row.held_out_mm], ["Clicks it did not use", `${mm(row.check_mm)} mm`, row.check_mm],
   ["From the best camera with rays", `${mm(row.apart_mm)} mm`, row.apart_mm],
-  ["Expected on the carpet", `${mm(row.expected_mm)} mm`, row.expected_mm], ["Expected at hat height", `${mm(row.expected_hat_mm)} mm`, row.expected_hat_mm],
+  ["Expected on the carpet", `${mm(row.expected_mm)} mm`, row.expected_mm], [`Expected at hat height${row.hat_height_mm ? `, ${row.hat_height_mm} mm` : ""}`, `${mm(row.expected_hat_mm)} mm`, row.expected_hat_mm],
   ["Residual", `${number(row.rms_px, 2)} px`, row.rms_px],
 ]).filter(([, , value]) => value !== null).map(([what, value]) => [what, value]);
 

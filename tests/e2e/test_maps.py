@@ -24,10 +24,11 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     assert highest[3] == lowest[3] == 255
     assert _brightness(highest) > _brightness(lowest)
 
-    page.get_by_test_id("height-150").click()
-    at_hats = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json?z_mm=150").json()
+    hat_mm = operator.saved()["field_definition"]["hat_height_mm"]
+    page.get_by_test_id("height-hats").click()
+    at_hats = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json?z_mm={hat_mm}").json()
     expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {at_hats['max']:.1f} mm", timeout=10_000)
-    expect(page.get_by_test_id("heat-figures")).to_contain_text("At hat height")
+    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"At hat height, {hat_mm:g} mm")
     page.screenshot(path=tmp_path / "hat.png")
 
     page.get_by_test_id("step-model").click()  # the saved version is still what the document says
