@@ -4,6 +4,7 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
+from industrial import need_aravis, simulated_producers, viky
 from mjpeg_camera import MjpegCamera
 from plugged_in import Webcam, plug_in
 from rtsp_camera import RtspCamera
@@ -13,6 +14,7 @@ from app.sources.address import KEEP_THEIR_QUERY
 from app.sources.v4l2 import V4l2Source
 
 HOSTS = ("127.0.0.1",)  # where they are, for Surroundings.hosts
+PRODUCERS = simulated_producers()  # through which they are reached, for Surroundings.producers
 
 
 @contextlib.contextmanager
@@ -59,4 +61,19 @@ def _v4l2(name: str, pictures: Path, fps: float) -> Iterator[str]:
         V4l2Source.root, V4l2Source.opener = before[0], staticmethod(before[1])
 
 
-FAR_ENDS = {"rtsp": _rtsp, "http": _http, "https": _http, "v4l2": _v4l2}
+@contextlib.contextmanager
+def _genicam(name: str, pictures: Path, fps: float) -> Iterator[str]:
+    viky()  # says what to install where it is not there
+    with _alone(name, pictures, fps) as url:
+        yield url
+
+
+@contextlib.contextmanager
+def _aravis(name: str, pictures: Path, fps: float) -> Iterator[str]:
+    need_aravis()
+    with _alone(name, pictures, fps) as url:
+        yield url
+
+
+FAR_ENDS = {"rtsp": _rtsp, "http": _http, "https": _http, "v4l2": _v4l2,
+            "genicam": _genicam, "aravis": _aravis}

@@ -12,6 +12,7 @@ import tempfile
 import time
 from contextlib import closing, suppress
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
@@ -22,7 +23,7 @@ from app.sources.aravis_library import aravis
 GV_CAMERA = "arv-fake-gv-camera-0.8"
 
 
-def missing(what: str, fix: str) -> None:
+def missing(what: str, fix: str) -> NoReturn:
     """Skip the test that needs it, or fail where nothing may be left out."""
     text = f"{what} is not installed; {fix}"
     if os.environ.get("TOUCHLINE_TESTS") == "all":
@@ -30,12 +31,17 @@ def missing(what: str, fix: str) -> None:
     pytest.skip(text)
 
 
-def viky() -> tuple[Path, ...]:
-    """The folder of the simulated producer."""
+def simulated_producers() -> tuple[Path, ...]:
+    """The folder of the simulated producer; none where it is not installed."""
     spec = importlib.util.find_spec("genicam")
     if spec is None or spec.origin is None or importlib.util.find_spec("harvesters") is None:
-        missing("harvesters", "pip install harvesters")
+        return ()
     return (Path(spec.origin).parent,)
+
+
+def viky() -> tuple[Path, ...]:
+    """The same, for a test that needs it."""
+    return simulated_producers() or missing("harvesters", "pip install harvesters")
 
 
 def with_viky() -> Surroundings:

@@ -107,7 +107,7 @@ def test_a_camera_that_sends_nothing_any_more_is_off(camera):
     with pytest.raises(Unavailable, match="no picture") as refused:
         while True:  # what was under way may still come
             camera.read()
-    assert refused.value.reason == "no-frame"
+    assert refused.value.reason == "camera-silent"
 
 
 def test_a_taken_producer_is_told_from_a_missing_camera(camera):

@@ -5,7 +5,7 @@ import time
 import cv2
 import numpy as np
 import pytest
-from far_ends import HOSTS, address_of, with_option
+from far_ends import HOSTS, PRODUCERS, address_of, with_option
 
 from app.errors import BadInput, NotFound, TouchlineError, Unavailable
 from app.images.inside import decode_inside
@@ -21,7 +21,7 @@ every_source = pytest.mark.parametrize("name", list(SOURCES))
 def around(tmp_path) -> Surroundings:
     folder = tmp_path / "pictures"
     folder.mkdir()
-    return Surroundings(FIELDS, decode_inside, folder, HOSTS)
+    return Surroundings(FIELDS, decode_inside, folder, HOSTS, PRODUCERS)
 
 
 @pytest.fixture

@@ -148,6 +148,8 @@ SOURCES = Registry("source", {
     "rtsp": "app.sources.rtsp:RtspSource",           # a network camera: H.264, H.265, MJPEG
     "http": "app.sources.http_mjpeg:HttpSource",     # a network camera: MJPEG, or a picture asked for again and again
     "https": "app.sources.http_mjpeg:HttpsSource",
+    "genicam": "app.sources.genicam:GenicamSource",  # an industrial camera through its maker's software
+    "aravis": "app.sources.aravis:AravisSource",     # one through Aravis, without it
 })
 
 

@@ -29,7 +29,15 @@ def found(around: Surroundings, deadline_s: float = DEADLINE_S) -> list[Found]:
     """
     until = time.monotonic() + deadline_s
     lookers = [_started(name, [*given]) for name, given in _tasks(around)]
-    return [one for looker in lookers for one in _answer(looker, until)]
+    return [*in_this_machine(), *(one for looker in lookers for one in _answer(looker, until))]
+
+
+def in_this_machine() -> Iterable[Found]:
+    """The webcams and capture cards that Linux knows; it is only asked, no camera is opened."""
+    from app.sources.v4l2 import V4l2Source
+    from app.sources.v4l2_devices import devices
+    for camera in devices(V4l2Source.root):
+        yield _told(camera.address, f"{camera.model}, {camera.node}", camera.identity)
 
 
 def through_producer(path: str) -> Iterable[Found]:

@@ -126,7 +126,7 @@ class HarvestersDevice:
             buffers = self._acquirer.try_fetch(timeout=POLL_MS / 1000, is_raw=True)
         except self._errors as error:
             raise Unavailable("The camera is gone.", f"Look at its cable. Its driver says: {_short(error)}",
-                              reason="no-frame") from None
+                              reason="camera-silent") from None
         several = [one for one in (buffers if isinstance(buffers, list) else [buffers]) if one is not None]
         for other in several[1:]:  # of a camera with several streams the first is the picture
             self._give_back(other)
@@ -137,7 +137,7 @@ class HarvestersDevice:
             buffer.parent.queue_buffer(buffer)
         except self._errors as error:
             raise Unavailable("The camera is gone.", f"Look at its cable. Its driver says: {_short(error)}",
-                              reason="no-frame") from None
+                              reason="camera-silent") from None
 
     def _padding(self, buffer: Any) -> int:
         try:

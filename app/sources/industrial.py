@@ -78,9 +78,9 @@ class IndustrialSource:
         if missing := device.incomplete - missing_before:
             raise Unavailable(f"The camera sent {missing} pictures in {READ_S:g} s, and parts of each were missing.",
                               "Give it a network port or USB controller of its own, or lower its frame rate.",
-                              reason="no-frame")
+                              reason="camera-silent")
         raise Unavailable(f"The camera sent no picture for {READ_S:g} s.", "Look at its cable and its power.",
-                          reason="no-frame")
+                          reason="camera-silent")
 
     def identity(self) -> Identity:
         return self._identity
