@@ -38,6 +38,7 @@ class MjpegCamera:
         self.mute = False  # accepts connections, and never says anything
         self.half = False  # the next picture ends in its middle
         self.trickle = False  # a byte a second
+        self.hangs_up = False  # after every single picture
         self.redirect = ""
         self.status = "200 OK"
         self.parts: Callable[[int], Iterable[bytes]] = lambda n: [coded(n, self.size)]  # what is sent for the n-th
@@ -117,9 +118,9 @@ class MjpegCamera:
             return True
         if line[1].startswith("/shot"):
             picture = coded(len(self.requests), self.size)
-            length = f"Content-Length: {len(picture)}"
+            length = f"Content-Length: {len(picture)}" + "\r\nConnection: close" * self.hangs_up
             say(f"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\n{length}\r\n\r\n".encode() + picture)
-            return True
+            return not self.hangs_up
         chunked = "Transfer-Encoding: chunked\r\n" if self.chunked else "Connection: close\r\n"
         say(f"HTTP/1.1 200 OK\r\nContent-Type: {self.announced}\r\n{chunked}\r\n".encode())
         start = time.monotonic()

@@ -169,6 +169,9 @@ def test_a_playlist_that_calls_itself_a_film_opens_nothing(around):
         with pytest.raises(BadInput) as refused:
             source_from_url(f"video://{name}", around)
         assert refused.value.reason == "unknown-video-format"
+    (around.pictures / "film.txt").write_bytes((around.pictures / "real.avi").read_bytes())
+    with pytest.raises(BadInput):
+        source_from_url("video://film.txt", around)
     # With a film's first bytes it comes further: FFmpeg itself has no such containers any more.
     (around.pictures / "list.mp4").write_bytes(b"#EXTftyp" + texts["list.mkv"].encode())
     (around.pictures / "broken.avi").write_bytes(b"RIFF\0\0\0\0AVI " + bytes(2000))

@@ -111,6 +111,16 @@ def test_a_single_picture_is_asked_for_anew_when_the_camera_hangs_up_between(cam
         assert source.read().size.width == 320
 
 
+def test_every_connection_is_our_own_and_pinned(camera, monkeypatch):
+    """The standard library's client would connect by itself, to wherever the name leads by then."""
+    monkeypatch.setattr("http.client.HTTPConnection.connect", lambda client: pytest.fail("it connected by itself"))
+    camera.hangs_up = True
+    with contextlib.closing(source_from_url(camera.picture_url + "#fps=50", AROUND)) as source:
+        for _ in range(4):
+            source.read()
+    assert camera.connections == 4
+
+
 def test_a_new_size_is_seen_with_the_first_picture_that_has_it(camera, source):
     sizes = set()
     for size in ((640, 480), (64, 48), (320, 240)):
@@ -310,4 +320,6 @@ def test_a_stream_without_any_boundary_is_too_much_at_some_point():
             list(reader.feed(bytes(100_000)))
     with pytest.raises(TooMuch):
         list(reader.feed(b"--x\r\n" + b"A: b\r\n" * 5000))
-    assert list(reader.feed(b"--x\r\n\r\nok\r\n--x")) == [b"ok"]  # and goes on behind it
+    with pytest.raises(TooMuch):
+        list(reader.feed(b"--x\r\n\r\n" + bytes(MAX_PART + 1) + b"\r\n--x\r\n\r\n"))
+    assert list(reader.feed(b"ok\r\n--x")) == [b"ok"]  # and goes on behind it

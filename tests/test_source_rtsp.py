@@ -102,6 +102,14 @@ def test_a_camera_that_falls_silent_is_seen_and_comes_back(camera, source, fault
         assert again.read().size.width == 320
 
 
+def test_a_camera_that_may_take_long_to_open_may_not_be_silent_for_as_long_afterwards(camera):
+    with contextlib.closing(source_from_url(camera.url + "#open_s=25", AROUND)) as source:
+        source.read()
+        camera.stalled = True
+        took, reason = ending(source)
+        assert reason == "camera-silent" and took < SEEN_S
+
+
 def test_a_camera_that_loses_its_power_is_seen_at_once(camera, source):
     source.read()
     camera.drop()
