@@ -164,6 +164,11 @@ def test_lines_are_drawn_by_a_matrix_or_as_two_calibrations_foretell_them(standi
     drawn = standing.post(f"{PAIRS}/lines", json={**some, "matrix": matrix, "image_size_a": [1280, 1024],
                                                   "image_size_b": [1280, 1024]}).json()
     assert [len(line) for line in drawn["in_b"]] == [2] * 5 and drawn["place_in_b"] is None
+    lifted = {side: np.column_stack([given, np.ones(5)]) for side, given in some.items()}
+    for lines, fellows in ((drawn["in_b"], lifted["points_a"] @ np.array(matrix).T),
+                           (drawn["in_a"], lifted["points_b"] @ np.array(matrix))):
+        away = np.einsum("nkj,nj->nk", np.array(lines), fellows[:, :2]) + fellows[:, 2:]
+        assert np.abs(away / np.linalg.norm(fellows[:, :2], axis=1, keepdims=True)).max() < 1e-6
     bent = standing.post(f"{PAIRS}/lines", json={**some, **ids()}).json()
     for side, given in (("a", body["points_a"]), ("b", body["points_b"])):
         assert all(on_line(np.array(point), line) for point, line in zip(given, bent[f"in_{side}"], strict=False))
