@@ -18,6 +18,8 @@ export const trying = signal(/** @type {AbortController | null} */ (null));
 export const refusal = signal(/** @type {import("./types").Refusal | null} */ (null));
 /** What can be set on the camera, as it was read back. */
 export const controls = signal(/** @type {{ id: string, items: import("./types").Control[] } | null} */ (null));
+/** What is plugged in; null before anybody looked. */
+export const plugged = signal(/** @type {{ address: string, title: string }[] | null} */ (null));
 export const kinds = signal(/** @type {import("./types").SourceKind[]} */ ([]));
 
 export const shown = computed(() => cameras.value.find((c) => c.id === atLive.value) ?? null);
@@ -54,6 +56,7 @@ export async function openForm(camera) {
   atBoard.value = atPair.value = atStraight.value = false;
   refusal.value = tried.value = null;
   try {
+    void findPlugged();
     if (!kinds.value.length) kinds.value = (await call("GET", "/cameras/sources")).items;
     const etag = camera ? (await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "" : "";
     form.value = { values: camera ? { id: camera.id, name: camera.name, source: camera.source, field: camera.field, region: camera.region } : { id: "", name: "", source: "", field: null, region: null }, etag };
@@ -61,6 +64,14 @@ export async function openForm(camera) {
   } catch (error) {
     tellError(error);
   }
+}
+
+/** Look for cameras that are plugged in. */
+export async function findPlugged() {
+  plugged.value = null;
+  try {
+    plugged.value = (await call("GET", "/cameras/found")).items;
+  } catch { plugged.value = []; }
 }
 
 function leave() {

@@ -14,7 +14,7 @@ from app.images import Limits
 from app.live import LiveCamera, LiveCameras
 from app.records import Calibration
 from app.settings import CameraSettings, Settings
-from app.sources import SOURCES, Identity, read_query, split_address
+from app.sources import SOURCES, Identity, Surroundings, read_query, split_address
 from app.store import Store
 from app.store.field_shelf import FieldShelf
 
@@ -84,6 +84,12 @@ class CameraShelf:
                 "pictures": str(self._settings.shown_pictures), "hosts": list(self._settings.sources.allowed_hosts),
                 "producers": [str(place) for place in self._settings.sources.known_producers],
                 "limits": asdict(self._limits)}
+
+    def surroundings(self) -> Surroundings:
+        """For who looks for cameras in this process, and decodes nothing."""
+        settings = self._settings
+        return Surroundings(self._fields, None, settings.shown_pictures, settings.sources.allowed_hosts,
+                            settings.sources.known_producers)
 
     def kept(self, id: str) -> tuple[Calibration | None, Identity | None]:
         """A camera's active calibration, and for which camera that was made or confirmed."""

@@ -18,10 +18,12 @@ from app.errors import Busy, Conflict, Stale
 from app.images import encode
 from app.settings import CameraSettings
 from app.sources import SOURCES, without_password
+from app.sources.discover import found
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 
 TESTS = asyncio.Semaphore(2)  # cameras that are tried out at once
+LOOKS = asyncio.Semaphore(1)  # each starts some processes
 IfMatch = Annotated[str | None, Header(max_length=200)]
 
 
@@ -57,6 +59,15 @@ async def test_camera(request: Request, body: schemas.CameraTest) -> Json:
     return Json({"width": frame.size.width, "height": frame.size.height, "fps": status["fps"],
                  "identity": status["identity"],
                  "picture": f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"})
+
+
+@router.get("/found", response_model=answer_schemas.FoundCameras)
+async def find_cameras(request: Request) -> Json:
+    """What is plugged in, with the address of each, as far as this machine can tell; takes up to five seconds."""
+    if LOOKS.locked():
+        raise Busy("Cameras are being looked for already.", "Wait some seconds.", reason="already-looking")
+    async with LOOKS:
+        return Json({"items": await at_work(request, found, _shelf(request).surroundings())})
 
 
 @router.get("/sources", response_model=answer_schemas.Sources)

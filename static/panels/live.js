@@ -1,7 +1,7 @@
 // The desk of one camera: its picture live, how it is, what can be set; and the form for a new one.
 import { useEffect } from "preact/hooks";
 import {
-  closeForm, confirmCamera, controls, fill, form, kinds, look, openForm, refusal, removeCamera, setControl, shown, status, tried, trying,
+  closeForm, confirmCamera, controls, fill, findPlugged, form, kinds, look, openForm, plugged, refusal, removeCamera, setControl, shown, status, tried, trying,
 } from "../camera_desk.js";
 import { number, words } from "../format.js";
 import { html } from "../html.js";
@@ -113,5 +113,9 @@ function Tried() {
 }
 
 function SourceHelp() {
-  return html`<section><h2>Kinds of source</h2><dl class="details kinds">${kinds.value.map((k) => html`<div key=${k.scheme}><dt><button type="button" class="plain-link" onClick=${() => fill({ source: `${k.scheme}://` })}>${k.scheme}://</button></dt><dd class="breaks" title=${k.help}>${k.title}</dd></div>`)}</dl></section>`;
+  return html`<section aria-label="Plugged in"><h2>Plugged in</h2>${plugged.value === null ? html`<p class="reason">Looking…</p>`
+      : plugged.value.length ? html`<ul class="plain" data-testid="plugged">${plugged.value.map((p) => html`<li key=${p.address}><button type="button" class="plain-link" onClick=${() => fill({ source: p.address })}>${p.title}</button></li>`)}</ul>`
+        : html`<p class="reason" data-testid="plugged">No camera shows itself. Network cameras do not: give their address.</p>`}
+      <button type="button" disabled=${plugged.value === null} onClick=${() => void findPlugged()}>Look again</button></section>
+    <section><h2>Kinds of source</h2><dl class="details kinds">${kinds.value.map((k) => html`<div key=${k.scheme}><dt><button type="button" class="plain-link" onClick=${() => fill({ source: `${k.scheme}://` })}>${k.scheme}://</button></dt><dd class="breaks" title=${k.help}>${k.title}</dd></div>`)}</dl></section>`;
 }

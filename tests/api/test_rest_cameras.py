@@ -232,3 +232,10 @@ def test_uploads_are_still_pictures_of_a_camera_that_was_added(client):
     client.post(f"{API}/cameras", json=SOUTH)
     kept = client.post(f"{API}/snapshots", files={"file": encoded("png")}, data={"camera": "south"}).json()
     assert kept["camera"] == "south"
+
+
+def test_what_is_plugged_in_is_listed_with_its_address(client):
+    answer = client.get(f"{API}/cameras/found")
+    assert answer.status_code == 200
+    for camera in answer.json()["items"]:
+        assert "://" in camera["address"] and camera["title"] and "address" in camera["identity"]
