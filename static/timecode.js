@@ -20,7 +20,7 @@ export function read({ data, width, height }) {
   const mean = (/** @type {number} */ bit) => MARKS.filter(([, b]) => b === bit).reduce((sum, [i]) => sum + level[i], 0) / 4;
   const white = mean(1), black = mean(0);
   if (white - black < CONTRAST) return null;
-  const bits = level.map((l) => (l > (white + black) / 2 ? 1 : 0));
+  const bits = level.map((l) => Number(l > (white + black) / 2));
   const value = bits.slice(4, 4 + BITS).reduce((sum, bit) => 2 * sum + bit, 0);
   const sent = bits.slice(4 + BITS, 60).reduce((sum, bit) => 2 * sum + bit, 0);
   return MARKS.every(([i, bit]) => bits[i] === bit) && sent === crc(bits.slice(4, 4 + BITS)) ? value : null;
