@@ -13,7 +13,7 @@ from rtsp_camera import RtspCamera
 from app.errors import BadInput, TouchlineError, Unavailable
 from app.images.inside import decode_inside
 from app.sources import Surroundings, source_from_url
-from app.sources.network import Place, connect, is_listed, why_forbidden
+from app.sources.network import Place, connect, hardware_address, is_listed, why_forbidden
 
 AROUND = Surroundings(decode=decode_inside)
 
@@ -174,6 +174,17 @@ def test_a_name_server_that_is_silent_holds_nobody(monkeypatch):
     with pytest.raises(Unavailable) as refused:
         connect(Place.of("http", "slow.test"), [], start + 0.3)
     assert refused.value.reason == "unknown-host" and time.monotonic() - start < 6
+
+
+def test_a_neighbour_is_told_by_its_network_card(listener, tmp_path):
+    table = tmp_path / "arp"
+    table.write_text("IP address       HW type     Flags       HW address            Mask     Device\n"
+                     "192.168.1.20     0x1         0x2         aa:aa:aa:aa:aa:aa     *        eth0\n"
+                     "127.0.0.1        0x1         0x2         00:0C:E5:12:34:56     *        eth0\n")
+    with socket.create_connection(("127.0.0.1", listener.port)) as line:
+        assert hardware_address(line, table) == "00:0c:e5:12:34:56"
+        table.write_text("127.0.0.1        0x1         0x0         00:00:00:00:00:00     *        eth0\n")
+        assert hardware_address(line, table) == hardware_address(line, tmp_path / "none") == ""
 
 
 @pytest.mark.parametrize("camera", [MjpegCamera, RtspCamera])

@@ -14,6 +14,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from dataclasses import field as member
+from pathlib import Path
 from typing import Self
 from urllib.parse import quote, unquote, urlsplit
 
@@ -29,6 +30,7 @@ METADATA = frozenset(map(ipaddress.ip_address, (  # clouds' services that hand o
     "169.254.169.254", "100.100.100.200", "168.63.129.16", "192.0.0.192", "fd00:ec2::254", "fd20:ce::254")))
 THIS_NETWORK = ipaddress.ip_network("0.0.0.0/8")
 NAT64, V4_COMPATIBLE = ipaddress.ip_network("64:ff9b::/96"), ipaddress.ip_network("::/96")
+NEIGHBOURS = Path("/proc/net/arp")
 FORM = "Write it as {scheme}://user:password@host:port/path; signs such as @ / : # in a password as %40 %2F %3A %23."
 
 
@@ -127,13 +129,12 @@ def is_listed(place: Place, address: Address, allowed: Iterable[str]) -> bool:
     return False
 
 
-def hardware_address(line: socket.socket) -> str:
+def hardware_address(line: socket.socket, table: Path = NEIGHBOURS) -> str:
     """The MAC address of a neighbour on the same network, such as "00:0c:e5:…"; "" behind a router or with IPv6."""
     try:
         ip = line.getpeername()[0]
-        with open("/proc/net/arp", encoding="ascii") as table:
-            rows = [row.split() for row in table]
-    except OSError:
+        rows = [row.split() for row in table.read_text("ascii").splitlines()]
+    except (OSError, ValueError):
         return ""
     return next((row[3].lower() for row in rows if len(row) > 3 and row[0] == ip and row[3] != "00:00:00:00:00:00"), "")
 
