@@ -8,14 +8,14 @@ let address = "", wait_ms = 0, again = 0, decoding = false, timed = false;
 /** @type {ArrayBuffer | null} */ let newest = null;
 const FIRST_WAIT_MS = 250, LONGEST_WAIT_MS = 4000;
 
-self.onmessage = ({ data }) => {
+addEventListener("message", ({ data }) => {
   if (data.canvas) {
     canvas = data.canvas;
     pen = canvas.getContext("2d", { alpha: false });
   }
   if (data.timed !== undefined) timed = data.timed; // tell when the picture itself says it was taken
   if (data.address !== undefined && data.address !== address) connect(data.address);
-};
+});
 
 /** Follow another stream; "" none. @param {string} to */
 function connect(to) {
@@ -28,21 +28,21 @@ function connect(to) {
   const here = new WebSocket(to);
   socket = here;
   here.binaryType = "arraybuffer";
-  here.onmessage = ({ data }) => {
+  here.addEventListener("message", ({ data }) => {
     if (here !== socket) return;
     if (typeof data === "string") { postMessage({ problem: JSON.parse(data) }); return; }
     here.send(""); // the next one may come: this one is taken
     wait_ms = 0;
     newest = data;
     if (!decoding) void show();
-  };
-  here.onclose = () => {
+  });
+  here.addEventListener("close", () => {
     if (here !== socket) return;
     socket = null;
     wait_ms = Math.min(LONGEST_WAIT_MS, wait_ms ? 2 * wait_ms : FIRST_WAIT_MS);
     postMessage({ closed: true });
     again = setTimeout(() => { if (address === to) connect(to); }, wait_ms);
-  };
+  });
 }
 
 /** The time in the picture that was drawn. */

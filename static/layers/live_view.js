@@ -23,10 +23,10 @@ export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines =
     frame.current?.prepend(canvas);
     const off = canvas.transferControlToOffscreen();
     it.postMessage({ canvas: off }, [off]);
-    it.onmessage = ({ data }) => {
+    it.addEventListener("message", ({ data }) => {
       if (data.head) { setHead({ ...data.head, age_ms: data.age_ms }); setProblem(null); }
       else if (data.problem) setProblem(data.problem);
-    };
+    });
     worker.current = it;
     let near = true;
     const look = () => setSeen(near && !document.hidden);
