@@ -169,11 +169,11 @@ def test_one_forbidden_address_among_a_names_is_enough_to_refuse_it(monkeypatch)
 
 
 def test_a_name_server_that_is_silent_holds_nobody(monkeypatch):
-    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: time.sleep(8))
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: time.sleep(3) or [])
     start = time.monotonic()
     with pytest.raises(Unavailable) as refused:
         connect(Place.of("http", "slow.test"), [], start + 0.3)
-    assert refused.value.reason == "unknown-host" and time.monotonic() - start < 6
+    assert refused.value.reason == "unknown-host" and time.monotonic() - start < 2.9
 
 
 def test_a_neighbour_is_told_by_its_network_card(listener, tmp_path):
