@@ -1,11 +1,12 @@
 """Fitting a camera with rays: linear start, robust refinement, strays named, then plain least squares on the rest."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from app.errors import FitFailed
+from app.errors import BadInput, FitFailed
 from app.field import Field, Region
 from app.geometry import ImageSize
 from app.models import Progress, parameters_json, read_options
@@ -21,13 +22,18 @@ from app.records import Fit, Observations, Warning
 
 # So wide that they decide nothing that the clicks tell, and narrow enough that no unknown runs off to infinity.
 WIDE = {"log_focal": 1.0, "centre": 0.05, "k": 1.0, "a": 1.0, "p1": 0.05, "p2": 0.05}
+# A lens that bends by k1 bends by some k2 too, whether or not the clicks show it: left out, it costs more than it saves.
+COMPANION = {("k1", "k2"): ("k1", "k2")}
+SHARE = 0.5  # σ of the companion in parts of its leader: real lenses have k2 of 0.1 to 1.5 k1², so less than that
+LEAST_LEANING = 1e-4
 
 
 def fit_rays(model_class: type[RayCamera], observations: Observations, field: Field, region: Region,
              image_size: ImageSize, options: Mapping[str, Any] | None, progress: Progress) -> Fit:
-    """Fit a ray camera. Options: see the model's OPTIONS; "start" (parameters) begins near a known answer."""
+    """Fit a ray camera. Options: see the model's OPTIONS; "start" (parameters) begins near a known answer, "leanings" (name: σ) are
+    those that an earlier fit gave to terms."""
     given = dict(options or {})
-    start = given.pop("start", None)
+    start, leanings = given.pop("start", None), _read_leanings(model_class, given.pop("leanings", None))
     settings = read_options(model_class.OPTIONS, given)
     check_inside_picture(observations, image_size)
     problem = gather(observations, field, region, with_offsets=settings["line_sigma_mm"] > 0)
@@ -41,17 +47,24 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
     if held is not None:
         starts = [with_lens(state, held) for state in starts]
     ladder = _ladder(model_class, settings, held)
-    best, tried = None, {}
+    best, refusal, tried, leant = None, None, {}, {}
     bent = _task(model_class, starts[0], problem, first_bend(ladder), settings, image_size, held)
     begin = best_start(bent, starts)
     for rung, terms in enumerate(ladder):
         progress(0.1 + 0.8 * rung / len(ladder), f"Fitting {' '.join(terms) or 'without distortion'}")
-        task = _task(model_class, starts[0], problem, terms, settings, image_size, held)
+        lean = leanings or _leanings(best, terms)
+        task = _task(model_class, starts[0], problem, terms, settings, image_size, held, lean)
         near = begin if best is None or not best.terms else best.minimum.state
-        found = solve(task, near if held is not None else cleared(near, terms), settings)
+        try:
+            found = _first_solved(task, [near, begin, *starts], terms, settings)
+        except FitFailed as refused:  # a lens too simple or too free for these clicks; the others may do
+            refusal = refused
+            continue
         tried[" ".join(terms)] = found
-        if best is None or significantly_better(best, found):
-            best = found
+        if best is None or (lean and not leanings) or significantly_better(best, found):
+            best, leant = found, lean
+    if best is None:
+        raise refusal
     state = best.minimum.state
     model = model_class(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
                         n_rectangles_y=n_y, region=region, image_size=image_size)
@@ -68,7 +81,8 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
                                                  for t, f in tried.items()}},
         "click_sigma_px": best.sigma_px, "degrees_of_freedom": best.freedom, "parameters": int(best.task.free.sum()),
         "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
-        "choices": {"terms": list(best.terms), "start": parameters_json(model), "click_sigma_px": best.sigma_px}
+        "choices": {"terms": list(best.terms), "start": parameters_json(model), "click_sigma_px": best.sigma_px,
+                    "leanings": leant}
         if "terms" in {o.name for o in model_class.OPTIONS} else
         {"start": parameters_json(model), "click_sigma_px": best.sigma_px},
     }
@@ -88,6 +102,16 @@ def check_inside_picture(observations: Observations, image_size: ImageSize) -> N
                             "clicked on.", reason="outside-picture", feature=str(o.feature), index=int(outside[0]))
 
 
+def _first_solved(task: Task, starts: Iterable[RayState], terms: tuple[str, ...], settings: Mapping[str, Any]) -> Found:
+    """From the first start that leads anywhere: some see no click at all once their lens is another."""
+    for start in starts:
+        try:
+            return solve(task, start if task.held else cleared(start, terms), settings)
+        except FitFailed as refused:
+            refusal = refused
+    raise refusal
+
+
 def _ladder(model_class: type[RayCamera], settings: Mapping[str, Any], held: PinholeLens | None,
             ) -> tuple[tuple[str, ...], ...]:
     if held is not None:
@@ -96,8 +120,28 @@ def _ladder(model_class: type[RayCamera], settings: Mapping[str, Any], held: Pin
     return model_class.term_ladder() if chosen == "auto" else (tuple(chosen),)
 
 
+def _leanings(best: Found | None, terms: tuple[str, ...]) -> dict[str, float]:
+    """σ of a term that joins the one that was found, by name; none where all have to prove themselves."""
+    if terms not in COMPANION or best is None or best.task.held or best.terms != COMPANION[terms][:1]:
+        return {}
+    leader, companion = COMPANION[terms]
+    share = SHARE * abs(float(best.minimum.state.values()[leader]))
+    return {companion: min(max(share, LEAST_LEANING), WIDE["k"])}
+
+
+def _read_leanings(model_class: type[RayCamera], given: Any) -> dict[str, float]:
+    if given is None:
+        return {}
+    fine = isinstance(given, Mapping) and set(given) <= set(model_class.LENS.TERMS) and all(
+        isinstance(s, float) and LEAST_LEANING <= s <= WIDE["k"] for s in given.values())
+    if not fine:
+        raise BadInput("The option leanings is none that a fit has told.", "Leave it out.", reason="bad-option")
+    return dict(given)
+
+
 def _task(model_class: type[RayCamera], state: RayState, problem: RayProblem, terms: tuple[str, ...],
-          settings: Mapping[str, Any], image_size: ImageSize, held: PinholeLens | None) -> Task:
+          settings: Mapping[str, Any], image_size: ImageSize, held: PinholeLens | None,
+          leanings: Mapping[str, float] = MappingProxyType({})) -> Task:
     names = state.names
     free = np.ones(len(names), bool)
     for i, name in enumerate(names):
@@ -114,7 +158,7 @@ def _task(model_class: type[RayCamera], state: RayState, problem: RayProblem, te
         if centre_sigma > 0:
             priors += [Prior(f"centre_{a}", c, centre_sigma) for a, c in zip("xy", image_size.centre, strict=True)]
         priors.append(Prior("log_focal", float(np.log(image_size.width)), WIDE["log_focal"], wide=True))
-        priors += [Prior(t, 0.0, WIDE.get(t, WIDE["k"]), wide=True) for t in terms]
+        priors += [Prior(t, 0.0, leanings.get(t, WIDE.get(t, WIDE["k"])), wide=True) for t in terms]
     if settings["height_mm"]:
         priors.append(Prior("height", settings["height_mm"]["value"], settings["height_mm"]["sigma"]))
     if problem.line_names:

@@ -16,7 +16,7 @@ from app.models.solve import Minimum, minimise
 CLICK_PX = 0.5  # σ of a click before the clicks themselves tell
 START_STEPS = 8
 CLICK_PRIOR = 1  # clicks that this guess weighs
-ENTER = 3.0
+ENTER = 6.0
 ENTER_EACH = 2.0  # more for terms that come in company: one of them alone may be all that is needed
 STRAY_SIGMAS = 4.5
 STRAY_PX = 1.5  # nothing nearer is called a stray
@@ -183,8 +183,8 @@ def _spread(pixels: Array, parameters: int) -> float:
 def significantly_better(simple: Found, rich: Found) -> bool:
     """Does the richer lens explain more than its extra terms would of noise? ENTER is F, tuned for least error.
 
-    Measured over lenses and tilts, 16 seeds each: at 2 noise gets in (2.3 mm for 1.4 where there is no lens), at 6
-    k2 stays out where it is needed (2.2 mm for 1.8).
+    Measured over lenses and tilts, 24 to 48 seeds each: at 3 noise gets in, as k3 mostly (2.3 mm for 1.6 under a mild
+    lens); k2 need not pass, it comes with k1 (lens_fit.py).
     """
     extra = int(rich.task.free.sum() - simple.task.free.sum())
     freedom = len(rich.pixels) - int(rich.task.free.sum())
