@@ -1,8 +1,8 @@
 """A lens that is known before the field is clicked: held fast, or as well as it was known.
 
 From a board ({"name", "lens"}, a PinholeLens with its covariance), or taken over from another calibration ({"name",
-"parameters"}, and the "covariance" of its report, whose part on the lens holds wherever the camera hung). The field then
-fixes the pose.
+"parameters"}, and the "covariance" of its report, whose part on the lens holds wherever the camera hung). The field
+then fixes the pose.
 """
 
 from collections.abc import Mapping

@@ -22,7 +22,8 @@ from app.records import Fit, Observations, Warning
 
 # So wide that they decide nothing that the clicks tell, and narrow enough that no unknown runs off to infinity.
 WIDE = {"log_focal": 1.0, "centre": 0.05, "k": 1.0, "a": 1.0, "p1": 0.05, "p2": 0.05}
-# A lens that bends by k1 bends by some k2 too, whether or not the clicks show it: left out, it costs more than it saves.
+# A lens that bends by k1 bends by some k2 too, whether or not the clicks show it: left out, it costs more than it
+# saves.
 COMPANION = {("k1", "k2"): ("k1", "k2")}
 SHARE = 0.5  # σ of the companion in parts of its leader: real lenses have k2 of 0.1 to 1.5 k1², so less than that
 LEAST_LEANING = 1e-4
@@ -30,8 +31,10 @@ LEAST_LEANING = 1e-4
 
 def fit_rays(model_class: type[RayCamera], observations: Observations, field: Field, region: Region,
              image_size: ImageSize, options: Mapping[str, Any] | None, progress: Progress) -> Fit:
-    """Fit a ray camera. Options: see the model's OPTIONS; "start" (parameters) begins near a known answer, "leanings" (name: σ) are
-    those that an earlier fit gave to terms."""
+    """Fit a ray camera. Options: see the model's OPTIONS.
+
+    Also "start" (parameters), which begins near a known answer, and "leanings" (σ by term), which an earlier fit chose.
+    """
     given = dict(options or {})
     start, leanings = given.pop("start", None), _read_leanings(model_class, given.pop("leanings", None))
     settings = read_options(model_class.OPTIONS, given)

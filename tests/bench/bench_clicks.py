@@ -165,11 +165,11 @@ if __name__ == "__main__":
         auto, plain = anywhere(tilt, seeds=SIGMA_SEEDS), anywhere(tilt, ["k1", "k2"], SIGMA_SEEDS)
         known, least = known_positions(tilt), bound(tilt, SIGMA_SEEDS)
         chosen, given = ((np.sqrt(np.mean(errors**2, axis=0)) / least).round(3) for errors in (auto, plain))
-        print(f"{tilt:2}°: anywhere {np.median(auto[:SEEDS], axis=0).round(2)} mm (carpet, hat), terms chosen by itself; "
+        print(f"{tilt:2}°: anywhere {np.median(auto[:SEEDS], axis=0).round(2)} mm (carpet, hat), terms chosen; "
               f"rms / Cramér–Rao, {SIGMA_SEEDS} seeds: {chosen}, with k1 k2 given {given}; "
               f"positions known {known[0]:.2f} mm, OpenCV {known[1]:.2f} mm", flush=True)
     for count in (9, 12, 15):
-        print(f"hat height from above, 0.5 px, {4 * count} clicks: {hat_from_above(count):.2f} mm mean of {SEEDS} seeds, "
+        print(f"hat from above, 0.5 px, {4 * count} clicks: {hat_from_above(count):.2f} mm mean of {SEEDS} seeds, "
               f"{hat_from_above(count, BOUND_SEEDS):.2f} of {BOUND_SEEDS}; least possible {least_mean_hat(count):.2f}, "
               f"lens known {least_mean_hat(count, ()):.2f}", flush=True)
     print(f"observed / predicted error, {SIGMA_SEEDS} seeds: {sigma_ratio().round(3)} (carpet, hat)")
