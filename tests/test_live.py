@@ -155,6 +155,21 @@ def test_a_source_that_is_not_there_says_why_and_is_live_when_it_comes(tmp_path)
     assert after["problem"] is None and after["fps"] > 0 and after["reconnects"] == 0
 
 
+def test_a_film_that_is_not_to_be_shown_again_ends(tmp_path):
+    folder = tmp_path / "shots"
+    folder.mkdir()
+    for number in range(3):
+        (folder / f"{number}.png").write_bytes(encoded("png"))
+
+    async def story():
+        async with live("folder://shots?fps=20&loop=false", pictures=tmp_path) as camera:
+            ended = await until(lambda: (s := camera.status())["state"] == "offline" and s)
+            await asyncio.sleep(1.5)
+            return ended, camera.status()
+    ended, after = run(story())
+    assert ended["problem"]["reason"] == "source-ended" and after["reopened"] == 1 and after["state"] == "offline"
+
+
 def test_an_address_that_is_none_is_refused_in_its_own_words():
     async def story(url):
         async with live(url) as camera:

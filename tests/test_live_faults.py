@@ -139,6 +139,20 @@ def test_a_picture_that_never_changes_is_not_called_live():
     assert frozen["problem"]["reason"] == "frozen" and frozen["problem"]["fix"]
 
 
+def test_a_slow_camera_is_not_called_stalled():
+    async def story(far):
+        async with live(far.url) as camera:
+            await until(lambda: camera.status()["state"] == "live", 30)
+            states = set()
+            for _ in range(70):
+                states.add(camera.status()["state"])
+                await asyncio.sleep(0.1)
+            return states, camera.status()["reconnects"]
+    with mjpeg() as far:
+        far.fps = 0.8  # a picture every 1.25 s, as fast as the source itself lets pass
+        assert asyncio.run(asyncio.wait_for(story(far), 60)) == ({"live"}, 0)
+
+
 def test_many_unpluggings_leave_nothing_behind():
     async def story(far):
         async with live(far.url) as camera:

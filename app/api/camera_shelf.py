@@ -9,7 +9,7 @@ from typing import Any
 from fastapi import FastAPI
 from pydantic import ValidationError
 
-from app.errors import Conflict, NotFound
+from app.errors import BadInput, Conflict, NotFound, Unavailable
 from app.images import Limits
 from app.live import LiveCamera, LiveCameras
 from app.records import Calibration
@@ -138,6 +138,8 @@ async def tried(shelf: CameraShelf, source: str) -> tuple[dict[str, Any], bytes]
     try:
         _, png = await camera.first_still(TEST_S)
         return camera.status(), png
+    except Unavailable as error:  # here it is the asker's address that does not work, not the server
+        raise BadInput(error.what, error.fix, reason=error.reason) from None
     finally:
         await camera.stop()
 

@@ -16,6 +16,7 @@ from app.records import Frame
 from app.sources import Control, Source, Surroundings, source_from_url
 
 RETRY_S, LONGEST_RETRY_S = 0.5, 5.0
+ENDED = "source-ended"
 RECENT = 20  # frames from which the rate is told
 
 
@@ -97,6 +98,8 @@ class Capture:
             else:
                 if self._read(source):
                     wait_s = RETRY_S
+            if self._problem is not None and self._problem["reason"] == ENDED:
+                return  # a film that is not to be shown again: its last picture stays, called offline
             time.sleep(wait_s)
             wait_s = min(2 * wait_s, LONGEST_RETRY_S)
 

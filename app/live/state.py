@@ -11,6 +11,7 @@ KILL_AFTER_S = 0.5  # more, and its process is ended and started anew
 OPEN_S = 15.0  # an industrial camera may take some seconds to be found
 FROZEN_S = 3.0  # a sensor's noise never stays the same so long
 INTERVALS = 4
+UNKNOWN_S = 6.0  # a camera of which one picture came may send one every second or two
 STANDING = ("picture", "folder", "video", "sim")  # sources whose pictures may stay the same
 
 
@@ -27,7 +28,8 @@ class Told:
 
     @property
     def stall_s(self) -> float:
-        return max(STALL_S, INTERVALS * self.status["interval_s"])
+        interval_s = self.status["interval_s"]
+        return max(STALL_S, INTERVALS * interval_s) if interval_s else UNKNOWN_S
 
     @property
     def size(self) -> ImageSize | None:
