@@ -19,7 +19,7 @@ from app.vision.sharpness import sharpness_of
 from app.vision.zones import MIDDLE, ZONES, field_mask, spoken, zone_slices
 
 FIELDS = load_fields()
-BIG = "ssl-div-b?size=1920x1080"
+BIG = "ssl-div-b?size=1280x720"
 SMALL = "ssl-div-b?size=640x360"
 seeds = pytest.mark.parametrize("seed", [1, 2, 3])
 
@@ -146,8 +146,8 @@ def test_a_step_is_as_wide_as_its_blur_makes_it(seed, blur):
 
 @seeds
 @pytest.mark.parametrize(("part", "name", "zones"), [
-    (np.s_[:, :640], "Left edge", (0, 3, 6)), (np.s_[:, 1280:], "Right edge", (2, 5, 8)),
-    (np.s_[:360, :640], "Top left", (0,)), (np.s_[360:720, 640:1280], "Middle", (4,))])
+    (np.s_[:, :427], "Left edge", (0, 3, 6)), (np.s_[:, 853:], "Right edge", (2, 5, 8)),
+    (np.s_[:240, :427], "Top left", (0,)), (np.s_[240:480, 427:853], "Middle", (4,))])
 def test_the_zone_that_was_blurred_is_the_one_called_soft(seed, part, name, zones):
     pixels = picture(f"{BIG}&robots=8&seed={seed}")
     assert focus.words(sharpness_of(pixels)) == []
@@ -179,10 +179,9 @@ def test_bare_carpet_is_not_called_soft(seed, noise):
 def test_a_zone_without_edges_says_nothing_beside_sharp_ones(seed):
     pixels = picture(f"{BIG}&robots=0&seed={seed}")
     rng = np.random.default_rng(seed)
-    bare = np.clip(rng.normal(70, 3, (360, 640, 3)), 0, 255)
-    pixels[:360, :640] = bare
-    soft_blotch = cv2.GaussianBlur(rng.normal(0, 1, (360, 640)).astype(np.float32), (0, 0), 25)
-    pixels[720:, :640] = np.clip(70 + 12 * soft_blotch / soft_blotch.std(), 0, 255)[..., None]
+    pixels[:240, :427] = np.clip(rng.normal(70, 3, (240, 427, 3)), 0, 255)
+    soft_blotch = cv2.GaussianBlur(rng.normal(0, 1, (240, 427)).astype(np.float32), (0, 0), 25)
+    pixels[480:, :427] = np.clip(70 + 12 * soft_blotch / soft_blotch.std(), 0, 255)[..., None]
     report = sharpness_of(pixels)
     # The patches' own borders are sharp, and may be seen.
     assert all(report.width_px[i] is None or report.width_px[i] < 2 for i in (0, 6))

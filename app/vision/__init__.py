@@ -4,6 +4,11 @@
     corners.py   a corner to a few hundredths of a pixel, in a window as large as its squares allow
     edges.py     long smooth edges as chains of sub-pixel points, which a lens may have bent
     edge_joining.py   pieces of one edge put together across what interrupts it
+    light.py     what is burnt out or black, and how evenly the carpet is lit
+    sharpness.py   how wide edges are in each of nine zones
+    flicker.py   lamps that flicker, from a short series of frames
+    zones.py     the nine zones, and what they are called
+    background.py   one clean picture of many frames, in which people and robots vanish
 
 Members take a picture (height, width) or (height, width, 3) uint8 and give arrays or frozen records; what is not there
 is None or empty, never a guess. No files, no clocks: whoever watches a camera calls them.
