@@ -3,10 +3,13 @@
 What is not installed is said and left out; where TOUCHLINE_TESTS is "all" (.ci/run sets it), it fails instead.
 """
 
+import ctypes
 import fcntl
 import importlib.util
 import os
 import shutil
+import signal
+import socket
 import subprocess
 import tempfile
 import time
@@ -17,7 +20,7 @@ from typing import NoReturn
 import pytest
 
 from app.errors import TouchlineError, Unavailable
-from app.sources import Surroundings, source_from_url
+from app.sources import Surroundings, gige, source_from_url
 from app.sources.aravis_library import aravis
 
 GV_CAMERA = "arv-fake-gv-camera-0.8"
@@ -82,10 +85,10 @@ class GvCamera:
         self.start()
 
     def start(self) -> None:
+        _wait_for_port()
         self._process = subprocess.Popen([GV_CAMERA, "-i", "127.0.0.1", "-s", self.SERIAL, *self._options],
-                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=_end_with_us)
         with closing(opened("aravis://127.0.0.1?fps=200")) as camera:
-            assert self._process.poll() is None, "another simulated camera is on this machine already"
             for side in ("width", "height"):  # it sends a picture at one go: small ones fit into any socket's buffer
                 camera.set_control(side, 256)
             # It numbers its pictures from 65400, and a client that comes just before 65535 takes all for late ones up
@@ -104,6 +107,23 @@ class GvCamera:
     def close(self) -> None:
         self.stop()
         self._lock.close()
+
+
+def _wait_for_port(patience_s: float = 60.0) -> None:
+    """Two of them would both start and share what comes in, packet by packet."""
+    until = time.monotonic() + patience_s
+    while True:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+            try:
+                return line.bind(("127.0.0.1", gige.PORT))
+            except OSError:
+                assert time.monotonic() < until, f"another camera listens on 127.0.0.1:{gige.PORT} already"
+        time.sleep(0.2)
+
+
+def _end_with_us() -> None:
+    """In the child, before it becomes the camera: even a test run that is killed leaves none behind."""
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
 def held() -> dict[str, int]:

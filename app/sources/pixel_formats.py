@@ -31,16 +31,19 @@ def _by(code: int) -> Callable[[Any], Any]:
     return lambda raw: cv2.cvtColor(raw, code)
 
 
-def _from_422(luma: int, blue: int, red: int) -> Callable[[Any], Any]:
-    """Two pixels share their colour in four bytes; where each stands. Full range, as the list has it for these."""
+def _from_422(code: int, luma: int) -> Callable[[Any], Any]:
+    """Two pixels share their colour. These formats use all of 0 to 255, where OpenCV's code expects television's range.
+
+    luma: which of a pixel's two bytes is its brightness.
+    """
+    full = np.arange(256)
+    narrow = np.empty((1, 256, 2), np.uint8)
+    narrow[0, :, luma] = np.rint(16 + full * 219 / 255)
+    narrow[0, :, 1 - luma] = np.rint(128 + (full - 128) * 224 / 255)
+
     def bgr(raw: Any) -> Any:
-        height, width = raw.shape[0], raw.shape[1] // 2 * 2  # an odd last column has only half a colour
-        fours = raw[:, :width].reshape(height, width // 2, 4)
-        mixed = np.empty((height, width, 3), np.uint8)
-        mixed[:, 0::2, 0], mixed[:, 1::2, 0] = fours[..., luma], fours[..., luma + 2]
-        # OpenCV wants luma, red, blue.
-        mixed[..., 1], mixed[..., 2] = (np.repeat(fours[..., place], 2, axis=1) for place in (red, blue))
-        return cv2.cvtColor(mixed, cv2.COLOR_YCrCb2BGR)
+        even = np.ascontiguousarray(raw[:, :raw.shape[1] // 2 * 2])  # an odd last column has only half a colour
+        return cv2.cvtColor(cv2.LUT(even, narrow), code)
     return bgr
 
 
@@ -50,10 +53,10 @@ FORMATS = {one.name: one for one in (
     PixelFormat("BayerGB8", 0x0108000A, 1, _by(cv2.COLOR_BayerGBRG2BGR)),
     PixelFormat("BayerGR8", 0x01080008, 1, _by(cv2.COLOR_BayerGRBG2BGR)),
     PixelFormat("BayerBG8", 0x0108000B, 1, _by(cv2.COLOR_BayerBGGR2BGR)),
-    PixelFormat("YUV422_8", 0x02100032, 2, _from_422(0, 1, 3)),
-    PixelFormat("YUV422_8_UYVY", 0x0210001F, 2, _from_422(1, 0, 2)),
-    PixelFormat("YCbCr422_8", 0x0210003B, 2, _from_422(0, 1, 3)),
-    PixelFormat("YCbCr422_8_CbYCrY", 0x02100043, 2, _from_422(1, 0, 2)),
+    PixelFormat("YUV422_8", 0x02100032, 2, _from_422(cv2.COLOR_YUV2BGR_YUY2, 0)),
+    PixelFormat("YUV422_8_UYVY", 0x0210001F, 2, _from_422(cv2.COLOR_YUV2BGR_UYVY, 1)),
+    PixelFormat("YCbCr422_8", 0x0210003B, 2, _from_422(cv2.COLOR_YUV2BGR_YUY2, 0)),
+    PixelFormat("YCbCr422_8_CbYCrY", 0x02100043, 2, _from_422(cv2.COLOR_YUV2BGR_UYVY, 1)),
     PixelFormat("BGR8", 0x02180015, 3, lambda raw: raw.copy()),
     PixelFormat("RGB8", 0x02180014, 3, _by(cv2.COLOR_RGB2BGR)),
     PixelFormat("BGRa8", 0x02200017, 4, _by(cv2.COLOR_BGRA2BGR)),
