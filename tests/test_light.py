@@ -159,6 +159,19 @@ def test_the_zone_that_was_blurred_is_the_one_called_soft(seed, part, name, zone
         assert width is None or (width > 2.5) == (i in zones)
 
 
+def test_only_the_field_counts_and_its_mask_may_be_a_reduced_one():
+    pixels = picture(BIG)
+    left = np.zeros((360, 640), bool)
+    left[:, :213] = True
+    whole, part = sharpness_of(pixels), sharpness_of(pixels, left)
+    polygon = sharpness_of(pixels, np.array([[0, 0], [425, 0], [425, 719], [0, 719]]))
+    for i in range(9):
+        assert (part.width_px[i] is None) == (i % 3 != 0)
+        if i % 3 == 0:
+            assert part.width_px[i] == pytest.approx(whole.width_px[i], abs=0.15)
+            assert polygon.width_px[i] == pytest.approx(part.width_px[i], abs=0.15)
+
+
 def test_a_picture_out_of_focus_is_soft_all_over():
     # Lines that are thinner than the blur, and noise, make it seem less than the 4.5 px it is.
     sharp, soft = (sharpness_of(picture(f"ssl-div-b?size=1280x720&region=quarter-top-left&blur={b}"))

@@ -60,7 +60,8 @@ class Inspector:
             self._same_since = taken.moment
         self._before = small
         field = self._field_of(small.shape[1], small.shape[0], taken.frame.size)
-        found_light, found_sharpness = light.light_of(small, field), sharpness.sharpness_of(small, field)
+        found_light = light.light_of(small, field)
+        found_sharpness = sharpness.sharpness_of(taken.frame.pixels, field)  # reduced, a soft edge looks sharp
         words = [*light.words(found_light), *sharpness.words(found_sharpness), *flicker.words(self._flicker)]
         words.sort(key=lambda word: word["severity"] != "warning")
         return {"unchanged_s": round(taken.moment - self._same_since, 2), "light": found_light.to_json(),

@@ -56,10 +56,11 @@ class Sharpness:
 def sharpness_of(picture: NDArray[np.uint8], field: NDArray | None = None) -> Sharpness:
     """Measure a picture, (height, width, 3) BGR or (height, width) grey.
 
-    field: its mask or polygon in pixels, where it is known; nothing outside counts.
+    field: its mask, also of the picture reduced, or its polygon in pixels, where it is known; nothing outside counts.
     """
     height, width = picture.shape[:2]
-    mask = field_mask(field, height, width)
+    reduced = field is not None and np.asarray(field).dtype == np.bool_ and np.ndim(field) == 2
+    mask = field_mask(field, *(np.shape(field) if reduced else (height, width)))
     if min(height, width) < 3 * BLOCK:
         return Sharpness(None, (None,) * 9, (0,) * 9)
     grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) if picture.ndim == 3 else picture
