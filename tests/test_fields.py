@@ -13,7 +13,7 @@ from app.errors import BadInput, NotFound
 from app.field import BORDERS, Arc, Field
 from app.field_reader import field_from_json
 from app.store.fields import load_field, load_fields
-from app.store.strict_yaml import plain_from_yaml
+from app.strict_yaml import plain_from_yaml
 
 FIELDS = load_fields()
 every_field = pytest.mark.parametrize("field", FIELDS.values(), ids=FIELDS)

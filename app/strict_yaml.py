@@ -4,6 +4,7 @@ An alias of an alias of an alias makes gigabytes of a few lines, and a deep nest
 are counted on the stream of events, before anything is built.
 """
 
+from collections.abc import Collection
 from typing import Any
 
 import yaml
@@ -15,8 +16,8 @@ MAX_DEPTH = 20
 _FIX = "Send plain YAML: mappings, lists, text and numbers."
 
 
-class _OnceEach(yaml.CSafeLoader):
-    """The safe loader, but a key that comes twice is an error and not a silent overwrite."""
+class _OnceEach:
+    """For a loader: a key that comes twice is an error and not a silent overwrite."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen: set[str] = set()
@@ -28,14 +29,25 @@ class _OnceEach(yaml.CSafeLoader):
         return super().construct_mapping(node, deep)
 
 
-def plain_from_yaml(raw: bytes, what: str) -> Any:
-    """The data in a YAML text. what: how an error calls it, such as "The file table.yaml"."""
+class _Typed(_OnceEach, yaml.CSafeLoader):
+    """Numbers, dates and truths as YAML 1.1 reads them."""
+
+
+class _Text(_OnceEach, yaml.CBaseLoader):
+    """Every value as it is written: YAML 1.1 takes 1:30 for 90, 010 for 8 and 1e-5 for a word."""
+
+
+def plain_from_yaml(raw: bytes, what: str, *, as_text: bool = False, tags: Collection[str] = ()) -> Any:
+    """The data in a YAML text. what: how an error calls it, such as "The file table.yaml".
+
+    as_text: every scalar as the text it is. tags: those that are let pass, and mean nothing.
+    """
     if len(raw) > MAX_BYTES:
         raise _refuse(f"{what} has {len(raw)} bytes; we read at most {MAX_BYTES}.", "Send a shorter one.")
     try:
         text = raw.decode("utf-8-sig")
-        _check_events(text, what)
-        return yaml.load(text, _OnceEach)
+        _check_events(text, what, tags)
+        return yaml.load(text, _Text if as_text else _Typed)
     except BadInput:
         raise
     # ValueError: dates that do not exist, numbers of too many digits; RecursionError: belt and braces.
@@ -46,12 +58,12 @@ def plain_from_yaml(raw: bytes, what: str) -> Any:
                       _FIX) from None
 
 
-def _check_events(text: str, what: str) -> None:
+def _check_events(text: str, what: str, tags: Collection[str]) -> None:
     depth = 0
     for event in yaml.parse(text, yaml.CSafeLoader):
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
             raise _refuse(f"{what} uses an anchor or an alias.", "Write the value out where it is used.")
-        if getattr(event, "tag", None):
+        if getattr(event, "tag", None) and event.tag not in tags:
             raise _refuse(f"{what} uses a tag ({event.tag[:40]}).", _FIX)
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > MAX_DEPTH:
