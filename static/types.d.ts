@@ -114,7 +114,7 @@ export interface Straightness {
 /** Long work on the server. */
 export interface Job {
   id: string; kind: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; progress: number; message: string;
-  result: any; problem: Record<string, any> | null;
+  result: any; problem: Record<string, any> | null; attempt: number;
 }
 export interface Preview { report: Report; corrected_size: Point; overlay: Feature[] }
 export interface Calibration {

@@ -83,17 +83,18 @@ DEATHS = {"SIGKILL": "worker-died", "SIGSEGV": "worker-died", "null pointer": "w
 
 
 @pytest.mark.parametrize("how", DEATHS)
-def test_a_worker_that_dies_is_a_failed_job_with_a_fix_and_the_next_job_is_done(standing, how):
-    failed = ended(standing, standing.start("dying", jobs_done.dies, {"how": how}), 10)
+def test_a_job_that_kills_each_worker_has_failed_after_three_with_a_fix_and_the_next_one_is_done(standing, how):
+    failed = ended(standing, standing.start("dying", jobs_done.dies, {"how": how}))
     assert failed.state == "failed" and failed.problem["fix"].endswith(".")
     assert failed.problem["reason"] == DEATHS[how]
+    assert failed.attempt == (3 if DEATHS[how] == "worker-died" else 1)
     assert ended(standing, standing.start("adding", jobs_done.adds, {"a": 1, "b": 1})).result["sum"] == 2
 
 
 @pytest.mark.parametrize("how", ["SIGSTOP", "closed line"])
 def test_a_worker_that_answers_no_more_is_ended_when_its_time_is_up(how):
     with Jobs(workers=1, wall_s=1.5) as jobs:
-        failed = ended(jobs, jobs.start("hanging", jobs_done.dies, {"how": how}), 10)
+        failed = ended(jobs, jobs.start("hanging", jobs_done.dies, {"how": how}))
         assert failed.state == "failed" and failed.problem["reason"] in ("job-too-long", "worker-died")
         assert ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1})).result["sum"] == 2
 
@@ -203,12 +204,39 @@ def test_what_fails_while_it_is_kept_is_a_failed_job(jobs):
     assert failed.state == "failed" and failed.problem["reason"] == "disk-full"
 
 
-def test_killing_one_worker_leaves_the_other_jobs_as_they_are(standing):
+def test_a_worker_killed_midway_is_another_attempt_and_the_other_jobs_stay_as_they_are(standing):
     pair = [standing.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 1.0}) for _ in range(2)]
     for job in pair:
         running(standing, job)
     os.kill(standing.pids[0], signal.SIGKILL)
-    assert sorted(ended(standing, job).state for job in pair) == ["done", "failed"]
+    until(lambda: any(standing.get(job.id).attempt == 2 for job in pair))
+    assert sorted((ended(standing, job).state, standing.get(job.id).attempt) for job in pair) == [
+        ("done", 1), ("done", 2)]
+    assert all(standing.get(job.id).result == {"slept": 1.0} for job in pair)
+
+
+def test_a_job_that_was_lost_once_waits_with_its_attempt_said_and_its_progress_at_nought(jobs):
+    lost = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 30})
+    running(jobs, lost)
+    next_in_line = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 30})
+    os.kill(jobs.pids[0], signal.SIGKILL)
+    waiting = until(lambda: (job := jobs.get(lost.id)).state == "queued" and job)
+    assert (waiting.attempt, waiting.progress, "attempt 2 of 3" in waiting.message) == (2, 0.0, True)
+    running(jobs, next_in_line)
+    assert jobs.cancel(lost.id).state == "cancelled"
+    jobs.cancel(next_in_line.id)
+    after = ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1}))
+    assert after.state == "done" and jobs.get(lost.id).state == "cancelled"
+
+
+def test_a_cancelled_job_whose_worker_is_lost_is_not_tried_again(jobs):
+    job = jobs.start("computing", jobs_done.computes_in_silence, {"seconds": 30})
+    until(lambda: jobs.pids and jobs.get(job.id).state == "running")
+    jobs.cancel(job.id)
+    for pid in jobs.pids:
+        os.kill(pid, signal.SIGKILL)
+    assert ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1})).result["sum"] == 2
+    assert (jobs.get(job.id).state, jobs.get(job.id).attempt) == ("cancelled", 1)
 
 
 def test_too_many_waiting_jobs_are_refused_and_old_ones_are_forgotten():

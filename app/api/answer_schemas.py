@@ -235,6 +235,7 @@ class Job(Answer):
     problem: dict[str, Any] | None
     created_at: str
     ended_at: str | None
+    attempt: int
 
 
 class Jobs(Page):
@@ -279,6 +280,22 @@ class Difference(Answer):
     rms_px: float | None
     max_px: float | None
     grid: dict[str, Any] | None
+
+
+class CalibrationReport(Answer):
+    format: Literal["touchline-report"]
+    format_version: Literal[1]
+    calibration: dict[str, Any]
+    field: dict[str, Any]
+    model: dict[str, Any]
+    picture: dict[str, Any]
+    verdict: dict[str, Any]
+    figures: dict[str, dict[str, Any]]
+    distortion: dict[str, Any]
+    per_feature: list[dict[str, Any]]
+    outliers: list[dict[str, Any]]
+    uncertainty: dict[str, Any]
+    warnings: list[dict[str, Any]]
 
 
 class Pair(Answer):

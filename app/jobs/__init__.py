@@ -7,12 +7,13 @@
         job = jobs.get(job.id)                    running 0.4 "Fitting k1 k2", later done with its result
         jobs.cancel(job.id)                       cancelled, at once
 
-`job.py` is what a job is and the book in which jobs are kept; `engine.py` puts jobs on workers; `worker.py` is one
-process seen from outside, `child.py` from inside.
+`job.py` is what a job is and the book in which jobs are kept; `engine.py` gives jobs to places, and once more where
+a worker was lost; `place.py` is what a place is. `worker.py` is one: a process of this machine seen from outside,
+`child.py` from inside.
 
 Each worker has a process and a line of its own and does one job at a time, so that killing one touches no other's
 job. (concurrent.futures.ProcessPoolExecutor shares its lines: one worker killed while it wrote a result left the
-whole pool waiting for the rest of it.) Another engine, such as a cluster, needs no more than Worker.run and end.
+whole pool waiting for the rest of it.)
 """
 
 from app.jobs.engine import Jobs

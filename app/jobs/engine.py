@@ -1,16 +1,17 @@
-"""Jobs on workers: a queue, as many threads as workers, and what is said of a job when it ends."""
+"""Jobs on places: a queue, as many threads as places, another try after a lost worker, and what is said at the end."""
 
 import logging
 import queue
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Lock, Thread
 from typing import Any, Self
 
 from app.errors import BadInput, Busy, TouchlineError, Unavailable
 from app.jobs.job import Book, Job, problem_of
-from app.jobs.worker import JobFailed, OutOfTime, Stopped, Worker, WorkerDied
+from app.jobs.place import JobFailed, OutOfTime, Place, Stopped, WorkerDied
+from app.jobs.worker import Worker
 from app.models import Progress
 
 Run = Callable[[Any, Progress], Any]
@@ -19,6 +20,7 @@ log = logging.getLogger("touchline")
 
 WAITING = 20  # queued jobs; more would wait for so long that nobody waits for them
 MEMORY_BYTES = 2 << 30
+ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost three is itself to blame
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,7 @@ class _Order:
     run: str
     spec: Any
     keep: Keep | None
+    attempt: int = 1
 
 
 class Jobs:
@@ -43,7 +46,7 @@ class Jobs:
         self._wall_s = wall_s
         self._book = Book(kept)
         self._orders: queue.SimpleQueue[_Order | None] = queue.SimpleQueue()
-        self._workers = [Worker(memory_bytes, modules) for _ in range(workers)]
+        self._places: list[Place] = [Worker(memory_bytes, modules) for _ in range(workers)]
         self._threads: list[Thread] = []
         self._lock = Lock()
         self._closed = False
@@ -63,7 +66,7 @@ class Jobs:
             job = self._book.add(kind)
             self._orders.put(_Order(job.id, f"{run.__module__}:{run.__qualname__}", spec, keep))
             if not self._threads:
-                self._threads = [Thread(target=self._serve, args=(w,), daemon=True) for w in self._workers]
+                self._threads = [Thread(target=self._serve, args=(place,), daemon=True) for place in self._places]
                 for thread in self._threads:
                     thread.start()
         return job
@@ -85,7 +88,7 @@ class Jobs:
     @property
     def pids(self) -> tuple[int, ...]:
         """The processes that stand ready or work."""
-        return tuple(worker.pid for worker in self._workers if worker.pid is not None)
+        return tuple(pid for place in self._places if (pid := place.pid) is not None)
 
     def close(self) -> None:
         """Cancel what is queued or runs, and end every process."""
@@ -93,14 +96,14 @@ class Jobs:
             self._closed = True
         for job in self._book.all():
             self._book.cancel(job.id, "The server was stopped")
-        for worker in self._workers:
-            worker.end()
+        for place in self._places:
+            place.end()
         for _ in self._threads:
             self._orders.put(None)
         for thread in self._threads:
             thread.join()
-        for worker in self._workers:
-            worker.drop()
+        for place in self._places:
+            place.drop()
 
     def __enter__(self) -> Self:
         return self
@@ -108,18 +111,32 @@ class Jobs:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _serve(self, worker: Worker) -> None:
+    def _serve(self, place: Place) -> None:
         while (order := self._orders.get()) is not None:
             if not self._book.change(order.id, state="running", message="Starting"):
                 continue  # cancelled while it waited
             try:
-                result = worker.run(order.run, order.spec, lambda fraction, message, id=order.id: self._report(
+                result = place.run(order.run, order.spec, lambda fraction, message, id=order.id: self._report(
                     id, fraction, message), lambda id=order.id: not self._book.ended(id), self._wall_s)
                 self._end(order, result)
             except Stopped:
                 pass  # the book has said so already
+            except WorkerDied as error:
+                if order.attempt < ATTEMPTS:
+                    self._again(replace(order, attempt=order.attempt + 1))
+                else:
+                    self._fail(order, error)
             except Exception as error:
-                self._book.change(order.id, state="failed", message="Failed", problem=self._problem(error))
+                self._fail(order, error)
+
+    def _again(self, order: _Order) -> None:
+        """Nothing of a job is kept before its end, so it may be done once more from its beginning."""
+        if self._book.change(order.id, state="queued", attempt=order.attempt, progress=0.0,
+                             message=f"Its worker was lost; waiting for attempt {order.attempt} of {ATTEMPTS}"):
+            self._orders.put(order)
+
+    def _fail(self, order: _Order, error: Exception) -> None:
+        self._book.change(order.id, state="failed", message="Failed", problem=self._problem(error))
 
     def _report(self, id: str, fraction: float, message: str) -> None:
         self._book.change(id, progress=min(max(fraction, 0.0), 1.0), message=message[:500])
@@ -141,8 +158,9 @@ class Jobs:
         if isinstance(error, TouchlineError):
             return error
         if isinstance(error, WorkerDied):
-            return Unavailable("The process that did this job ended before the job did.", "Start it again; if it ends "
-                               "again, give it less at once.", reason="worker-died")
+            return Unavailable(f"The process that did this job ended before the job did, {ATTEMPTS} times.", "Give it "
+                               "less at once; on a cluster, look at the memory limit and the log of its workers.",
+                               reason="worker-died")
         if isinstance(error, OutOfTime):
             return BadInput(f"The job took longer than {self._wall_s:g} s.", "Give it less at once.",
                                reason="job-too-long")

@@ -26,6 +26,7 @@ class Job:
     result: Any = None
     problem: Mapping[str, Any] | None = None
     ended_at: str | None = None
+    attempt: int = 1  # above 1 where a worker was lost in the middle of it
 
     @property
     def ended(self) -> bool:

@@ -12,34 +12,13 @@ from threading import Lock
 from typing import Any
 
 from app.jobs import child
+from app.jobs.place import JobFailed, OutOfTime, Report, Stopped, WorkerDied
 
 START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
 STOP_S = 1.0  # a cancelled job has so long to stop by itself
 LOOK_S = 0.05  # how often we look whether a job is still wanted
 MAX_ANSWER_BYTES = 64 << 20
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-
-Report = Callable[[float, str], None]
-
-
-class WorkerDied(Exception):
-    """The process ended in the middle of a job, or does not start."""
-
-
-class OutOfTime(Exception):
-    """The job took longer than it may."""
-
-
-class Stopped(Exception):
-    """The job was cancelled, and is no longer being done."""
-
-
-class JobFailed(Exception):
-    """The job ended with a problem, plain JSON."""
-
-    def __init__(self, problem: dict[str, Any]) -> None:
-        super().__init__(problem["reason"])
-        self.problem = problem
 
 
 class Worker:
@@ -63,7 +42,7 @@ class Worker:
         return process.pid if process and process.poll() is None else None
 
     def run(self, run: str, spec: Any, report: Report, wanted: Callable[[], bool], wall_s: float) -> Any:
-        """Do a job and return its result; run is "module:function". Raises one of the four above.
+        """Do a job and return its result; see place.py.
 
         A process that stood idle may have died unseen: a job that it never began is given to a new one.
         """

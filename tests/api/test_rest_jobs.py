@@ -114,14 +114,18 @@ def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client
     assert not list(client.app.state.settings.data.rglob("*.tmp"))
 
 
-def test_a_worker_that_is_killed_is_a_failed_job_and_the_next_one_is_done(client, engine, task):
+def test_a_job_whose_worker_is_killed_is_tried_again_and_has_failed_after_three(client, engine, task):
     job = engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 30})
-    while client.get(f"{API}/jobs/{job.id}").json()["message"] != "sleeping":
-        time.sleep(0.01)
-    os.kill(engine.pids[0], signal.SIGKILL)
-    told = ended(client, {"id": job.id}, 5)
+    for attempt in (1, 2, 3):
+        until = time.monotonic() + 30
+        while (told := client.get(f"{API}/jobs/{job.id}").json())["message"] != "sleeping" or (
+                told["attempt"] != attempt):
+            assert time.monotonic() < until
+            time.sleep(0.01)
+        os.kill(engine.pids[0], signal.SIGKILL)
+    told = ended(client, {"id": job.id}, 30)
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/worker-died"
-    assert told["problem"]["fix"]
+    assert told["problem"]["fix"] and told["attempt"] == 3
     body = {**task, "models": ["homography"]}
     assert client.post(f"{CAL}/compare", json=body).json()["recommended"] == "homography"
 

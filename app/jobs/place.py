@@ -1,0 +1,47 @@
+"""What a place for jobs is, whatever stands behind it: a process of this machine, or a cluster."""
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+Report = Callable[[float, str], None]
+
+
+class WorkerDied(Exception):
+    """What did the job ended in the middle of it, or does not start. Another try may end better."""
+
+
+class OutOfTime(Exception):
+    """The job took longer than it may."""
+
+
+class Stopped(Exception):
+    """The job was cancelled, and is no longer being done."""
+
+
+class JobFailed(Exception):
+    """The job ended with a problem, plain JSON."""
+
+    def __init__(self, problem: dict[str, Any]) -> None:
+        super().__init__(problem["reason"])
+        self.problem = problem
+
+
+class Place(Protocol):
+    """Room for one job at a time. Only end() may be called by another thread than the place's own."""
+
+    @property
+    def pid(self) -> int | None:
+        """The process behind it, None where there is none on this machine."""
+
+    def run(self, run: str, spec: Any, report: Report, wanted: Callable[[], bool], wall_s: float) -> Any:
+        """Do a job once and return its result, plain JSON; run is "module:function".
+
+        wanted: asked several times a second; once it says no, the job is stopped or given up. Raises one of the four
+        above, or a TouchlineError where the place itself cannot be had.
+        """
+
+    def end(self) -> None:
+        """End for good what is being done; whoever follows it gets WorkerDied or Stopped."""
+
+    def drop(self) -> None:
+        """Let go of what stands behind the place."""
