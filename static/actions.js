@@ -10,7 +10,7 @@ import { canHeat, differenceFrom, heat, others } from "./heat.js";
 import { chosen, openPair } from "./pair.js";
 import { AT_PAIR, pairArrow, showWorst } from "./pair_actions.js";
 import { basis, bases, by, worst } from "./pairing.js";
-import { closePicture, takePicture } from "./pictures.js";
+import { closePicture, takePicture, watching } from "./pictures.js";
 import {
   active, atStraight, atPair, cameras, compare, comparing, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
 } from "./state.js";
@@ -51,6 +51,7 @@ const TABLE = [
   { id: "take-live", label: "Take a picture with this camera", short: "Take a picture", group: "Pictures", run: () => void takePicture(liveShown.value?.id ?? ""), enabled: () => isLive() },
   { id: "take-still", label: "Take the background of 25 frames, without people and robots that move", short: "Take it without what moves", group: "Pictures",
     run: () => void takePicture(liveShown.value?.id ?? "", STILL_FRAMES), enabled: () => isLive() },
+  { id: "stop-watching", label: "Stop watching; nothing is kept", short: "Stop", group: "Pictures", run: () => watching.value?.stop.abort(), enabled: () => watching.value !== null },
   { id: "confirm-camera", label: "Confirm that it is the camera that was calibrated", group: "Pictures", run: () => void confirmCamera(), enabled: () => liveStatus.value?.problem?.reason === "other-camera" },
   { id: "try-camera", label: "Try this source", short: "Try it", group: "Pictures", run: () => void tryCamera(), enabled: () => Boolean(form.value?.values.source) && trying.value === null },
   { id: "keep-camera", label: "Keep this camera", group: "Pictures", run: () => void keepCamera(),

@@ -1,5 +1,5 @@
 // Bringing a picture to the page: from a file, the clipboard, a camera, or the ones that are kept.
-import { batch } from "@preact/signals";
+import { batch, signal } from "@preact/signals";
 import { call, request } from "./api.js";
 import { atBoard, holdLens } from "./board.js";
 import { doc, load } from "./document.js";
@@ -8,10 +8,14 @@ import { active, atLive, atStraight, busy, cameras, fields, help, models, notice
 import { findVersion, forgetVersion } from "./versions.js";
 import { fit } from "./view.js";
 
+const SPREAD_MS = 1000 / 3; // between two frames of a background, as the server spreads them
 const LAST_FIELD = "touchline.field"; // a team calibrates the same field again and again
 
 /** @type {Promise<void>} */
 let lists = Promise.resolve();
+
+/** How far the watching of many frames is, and the way to stop it. */
+export const watching = signal(/** @type {{ share: number, stop: AbortController } | null} */ (null));
 
 /** Lists that the page is built from; one that fails leaves the others standing. */
 export function loadLists() {
@@ -42,11 +46,21 @@ export async function openFile(file) {
 
 /** Take a picture from a camera and work on it. frames: 1, or so many of which the background is taken. @param {string} id @param {number} [frames] */
 export async function takePicture(id, frames = 1) {
-  await bring(frames > 1 ? `Watching ${frames} frames…` : "Taking a picture…", () => call("POST", "/snapshots", { camera: id, frames }));
+  if (frames === 1) return bring("Taking a picture…", () => call("POST", "/snapshots", { camera: id }));
+  if (busy.value) return;
+  const stop = new AbortController(), begun = Date.now(), total = frames * SPREAD_MS;
+  const tick = setInterval(() => { watching.value = { share: Math.min(1, (Date.now() - begun) / total), stop }; }, 200);
+  watching.value = { share: 0, stop };
+  try {
+    await bring("Watching…", async () => (await request("POST", "/snapshots", { json: { camera: id, frames }, signal: stop.signal })).json(), () => stop.signal.aborted);
+  } finally {
+    clearInterval(tick);
+    watching.value = null;
+  }
 }
 
-/** @param {string} doing @param {() => Promise<import("./types").Snapshot>} fetchIt */
-async function bring(doing, fetchIt) {
+/** @param {string} doing @param {() => Promise<import("./types").Snapshot>} fetchIt @param {() => boolean} [stopped] whether a failure is the operator's own wish */
+async function bring(doing, fetchIt, stopped = () => false) {
   if (busy.value) return;
   busy.value = doing;
   try {
@@ -56,7 +70,7 @@ async function bring(doing, fetchIt) {
     notices.value = [];
     await openSnapshot(picture, "picture");
   } catch (error) {
-    tellError(error);
+    if (!stopped()) tellError(error);
   } finally {
     busy.value = "";
   }

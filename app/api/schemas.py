@@ -230,6 +230,8 @@ class CameraSnapshot(Strict):
     camera: Name
     frames: Annotated[int, Field(ge=1, le=60)] = Field(
         1, description="more than 1: people and robots that move vanish, and the noise with them")
+    over_s: Annotated[float, Field(ge=0, le=60)] | None = Field(
+        None, description="over how long they are spread, s; a third of a second each when left out")
     purpose: Purpose = Field("picture", description="what it is taken for: a field, a board, or straight edges")
 
 

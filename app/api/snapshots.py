@@ -12,7 +12,7 @@ from app.api.bodies import content_type, json_body, uploaded_file
 from app.api.schemas import CameraSnapshot, Cursor, Id, Limit, Purpose
 from app.api.streams import first_picture, live_camera
 from app.api.work import at_work
-from app.errors import BadInput
+from app.errors import BadInput, Cancelled
 from app.geometry import ImageSize
 from app.images import screen
 from app.records import Frame
@@ -20,6 +20,7 @@ from app.store import Snapshot
 
 router = APIRouter(prefix="/snapshots", tags=["snapshots"])
 
+SPREAD_S = 1 / 3  # between two frames of a background: who walks by needs some seconds to leave
 STILL_S = 20.0  # a picture of many frames of a slow camera takes its time
 
 IMAGE = {"schema": {"type": "string", "format": "binary"}}
@@ -63,7 +64,10 @@ def _kept(request: Request, data: bytes, camera: str | None, purpose: str) -> Sn
 async def _taken(request: Request, asked: CameraSnapshot) -> Snapshot:
     """With the evidence of which camera it is from, so that its calibration is not applied to another."""
     camera = await live_camera(request, asked.camera)
-    head, png = await first_picture(camera, lambda timeout_s: camera.still(asked.frames, timeout_s), STILL_S)
+    over_s = SPREAD_S * (asked.frames - 1) if asked.over_s is None else asked.over_s
+    head, png = await first_picture(camera, lambda timeout_s: camera.still(asked.frames, timeout_s, over_s), STILL_S)
+    if await request.is_disconnected():  # who asked has changed their mind: nothing is kept
+        raise Cancelled("Nobody waits for this picture any more.", "Take it again.")
     store, identity = request.app.state.store, camera.identity
 
     def keep() -> Snapshot:

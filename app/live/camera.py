@@ -159,9 +159,12 @@ class LiveCamera:
                 self._newest.pop(self._numbers.pop(channel), None)
             self._tell_channels()
 
-    async def still(self, frames: int = 1, timeout_s: float = 10.0) -> tuple[dict[str, Any], bytes]:
-        """What the picture is, and its PNG; of one frame, or the background of many."""
-        return await self._ask({"what": "still", "frames": frames, "timeout_s": timeout_s}, timeout_s + 5.0)
+    async def still(self, frames: int = 1, timeout_s: float = 10.0,
+                    over_s: float = 0.0) -> tuple[dict[str, Any], bytes]:
+        """What the picture is, and its PNG; of one frame, or the background of many that are spread over so long."""
+        timeout_s += over_s
+        return await self._ask({"what": "still", "frames": frames, "over_s": over_s, "timeout_s": timeout_s},
+                               timeout_s + 5.0)
 
     async def first_still(self, timeout_s: float) -> tuple[dict[str, Any], bytes]:
         """The same of one frame, from a camera that was started just now; what its source refuses is raised."""

@@ -57,7 +57,7 @@ class Serving:
 
     def _answer(self, number: int, asked: dict[str, Any]) -> None:
         deeds: dict[str, Callable[[dict[str, Any]], tuple[dict[str, Any], bytes]]] = {
-            "still": lambda a: still(self._capture, a["frames"], a["timeout_s"]),
+            "still": lambda a: still(self._capture, a["frames"], a["over_s"], a["timeout_s"]),
             "controls": lambda a: ({"controls": [asdict(c) for c in self._capture.controls()]}, b""),
             "set": lambda a: ({"control": asdict(self._capture.set_control(a["name"], a["value"]))}, b""),
         }

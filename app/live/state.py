@@ -42,7 +42,8 @@ class Told:
 
 def stalled(told: Told, now: float, grace_s: float = 0.0) -> str | None:
     """Why it counts as stalled, in words; None while it does not. grace_s: so much longer than usual."""
-    if now - told.at > STALL_S + grace_s:
+    # A camera maker's library may hold up the whole process while it looks for its cameras.
+    if now - told.at > (STALL_S if told.status["state"] == "live" else UNKNOWN_S) + grace_s:
         return "Its process says nothing any more."
     if told.status["state"] == "live" and told.frame_age_s(now) > told.stall_s + grace_s:
         return f"No picture has come for {told.frame_age_s(now):.1f} s."

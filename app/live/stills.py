@@ -14,8 +14,8 @@ from app.vision.background import Background
 MOST_FRAMES = 60
 
 
-def still(capture: Capture, frames: int, timeout_s: float) -> tuple[dict[str, Any], bytes]:
-    """The next frame, or what most of the next so many agree on; a PNG.
+def still(capture: Capture, frames: int, over_s: float, timeout_s: float) -> tuple[dict[str, Any], bytes]:
+    """The next frame, or what most of so many agree on that are spread over so long; a PNG.
 
     The JSON says how many frames went in, when the first and last were taken, and which share of the pixels was never
     seen free of moving things. Unavailable where frames do not come.
@@ -26,8 +26,10 @@ def still(capture: Capture, frames: int, timeout_s: float) -> tuple[dict[str, An
         return _told(first, last, 1, None), encode(first.frame.pixels, "png")
     background = Background(first.frame.pixels.shape, min(frames, MOST_FRAMES))
     background.add(first.frame.pixels)
-    count = 1
-    while count < min(frames, MOST_FRAMES):
+    count, begun, frames = 1, first.moment, min(frames, MOST_FRAMES)
+    while count < frames:
+        # Who walks by needs some seconds to leave: frames that follow each other would all show them.
+        time.sleep(max(0.0, begun + over_s * count / (frames - 1) - time.monotonic()))
         taken = _next(capture, last.seq, deadline)
         if taken.frame.pixels.shape != first.frame.pixels.shape:
             raise Unavailable("The picture's size changed meanwhile.", "Try again.", reason="size-changed")

@@ -7,6 +7,7 @@ import { number, words } from "../format.js";
 import { html } from "../html.js";
 import { LiveView } from "../layers/live_view.js";
 import { STATES, follow } from "../live.js";
+import { watching } from "../pictures.js";
 import { fields } from "../state.js";
 import { ActionButton } from "./toolbar.js";
 
@@ -28,6 +29,8 @@ export function LiveDesk() {
         disabled=${id !== "raw" && !can} title=${id !== "raw" && !can ? "Activate a calibration for this camera first." : label} onClick=${() => { look.value = { ...look.value, view: id }; }}>${label}</button>`)}</div>
       <button type="button" data-testid="look-lines" aria-pressed=${String(lines)} disabled=${!can} onClick=${() => { look.value = { ...look.value, lines: !lines }; }}>Field lines</button></div>
     <${LiveView} key=${it.id} id=${it.id} name=${it.name} view=${can ? view : "raw"} width=${WIDTH[view]} lines=${lines}/>
+    ${watching.value && html`<div class="working" data-testid="watching"><div class="line"><progress max="1" value=${watching.value.share} aria-label="Watching"></progress><${ActionButton} id="stop-watching"/></div>
+      <p class="reason">Watching for eight seconds, so that whoever walks by leaves the picture.</p></div>`}
     <div class="line wrap"><${ActionButton} id="take-live"/><${ActionButton} id="take-still"/>
       ${it.editable && html`<button type="button" data-testid="edit-camera" onClick=${() => void openForm(it)}>Change…</button>
         <button type="button" data-testid="remove-camera" onClick=${() => void removeCamera(it)}>Remove</button>`}</div>

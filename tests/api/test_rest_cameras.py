@@ -234,6 +234,17 @@ def test_uploads_are_still_pictures_of_a_camera_that_was_added(client):
     assert kept["camera"] == "south"
 
 
+def test_a_picture_of_many_frames_is_without_what_moves(client):
+    client.post(f"{API}/cameras", json={**SOUTH, "source": "sim://table?size=320x256&fps=30&robots=8&speed=2500&noise=4"})
+    alive(client, "south")
+    one, many = (pixels_of(client.get(f"{API}/snapshots/{client.post(f'{API}/snapshots', json=body).json()['id']}/"
+                                      "image.png").content).astype(float)
+                 for body in ({"camera": "south"}, {"camera": "south", "frames": 15, "over_s": 3.0}))
+    assert many[40:60, :].std(axis=1).mean() < one[40:60, :].std(axis=1).mean()  # less noise on the carpet
+    refusal(client.post(f"{API}/snapshots", json={"camera": "south", "frames": 0}), 422)
+    refusal(client.post(f"{API}/snapshots", json={"camera": "south", "frames": 5, "over_s": 1e9}), 422)
+
+
 def test_what_is_plugged_in_is_listed_with_its_address(client):
     answer = client.get(f"{API}/cameras/found")
     assert answer.status_code == 200

@@ -180,5 +180,9 @@ def test_a_picture_is_taken_without_what_moves(operator, server, added):
     page.reload()
     is_live(page, id)
     page.get_by_test_id("do-take-still").click()
+    expect(page.get_by_test_id("watching")).to_be_visible()
+    page.get_by_test_id("do-stop-watching").click()
+    expect(page.get_by_test_id("watching")).to_have_count(0)
+    page.get_by_test_id("do-take-still").click()
     expect(page.get_by_test_id("next")).to_have_text("Next: borders", timeout=60_000)
     assert requests.get(f"{server.url}/api/v1/snapshots/{operator.snapshot}", timeout=10).json()["camera"] == id
