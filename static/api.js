@@ -25,20 +25,20 @@ export class Away extends Error {}
 
 /**
  * @param {string} method @param {string} path
- * @param {{ json?: unknown, body?: BodyInit, headers?: Record<string, string>, keepalive?: boolean, signal?: AbortSignal }} [send] keepalive: even when the page is left
+ * @param {{ json?: unknown, body?: BodyInit, headers?: Record<string, string>, keepalive?: boolean, stop?: AbortSignal }} [send] keepalive: even when the page is left
  * @returns {Promise<Response>}
  */
-export async function request(method, path, { json, body, headers = {}, keepalive = false, signal } = {}) {
+export async function request(method, path, { json, body, headers = {}, keepalive = false, stop } = {}) {
   if (json !== undefined) {
     body = JSON.stringify(json);
     headers = { ...headers, "Content-Type": "application/json" };
   }
-  const options = { method, body, keepalive, signal, headers: { Accept: "application/json", ...headers } };
+  const options = { method, body, keepalive, signal: stop, headers: { Accept: "application/json", ...headers } };
   let response;
   try {
     response = await fetch(ROOT + path, options);
   } catch (error) {
-    if (signal?.aborted) throw error;
+    if (stop?.aborted) throw error;
     wentAway();
     throw new Away("The server does not answer.");
   }

@@ -52,7 +52,7 @@ export async function takePicture(id, frames = 1) {
   const tick = setInterval(() => { watching.value = { share: Math.min(1, (Date.now() - begun) / total), stop }; }, 200);
   watching.value = { share: 0, stop };
   try {
-    await bring("Watching…", async () => (await request("POST", "/snapshots", { json: { camera: id, frames }, signal: stop.signal })).json(), () => stop.signal.aborted);
+    await bring("Watching…", async () => (await request("POST", "/snapshots", { json: { camera: id, frames }, stop: stop.signal })).json(), () => stop.signal.aborted);
   } finally {
     clearInterval(tick);
     watching.value = null;
