@@ -22,7 +22,7 @@ export function ArrowLegend() {
     <div class="switch"><button type="button" data-testid="magnify-auto" aria-pressed=${arrows.value.factor === null} onClick=${() => run("arrows-auto")}>Auto</button></div>
     <p data-testid="arrow-figures">${far && html`Longest <b>${number(far.px, 2)} px</b>, <b>${mm(far.mm)} mm</b>, ${nameOf(far)}. `}
       ${stray && html`<b class="level fair">${many(strays, "stray")}</b>, ${strays > 1 ? "up to " : ""}${number(stray.px, 1)} px. `}
-      ${cut > 0 && html`${many(cut, "arrow")} cut short. `}${unseen > 0 && html`${many(unseen, "point")} out of the model's reach.`}</p>
+      ${cut > 0 && html`${cut} cut short. `}${unseen > 0 && html`${many(unseen, "point")} out of the model's reach.`}</p>
   </section>`;
 }
 

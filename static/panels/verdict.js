@@ -19,7 +19,7 @@ export function Verdict({ report }) {
     <div class=${`verdict${!report && stale.value ? " stale" : ""}`} data-testid="verdict" data-level=${it?.verdict.level ?? ""} aria-live="polite">
       ${it ? html`<div class="big">${mm(it.verdict.mm)}<small> mm ${it.sigma_mm && it.verdict.mm === it.sigma_mm.rms ? "expected error" : "held-out error"}</small></div>
         <p><b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}.</b> ${it.verdict.sentence}</p>
-        <dl>${it.sigma_mm ? html`<div><dd>${mm(it.sigma_mm.rms)} mm</dd><dt>carpet</dt></div>${it.sigma_mm.hat && html`<div><dd>${mm(it.sigma_mm.hat.rms)} mm</dd><dt>at ${it.sigma_mm.hat.z_mm} mm, hats</dt></div>`}`
+        <dl>${it.sigma_mm ? html`<div><dd>${mm(it.sigma_mm.rms)} mm</dd><dt>carpet</dt></div>${it.sigma_mm.hat && html`<div><dd>${mm(it.sigma_mm.hat.rms)} mm</dd><dt>hats, ${it.sigma_mm.hat.z_mm} mm</dt></div>`}`
           : html`<div><dd>${mm(it.rms_mm)} mm</dd><dt>borders</dt></div><div><dd>${mm(it.max_mm)} mm</dd><dt>worst click</dt></div>`}
           <div><dd data-testid="rms-px">${number(it.rms_px, 2)} px</dd><dt>residual</dt></div></dl>`
       : why ? html`<div class="big dim">– <small>mm</small></div><p data-testid="missing"><b>${why.detail}</b> ${why.fix}</p>`

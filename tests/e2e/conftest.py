@@ -107,9 +107,9 @@ class Operator:
         self.page.get_by_test_id("region").select_option(region)
         return self.next("borders")
 
-    def take(self) -> "Operator":
-        """A picture from the demo's camera."""
-        self.page.get_by_test_id("camera-overhead").click()
+    def take(self, camera: str = "overhead") -> "Operator":
+        """A picture from one of the demo's cameras."""
+        self.page.get_by_test_id(f"camera-{camera}").click()
         expect(self.page.get_by_test_id("next")).to_have_text("Next: borders", timeout=30_000)
         return self.next("borders")
 

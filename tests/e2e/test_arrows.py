@@ -134,6 +134,7 @@ def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_p
         page.keyboard.press(key)
         name = "image" if frame == "raw" else "corrected"
         expect(page.get_by_test_id(f"arrows-{name}")).to_be_visible()
+        page.get_by_test_id(image).evaluate("image => image.decode()")
         told = server.api("GET", f"/calibrations/{saved}/residuals.json?frame={frame}&margin_px={margin}").json()["arrows"]
         fine = sorted((a for a in told if not a["outlier"]), key=lambda a: -a["px"])
         for arrow in fine[:4]:

@@ -13,8 +13,8 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     operator.next("compare")
     page.keyboard.press("e")
     on_carpet = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json").json()
-    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {on_carpet['max']:.1f} mm", timeout=10_000)
-    expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{on_carpet['max']:.1f} mm")
+    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {mm(on_carpet['max'])} mm", timeout=10_000)
+    expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{mm(on_carpet['max'])} mm")
     page.screenshot(path=tmp_path / "carpet.png")
 
     places, sigma = on_carpet["grid"]["places"], on_carpet["grid"]["sigma_mm"]
@@ -27,7 +27,7 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     hat_mm = operator.saved()["field_definition"]["hat_height_mm"]
     page.get_by_test_id("height-hats").click()
     at_hats = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json?z_mm={hat_mm}").json()
-    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {at_hats['max']:.1f} mm", timeout=10_000)
+    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {mm(at_hats['max'])} mm", timeout=10_000)
     expect(page.get_by_test_id("heat-figures")).to_contain_text(f"At hat height, {hat_mm:g} mm")
     page.screenshot(path=tmp_path / "hat.png")
 
@@ -51,7 +51,7 @@ def test_under_the_pointer_stands_the_error_that_the_map_shows_there(clicked, se
     pixel = server.api("POST", f"/calibrations/{operator.saved()['id']}/transform",
                        json={"from": "field", "to": "image", "points": [place]}).json()["points"][0]
     page.mouse.move(*operator.spot(*pixel))
-    expect(page.get_by_test_id("read-out")).to_contain_text(f"Expected error there {found['sigma_mm'][row][column]:.1f} mm")
+    expect(page.get_by_test_id("read-out")).to_contain_text(f"Expected error there {mm(found['sigma_mm'][row][column])} mm")
 
 
 def test_a_model_that_knows_no_expected_error_says_why(clicked):
@@ -71,12 +71,17 @@ def test_the_difference_between_two_versions_is_a_map_with_its_figures(clicked, 
     page.get_by_test_id("other").select_option(first)
     apart = server.api("GET", f"/calibrations/{second}/difference/{first}.json").json()
     figures = page.get_by_test_id("heat-figures")
-    expect(figures).to_contain_text(f"Median {apart['median_mm']:.0f} mm, worst {apart['max_mm']:.0f} mm", timeout=10_000)
+    expect(figures).to_contain_text(f"Median {mm(apart['median_mm'])} mm, worst {mm(apart['max_mm'])} mm", timeout=10_000)
     expect(figures).to_contain_text(f"{apart['max_px']:.2f} px")
-    expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{apart['max_mm']:.0f} mm")
+    expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{mm(apart['max_mm'])} mm")
     page.screenshot(path=tmp_path / "difference.png")
     page.keyboard.press("d")
     expect(page.get_by_test_id("heat-corrected")).to_have_count(0)
+
+
+def mm(value):
+    """As the page prints millimetres."""
+    return f"{value:.0f}" if value >= 10 else f"{value:.1f}"
 
 
 def _shares(operator, places):

@@ -49,7 +49,7 @@ def test_who_leaves_the_step_stops_the_comparison(clicked, server):
 
 
 def test_a_model_that_cannot_be_fitted_is_listed_with_what_to_do(clicked, tmp_path):
-    page = clicked("division", painted="touch-line-bottom").page
+    page = clicked("division", painted="halfway-line").page
     failed = page.get_by_test_id("failed-polynomial")
     expect(failed).to_contain_text("Cannot be fitted.", timeout=LONG)
     expect(failed).to_contain_text("Click")

@@ -20,7 +20,7 @@ REAL = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "f
 
 
 def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server, tmp_path):
-    camera, region = _demo_truth(server)
+    camera, region = _truth(server, DEMO_CAMERAS[0])
     operator.take()
     for feature, points in border_clicks(camera, region, 9).items():
         operator.click(feature, points[1:-1])  # a corner belongs to two borders
@@ -37,8 +37,13 @@ def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server,
 
 
 def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
-    camera, region = _demo_truth(server)
-    page = operator.take().page
+    """From straight above nothing but a tape tells how high a camera hangs."""
+    straight_down = {"id": "straight-down", "name": "Straight down", "field": "vsss-3v3", "region": "full",
+                     "source": "sim://vsss-3v3?lens=strong"}
+    assert server.api("POST", "/cameras", json=straight_down).status_code == 201
+    camera, region = _truth(server, straight_down)
+    operator.page.reload()
+    page = operator.take("straight-down").page
     for feature, points in border_clicks(camera, region, 9).items():
         operator.click(feature, points[1:-1])
     operator.next("model")
@@ -52,6 +57,7 @@ def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     assert operator.draft()["options"]["height_mm"]["value"] == pytest.approx(camera.position_mm[2], abs=0.5)
     expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "good")
     expect(page.get_by_test_id("next-click")).to_contain_text("next best click")
+    server.api("DELETE", "/cameras/straight-down")
 
 
 @pytest.mark.parametrize("name", REAL)
@@ -120,9 +126,8 @@ def test_a_stray_click_is_named_and_can_be_removed(operator, straight_picture, f
     assert operator.points("left") == frame_points["left"]
 
 
-def _demo_truth(server):
-    """The demo's simulated camera itself, and the region it looks at."""
-    settings = DEMO_CAMERAS[0]
+def _truth(server, settings):
+    """A simulated camera itself, and the region it looks at."""
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
     source = source_from_url(settings["source"], Surroundings(fields={field.name: field}))
     return source.camera, field.region(settings["region"])
