@@ -40,6 +40,11 @@ export const liveStanding = computed(() => {
     sentence: now?.problem ? `${now.problem.what} ${now.problem.fix}` : now?.words[0]?.text ?? "The camera is live." };
 });
 
+// What can be set is known once the camera gives pictures.
+effect(() => {
+  const it = shown.value, state = status.value?.state;
+  if (it && (state === "live" || state === "mismatch") && controls.peek()?.id !== it.id) void readControls(it.id);
+});
 effect(() => { if (atBoard.value || atPair.value || atStraight.value) leave(); });
 
 /** Look at a camera. @param {string} id */
@@ -48,7 +53,6 @@ export function openLive(id) {
   form.value = null;
   atLive.value = id;
   look.value = { ...look.value, view: "raw" };
-  void readControls(id);
 }
 
 /** @param {Camera | null} camera null: a new one */
@@ -151,7 +155,6 @@ export async function confirmCamera() {
 
 /** @param {string} id */
 async function readControls(id) {
-  controls.value = null;
   try {
     const { items } = await call("GET", `/cameras/${id}/controls`);
     if (atLive.value === id) controls.value = { id, items };

@@ -14,15 +14,15 @@ ConfigOption = Annotated[Path | None, typer.Option("--config", metavar="FILE", h
 OpenOption = Annotated[bool, typer.Option("--open/--no-browser", help="Open the page in a browser.")]
 LogOption = Annotated[bool, typer.Option("--verbose", "-v", help="Log every request.")]
 
-# What a camera's straight lines look like before anybody has calibrated it: a hall's cameras hang nearly straight, two of
-# them share half a field, and another league plays on a black table.
+# What straight lines look like before anybody has calibrated: a hall's cameras hang nearly straight, two of them share
+# half a field, and another league plays on a black table.
 DEMO_CAMERAS = (
     {"id": "overhead", "name": "Overhead camera, barrel lens",
-     "source": "sim://ssl-div-b?region=half&lens=strong&tilt=5&roll=1.5&height=5000&robots=7",
+     "source": "sim://ssl-div-b?region=half&lens=strong&tilt=5&roll=1.5&height=5000&robots=7&fps=10",
      "field": "ssl-div-b", "region": "half"},
-    {"id": "east", "name": "East camera, tilted", "source": "sim://ssl-div-b?cameras=2&camera=1&lens=half&tilt=8",
+    {"id": "east", "name": "East camera, tilted", "source": "sim://ssl-div-b?cameras=2&camera=1&lens=half&tilt=8&fps=10",
      "field": "ssl-div-b", "region": "half-right"},
-    {"id": "table", "name": "Table camera, pincushion lens", "source": "sim://vsss-3v3?lens=pincushion",
+    {"id": "table", "name": "Table camera, pincushion lens", "source": "sim://vsss-3v3?lens=pincushion&fps=10",
      "field": "vsss-3v3", "region": "full"},
 )
 
