@@ -1,4 +1,4 @@
-"""Residual arrows over the picture: where the server says, as long as the operator wishes, strays in the warning's colour."""
+"""Residual arrows over the picture: where the server says, as long as wished, strays in the warning's colour."""
 
 import re
 
@@ -14,7 +14,8 @@ FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]
 # How many pixels near a place of the stage are drawn in light, warm and any colour.
 DRAWN_NEAR = """(canvas, [x, y, reach]) => {
   const ratio = canvas.width / canvas.clientWidth, side = Math.ceil(2 * reach * ratio);
-  const { data } = canvas.getContext("2d").getImageData(Math.round((x - reach) * ratio), Math.round((y - reach) * ratio), side, side);
+  const [left, top] = [x, y].map((middle) => Math.round((middle - reach) * ratio));
+  const { data } = canvas.getContext("2d").getImageData(left, top, side, side);
   let light = 0, warm = 0, any = 0;
   for (let i = 0; i < data.length; i += 4) {
     const [r, g, b, a] = data.slice(i, i + 4);
@@ -65,7 +66,8 @@ def tip(operator, arrow, times, image="picture"):
     point, foot = np.array(arrow["point"]), np.array(arrow["foot"])
     box = operator.page.get_by_test_id(image).bounding_box()
     width = operator.page.get_by_test_id(image).evaluate("i => i.naturalWidth")
-    x, y = (point + times * (foot - point) + 0.5) * box["width"] / width + [box["x"] - stage["x"], box["y"] - stage["y"]]
+    corner = [box["x"] - stage["x"], box["y"] - stage["y"]]
+    x, y = (point + times * (foot - point) + 0.5) * box["width"] / width + corner
     return float(x), float(y)
 
 
@@ -135,7 +137,8 @@ def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_p
         name = "image" if frame == "raw" else "corrected"
         expect(page.get_by_test_id(f"arrows-{name}")).to_be_visible()
         page.get_by_test_id(image).evaluate("image => image.decode()")
-        told = server.api("GET", f"/calibrations/{saved}/residuals.json?frame={frame}&margin_px={margin}").json()["arrows"]
+        asked = f"/calibrations/{saved}/residuals.json?frame={frame}&margin_px={margin}"
+        told = server.api("GET", asked).json()["arrows"]
         fine = sorted((a for a in told if not a["outlier"]), key=lambda a: -a["px"])
         for arrow in fine[:4]:
             assert drawn(operator, tip(operator, arrow, times, image), name)["light"] > 3, (frame, arrow)

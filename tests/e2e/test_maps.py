@@ -51,7 +51,8 @@ def test_under_the_pointer_stands_the_error_that_the_map_shows_there(clicked, se
     pixel = server.api("POST", f"/calibrations/{operator.saved()['id']}/transform",
                        json={"from": "field", "to": "image", "points": [place]}).json()["points"][0]
     page.mouse.move(*operator.spot(*pixel))
-    expect(page.get_by_test_id("read-out")).to_contain_text(f"Expected error there {mm(found['sigma_mm'][row][column])} mm")
+    there = mm(found["sigma_mm"][row][column])
+    expect(page.get_by_test_id("read-out")).to_contain_text(f"Expected error there {there} mm")
 
 
 def test_a_model_that_knows_no_expected_error_says_why(clicked):
@@ -71,7 +72,8 @@ def test_the_difference_between_two_versions_is_a_map_with_its_figures(clicked, 
     page.get_by_test_id("other").select_option(first)
     apart = server.api("GET", f"/calibrations/{second}/difference/{first}.json").json()
     figures = page.get_by_test_id("heat-figures")
-    expect(figures).to_contain_text(f"Median {mm(apart['median_mm'])} mm, worst {mm(apart['max_mm'])} mm", timeout=10_000)
+    told = f"Median {mm(apart['median_mm'])} mm, worst {mm(apart['max_mm'])} mm"
+    expect(figures).to_contain_text(told, timeout=10_000)
     expect(figures).to_contain_text(f"{apart['max_px']:.2f} px")
     expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{mm(apart['max_mm'])} mm")
     page.screenshot(path=tmp_path / "difference.png")
