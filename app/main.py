@@ -10,6 +10,7 @@ from fastapi import APIRouter, FastAPI
 
 from app import __version__, serving
 from app.api import (
+    archive,
     boards,
     calibrations,
     cameras,
@@ -44,7 +45,7 @@ from app.settings import LOOPBACK, Settings, shipped
 from app.store import Store
 from app.store.field_shelf import FieldShelf
 
-RESOURCES = (health, cameras, streams, snapshots, fields, drafts, models, fit, calibrations, boards, lenses,
+RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, calibrations, boards, lenses,
              judgement, pairs, straightness, points, pictures, jobs)
 API = "/api/v1"
 ABOUT = """Calibrates the cameras above a robot-soccer field.
@@ -55,7 +56,7 @@ A point out of reach is null. Every refusal says what to do in `fix`."""
 
 def create_app(settings: Settings) -> FastAPI:
     """The whole application, from settings alone. It holds the data folder until it has been served and stopped."""
-    store = Store(settings.data)
+    store = store_of(settings)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -84,6 +85,12 @@ def create_app(settings: Settings) -> FastAPI:
     app.include_router(api)
     _add_page(app, settings)
     return app
+
+
+def store_of(settings: Settings) -> Store:
+    return Store(settings.data, database=settings.database.get_secret_value() if settings.database else None,
+                 uploads_bytes=int(settings.storage.uploads_mb * MB),
+                 backups_bytes=int(settings.storage.backups_mb * MB))
 
 
 def image_limits(settings: Settings) -> Limits:

@@ -159,6 +159,7 @@ class Calibration:
     image_sha256: str | None = None
     parent: str | None = None
     note: str = ""
+    made_by: str = ""  # who saved it: a name that the operator gave, or an address
     active: bool = False
 
     def to_json(self) -> dict[str, Any]:
@@ -169,7 +170,7 @@ class Calibration:
                 "observations": [dict(o) for o in self.observations], "options": dict(self.options),
                 "report": dict(self.report), "created_at": self.created_at, "software": self.software,
                 "snapshot": self.snapshot, "image_sha256": self.image_sha256, "parent": self.parent,
-                "note": self.note, "active": self.active, "field_definition": dict(self.field)}
+                "note": self.note, "made_by": self.made_by, "active": self.active, "field_definition": dict(self.field)}
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> Self:
@@ -183,6 +184,7 @@ class Calibration:
                 observations=tuple(value["observations"]), options=value["options"], report=value["report"],
                 created_at=value["created_at"], software=value["software"], snapshot=value.get("snapshot"),
                 image_sha256=value.get("image_sha256"), parent=value.get("parent"), note=value.get("note", ""),
+                made_by=value.get("made_by", ""),
                 active=bool(value.get("active", False)))
         except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise BadInput(f"This is no calibration: {error!r}.", "Give a file that Touchline exported as json.",

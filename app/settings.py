@@ -69,6 +69,11 @@ class Sources(_Section):
         return tuple(Path(place) for place in named if Path(place).is_absolute())
 
 
+class Storage(_Section):
+    uploads_mb: Annotated[float, Field(gt=0, le=10_000_000, allow_inf_nan=False)] = 2000.0
+    backups_mb: Annotated[float, Field(gt=0, le=10_000_000, allow_inf_nan=False)] = 1000.0
+
+
 class Jobs(_Section):
     workers: Annotated[int, Field(ge=1, le=64)] = 2
     time_limit_s: Seconds = 600.0
@@ -93,12 +98,14 @@ class Settings(BaseSettings):
     model_config = SettingsConfigDict(env_prefix="TOUCHLINE_", env_nested_delimiter="__", extra="forbid", frozen=True)
 
     data: Path = Path("data")
+    database: SecretStr | None = None
     fields: Path | None = None
     pictures: Path | None = None
     token: Annotated[SecretStr, Field(min_length=16)] | None = None
     server: Server = Server()
     images: Images = Images()
     sources: Sources = Sources()
+    storage: Storage = Storage()
     jobs: Jobs = Jobs()
     cameras: tuple[CameraSettings, ...] = ()
 

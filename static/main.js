@@ -8,6 +8,7 @@ import { addPictures, atBoard, standing as boardStanding } from "./board.js";
 import { liveStanding } from "./camera_desk.js";
 import { startSaving } from "./draft.js";
 import { startFitting } from "./fitting.js";
+import { startHealth } from "./health.js";
 import { startHeat } from "./heat.js";
 import { html } from "./html.js";
 import { startKeys } from "./keys.js";
@@ -117,6 +118,7 @@ async function start() {
   startSaving();
   startRanking();
   startComparing();
+  startHealth();
   startHeat();
   startArrows();
   startLenses();

@@ -1,7 +1,9 @@
 """What all tests share: small worlds to import, real data from beside the project, and the shell."""
 
 import io
+import os
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -9,6 +11,9 @@ import pytest
 from app.cli import main
 
 sys.path.insert(0, str(Path(__file__).parent))
+
+from postgres import PostgresServer, programs
+from store_opener import StoreOpener
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 
@@ -38,3 +43,32 @@ def touchline(monkeypatch, capsys, tmp_path):
         return ended.value.code, told.out, told.err
 
     return run
+
+
+@pytest.fixture(scope="session")
+def postgres():
+    """A PostgreSQL server of our own; where none is installed, tests on it are skipped, except where all must run."""
+    if programs() is None:
+        if os.environ.get("TOUCHLINE_TESTS") == "all":
+            pytest.fail("PostgreSQL is not installed: apt-get install postgresql")
+        pytest.skip("PostgreSQL is not installed (apt-get install postgresql): the store was not tried on it")
+    server = PostgresServer()
+    yield server
+    server.remove()
+
+
+@pytest.fixture
+def memory_path(tmp_path_factory):
+    """A folder in memory where the system has such a disk, on the ordinary one elsewhere; removed afterwards."""
+    shared = Path("/dev/shm")
+    if not os.access(shared, os.W_OK):
+        yield tmp_path_factory.mktemp("memory")
+        return
+    with tempfile.TemporaryDirectory(dir=shared, prefix="touchline-") as folder:
+        yield Path(folder)
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def opener(request):
+    """Opens stores, on SQLite and on PostgreSQL: opener(folder), and opener.again(store) after closing it."""
+    return StoreOpener(request.getfixturevalue("postgres") if request.param == "postgresql" else None)

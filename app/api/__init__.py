@@ -6,5 +6,7 @@
     access.py     who may come in: the token, its cookie, where a request comes from
     limits.py     how much may come in at once
     work.py       where long arithmetic runs, so that short answers stay short
-    health, fields, models, fit, snapshots, drafts, calibrations, boards, lenses, pairs, jobs, cameras: the resources
+    operator.py   who asks, as far as it is told
+    health, archive, fields, models, fit, snapshots, drafts, calibrations, boards, lenses, pairs, jobs, cameras: the
+                  resources
 """

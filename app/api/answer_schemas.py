@@ -18,6 +18,8 @@ class Health(Answer):
     status: Literal["ok"]
     version: str
     uptime_s: float
+    warnings: list[dict[str, Any]]
+    damaged: list[dict[str, Any]]
 
 
 class Page(Answer):
@@ -210,6 +212,7 @@ class Calibration(Answer):
     image_sha256: str | None
     parent: str | None
     note: str
+    made_by: str
     active: bool
     field_definition: dict[str, Any]
 

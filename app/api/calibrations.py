@@ -13,6 +13,7 @@ from app.api.asked import task_of
 from app.api.bodies import uploaded_file
 from app.api.imported import calibration_from_file
 from app.api.jobs import accepted, result_of
+from app.api.operator import operator
 from app.api.schemas import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from app.api.work import at_length, at_work
 from app.exports import EXPORTS
@@ -37,7 +38,7 @@ async def make_calibration(request: Request, body: FitRequest, job: AsJob = Fals
     With ?job=true a job, whose result is {"calibration": id}.
     """
     task = await at_work(request, task_of, request, body, (body.model,))
-    keep = partial(_kept, request.app.state.store)
+    keep = partial(_kept, request.app.state.store, operator(request))
     if job:
         return accepted(request.app.state.jobs.start(
             "calibration", run_fit, {"task": task.to_json()},
@@ -46,9 +47,9 @@ async def make_calibration(request: Request, body: FitRequest, job: AsJob = Fals
     return Json(calibration.to_json(), 201, headers={"Location": f"/api/v1/calibrations/{calibration.id}"})
 
 
-def _kept(store: Store, made: Calibration) -> Calibration:
+def _kept(store: Store, by: str, made: Calibration) -> Calibration:
     before = store.calibrations(made.camera, limit=1).items if made.camera is not None else ()
-    return store.save(replace(made, parent=before[0].id if before else None))
+    return store.save(replace(made, parent=before[0].id if before else None), by)
 
 
 @router.post("/compare", response_model=answer_schemas.Ranking, responses=ACCEPTED)
@@ -73,7 +74,7 @@ async def import_calibration(request: Request) -> Json:
 
 
 def _imported(request: Request, data: bytes) -> Calibration:
-    return request.app.state.store.save(calibration_from_file(data))
+    return request.app.state.store.save(calibration_from_file(data), operator(request))
 
 
 @router.get("", response_model=answer_schemas.Calibrations)
@@ -100,7 +101,7 @@ def delete_calibration(request: Request, id: Id) -> Response:
 @router.post("/{id}/activate", response_model=answer_schemas.Calibration)
 async def activate_calibration(request: Request, id: Id) -> Json:
     """Make it its camera's; the former one stays, so rolling back is activating that."""
-    calibration = await at_work(request, request.app.state.store.activate, id)
+    calibration = await at_work(request, request.app.state.store.activate, id, operator(request))
     if calibration.camera is not None:
         request.app.state.live.refresh(calibration.camera)
     return Json(calibration.to_json())

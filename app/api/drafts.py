@@ -7,6 +7,7 @@ from starlette.responses import Response
 
 from app.api import answer_schemas, schemas
 from app.api.answers import Json
+from app.api.operator import operator
 from app.api.problems import problem, problem_of
 from app.api.schemas import Id
 from app.errors import Stale
@@ -31,7 +32,8 @@ def save_draft(request: Request, snapshot: Id, body: schemas.Draft,
         return problem(428, "if-match-needed", "If-Match needed", "The request does not say which draft it was made "
                        "from.", "Send the ETag of GET as If-Match.")
     try:
-        draft = store.save_draft(snapshot, body.model_dump(), if_match.strip().removeprefix("W/").strip('"'))
+        draft = store.save_draft(snapshot, body.model_dump(), if_match.strip().removeprefix("W/").strip('"'),
+                                 operator(request))
     except Stale as error:
         answer = problem_of(error)
         answer.headers["ETag"] = f'"{error.details["etag"]}"'

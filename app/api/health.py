@@ -12,7 +12,10 @@ router = APIRouter(tags=["health"])
 
 
 @router.get("/health", response_model=Health)
-async def health(request: Request) -> Json:
-    """Whether the server is up, its version and for how long, s."""
+def health(request: Request) -> Json:
+    """Whether the server is up, its version and for how long, s; what to know about its disk; what was damaged."""
     uptime_s = round(time.monotonic() - request.app.state.started, 3)
-    return Json({"status": "ok", "version": __version__, "uptime_s": uptime_s})
+    store = request.app.state.store
+    return Json({"status": "ok", "version": __version__, "uptime_s": uptime_s,
+                 "warnings": [{"reason": w.reason, "text": w.text, "fix": w.fix} for w in store.warnings],
+                 "damaged": [damage.to_json() for damage in store.damaged]})

@@ -45,6 +45,7 @@ class CalibrationFile(Strict):
     image_sha256: Annotated[str, Field(max_length=64)] | None
     parent: Name | None
     note: Text
+    made_by: Text = ""
     active: bool
     field_definition: dict[str, Any]
 

@@ -9,6 +9,7 @@
     pairs.py        pair
     straight.py     straight
     server.py       serve, demo
+    keeping.py      archive, restore
 """
 
 import sys
@@ -17,13 +18,15 @@ from typing import Annotated
 import typer
 
 from app import __version__
-from app.cli import boards, calibration, judging, pairs, server, straight
+from app.cli import boards, calibration, judging, keeping, pairs, server, straight
 from app.cli.words import EXIT_CODES, exit_code_of
 
 cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
                   help="Calibrate the cameras above a robot-soccer field.", epilog=EXIT_CODES)
 cli.command()(server.serve)
 cli.command()(server.demo)
+cli.command()(keeping.archive)
+cli.command()(keeping.restore)
 cli.command()(calibration.calibrate)
 cli.command()(calibration.correct)
 cli.command()(judging.compare)

@@ -1,8 +1,8 @@
-"""What is kept: snapshots, drafts, calibrations and lenses in files of one data folder, and fields as YAML.
+"""What is kept: snapshots, drafts, calibrations, lenses, cameras and jobs in a database, pictures as files beside it.
 
-What a Store answers is a contract; that it is files is not. Every file is whole or not there, carries its
-checksum, and is checked whenever it is read; a damaged one is moved to quarantine/ and named in `damaged`.
-What a call has returned survives a killed process and a power cut. One process at a time holds a data folder.
+What a Store answers is a contract; that it is SQLite or PostgreSQL is not. Every row and every picture carries its
+checksum and is checked whenever it is read; a damaged one is put into quarantine/ and named in `damaged`. What a call
+has returned survives a killed process and a power cut. One process at a time holds a data folder.
 
     with Store(folder) as store:
         snapshot = store.add_snapshot(data, frame.size, declared.format, camera="north")
@@ -10,54 +10,93 @@ What a call has returned survives a killed process and a power cut. One process 
         calibration = store.save(calibration)
         store.activate(calibration.id)
 
-files.py writes, records.py adds the checksum, quarantine.py takes the damaged, lock.py keeps others out; snapshots,
-drafts, calibrations and lenses are a shelf each. Fields stand apart (field_shelf.py): they are written by people too.
+    opening.py     check, restore or refuse; schema.py and migrations/ bring the tables to their newest form
+    database.py    one writer and many readers, on SQLite or PostgreSQL; tables.py is what they hold, sealed.py its seal
+    a shelf each   snapshots, drafts, calibrations, lenses, cameras, jobs; shelf.py is what they share
+    backups.py     copies of the database; healing.py takes rows back from them
+    space.py       how much of the disk pictures may take
+    archive.py     everything as one zip, and back; restoring.py fills an empty folder with it
+    former.py      data folders from before there was a database
+    files.py, quarantine.py, lock.py    files that are whole or not there, what is damaged, one server a folder
+
+Fields stand apart (field_shelf.py): they are YAML files, written by people too.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Self
 
 from app.errors import NotFound, Unavailable
 from app.geometry import ImageSize
-from app.records import Calibration
+from app.records import Calibration, Warning
+from app.store.archive import archive
+from app.store.backups import Backups
 from app.store.calibrations import Calibrations
-from app.store.cameras import Cameras, KeptCamera
+from app.store.cameras import Cameras, Identities, KeptCamera
 from app.store.drafts import EMPTY, Draft, Drafts
 from app.store.files import make_folder
+from app.store.former import take_over
+from app.store.jobs import JobRows, KeptJob
 from app.store.lenses import Lenses
 from app.store.lock import FolderLock
+from app.store.opening import FILE, open_postgresql, open_sqlite
 from app.store.quarantine import Damage, DamagedFile, Quarantine
+from app.store.restoring import refuse_unfinished
 from app.store.shelf import Clock, Page, utc_now
 from app.store.snapshots import Snapshot, Snapshots
+from app.store.space import BACKUPS_BYTES, UPLOADS_BYTES, Space, free_bytes
 
-__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "KeptCamera", "Page", "Snapshot", "Store"]
+__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "KeptCamera", "KeptJob", "Page", "Snapshot", "Store"]
 
 
 class Store:
     """Everything in one data folder; thread-safe. Close it, or use it as a context.
 
+    database: None for SQLite in the folder, or the address of a PostgreSQL database.
     clock: for the dates that people read; no order and no number rests on it.
+    uploads_bytes, backups_bytes: what pictures and backups may take of the disk. free: how much of it is left, bytes.
     """
 
-    def __init__(self, folder: Path, clock: Clock = utc_now) -> None:
+    def __init__(self, folder: Path, clock: Clock = utc_now, *, database: str | None = None,
+                 uploads_bytes: int = UPLOADS_BYTES, backups_bytes: int = BACKUPS_BYTES,
+                 free: Callable[[Path], int] = free_bytes) -> None:
         self.folder = Path(folder).absolute()
+        self._clock = clock
+        self._backups: Backups | None = None
         with _usable(self.folder), ExitStack() as undo:
             make_folder(self.folder)
-            self._lock = FolderLock(self.folder)
-            undo.callback(self._lock.release)
+            lock = FolderLock(self.folder)
+            undo.callback(lock.release)
+            refuse_unfinished(self.folder)
             self._quarantine = Quarantine(self.folder / "quarantine")
-            self._snapshots = Snapshots(self.folder, self._quarantine, clock)
-            self._drafts = Drafts(self.folder, self._quarantine, clock)
-            self._calibrations = Calibrations(self.folder, self._quarantine, clock)
-            self._lenses = Lenses(self.folder, self._quarantine, clock)
-            self._cameras = Cameras(self.folder, self._quarantine, clock)
-            undo.pop_all()
+            self._space = Space(self.folder, uploads_bytes, free)
+            if database is None:
+                self._backups = Backups(self.folder / "backups", self.folder / FILE, backups_bytes)
+                self._database = open_sqlite(self.folder, self._backups, self._quarantine)
+            else:
+                self._database, held = open_postgresql(database, self.folder, self._quarantine)
+                undo.callback(held.release)
+            undo.callback(self._database.close)
+            take_over(self.folder, self._database, self._quarantine)
+            shared = (self._database, self._quarantine, clock)
+            self._snapshots = Snapshots(*shared, self.folder, self._space)
+            self._drafts = Drafts(*shared)
+            self._calibrations = Calibrations(*shared)
+            self._lenses = Lenses(*shared)
+            self._cameras = Cameras(*shared)
+            self._identities = Identities(*shared)
+            self.jobs = JobRows(self._database, clock)
+            if self._backups is not None:
+                self._backups.start()
+                undo.callback(self._backups.close)
+                self._database.saved = self._backups.wake
+                self._backups.wake()
+            self._undo = undo.pop_all()
 
     def close(self) -> None:
         """Let another process have the folder."""
-        self._lock.release()
+        self._undo.close()
 
     def __enter__(self) -> Self:
         return self
@@ -94,15 +133,15 @@ class Store:
         """The work in progress on a snapshot, EMPTY before the first save; NotFound for an unknown snapshot."""
         return self._drafts.get(self.snapshot(snapshot).id)
 
-    def save_draft(self, snapshot: str, body: Mapping[str, Any], etag: str) -> Draft:
+    def save_draft(self, snapshot: str, body: Mapping[str, Any], etag: str, by: str = "") -> Draft:
         """Save over the draft with that ETag; Stale, with `current` and `etag` in its details, if that is old."""
-        return self._drafts.save(self.snapshot(snapshot).id, body, etag)
+        return self._drafts.save(self.snapshot(snapshot).id, body, etag, by)
 
     # Calibrations
 
-    def save(self, calibration: Calibration) -> Calibration:
-        """Keep it as a new version of its camera's; id, version and created_at are given here."""
-        return self._calibrations.add(calibration)
+    def save(self, calibration: Calibration, by: str = "") -> Calibration:
+        """Keep it as a new version of its camera's; id, version, created_at and made_by are given here."""
+        return self._calibrations.add(calibration, by)
 
     def calibration(self, id: str) -> Calibration:
         """One version, as it was saved; NotFound."""
@@ -116,9 +155,13 @@ class Store:
         """Forget a version, never to use its number again; Conflict while it is active."""
         self._calibrations.delete(id)
 
-    def activate(self, id: str) -> Calibration:
+    def activate(self, id: str, by: str = "") -> Calibration:
         """Make it its camera's; the former one stays."""
-        return self._calibrations.activate(id)
+        return self._calibrations.activate(id, by)
+
+    def activations(self, camera: str | None, limit: int = 50) -> tuple[dict[str, Any], ...]:
+        """What was active before, newest first: {"calibration", "at", "by"}."""
+        return self._calibrations.history(camera, limit)
 
     def active(self, camera: str | None) -> Calibration | None:
         """A camera's active version, if there is one."""
@@ -177,13 +220,24 @@ class Store:
 
     def camera_identity(self, id: str) -> dict[str, Any] | None:
         """The evidence of which physical camera an id was last confirmed to be, of any camera; None before that."""
-        return self._cameras.identity(id)
+        return self._identities.get(id)
 
     def confirm_identity(self, id: str, evidence: Mapping[str, Any]) -> None:
         """From now on the id means the camera with that evidence."""
-        self._cameras.confirm(id, evidence)
+        self._identities.confirm(id, evidence)
+
+    # All of it
+
+    def archive(self, fields: Path | None = None) -> Iterator[bytes]:
+        """Everything as one zip, piece by piece. fields: the folder of the operator's own."""
+        return archive(self._database, self.folder, fields, self._clock)
 
     # Health
+
+    @property
+    def warnings(self) -> tuple[Warning, ...]:
+        """What an operator should know: a disk that is nearly full, backups that fail."""
+        return (*self._space.warnings(), *(self._backups.warnings() if self._backups else ()))
 
     @property
     def damaged(self) -> tuple[Damage, ...]:

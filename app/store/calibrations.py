@@ -1,154 +1,129 @@
 """Calibrations: immutable versions, counted for each camera, of which one may be its camera's active one.
 
-    calibrations/SEQUENCE.CAMERA.VERSION.ID.json    one version, never written again
-    deleted/…                                       where a deleted one goes, so that its number is not used again
-    active/active.json                              which version is active for which camera
-
-No camera at all counts as a camera: uploaded pictures have versions too. In a file name CAMERA is a hash, since a
-camera's name may be anything.
+No camera at all counts as a camera: uploaded pictures have versions too. In the database a camera's name is a hash,
+since a name may be anything; the version's body has it in words.
 """
 
-import re
-from collections.abc import Iterable
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from hashlib import sha256
-from pathlib import Path
-from threading import RLock
-from typing import Self
+from typing import Any
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
 
 from app.errors import Conflict, NotFound
 from app.records import Calibration
-from app.store.files import keeping, make_folder, move_whole
-from app.store.quarantine import Damage, DamagedFile, Quarantine
-from app.store.records import Records
-from app.store.shelf import Clock, Page, new_id, page, readable, stamp
-
-NAME = re.compile(r"(?P<sequence>[0-9]{10})\.(?P<camera>[0-9a-f]{12})\."
-                  r"(?P<version>[0-9]{6})\.(?P<id>[0-9a-f]{16})\.json")
-ACTIVE = "active.json"
+from app.store.sealed import content, is_whole, resealed, sealed
+from app.store.shelf import Page, Shelf, column, new_id, stamp
+from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
 
 
 def camera_key(camera: str | None) -> str:
-    """A camera's name as a part of a file name."""
+    """A camera's name as the database has it."""
     return sha256(b"" if camera is None else b"camera " + camera.encode("utf-8", "surrogatepass")).hexdigest()[:12]
 
 
-@dataclass(frozen=True)
-class Entry:
-    """What a calibration's file name says."""
-
-    sequence: int
-    camera: str
-    version: int
-    id: str
-
-    @property
-    def name(self) -> str:
-        return f"{self.sequence:010d}.{self.camera}.{self.version:06d}.{self.id}.json"
-
-    @classmethod
-    def table(cls, names: Iterable[str]) -> dict[str, Self]:
-        """By id; names that are not ours are left out."""
-        found = (NAME.match(name) for name in names)
-        entries = [cls(int(m["sequence"]), m["camera"], int(m["version"]), m["id"]) for m in found if m]
-        return {entry.id: entry for entry in entries}
-
-
-class Calibrations:
+class Calibrations(Shelf):
     """The shelf of calibrations. Thread-safe."""
 
-    def __init__(self, folder: Path, quarantine: Quarantine, clock: Clock) -> None:
-        self._records = Records(folder / "calibrations", quarantine)
-        self._active_record = Records(folder / "active", quarantine)
-        self._deleted = make_folder(folder / "deleted")
-        self._clock = clock
-        self._lock = RLock()
-        self._entries = Entry.table(self._records.names())
-        self._damaged = Entry.table(quarantine.names("calibrations"))
-        deleted = Entry.table(path.name for path in self._deleted.glob("*.json"))
-        self._last = 0
-        self._last_version: dict[str, int] = {}
-        for entry in (*self._entries.values(), *self._damaged.values(), *deleted.values()):
-            self._count(entry)
-        self._active = self._read_active()
+    table = CalibrationRow
+    kind = "calibrations"
 
-    def add(self, calibration: Calibration) -> Calibration:
-        """Keep a new version: its id, version and date are given here. On return it is safe on disk."""
-        with self._lock:
-            key = camera_key(calibration.camera)
-            entry = Entry(self._last + 1, key, self._last_version.get(key, 0) + 1, new_id())
-            self._count(entry)  # a number is never used twice, not even after a failure
-        kept = replace(calibration, id=entry.id, version=entry.version, created_at=stamp(self._clock), active=False)
-        self._records.write(entry.name, kept.to_json(), "The calibration")
-        with self._lock:
-            self._entries[entry.id] = entry
+    def add(self, calibration: Calibration, made_by: str = "") -> Calibration:
+        """Keep a new version: its id, version, date and maker are given here. On return it is safe on disk."""
+        key = camera_key(calibration.camera)
+        with self._database.writing("The calibration") as rows:
+            last = rows.scalar(select(func.max(CalibrationRow.version)).where(CalibrationRow.camera_key == key))
+            kept = replace(calibration, id=new_id(), version=(last or 0) + 1, created_at=stamp(self._clock),
+                           made_by=made_by, active=False)
+            rows.add(calibration_row(kept))
         return kept
 
     def get(self, id: str) -> Calibration:
         """One version by its id; NotFound, or DamagedFile."""
-        entry = self._entry(id)
-        try:
-            record = self._records.read(entry.name)
-        except DamagedFile:
-            self._damaged[id] = entry
-            raise
-        if record is None:
-            raise _unknown(id)
-        return Calibration.from_json(record).activated(self._active.get(entry.camera) == id)
+        row = self.row(id, unknown_calibration, CalibrationRow.deleted_at.is_(None))
+        return self._read(row, self._active_ids(row.camera_key))
 
     def list(self, camera: str | None = None, limit: int = 50, cursor: str | None = None) -> Page[Calibration]:
         """Newest first, of one camera or of all. Damaged ones are not among them; Store.damaged names those."""
-        with self._lock:
-            ids = {entry.sequence: entry.id for entry in self._entries.values()
-                   if entry.id not in self._damaged and (camera is None or entry.camera == camera_key(camera))}
-        shown, following = page(ids, limit, cursor)
-        return Page(tuple(readable(self.get, (ids[sequence] for sequence in shown))), following)
+        where = [CalibrationRow.deleted_at.is_(None)]
+        if camera is not None:
+            where.append(CalibrationRow.camera_key == camera_key(camera))
+        active = self._active_ids()
+        return self.page(limit, cursor, lambda row: self._read(row, active), *where)
 
     def delete(self, id: str) -> None:
-        """Take a version off the shelf; Conflict while it is its camera's active one."""
-        with self._lock:
-            entry = self._entry(id)
-            if self._active.get(entry.camera) == id:
+        """Take a version off the shelf; Conflict while it is its camera's active one. Its number is not used again."""
+        self.row(id, unknown_calibration, CalibrationRow.deleted_at.is_(None))
+        with self._database.writing("The deletion") as rows:
+            if rows.scalar(select(ActiveRow.camera_key).where(ActiveRow.calibration == id)) is not None:
                 raise Conflict("This calibration is its camera's active one.", "Activate another version first.",
                                reason="calibration-active")
-            with keeping("The deletion"):
-                move_whole(self._records.folder / entry.name, self._deleted / entry.name)
-            del self._entries[id]
+            there = select(CalibrationRow).where(CalibrationRow.id == id, CalibrationRow.deleted_at.is_(None))
+            row = rows.scalar(there)
+            if row is None:
+                raise unknown_calibration(id)  # somebody else deleted it a moment ago
+            row.deleted_at = stamp(self._clock)
+            resealed(row)
 
-    def activate(self, id: str) -> Calibration:
-        """Make a version its camera's; the former one stays on the shelf."""
-        with self._lock:
-            calibration = self.get(id)  # a damaged one cannot be activated
-            active = {**self._active, self._entry(id).camera: id}
-            self._active_record.write(ACTIVE, {"active": active}, "The choice of the active calibration")
-            self._active = active
-            return calibration.activated(True)
+    def activate(self, id: str, by: str = "") -> Calibration:
+        """Make a version its camera's; the former one stays on the shelf, and the history says who did it and when."""
+        row = self.row(id, unknown_calibration, CalibrationRow.deleted_at.is_(None))  # no damaged one can be activated
+        with self._database.writing("The choice of the active calibration") as rows:
+            here = select(CalibrationRow.id).where(CalibrationRow.id == id, CalibrationRow.deleted_at.is_(None))
+            if rows.scalar(here) is None:
+                raise unknown_calibration(id)  # deleted a moment ago
+            put_active(rows, row.camera_key, id, stamp(self._clock), by)
+        return self._read(row, {id})
 
     def active(self, camera: str | None) -> Calibration | None:
         """A camera's active version, None where none was activated."""
-        id = self._active.get(camera_key(camera))
-        return None if id is None else self.get(id)
+        for id in self._active_ids(camera_key(camera)):
+            return self.get(id)
+        return None
 
-    def _entry(self, id: str) -> Entry:
-        if id in self._damaged:
-            raise DamagedFile(Damage("calibrations", self._damaged[id].name))
-        entry = self._entries.get(id)
-        if entry is None:
-            raise _unknown(id)
-        return entry
+    def history(self, camera: str | None, limit: int = 50) -> tuple[dict[str, Any], ...]:
+        """What was active before: {"calibration", "at", "by"}, newest first."""
+        wanted = (select(ActivationRow).where(ActivationRow.camera_key == camera_key(camera))
+                  .order_by(ActivationRow.sequence.desc()).limit(limit))
+        with self._database.reading() as rows:
+            return tuple({"calibration": row.calibration, "at": row.at, "by": row.by} for row in rows.scalars(wanted))
 
-    def _count(self, entry: Entry) -> None:
-        self._last = max(self._last, entry.sequence)
-        self._last_version[entry.camera] = max(self._last_version.get(entry.camera, 0), entry.version)
+    def _read(self, row: CalibrationRow, active: set[str]) -> Calibration:
+        return Calibration.from_json(content(row)).activated(row.id in active)
 
-    def _read_active(self) -> dict[str, str]:
-        with suppress(DamagedFile):  # told in Store.damaged; the versions themselves are all there
-            record = self._active_record.read(ACTIVE)
-            return {} if record is None else record["active"]
-        return {}
+    def _active_ids(self, key: str | None = None) -> set[str]:
+        """The active versions' ids, of one camera or of all."""
+        wanted = select(ActiveRow).where(ActiveRow.damaged.is_(None))
+        if key is not None:
+            wanted = wanted.where(ActiveRow.camera_key == key)
+        with self._database.reading() as rows:
+            found = list(rows.scalars(wanted))
+        return {row.calibration for row in found if self._active_is_whole(row)}
+
+    def _active_is_whole(self, row: ActiveRow) -> bool:
+        """A choice that is damaged is told, and then nothing is active: the versions themselves are all there."""
+        if is_whole(row):
+            return True
+        self.put_aside(row, row.camera_key, "active")
+        return False
 
 
-def _unknown(id: str) -> NotFound:
+def calibration_row(kept: Calibration, deleted_at: str | None = None) -> CalibrationRow:
+    """A version as the database has it."""
+    return sealed(CalibrationRow, kept.to_json(), "The calibration", id=kept.id, camera_key=camera_key(kept.camera),
+                  version=kept.version, parent=column(kept.parent), snapshot=column(kept.snapshot),
+                  software=column(kept.software), created_at=column(kept.created_at), made_by=column(kept.made_by),
+                  deleted_at=deleted_at)
+
+
+def put_active(rows: Session, key: str, id: str, at: str, by: str) -> None:
+    """Within a transaction: this version is that camera's from now on."""
+    chosen = {"camera_key": key, "calibration": id}
+    rows.merge(sealed(ActiveRow, chosen, "The choice of the active calibration", **chosen))
+    rows.add(ActivationRow(camera_key=key, calibration=id, at=at, by=by))
+
+
+def unknown_calibration(id: str) -> NotFound:
     return NotFound(f"There is no calibration {id!r}.", "List them with GET /api/v1/calibrations.",
                     reason="unknown-calibration")

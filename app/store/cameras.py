@@ -1,23 +1,22 @@
 """Cameras that operators added in the browser, and the evidence of which camera an id was confirmed to be.
 
-    cameras/ID.json       {"sequence", "revision", "updated_at", "camera"}
-    identities/ID.json    {"confirmed_at", "evidence"}
-
 What a camera's body means is the business of whoever reads it; here it is plain JSON.
 """
 
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
-from threading import Lock
 from typing import Any
 
-from app.errors import Conflict, NotFound, Stale
-from app.store.files import flush_folder, keeping
-from app.store.quarantine import DamagedFile, Quarantine
-from app.store.records import Records
-from app.store.shelf import Clock, stamp
+from sqlalchemy import delete, func, select
+from sqlalchemy.orm import Session
+
+from app.errors import BadInput, Conflict, NotFound, Stale
+from app.store.quarantine import DamagedFile
+from app.store.sealed import content, sealed
+from app.store.shelf import Shelf, stamp
+from app.store.tables import CameraRow, IdentityRow
 
 
 @dataclass(frozen=True)
@@ -35,78 +34,119 @@ class KeptCamera:
         return f"{self.sequence}-{self.revision}"
 
 
-class Cameras:
+class Cameras(Shelf):
     """The shelf of cameras. Thread-safe."""
 
-    def __init__(self, folder: Path, quarantine: Quarantine, clock: Clock) -> None:
-        self._records = Records(folder / "cameras", quarantine)
-        self._identities = Records(folder / "identities", quarantine)
-        self._clock = clock
-        self._lock = Lock()
+    table = CameraRow
+    kind = "cameras"
 
     def all(self) -> tuple[KeptCamera, ...]:
         """In the order in which they were added; a damaged one is missing here and named in Store.damaged."""
-        found = []
-        for name in self._records.names():
-            with suppress(DamagedFile, NotFound):
-                found.append(self.get(name.removesuffix(".json")))
-        return tuple(sorted(found, key=lambda camera: camera.sequence))
+        with self._database.reading() as rows:
+            found = list(rows.scalars(select(CameraRow).order_by(CameraRow.place)))
+        cameras = []
+        for row in found:
+            with suppress(DamagedFile):
+                cameras.append(self._read(row))
+        return tuple(cameras)
 
     def get(self, id: str) -> KeptCamera:
         """One; NotFound, or DamagedFile."""
-        record = self._records.read(f"{id}.json")
-        if record is None:
+        with self._database.reading() as rows:
+            row = rows.get(CameraRow, id) if is_name(id) else None
+        if row is None:
             raise NotFound(f"There is no camera called {id!r}.", "List them with GET /api/v1/cameras.",
                            reason="unknown-camera")
-        return KeptCamera(id, record["camera"], record["sequence"], record["revision"], record["updated_at"])
+        return self._read(row)
 
     def add(self, id: str, body: Mapping[str, Any]) -> KeptCamera:
         """A new one; Conflict where the id is taken."""
-        with self._lock:
-            if f"{id}.json" in self._records.names():
+        check_name(id, "The camera")
+        with self._database.writing("The camera") as rows:
+            if rows.get(CameraRow, id) is not None:
                 raise Conflict(f"There is already a camera called {id!r}.", "Choose another id, or change that one.",
                                reason="camera-exists")
-            sequence = 1 + max([0, *(camera.sequence for camera in self.all())])
-            return self._write(KeptCamera(id, dict(body), sequence, 1, stamp(self._clock)))
+            place = 1 + (rows.scalar(select(func.max(CameraRow.place))) or 0)
+            camera = KeptCamera(id, dict(body), place, 1, stamp(self._clock))
+            rows.add(camera_row(camera))
+        return camera
 
     def save(self, id: str, body: Mapping[str, Any], etag: str) -> KeptCamera:
         """In place of the one with that ETag; Stale where somebody else was faster."""
-        with self._lock:
-            current = self._current(id, etag)
-            return self._write(KeptCamera(id, dict(body), current.sequence, current.revision + 1, stamp(self._clock)))
+        self.get(id)  # a damaged one is told and not written over
+        with self._database.writing("The camera") as rows:
+            current = self._current(rows, id, etag)
+            camera = KeptCamera(id, dict(body), current.sequence, current.revision + 1, stamp(self._clock))
+            rows.merge(camera_row(camera))
+        return camera
 
     def remove(self, id: str, etag: str | None = None) -> None:
         """Forget the one with that ETag (None: whichever), and its evidence; its calibrations stay."""
-        with self._lock:
-            self._current(id, etag)
-            with keeping("The deletion"):
-                for records in (self._identities, self._records):
-                    (records.folder / f"{id}.json").unlink(missing_ok=True)
-                    flush_folder(records.folder)
+        self.get(id)
+        with self._database.writing("The deletion") as rows:
+            self._current(rows, id, etag)
+            rows.execute(delete(IdentityRow).where(IdentityRow.camera == id))
+            rows.execute(delete(CameraRow).where(CameraRow.id == id))
 
-    def identity(self, id: str) -> dict[str, Any] | None:
-        """The evidence that was confirmed last; None before that, or where it was damaged."""
-        with suppress(DamagedFile):
-            record = self._identities.read(f"{id}.json")
-            return None if record is None else record["evidence"]
-        return None
-
-    def confirm(self, id: str, evidence: Mapping[str, Any]) -> None:
-        """From now on this is the camera that the id means."""
-        with self._lock:
-            self._identities.write(f"{id}.json", {"confirmed_at": stamp(self._clock), "evidence": dict(evidence)},
-                                   "The camera's identity")
-
-    def _current(self, id: str, etag: str | None) -> KeptCamera:
-        current = self.get(id)
+    def _current(self, rows: Session, id: str, etag: str | None) -> KeptCamera:
+        row = rows.get(CameraRow, id, with_for_update=True)
+        if row is None:
+            raise NotFound(f"There is no camera called {id!r} any more.", "List them with GET /api/v1/cameras.",
+                           reason="unknown-camera")
+        current = self._read(row)
         if etag is not None and etag != current.etag:
             raise Stale("Somebody else has changed this camera since you opened it.",
                         "Look at it again, then change it.", reason="stale-camera", current=dict(current.body),
                         etag=current.etag)
         return current
 
-    def _write(self, camera: KeptCamera) -> KeptCamera:
-        self._records.write(f"{camera.id}.json", {"sequence": camera.sequence, "revision": camera.revision,
-                                                  "updated_at": camera.updated_at, "camera": dict(camera.body)},
-                            "The camera")
-        return camera
+    def _read(self, row: CameraRow) -> KeptCamera:
+        record = content(self.checked(row, row.id))
+        return KeptCamera(row.id, record["camera"], record["sequence"], record["revision"], record["updated_at"])
+
+
+class Identities(Shelf):
+    """Which physical camera an id was confirmed to be. Thread-safe."""
+
+    table = IdentityRow
+    kind = "identities"
+
+    def get(self, camera: str) -> dict[str, Any] | None:
+        """The evidence that was confirmed last; None before that, or where it was damaged."""
+        with self._database.reading() as rows:
+            row = rows.get(IdentityRow, camera) if is_name(camera) else None
+        if row is None:
+            return None
+        with suppress(DamagedFile):
+            return content(self.checked(row, camera))["evidence"]
+        return None
+
+    def confirm(self, camera: str, evidence: Mapping[str, Any], by: str = "") -> None:
+        """From now on this is the camera that the id means."""
+        check_name(camera, "The camera's identity")
+        with self._database.writing("The camera's identity") as rows:
+            rows.merge(identity_row(camera, evidence, stamp(self._clock), by))
+
+
+def is_name(id: str) -> bool:
+    """Whether a camera, a snapshot or a calibration could have that id: ids come from strangers."""
+    return re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", id) is not None
+
+
+def check_name(id: str, what: str) -> None:
+    if not is_name(id):
+        raise BadInput(f"{what} has a name that cannot be kept.", "Choose small letters, digits and hyphens.",
+                       reason="bad-name")
+
+
+def camera_row(camera: KeptCamera) -> CameraRow:
+    """A camera as the database has it."""
+    record = {"sequence": camera.sequence, "revision": camera.revision, "updated_at": camera.updated_at,
+              "camera": dict(camera.body)}
+    return sealed(CameraRow, record, "The camera", id=camera.id, revision=camera.revision, place=camera.sequence)
+
+
+def identity_row(camera: str, evidence: Mapping[str, Any], at: str, by: str) -> IdentityRow:
+    """The evidence as the database has it."""
+    record = {"confirmed_at": at, "confirmed_by": by, "evidence": dict(evidence)}
+    return sealed(IdentityRow, record, "The camera's identity", camera=camera)

@@ -1,23 +1,21 @@
 """Drafts: an operator's work in progress on one snapshot, saved only over the draft that it was made from.
 
-    drafts/SNAPSHOT.json    {"revision", "updated_at", "draft"}
-
 A draft that was never saved is the empty one, with an ETag of its own: the first save names that one.
 """
 
 import json
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
-from pathlib import Path
-from threading import Lock
 from typing import Any
 
+from sqlalchemy import select
+
 from app.errors import Stale
-from app.store.quarantine import DamagedFile, Quarantine
-from app.store.records import Records
-from app.store.shelf import Clock, stamp
+from app.store.quarantine import DamagedFile
+from app.store.sealed import content, sealed
+from app.store.shelf import Shelf, stamp
+from app.store.tables import DraftRow
 
 EMPTY: Mapping[str, Any] = {"field": None, "region": None, "rotate": None, "model": None, "options": {},
                             "observations": []}
@@ -34,50 +32,63 @@ class Draft:
     body: Mapping[str, Any]
     revision: int = 0
     updated_at: str | None = None  # None: never saved
+    updated_by: str | None = None
     notice: str | None = None
 
     @property
     def etag(self) -> str:
-        # The content as well as the number: a number alone would come again after a damaged file.
+        # The content as well as the number: a number alone would come again after a restored backup.
         content = json.dumps(self.body, sort_keys=True).encode()
         return f"{self.revision}-{sha256(content).hexdigest()[:12]}"
 
     def to_json(self) -> dict[str, Any]:
         more = {} if self.notice is None else {"notice": self.notice}
-        return {**self.body, "updated_at": self.updated_at, **more}
+        return {**self.body, "updated_at": self.updated_at, "updated_by": self.updated_by, **more}
 
 
-class Drafts:
+class Drafts(Shelf):
     """The shelf of drafts. Thread-safe."""
 
-    def __init__(self, folder: Path, quarantine: Quarantine, clock: Clock) -> None:
-        self._records = Records(folder / "drafts", quarantine)
-        self._quarantine = quarantine
-        self._clock = clock
-        self._lock = Lock()
+    table = DraftRow
+    kind = "drafts"
 
     def get(self, snapshot: str) -> Draft:
         """The draft as it was saved last, or the empty one; never a damaged one without a notice."""
-        with suppress(DamagedFile):
-            record = self._records.read(f"{snapshot}.json")
-            if record is not None:
-                return Draft(snapshot, record["draft"], record["revision"], record["updated_at"])
-        lost = [name for name in self._quarantine.names("drafts") if name.startswith(f"{snapshot}.json")]
-        notice = f"The saved draft was damaged and was moved to quarantine/drafts/{lost[-1]}." if lost else None
-        return Draft(snapshot, EMPTY, notice=notice)
+        with self._database.reading() as rows:
+            row = rows.get(DraftRow, snapshot)
+        return self._read(row, snapshot)
 
-    def save(self, snapshot: str, body: Mapping[str, Any], etag: str) -> Draft:
+    def save(self, snapshot: str, body: Mapping[str, Any], etag: str, by: str = "") -> Draft:
         """Put the body in place of the draft with that ETag; Stale where there is another by now.
 
         The error's details carry the current draft and its ETag, so that nobody's work is lost.
         """
-        with self._lock:
-            current = self.get(snapshot)
+        self.get(snapshot)  # a damaged one is put aside before it is written over
+        with self._database.writing("The draft") as rows:
+            row = rows.scalar(select(DraftRow).where(DraftRow.snapshot == snapshot).with_for_update())
+            current = self._read(row, snapshot)
             if etag != current.etag:
                 raise Stale("Somebody else has saved this draft since you opened it.",
                             "Compare it with the current one, then save yours over it.", reason="stale-draft",
                             current=current.to_json(), etag=current.etag)
-            draft = Draft(snapshot, dict(body), current.revision + 1, stamp(self._clock))
-            self._records.write(f"{snapshot}.json", {"revision": draft.revision, "updated_at": draft.updated_at,
-                                                     "draft": draft.body}, "The draft")
-            return draft
+            draft = Draft(snapshot, dict(body), current.revision + 1, stamp(self._clock), by)
+            rows.merge(draft_row(draft))
+        return draft
+
+    def _read(self, row: DraftRow | None, snapshot: str) -> Draft:
+        if row is None:
+            return Draft(snapshot, EMPTY)
+        try:
+            record = content(self.checked(row, snapshot))
+        except DamagedFile as lost:
+            place = lost.details["file"]
+            return Draft(snapshot, EMPTY, notice=f"The saved draft was damaged and was moved to {place}.")
+        return Draft(snapshot, record["draft"], record["revision"], record["updated_at"], record.get("updated_by"))
+
+
+def draft_row(draft: Draft) -> DraftRow:
+    """A draft as the database has it."""
+    record = {"revision": draft.revision, "updated_at": draft.updated_at, "updated_by": draft.updated_by,
+              "draft": draft.body}
+    return sealed(DraftRow, record, "The draft", snapshot=draft.snapshot, revision=draft.revision,
+                  is_begun=bool(draft.body.get("observations")))

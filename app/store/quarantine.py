@@ -1,4 +1,4 @@
-"""Damaged files are moved aside and named, never read as something else and never silently missing."""
+"""What is damaged is moved aside and named, never read as something else and never silently missing."""
 
 import logging
 from contextlib import suppress
@@ -6,20 +6,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.errors import Unavailable
-from app.store.files import make_folder, move_whole
+from app.store.files import make_folder, move_whole, write_whole
 
 log = logging.getLogger("touchline")
+NOTE = ".note"
 
 
 @dataclass(frozen=True)
 class Damage:
-    """A file that was moved aside: its kind (the folder it stood in) and name."""
+    """Something that was moved aside: its kind (the folder or table it stood in), its file, what became of it."""
 
     kind: str
     name: str
+    note: str | None = None
 
-    def to_json(self) -> dict[str, str]:
-        return {"kind": self.kind, "file": f"quarantine/{self.kind}/{self.name}"}
+    def to_json(self) -> dict[str, str | None]:
+        return {"kind": self.kind, "file": f"quarantine/{self.kind}/{self.name}", "note": self.note}
 
 
 class DamagedFile(Unavailable):
@@ -29,33 +31,57 @@ class DamagedFile(Unavailable):
         place = damage.to_json()["file"]
         super().__init__(f"A file of the data folder is damaged and was moved to {place}.",
                          "Restore it from a backup, or make it anew.", file=place)
+        self.damage = damage
 
 
 class Quarantine:
-    """The folder of damaged files, one folder in it for each that they stood in."""
+    """The folder of what was damaged, one folder in it for each kind."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def take(self, path: Path, why: str) -> DamagedFile:
+    def take(self, path: Path, why: str, kind: str | None = None, note: str | None = None) -> DamagedFile:
         """Move a damaged file aside; the error to raise, which says where it is now."""
-        kind = path.parent.name
-        target = make_folder(self._folder / kind) / path.name
-        count = 0
-        while target.exists():
-            count += 1
-            target = target.with_name(f"{path.name}.{count}")
+        kind = kind or path.parent.name
+        target = self._free_name(kind, path.name)
+        if note is not None:
+            write_whole(target.with_name(target.name + NOTE), note.encode())
         with suppress(FileNotFoundError):  # another thread has found it as well, and was faster
             move_whole(path, target)
         log.error("%s/%s is damaged (%s); it was moved to %s", kind, path.name, why, target)
+        return DamagedFile(Damage(kind, target.name, note))
+
+    def keep(self, kind: str, name: str, content: str, why: str) -> DamagedFile:
+        """Write what is left of a damaged row; the error to raise, which says where that is."""
+        target = self._free_name(kind, name)
+        with suppress(OSError):  # a full disk must not hide the damage
+            write_whole(target, content.encode("utf-8", "surrogatepass"))
+        log.error("%s %s in the database is damaged (%s); what is left of it is %s", kind, name, why, target)
         return DamagedFile(Damage(kind, target.name))
+
+    def note(self, damage: Damage, note: str) -> None:
+        """Say what became of it."""
+        with suppress(OSError):
+            write_whole(self._folder / damage.kind / (damage.name + NOTE), note.encode())
 
     def names(self, kind: str) -> tuple[str, ...]:
         """File names of that kind, as they stood."""
-        return tuple(sorted(path.name for path in (self._folder / kind).glob("*")))
+        return tuple(sorted(path.name for path in (self._folder / kind).glob("*") if path.suffix != NOTE))
 
     def all(self) -> tuple[Damage, ...]:
         """Everything that was ever moved aside and is still there."""
         kinds = sorted(path.name for path in self._folder.glob("*") if path.is_dir())
-        return tuple(Damage(kind, name) for kind in kinds for name in self.names(kind))
+        return tuple(Damage(kind, name, self._note(kind, name)) for kind in kinds for name in self.names(kind))
 
+    def _note(self, kind: str, name: str) -> str | None:
+        with suppress(OSError):
+            return (self._folder / kind / (name + NOTE)).read_text(errors="replace")
+        return None
+
+    def _free_name(self, kind: str, name: str) -> Path:
+        target = make_folder(self._folder / kind) / name
+        count = 0
+        while target.exists():
+            count += 1
+            target = target.with_name(f"{name}.{count}")
+        return target

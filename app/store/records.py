@@ -1,4 +1,7 @@
-"""Records as JSON files that carry their own checksum: {"sha256": of the record's text, "record": {…}}."""
+"""Records as JSON files that carry their own checksum, {"sha256": of the record's text, "record": {…}}.
+
+The form in which the store kept everything before it had a database; former.py reads it, tests write it.
+"""
 
 import json
 import os

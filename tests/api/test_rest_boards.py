@@ -9,8 +9,11 @@ from jobs_watched import accepted, ended
 from lens_over_field import FIELD, clicks_through_the_lens
 from pictures import encoded
 from refusals import API, refusal
+from store_opener import damage_row
 
 from app.board import Board
+from app.store import Store
+from app.store.tables import LensRow
 
 CAL, LENSES = f"{API}/calibrations", f"{API}/lenses"
 SMALL = Board("chessboard", 8, 6, 30.0)
@@ -196,10 +199,8 @@ def test_the_classic_left_camera_from_its_own_pictures(client, real_data):
 def test_a_lens_survives_a_restart_and_a_damaged_one_is_named(settings, client):
     store = client.app.state.store
     ids = [store.add_lens({"model": "ssl", "n": n})["id"] for n in range(3)]
-    (path,) = (settings.data / "lenses").glob(f"*.{ids[1]}.json")
-    path.write_bytes(path.read_bytes().replace(b'"n":1', b'"n":7'))
+    damage_row(store, LensRow, lambda text: text.replace('"n":1', '"n":7'), id=ids[1])
     client.__exit__(None, None, None)
-    from app.store import Store
     with Store(settings.data) as again:
         assert again.lens(ids[2])["n"] == 2
         assert [lens["id"] for lens in again.lenses().items] == [ids[2], ids[0]]

@@ -12,7 +12,7 @@ def draft(snapshot):
 def test_a_draft_is_empty_before_the_first_save(client, draft):
     answer = client.get(draft)
     assert answer.json() == {"field": None, "region": None, "rotate": None, "model": None, "options": {},
-                             "observations": [], "updated_at": None}
+                             "observations": [], "updated_at": None, "updated_by": None}
     assert answer.headers["etag"].startswith('"') and answer.headers["cache-control"] == "no-store"
 
 

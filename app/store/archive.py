@@ -1,0 +1,173 @@
+"""Everything that is kept as one zip, and a store made of such a zip on a machine that has nothing.
+
+    touchline.json        {"format", "form": of the tables, "software", "made_at"}
+    tables/NAME.jsonl     every row, a JSON object a line; the same from SQLite and from PostgreSQL
+    pictures/SHA256.EXT   the pictures, as they came
+    fields/NAME.yaml      the operator's own fields
+    end.json              {"rows": {table: how many}, "pictures", "missing": [pictures that were lost before]}
+
+end.json comes last: an archive without it was cut short and is refused. What is read back is checked: each row and
+each picture by its own checksum.
+"""
+
+import json
+import re
+import tempfile
+import zipfile
+from collections.abc import Iterator, Mapping
+from hashlib import sha256
+from pathlib import Path
+from types import SimpleNamespace
+from typing import IO, Any
+
+from sqlalchemy import insert, select, text
+
+from app import __version__
+from app.errors import BadInput, Conflict
+from app.store.database import Database
+from app.store.fields import load_field
+from app.store.files import make_folder, write_whole
+from app.store.schema import HEAD
+from app.store.sealed import is_whole
+from app.store.shelf import Clock, stamp
+from app.store.tables import KEPT, Sealed
+
+FORMAT = "touchline-archive-1"
+PICTURE = re.compile(r"[0-9a-f]{64}\.(png|jpeg|bmp|webp)")
+FIELD = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\.yaml")
+CHUNK = 1 << 20
+FIX = "Take another archive: this one cannot be restored."
+
+
+def archive(database: Database, folder: Path, fields: Path | None, clock: Clock) -> Iterator[bytes]:
+    """The zip, piece by piece: one consistent state of the database, however slowly it is taken."""
+    pipe = _Pipe()
+    with tempfile.TemporaryFile(dir=folder) as tables, zipfile.ZipFile(pipe, "w", zipfile.ZIP_DEFLATED) as out:
+        rows, pictures = _copy_tables(database, tables)  # at once: a slow reader must not hold the database
+        out.writestr("touchline.json", json.dumps({"format": FORMAT, "form": HEAD, "software": __version__,
+                                                   "made_at": stamp(clock)}))
+        tables.seek(0)
+        for name, count in rows.items():
+            with out.open(f"tables/{name}.jsonl", "w", force_zip64=True) as member:
+                for _ in range(count):
+                    member.write(tables.readline())
+                    yield from pipe.taken(CHUNK)
+        missing = []
+        for name in sorted(pictures):
+            path = folder / "pictures" / name
+            try:
+                data = path.read_bytes()
+            except OSError:
+                missing.append(name)
+                continue
+            out.writestr(zipfile.ZipInfo(f"pictures/{name}"), data)  # pictures do not get smaller: stored
+            yield from pipe.taken(CHUNK)
+        for path in sorted(fields.glob("*.yaml")) if fields is not None and fields.is_dir() else ():
+            out.write(path, f"fields/{path.name}")
+        out.writestr("end.json", json.dumps({"rows": rows, "pictures": len(pictures) - len(missing),
+                                             "missing": missing}))
+    yield from pipe.taken(1)
+
+
+def _copy_tables(database: Database, out: IO[bytes]) -> tuple[dict[str, int], set[str]]:
+    counts: dict[str, int] = {}
+    pictures: set[str] = set()
+    with database.reading() as rows:
+        if not database.is_sqlite:
+            rows.connection(execution_options={"isolation_level": "REPEATABLE READ"})
+        for table in KEPT:
+            columns = list(table.__table__.columns)
+            order = table.__table__.primary_key.columns
+            counts[table.__tablename__] = 0
+            for row in rows.execute(select(*columns).order_by(*order).execution_options(yield_per=500)):
+                values = {column.name: getattr(row, column.key, row[number]) for number, column in enumerate(columns)}
+                out.write(json.dumps(values).encode("ascii") + b"\n")
+                counts[table.__tablename__] += 1
+                if values.get("picture"):
+                    pictures.add(values["picture"])
+    return counts, pictures
+
+
+def restore(file: Path, database: Database, folder: Path) -> dict[str, int]:
+    """Fill an empty database and an empty folder from an archive; how many rows of each table."""
+    try:
+        with zipfile.ZipFile(file) as source:
+            _check_head(source)
+            counts = _restore_tables(source, database)
+            end = json.loads(source.read("end.json"))
+            if counts != end["rows"]:
+                raise BadInput("The archive has not all of its rows.", FIX, reason="bad-archive")
+            for name in source.namelist():
+                _restore_file(source, name, folder)
+            return counts
+    except (zipfile.BadZipFile, KeyError, TypeError, ValueError, EOFError, NotImplementedError) as error:
+        raise BadInput(f"{file.name} is no whole archive of Touchline: {error}.", FIX, reason="bad-archive") from None
+
+
+def _check_head(source: zipfile.ZipFile) -> None:
+    head = json.loads(source.read("touchline.json"))
+    if head["format"] != FORMAT:
+        raise BadInput(f"The archive is of the kind {head['format']!r}, not {FORMAT}.", FIX, reason="bad-archive")
+    if head["form"] != HEAD:
+        raise Conflict(f"The archive's tables have form {head['form']}; this Touchline knows {HEAD}.",
+                       f"Restore it with Touchline {head['software']}, then update.", reason="archive-form")
+
+
+def _restore_tables(source: zipfile.ZipFile, database: Database) -> dict[str, int]:
+    counts = {}
+    with database.writing("The archive") as rows:
+        for table in KEPT:
+            name, counts[table.__tablename__] = table.__tablename__, 0
+            keys = {column.name: column.key for column in table.__table__.columns}
+            with source.open(f"tables/{name}.jsonl") as lines:
+                for line in lines:
+                    values = {keys[name]: value for name, value in json.loads(line).items()}
+                    _check_row(table, values)
+                    rows.execute(insert(table.__table__).values(values))
+                    counts[name] += 1
+            if not database.is_sqlite and "sequence" in keys:
+                rows.execute(text(f"SELECT setval(pg_get_serial_sequence('{name}', 'sequence'), "
+                                  f"greatest(1, (SELECT coalesce(max(sequence), 1) FROM {name})))"))
+    return counts
+
+
+def _check_row(table: Any, values: Mapping[str, Any]) -> None:
+    if issubclass(table, Sealed) and values["damaged"] is None and not is_whole(SimpleNamespace(**values), table):
+        raise BadInput(f"A row of {table.__tablename__} in the archive is damaged.", FIX, reason="bad-archive")
+
+
+def _restore_file(source: zipfile.ZipFile, name: str, folder: Path) -> None:
+    """One picture or field; anything else in the archive is passed over, and nothing lands outside the folder."""
+    kind, _, file = name.partition("/")
+    if kind == "pictures" and PICTURE.fullmatch(file):
+        data = source.read(name)
+        if sha256(data).hexdigest() != file[:64]:
+            raise BadInput(f"The picture {file} in the archive is damaged.", FIX, reason="bad-archive")
+        write_whole(make_folder(folder / kind) / file, data)
+    elif kind == "fields" and FIELD.fullmatch(file):
+        path = make_folder(folder / kind) / file
+        write_whole(path, source.read(name))
+        load_field(path)
+
+
+class _Pipe:
+    """A file that only goes forwards, whose bytes are taken out as they come."""
+
+    def __init__(self) -> None:
+        self._pieces: list[bytes] = []
+        self._size = 0
+
+    def write(self, data: bytes) -> int:
+        self._pieces.append(bytes(data))
+        self._size += len(data)
+        return len(data)
+
+    def flush(self) -> None:
+        pass
+
+    def taken(self, least: int) -> Iterator[bytes]:
+        """What has come in, where that is enough to be worth sending."""
+        if self._size >= least:
+            whole = b"".join(self._pieces)
+            self._pieces, self._size = [], 0
+            yield whole

@@ -1,0 +1,211 @@
+"""The database behind the store: SQLite in the data folder, or PostgreSQL; one writer, any number of readers.
+
+    with database.writing("The draft") as rows: …     kept when the block ends, whole; or not at all, and told
+    with database.reading() as rows: …                one consistent look
+
+SQLite: write-ahead log, every commit flushed before it is acknowledged (synchronous=FULL), one connection that
+writes. (SQLite before 3.51.3 can damage a database into which two connections write at the same moment.)
+"""
+
+import errno
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from threading import RLock
+from time import monotonic, sleep
+from typing import Any, Self
+
+from sqlalchemy import URL, Engine, create_engine, event, make_url, select, text, update
+from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError
+from sqlalchemy.exc import TimeoutError as NoConnection
+from sqlalchemy.orm import Session
+
+from app.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
+from app.store.files import write_whole
+from app.store.tables import LedgerRow
+
+READERS = 8  # connections that look; more callers wait for one
+BUSY_MS = 5000
+ADVISORY_KEY = 0x70C41  # PostgreSQL's name for our lock; any number that nobody else is likely to take
+SCHEMA_KEY = "hashtext(current_schema())"
+LOCK_WAIT_S = 5.0  # PostgreSQL may take a moment to notice that a killed server has gone
+FULL_SQLSTATES = ("53100", "53200")  # disk full, out of memory
+DAMAGED_CODES = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+
+
+class Database:
+    """Thread-safe. url: of SQLite or PostgreSQL; folder: the data folder, on whose disk a full one is noticed."""
+
+    def __init__(self, url: URL, folder: Path) -> None:
+        self.url = url
+        self.is_sqlite = url.get_backend_name() == "sqlite"
+        self._folder = folder
+        self._lock = RLock()
+        self.saved: Callable[[], None] = lambda: None  # called after everything that was kept
+        if self.is_sqlite:
+            self._writer = _sqlite(url, 1)
+            self._reader = _sqlite(url, READERS, "query_only=ON")
+        else:
+            self._writer = self._reader = _postgresql(url)
+
+    @classmethod
+    def on_sqlite(cls, path: Path) -> Self:
+        """The database in a file."""
+        return cls(URL.create("sqlite", database=str(path)), path.parent)
+
+    def changes(self) -> int:
+        """How many changes it has kept."""
+        with self.reading() as rows:
+            return rows.scalar(select(LedgerRow.changes)) or 0
+
+    @property
+    def engine(self) -> Engine:
+        """The one that may write: for migrations and start-up."""
+        return self._writer
+
+    @contextmanager
+    def writing(self, what: str) -> Iterator[Session]:
+        """A transaction that is kept at the end of the block. what: how an error calls it, such as "The draft".
+
+        On return it survives a power cut. DiskFull or Unavailable where it was not kept.
+        """
+        with self._lock, self._told(what), Session(self._writer) as rows:
+            try:
+                if not self.is_sqlite:  # SQLite's BEGIN IMMEDIATE does the same
+                    rows.execute(text(f"SELECT pg_advisory_xact_lock({ADVISORY_KEY + 1}, {SCHEMA_KEY})"))
+                yield rows
+                rows.execute(update(LedgerRow).values(changes=LedgerRow.changes + 1))
+                rows.commit()
+                self.saved()
+            except DBAPIError:
+                rows.invalidate()  # after a failed write a connection of SQLite is not to be trusted
+                raise
+
+    @contextmanager
+    def reading(self) -> Iterator[Session]:
+        """One consistent look; Unavailable where the database does not answer."""
+        with self._told(None), Session(self._reader) as rows:
+            yield rows
+
+    def close(self) -> None:
+        """Readers first: the last connection that closes empties the log, and that must be the writer."""
+        self._reader.dispose()
+        self._writer.dispose()
+
+    @contextmanager
+    def _told(self, what: str | None) -> Iterator[None]:
+        try:
+            yield
+        except (DBAPIError, sqlite3.Error) as error:
+            raise self._refusal(what, error) from error
+        except NoConnection:
+            raise Busy("The database has more to do than it can.", "Try again in a moment.") from None
+
+    def _refusal(self, what: str | None, error: Exception) -> TouchlineError:
+        done = f"{what} was not saved" if what else "This cannot be read now"
+        cause = getattr(error, "orig", error)
+        code = getattr(cause, "sqlite_errorcode", None)
+        if code is not None and code & 0xFF in DAMAGED_CODES:
+            return Unavailable(f"{done}: the database is damaged.", "Start Touchline again: it moves the damaged "
+                               "database aside and restores the newest backup.", reason="database-damaged")
+        if self._is_full(cause, code):
+            return DiskFull(f"{done}: the disk is full.",
+                            "Free some space on the disk of the data folder, then try again.")
+        if self.is_sqlite:
+            return Unavailable(f"{done}: {cause}.", "Check the data folder's disk and permissions, then try again.",
+                               reason="not-saved")
+        if isinstance(error, OperationalError):
+            return Unavailable(f"{done}: the database does not answer.",
+                               "Check that PostgreSQL runs and can be reached, then try again.", reason="database-away")
+        raise error  # a mistake of ours: the log shall have all of it
+
+    def _is_full(self, cause: Any, code: int | None) -> bool:
+        if code is None:
+            return getattr(cause, "sqlstate", None) in FULL_SQLSTATES
+        if code & 0xFF == sqlite3.SQLITE_FULL:
+            return True
+        return code & 0xFF == sqlite3.SQLITE_IOERR and is_full(self._folder)  # a quota's refusal comes as this
+
+
+def is_full(folder: Path) -> bool:
+    """Whether not even a small file can be written there."""
+    probe = folder / ".space"
+    try:
+        write_whole(probe, bytes(65536))
+        probe.unlink()
+    except OSError as error:
+        return error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+    return False
+
+
+def postgresql_url(setting: str) -> URL:
+    """The setting `database`, checked; its password is never told."""
+    fix = "Write it as postgresql+psycopg://USER:PASSWORD@HOST/DATABASE, or leave it out for SQLite."
+    try:
+        url = make_url(setting)
+    except (ArgumentError, ValueError):
+        raise BadInput("The setting `database` is no address of a database.", fix, reason="bad-settings") from None
+    if url.get_backend_name() != "postgresql":
+        raise BadInput(f"The setting `database` names {url.get_backend_name()}, which is not supported.", fix,
+                       reason="bad-settings")
+    return url.set(drivername="postgresql+psycopg")
+
+
+def _sqlite(url: URL, connections: int, *more: str) -> Engine:
+    engine = create_engine(url, pool_size=connections, max_overflow=0, pool_timeout=30,
+                           connect_args={"check_same_thread": False, "cached_statements": 64})
+    pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={BUSY_MS}", *more)
+
+    @event.listens_for(engine, "connect")
+    def _set(connection: Any, _: Any) -> None:
+        connection.isolation_level = None  # Python shall not begin transactions for us
+        connection.text_factory = _text
+        for pragma in pragmas:
+            connection.execute(f"PRAGMA {pragma}")
+
+    @event.listens_for(engine, "begin")
+    def _begin(connection: Any) -> None:
+        connection.exec_driver_sql("BEGIN" if more else "BEGIN IMMEDIATE")
+
+    return engine
+
+
+def _text(raw: bytes) -> str:
+    """Damaged text is read as well, so that it can be told from whole."""
+    return raw.decode("utf-8", "surrogateescape")
+
+
+def _postgresql(url: URL) -> Engine:
+    try:
+        engine = create_engine(url, pool_size=READERS, max_overflow=0, pool_pre_ping=True,
+                               connect_args={"connect_timeout": 5})
+    except ModuleNotFoundError:
+        raise BadInput("The setting `database` names PostgreSQL, and its driver is not installed.",
+                       "Install it: pip install 'touchline[postgres]'.", reason="bad-settings") from None
+
+    @event.listens_for(engine, "connect")
+    def _set(connection: Any, _: Any) -> None:
+        connection.execute("SET synchronous_commit = on")  # acknowledged is kept, whatever the server's default is
+        connection.commit()
+
+    return engine
+
+
+class PostgresLock:
+    """One server a database (or a schema of it), for as long as its connection lives."""
+
+    def __init__(self, database: Database) -> None:
+        self._connection = database.engine.connect().execution_options(isolation_level="AUTOCOMMIT")
+        until = monotonic() + LOCK_WAIT_S
+        while not self._connection.scalar(text(f"SELECT pg_try_advisory_lock({ADVISORY_KEY}, {SCHEMA_KEY})")):
+            if monotonic() > until:
+                self.release()
+                raise Unavailable("The database is used by another Touchline.", "End that one, or name another "
+                                  "database in the settings.", reason="data-folder-in-use")
+            sleep(0.1)
+
+    def release(self) -> None:
+        with suppress(DBAPIError):
+            self._connection.execute(text("SELECT pg_advisory_unlock_all()"))
+        self._connection.close()

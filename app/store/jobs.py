@@ -1,0 +1,142 @@
+"""Long work as rows: who does it, how far it has come, what came of it. The row is the truth, whoever computes.
+
+    add → queued → claim → running, with a lease that every beat renews → finish: done, failed or cancelled
+                     ↑_______ the lease has run out: its worker is lost _______|
+
+A lease is read on the monotonic clock of the process that holds the store, and every process has a watch of its own
+name: a lease of another process's watch has run out, since that process has ended. No date decides anything.
+"""
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import and_, delete, or_, select, update
+
+from app.errors import NotFound
+from app.store.database import Database
+from app.store.sealed import as_text
+from app.store.shelf import Clock, is_id, new_id, stamp
+from app.store.tables import JobRow
+
+ENDED = ("done", "failed", "cancelled")
+
+
+@dataclass(frozen=True)
+class KeptJob:
+    """One state of a job. attempt: how often it was begun. spec, result and problem are plain JSON."""
+
+    id: str
+    kind: str
+    state: str
+    spec: Any
+    attempt: int
+    worker: str | None
+    progress: float
+    message: str
+    result: Any
+    problem: Mapping[str, Any] | None
+    created_at: str
+    ended_at: str | None
+
+    @property
+    def ended(self) -> bool:
+        return self.state in ENDED
+
+
+class JobRows:
+    """The table of jobs. Thread-safe. now: a clock that only goes forwards, s."""
+
+    def __init__(self, database: Database, clock: Clock, now: Callable[[], float] = time.monotonic) -> None:
+        self._database = database
+        self._clock = clock
+        self._now = now
+        self._watch = new_id()
+
+    def add(self, kind: str, spec: Any) -> KeptJob:
+        """A new one, queued."""
+        row = JobRow(id=new_id(), kind=kind, state="queued", spec=as_text(spec, "The job"), attempt=0, progress=0.0,
+                     message="Waiting for its turn", created_at=stamp(self._clock))
+        with self._database.writing("The job") as rows:
+            rows.add(row)
+            rows.flush()
+            return _read(row)
+
+    def get(self, id: str) -> KeptJob:
+        """One by its id; NotFound."""
+        with self._database.reading() as rows:
+            row = rows.scalar(select(JobRow).where(JobRow.id == id)) if is_id(id) else None
+        if row is None:
+            raise NotFound(f"There is no job {id!r}.", "List them with GET /api/v1/jobs.", reason="unknown-job")
+        return _read(row)
+
+    def list(self, limit: int = 200) -> tuple[KeptJob, ...]:
+        """Newest first."""
+        newest = select(JobRow).order_by(JobRow.sequence.desc()).limit(limit)
+        with self._database.reading() as rows:
+            return tuple(_read(row) for row in rows.scalars(newest))
+
+    def claim(self, worker: str, lease_s: float, kinds: tuple[str, ...] | None = None) -> KeptJob | None:
+        """Take the oldest that waits, or whose worker is lost; None where there is none. Nobody else gets it."""
+        now = self._now()
+        lost = and_(JobRow.state == "running", or_(JobRow.watch != self._watch, JobRow.lease_until < now))
+        wanted = select(JobRow.id).where(or_(JobRow.state == "queued", lost)).order_by(JobRow.sequence).limit(1)
+        if kinds is not None:
+            wanted = wanted.where(JobRow.kind.in_(kinds))
+        with self._database.writing("The job") as rows:
+            id = rows.scalar(wanted.with_for_update(skip_locked=True))
+            if id is None:
+                return None
+            rows.execute(update(JobRow).where(JobRow.id == id).values(
+                state="running", attempt=JobRow.attempt + 1, worker=worker, watch=self._watch, heartbeat=now,
+                lease_until=now + lease_s))
+            return _read(rows.scalar(select(JobRow).where(JobRow.id == id)))
+
+    def beat(self, id: str, attempt: int, lease_s: float, progress: float | None = None,
+             message: str | None = None) -> bool:
+        """Its worker is alive: renew the lease, say how far it has come. False: the job is no longer that worker's."""
+        now = self._now()
+        told = {name: value for name, value in (("progress", progress), ("message", message)) if value is not None}
+        return self._change(id, attempt, heartbeat=now, lease_until=now + lease_s, **told)
+
+    def finish(self, id: str, attempt: int, state: str, result: Any = None,
+               problem: Mapping[str, Any] | None = None, message: str = "") -> bool:
+        """End it, once and for all. False: it had ended, or another worker has it by now."""
+        return self._change(id, attempt, state=state, message=message, ended_at=stamp(self._clock),
+                            progress=1.0 if state == "done" else JobRow.progress,
+                            result=as_text(result, "The result"), problem=as_text(problem, "The problem"))
+
+    def requeue(self, id: str, attempt: int, message: str) -> bool:
+        """Let somebody else begin it again."""
+        return self._change(id, attempt, state="queued", worker=None, message=message, progress=0.0)
+
+    def cancel(self, id: str, message: str = "Cancelled") -> KeptJob:
+        """End it unless it has ended; as often as you like."""
+        self.get(id)
+        with self._database.writing("The cancelling") as rows:
+            rows.execute(update(JobRow).where(JobRow.id == id, JobRow.state.not_in(ENDED)).values(
+                state="cancelled", message=message, ended_at=stamp(self._clock)))
+        return self.get(id)
+
+    def forget(self, kept: int) -> None:
+        """Remove the oldest that have ended, but for so many."""
+        newest = select(JobRow.sequence).where(JobRow.state.in_(ENDED)).order_by(JobRow.sequence.desc()).limit(kept)
+        with self._database.writing("The deletion") as rows:
+            rows.execute(delete(JobRow).where(JobRow.state.in_(ENDED), JobRow.sequence.not_in(newest)))
+
+    def _change(self, id: str, attempt: int, **values: Any) -> bool:
+        with self._database.writing("The job") as rows:
+            done = rows.execute(update(JobRow).where(JobRow.id == id, JobRow.attempt == attempt,
+                                                     JobRow.state == "running").values(**values))
+            return done.rowcount == 1
+
+
+def _read(row: JobRow) -> KeptJob:
+    return KeptJob(row.id, row.kind, row.state, json.loads(row.spec), row.attempt, row.worker, row.progress,
+                   row.message, _json(row.result), _json(row.problem), row.created_at, row.ended_at)
+
+
+def _json(text: str | None) -> Any:
+    return None if text is None else json.loads(text)

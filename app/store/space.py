@@ -1,0 +1,61 @@
+"""How much of the disk pictures may take: a quota for all of them, and a rest that stays free for calibrations."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+from app.errors import DiskFull
+from app.records import Warning
+
+MB = 1_000_000
+WARN_FREE_BYTES = 500 * MB
+LEAST_FREE_BYTES = 100 * MB  # below that a picture is refused: a calibration needs some KB and finds them
+UPLOADS_BYTES = 2000 * MB
+BACKUPS_BYTES = 1000 * MB
+
+
+def free_bytes(folder: Path) -> int:
+    return shutil.disk_usage(folder).free
+
+
+class Space:
+    """The pictures' room. quota_bytes: for all pictures together; free: how much is left on a folder's disk."""
+
+    def __init__(self, folder: Path, quota_bytes: int = UPLOADS_BYTES,
+                 free: Callable[[Path], int] = free_bytes) -> None:
+        self._folder = folder
+        self._free = free
+        self.quota_bytes = quota_bytes
+        self.used_bytes = 0
+
+    def count(self, pictures: Path) -> None:
+        """Look how much the pictures take."""
+        self.used_bytes = sum(path.stat().st_size for path in pictures.iterdir())
+
+    def added(self, size_bytes: int) -> None:
+        self.used_bytes += size_bytes
+
+    def over_by(self, size_bytes: int) -> int:
+        """By how much one more picture would exceed the quota, bytes; not above 0 where it fits."""
+        return self.used_bytes + size_bytes - self.quota_bytes
+
+    def check_free(self) -> None:
+        """DiskFull where a picture would take what calibrations may need."""
+        if self._free(self._folder) < LEAST_FREE_BYTES:
+            raise DiskFull(f"The picture was not saved: less than {LEAST_FREE_BYTES // MB} MB of the disk are free.",
+                           "Free some space on the disk of the data folder, then try again. Calibrations can still "
+                           "be saved.")
+
+    def refusal(self) -> DiskFull:
+        return DiskFull(f"The picture was not saved: pictures take {self.used_bytes / MB:.0f} MB, and all of them are "
+                        "in use.", "Raise uploads_mb in the settings, or download everything and begin a new data "
+                        "folder.", reason="uploads-full")
+
+    def warnings(self) -> tuple[Warning, ...]:
+        """What an operator should know about the disk."""
+        free = self._free(self._folder)
+        if free >= WARN_FREE_BYTES:
+            return ()
+        more = " New pictures are refused; calibrations are still saved." if free < LEAST_FREE_BYTES else ""
+        return (Warning("disk-nearly-full", f"{free // MB} MB are free on the disk of the data folder.{more}",
+                        "Free some space there."),)

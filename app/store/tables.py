@@ -1,0 +1,154 @@
+"""The tables, as SQLAlchemy sees them; migrations/ makes them, and a test holds the two together.
+
+Every kept thing carries its content as text, `body`; most other columns repeat what the database must find it by, and
+`sha256` is the checksum of both (sealed.py). `sequence` is the order in which things came and is never used twice; no
+date orders anything. `damaged` names the quarantine's file once a row was found to be damaged.
+"""
+
+from sqlalchemy import BigInteger, ForeignKey, Index, Integer, String, Text, UniqueConstraint
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+# SQLite counts only an INTEGER primary key by itself; PostgreSQL's INTEGER would end at two thousand million.
+Sequence = BigInteger().with_variant(Integer, "sqlite")
+
+
+class Base(DeclarativeBase):
+    pass
+
+
+class Sealed:
+    """What all kept things share."""
+
+    body: Mapped[str] = mapped_column(Text)
+    sha256: Mapped[str] = mapped_column(String(64))
+    damaged: Mapped[str | None] = mapped_column(Text)
+
+
+class Counted(Sealed):
+    """Things in the order in which they came."""
+
+    sequence: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
+    id: Mapped[str] = mapped_column(String(16), unique=True)
+
+
+class SnapshotRow(Counted, Base):
+    """A picture that is kept; its bytes are the file pictures/PICTURE."""
+
+    __tablename__ = "snapshots"
+    __table_args__ = ({"sqlite_autoincrement": True},)
+
+    picture: Mapped[str] = mapped_column(String(80), index=True)
+    purpose: Mapped[str] = mapped_column(String(40), index=True)
+
+
+class DraftRow(Sealed, Base):
+    """The work in progress on one snapshot."""
+
+    __tablename__ = "drafts"
+
+    snapshot: Mapped[str] = mapped_column(ForeignKey("snapshots.id"), primary_key=True)
+    revision: Mapped[int]
+    is_begun: Mapped[bool]  # whether anything was clicked: then the picture is needed
+
+
+class CalibrationRow(Counted, Base):
+    """One version, never written again but for its deletion, which hides it and keeps its number."""
+
+    __tablename__ = "calibrations"
+    __table_args__ = (UniqueConstraint("camera_key", "version"),
+                      Index("ix_calibrations_camera", "camera_key", "sequence"), {"sqlite_autoincrement": True})
+
+    camera_key: Mapped[str] = mapped_column(String(12))
+    version: Mapped[int]
+    parent: Mapped[str | None] = mapped_column(Text)
+    snapshot: Mapped[str | None] = mapped_column(Text, index=True)
+    software: Mapped[str] = mapped_column(Text)
+    created_at: Mapped[str] = mapped_column(Text)
+    made_by: Mapped[str] = mapped_column(Text)
+    deleted_at: Mapped[str | None] = mapped_column(Text)
+
+
+class ActiveRow(Sealed, Base):
+    """Which version is its camera's: one row a camera."""
+
+    __tablename__ = "active"
+
+    camera_key: Mapped[str] = mapped_column(String(12), primary_key=True)
+    calibration: Mapped[str] = mapped_column(ForeignKey("calibrations.id"))
+
+
+class ActivationRow(Base):
+    """What was active when, and who made it so: only ever added to."""
+
+    __tablename__ = "activations"
+    __table_args__ = ({"sqlite_autoincrement": True},)
+
+    sequence: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
+    camera_key: Mapped[str] = mapped_column(String(12), index=True)
+    calibration: Mapped[str] = mapped_column(ForeignKey("calibrations.id"))
+    at: Mapped[str] = mapped_column(Text)
+    by: Mapped[str] = mapped_column("made_by", Text)
+
+
+class LensRow(Counted, Base):
+    """A lens from pictures of a board."""
+
+    __tablename__ = "lenses"
+    __table_args__ = ({"sqlite_autoincrement": True},)
+
+
+class CameraRow(Sealed, Base):
+    """A camera that an operator has added."""
+
+    __tablename__ = "cameras"
+
+    id: Mapped[str] = mapped_column(String(64), primary_key=True)
+    revision: Mapped[int]
+    place: Mapped[int]  # in the list: the order in which they were added
+
+
+class IdentityRow(Sealed, Base):
+    """Which physical camera an id was confirmed to be."""
+
+    __tablename__ = "identities"
+
+    camera: Mapped[str] = mapped_column(String(64), primary_key=True)
+
+
+class JobRow(Base):
+    """Long work: the row is the truth about it, whoever computes."""
+
+    __tablename__ = "jobs"
+    __table_args__ = (Index("ix_jobs_state", "state", "sequence"), {"sqlite_autoincrement": True})
+
+    sequence: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
+    id: Mapped[str] = mapped_column(String(16), unique=True)
+    kind: Mapped[str] = mapped_column(Text)
+    state: Mapped[str] = mapped_column(String(12))
+    spec: Mapped[str] = mapped_column(Text)
+    attempt: Mapped[int]
+    worker: Mapped[str | None] = mapped_column(Text)
+    watch: Mapped[str | None] = mapped_column(String(16))  # whose clock lease_until and heartbeat are read on
+    lease_until: Mapped[float | None]  # s
+    heartbeat: Mapped[float | None]  # s
+    progress: Mapped[float]
+    message: Mapped[str] = mapped_column(Text)
+    result: Mapped[str | None] = mapped_column(Text)
+    problem: Mapped[str | None] = mapped_column(Text)
+    created_at: Mapped[str] = mapped_column(Text)
+    ended_at: Mapped[str | None] = mapped_column(Text)
+
+
+class LedgerRow(Base):
+    """One row: how many changes were kept. A database with fewer than its newest backup has lost some."""
+
+    __tablename__ = "ledger"
+
+    one: Mapped[int] = mapped_column(Integer, primary_key=True)
+    changes: Mapped[int] = mapped_column(Sequence)
+
+
+# What is checked, archived and restored, in an order in which a row's references come before it.
+KEPT: tuple[type[Base], ...] = (SnapshotRow, DraftRow, CalibrationRow, ActiveRow, ActivationRow, LensRow, CameraRow,
+                                IdentityRow)
+SEALED: tuple[type[Sealed], ...] = tuple(table for table in KEPT if issubclass(table, Sealed))

@@ -1,0 +1,46 @@
+"""Opening stores in tests, on either database, and damaging what they hold behind their back."""
+
+from pathlib import Path
+
+from sqlalchemy import select, text, update
+
+from app.store import Store
+
+
+class StoreOpener:
+    """Opens stores on SQLite, or on the given PostgreSQL server with a database for each folder."""
+
+    def __init__(self, server=None) -> None:
+        self.server = server
+
+    @property
+    def on_sqlite(self) -> bool:
+        return self.server is None
+
+    def __call__(self, folder: Path, **more) -> Store:
+        return Store(folder, database=self.address(folder), **more)
+
+    def address(self, folder: Path) -> str | None:
+        """The setting `database` for that folder."""
+        return None if self.server is None else self.server.database(Path(folder))
+
+    def again(self, store: Store, **more) -> Store:
+        """The same, after a restart."""
+        store.close()
+        return self(store.folder, **more)
+
+
+def damage_row(store: Store, table, change, **key) -> None:
+    """Change one row's body as a bad disk would, without its checksum. change: of a text."""
+    with store._database.engine.begin() as connection:
+        where = [getattr(table, name) == value for name, value in key.items()]
+        body = connection.scalar(select(table.body).where(*where))
+        assert body is not None, "there is no such row"
+        connection.execute(update(table).where(*where).values(body=change(body)))
+
+
+def count_rows(store: Store) -> dict[str, int]:
+    """How many rows each table has, whatever their state."""
+    with store._database.reading() as rows:
+        return {name: rows.scalar(text(f"SELECT count(*) FROM {name}"))
+                for name in ("snapshots", "drafts", "calibrations", "active", "activations", "lenses", "cameras")}
