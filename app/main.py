@@ -100,8 +100,8 @@ def image_limits(settings: Settings) -> Limits:
 
 
 def jobs_of(settings: Settings) -> Jobs:
-    return Jobs(settings.jobs.workers, wall_s=settings.jobs.time_limit_s, kept=settings.jobs.kept,
-                modules=("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task"))
+    return Jobs(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
+                kept=settings.jobs.kept, modules=("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task"))
 
 
 def _add_page(app: FastAPI, settings: Settings) -> None:

@@ -75,6 +75,7 @@ class Storage(_Section):
 
 
 class Jobs(_Section):
+    engine: Annotated[str, Field(pattern=r"^(local|dask(\+tls)?://[^/:\[\]]+:\d{1,5})$")] = "local"
     workers: Annotated[int, Field(ge=1, le=64)] = 2
     time_limit_s: Seconds = 600.0
     kept: Count = 100

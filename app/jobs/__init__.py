@@ -8,10 +8,11 @@
         jobs.cancel(job.id)                       cancelled, at once
 
 `job.py` is what a job is and the book in which jobs are kept; `engine.py` gives jobs to places, and once more where
-a worker was lost; `place.py` is what a place is. `worker.py` is one: a process of this machine seen from outside,
-`child.py` from inside.
+a worker was lost; `place.py` is what a place is; `doing.py` is a job's function done. `worker.py` is a place: a process
+of this machine seen from outside, `child.py` from inside. `dask_place.py` is another: room on a Dask cluster, reached
+through `dask_cluster.py`; `dask_task.py` is what runs there.
 
-Each worker has a process and a line of its own and does one job at a time, so that killing one touches no other's
+Each local worker has a process and a line of its own and does one job at a time, so that killing one touches no other's
 job. (concurrent.futures.ProcessPoolExecutor shares its lines: one worker killed while it wrote a result left the
 whole pool waiting for the rest of it.)
 """

@@ -10,7 +10,6 @@ first.
 
 import contextlib
 import json
-import math
 import os
 import queue
 import resource
@@ -19,7 +18,6 @@ import struct
 import sys
 import threading
 import time
-import traceback
 from importlib import import_module
 
 HEADER = struct.Struct("<BI")
@@ -55,8 +53,8 @@ class Child:
             self._do(self._given.get())
 
     def _do(self, task: dict) -> None:
-        from app.errors import Cancelled, TouchlineError
-        from app.jobs.job import problem_of
+        from app.errors import Cancelled
+        from app.jobs.doing import done
 
         def progress(fraction: float, message: str) -> None:
             if self._cancelled == task["number"]:
@@ -67,16 +65,8 @@ class Child:
                 self._send(PROGRESS, {"fraction": float(fraction), "message": message})
 
         self._send(BEGUN, {})
-        try:
-            module, _, name = task["run"].partition(":")
-            result = getattr(import_module(module), name)(task["spec"], progress)
-            self._send(RESULT, result)
-        except TouchlineError as error:
-            self._send(PROBLEM, problem_of(error))
-        except MemoryError:
-            self._send(PROBLEM, {"reason": "job-needs-memory"})
-        except (Exception, SystemExit):
-            self._send(PROBLEM, {"reason": "unexpected", "trace": traceback.format_exc()[-4000:]})
+        whole, value = done(task["run"], task["spec"], progress)
+        self._send(RESULT if whole else PROBLEM, value)
 
     def _listen(self) -> None:
         """Hear what is told while a job runs; without a server there is nobody to work for."""
@@ -100,17 +90,9 @@ class Child:
         return bytes(data)
 
     def _send(self, kind: int, value: object) -> None:
-        text = json.dumps(without_nan(value), allow_nan=False).encode("ascii")
+        from app.jobs.doing import plain
+        text = json.dumps(plain(value), allow_nan=False).encode("ascii")
         self._line.sendall(HEADER.pack(kind, len(text)) + text)
-
-
-def without_nan(value: object) -> object:
-    """Plain JSON with None for NaN and infinities."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: without_nan(item) for key, item in value.items()}
-    return [without_nan(item) for item in value] if isinstance(value, (list, tuple)) else value
 
 
 def _confine(memory_bytes: int) -> None:

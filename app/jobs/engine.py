@@ -9,6 +9,8 @@ from threading import Lock, Thread
 from typing import Any, Self
 
 from app.errors import BadInput, Busy, TouchlineError, Unavailable
+from app.jobs.dask_cluster import Cluster
+from app.jobs.dask_place import DaskPlace
 from app.jobs.job import Book, Job, problem_of
 from app.jobs.place import JobFailed, OutOfTime, Place, Stopped, WorkerDied
 from app.jobs.worker import Worker
@@ -38,15 +40,16 @@ class Jobs:
     """Long work in processes of its own; thread-safe. Close it, or use it as a context: no process is left then.
 
     workers: jobs done at once; processes start with the first jobs. wall_s: the longest that a job may take. kept:
-    how many ended jobs can still be read. modules: what each process imports before its first job.
+    how many ended jobs can still be read. modules: what each process imports before its first job. engine: local,
+    or the address of a cluster, to which so many jobs as `workers` are given at once.
     """
 
-    def __init__(self, workers: int = 2, *, wall_s: float = 600.0, kept: int = 100,
+    def __init__(self, workers: int = 2, *, engine: str = "local", wall_s: float = 600.0, kept: int = 100,
                  memory_bytes: int = MEMORY_BYTES, modules: tuple[str, ...] = ()) -> None:
         self._wall_s = wall_s
         self._book = Book(kept)
         self._orders: queue.SimpleQueue[_Order | None] = queue.SimpleQueue()
-        self._places: list[Place] = [Worker(memory_bytes, modules) for _ in range(workers)]
+        self._places = _places(engine, workers, memory_bytes, modules)
         self._threads: list[Thread] = []
         self._lock = Lock()
         self._closed = False
@@ -172,3 +175,10 @@ class Jobs:
                   error.problem.get("trace") if isinstance(error, JobFailed) else repr(error))
         return Unavailable(f"Something broke here that should not (error {id}).",
                            f"Try again; if it stays, report it with the log around error {id}.", reason="unexpected")
+
+
+def _places(engine: str, count: int, memory_bytes: int, modules: tuple[str, ...]) -> list[Place]:
+    if engine == "local":
+        return [Worker(memory_bytes, modules) for _ in range(count)]
+    cluster = Cluster(engine)
+    return [DaskPlace(cluster) for _ in range(count)]

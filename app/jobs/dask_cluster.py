@@ -1,0 +1,139 @@
+"""The connection to a Dask scheduler that all places share: made when first needed, made anew after it was lost."""
+
+import importlib.util
+import json
+import math
+import queue
+import re
+import secrets
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from threading import Lock, Thread
+from typing import Any
+
+from app import __version__
+from app.errors import BadInput, TouchlineError, Unavailable
+from app.jobs.dask_task import do
+from app.jobs.place import Stopped
+
+ADDRESS = re.compile(r"dask(?P<tls>\+tls)?://(?P<host>[^/:\[\]]+):(?P<port>\d{1,5})")
+CONNECT_S = 10.0  # a scheduler that is started anew is back by then
+LOOK_S = 0.2
+CLOSE_S = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Sent:
+    """A job on the cluster. inbox: what is heard of it, dicts with "kind"."""
+
+    client: Any
+    future: Any
+    inbox: "queue.SimpleQueue[dict[str, Any]]" = field(default_factory=queue.SimpleQueue)
+
+
+class Cluster:
+    """Thread-safe. address: dask://host:port, or dask+tls://host:port with certificates from Dask's own settings."""
+
+    def __init__(self, address: str) -> None:
+        found = ADDRESS.fullmatch(address)
+        if found is None:
+            raise BadInput(f"{address!r} is no address of a scheduler.", "Write dask://host:port.",
+                           reason="bad-settings")
+        if importlib.util.find_spec("distributed") is None:
+            raise Unavailable("Jobs on a cluster need the Python package distributed.",
+                              "Install it: pip install 'touchline[dask]', or set jobs.engine to local.",
+                              reason="no-dask")
+        self._host, self._port, self._tls = found["host"], int(found["port"]), bool(found["tls"])
+        self._client: Any = None
+        self._inboxes: dict[str, queue.SimpleQueue[dict[str, Any]]] = {}
+        self._lock = Lock()
+        self._closed = False
+
+    def send(self, run: str, spec: Any, wanted: Callable[[], bool]) -> Sent:
+        """Give a job to the cluster. Unavailable without a scheduler; Stopped where nobody wants it any more."""
+        client = self._connected(wanted)
+        key, topic = f"touchline-{secrets.token_hex(8)}", f"touchline-{client.id}"
+        inbox = self._inboxes[key] = queue.SimpleQueue()
+        # Asked for with every job: a scheduler that was started anew has forgotten who listens.
+        client.subscribe_topic(topic, self._heard)
+        client.subscribe_topic("all", self._heard_of_all)
+        order = {"key": key, "topic": topic, "version": __version__, "run": run, "spec": spec}
+        future = client.submit(do, json.dumps(order, allow_nan=False), key=key, pure=False)
+        future.add_done_callback(lambda _: inbox.put({"kind": "ended"}))
+        return Sent(client, future, inbox)
+
+    def let_go(self, sent: Sent) -> None:
+        """Its result is wanted no more: a job that still runs is cancelled, without waiting for anything."""
+        self._inboxes.pop(sent.future.key, None)
+        sent.future.release()
+
+    def lost(self, client: Any) -> None:
+        """This connection broke; the next job makes another."""
+        with self._lock:
+            if self._client is client:
+                self._client = None
+        Thread(target=client.close, kwargs={"timeout": CLOSE_S}, daemon=True).start()
+
+    def end(self) -> None:
+        """No more connections; whoever waits for one gets Stopped."""
+        self._closed = True
+
+    def close(self) -> None:
+        self.end()
+        with self._lock:
+            client, self._client = self._client, None
+        if client is not None:
+            client.close(timeout=CLOSE_S)
+
+    def _connected(self, wanted: Callable[[], bool]) -> Any:
+        with self._lock:
+            if self._client is not None and self._client.status == "running":
+                return self._client
+            if self._client is not None:
+                Thread(target=self._client.close, kwargs={"timeout": CLOSE_S}, daemon=True).start()
+            self._client = None
+            self._client = self._connect(lambda: wanted() and not self._closed)
+            return self._client
+
+    def _connect(self, wanted: Callable[[], bool]) -> Any:
+        """A plain connection is tried first: it can be given up at once, which Dask's own cannot."""
+        until = time.monotonic() + CONNECT_S
+        while True:
+            if not wanted():
+                raise Stopped
+            try:
+                socket.create_connection((self._host, self._port), timeout=1.0).close()
+                break
+            except OSError:
+                if time.monotonic() > until:
+                    raise self._unreachable() from None
+                time.sleep(LOOK_S)
+        from distributed import Client, Security
+        try:
+            security = Security(require_encryption=True) if self._tls else None
+            return Client(f"{'tls' if self._tls else 'tcp'}://{self._host}:{self._port}", timeout=CONNECT_S,
+                          security=security, set_as_default=False, name="touchline")
+        except OSError:  # TimeoutError and Dask's own are such
+            raise self._unreachable() from None
+        except (RuntimeError, TypeError, ValueError) as error:
+            raise Unavailable(f"Dask refuses to connect to {self._host}:{self._port}: {str(error)[:200]}",
+                              "Correct Dask's settings for TLS: the files of certificates and key.",
+                              reason="no-scheduler") from None
+
+    def _unreachable(self) -> TouchlineError:
+        return Unavailable(f"The cluster's scheduler at {self._host}:{self._port} does not answer.",
+                           f"Start it: dask scheduler --port {self._port}, then workers; or set jobs.engine to local.",
+                           reason="no-scheduler")
+
+    def _heard(self, event: tuple[float, dict[str, Any]]) -> None:
+        said = event[1]
+        inbox = self._inboxes.get(said.get("key", ""))
+        if inbox is not None and (said["kind"] != "progress" or math.isfinite(said["fraction"])):
+            inbox.put(said)
+
+    def _heard_of_all(self, event: tuple[float, dict[str, Any]]) -> None:
+        if event[1].get("action") == "remove-worker":
+            for inbox in list(self._inboxes.values()):
+                inbox.put({"kind": "gone", "worker": event[1].get("worker")})

@@ -1,0 +1,65 @@
+"""One job on a worker of a Dask cluster: begun once, heard of by events, ended at its next word when nobody wants it.
+
+Text goes in and text comes out; only this function is known to Dask by name, so that scheduler and workers need the
+same Touchline. Events of a job, all with its "key": {"kind": "begun", "worker": address} and {"kind": "progress",
+"fraction", "message"}.
+"""
+
+import json
+import time
+
+from app import __version__
+from app.errors import Cancelled
+from app.jobs.doing import done, plain
+
+LEAST_S = 0.05  # between two reports of progress; more often nobody sees
+SHARE = ("Let every worker have the server's data folder under the same path, such as a shared folder, or set "
+         "jobs.engine to local. If they have it: upload the picture again.")
+
+
+def do(order_text: str) -> str:
+    """order: {"key", "topic", "version", "run", "spec"}. Answers {"lost": true}, {"result"} or {"problem"}."""
+    from distributed import Event, get_worker
+
+    order = json.loads(order_text)
+    if order["version"] != __version__:
+        return json.dumps({"problem": _another_version(order["version"])})
+    # Dask gives the job of a lost worker to the next one by itself. How often it may lose one is for the server to
+    # count, so whoever finds it begun says so and does nothing. (The name of one whose worker dies stays behind on
+    # the scheduler, some fifty bytes.)
+    key, worker, begun = order["key"], get_worker(), Event(order["key"])
+    if begun.is_set():
+        begun.clear()
+        return json.dumps({"lost": True})
+    begun.set()
+    worker.log_event(order["topic"], {"key": key, "kind": "begun", "worker": worker.address})
+    told_at, told = 0.0, ""
+
+    def progress(fraction: float, message: str) -> None:
+        nonlocal told_at, told
+        task = worker.state.tasks.get(key)
+        if task is None or task.state == "cancelled":  # also where the server that asked has gone
+            raise Cancelled("The job was cancelled.", "Start it again.")
+        now = time.monotonic()
+        if message != told or now - told_at >= LEAST_S:
+            told_at, told = now, message
+            worker.log_event(order["topic"], {"key": key, "kind": "progress", "fraction": float(fraction),
+                                              "message": message})
+
+    _one_thread()
+    whole, value = done(order["run"], order["spec"], progress)
+    begun.clear()
+    if not whole and value["reason"] == "damaged-file":
+        value = {**value, "reason": "no-shared-folder", "title": "No shared folder", "fix": SHARE}
+    return json.dumps(plain({"result" if whole else "problem": value}), allow_nan=False)
+
+
+def _one_thread() -> None:
+    import cv2
+    cv2.setNumThreads(1)
+
+
+def _another_version(theirs: str) -> dict[str, object]:
+    return {"reason": "cluster-differs", "title": "Cluster differs", "status": 503,
+            "detail": f"The cluster's workers have Touchline {__version__}, the server has {theirs}.",
+            "fix": "Install the same version everywhere and start the workers again."}

@@ -1,0 +1,238 @@
+"""Jobs on a real Dask cluster, scheduler and two workers: done, refused, cancelled, killed, and the scheduler gone."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import jobs_done
+import pytest
+from boards_seen import SIZE, views_of
+from cluster import ENVIRONMENT, TESTS, DaskCluster, dask_cluster
+from pictures import encoded
+
+from app.board_task import BoardTask, run_pictures, run_views
+from app.errors import BadInput
+from app.jobs import Jobs
+from app.jobs.dask_task import do
+
+pytest.importorskip("distributed")
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    with dask_cluster(tmp_path_factory.mktemp("dask")) as cluster:
+        yield cluster
+
+
+@pytest.fixture(scope="module")
+def standing(cluster):
+    with Jobs(workers=2, engine=cluster.address) as jobs:
+        yield jobs
+
+
+def until(condition, seconds=90.0):
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end, "it did not come about"
+        time.sleep(0.01)
+    return found
+
+
+def ended(jobs, job):
+    until(lambda: jobs.get(job.id).ended)
+    return jobs.get(job.id)
+
+
+def said(jobs, job, message):
+    until(lambda: jobs.get(job.id).message == message)
+
+
+def test_a_job_is_done_by_a_worker_of_the_cluster_and_says_how_far_it_has_come(standing, cluster):
+    done = ended(standing, standing.start("adding", jobs_done.adds, {"a": 2, "b": 3}))
+    assert (done.state, done.result["sum"], done.progress, done.attempt) == ("done", 5, 1.0, 1), done
+    assert done.result["pid"] in [worker.pid for worker in cluster.workers] and standing.pids == ()
+    slow = standing.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 1.0})
+    seen = []
+    until(lambda: seen.append(standing.get(slow.id).progress) or standing.get(slow.id).ended)
+    assert seen == sorted(seen) and len(set(seen)) > 4 and standing.get(slow.id).result == {"slept": 1.0}
+
+
+def test_refusals_mistakes_and_nan_come_back_as_from_a_process_of_this_machine(standing, caplog):
+    refused = ended(standing, standing.start("fit", jobs_done.refuses, {}))
+    assert refused.state == "failed" and refused.attempt == 1
+    assert refused.problem == {"reason": "too-few-points", "title": "Too few points", "status": 422, "feature": "left",
+                               "detail": "The left border has 2 points.", "fix": "Click two more."}
+    broken = ended(standing, standing.start("fit", jobs_done.breaks, {}))
+    assert broken.problem["reason"] == "unexpected" and "KeyError" in caplog.text
+    assert "KeyError" not in str(broken.problem)
+    exits = ended(standing, standing.start("dying", jobs_done.dies, {"how": "SystemExit"}))
+    assert (exits.state, exits.problem["reason"], exits.attempt) == ("failed", "unexpected", 1)
+    nan = ended(standing, standing.start("nan", jobs_done.answers_nan, {}))
+    assert nan.result == {"value": None, "list": [1.0, None]}
+
+
+def test_equal_jobs_are_done_each_for_itself_and_the_lens_is_the_one_found_here(standing):
+    """Dask would merge equal calls into one."""
+    spec = {"task": BoardTask(None, options={"terms": ["k1", "k2"]}).to_json(),
+            "views": [view.to_json() for view in views_of(count=6)], "image_size": list(SIZE)}
+    jobs = [standing.start("board", run_views, spec) for _ in range(2)]
+    here = run_views(spec, lambda fraction, message: None)
+    for job in jobs:
+        found = ended(standing, job)
+        assert found.state == "done", found.problem
+        assert found.result["lens"] == here["lens"]
+        assert found.result["report"] == here["report"]
+
+
+def test_a_cancelled_job_that_listens_frees_its_worker_and_the_next_one_is_done(cluster):
+    with Jobs(workers=2, engine=cluster.address) as jobs:
+        pair = [jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 600}) for _ in range(2)]
+        for job in pair:
+            said(jobs, job, "sleeping")
+        for job in pair:
+            assert jobs.cancel(job.id).state == "cancelled"
+        more = [jobs.start("adding", jobs_done.adds, {"a": 1, "b": n}) for n in range(2)]  # both workers are free
+        assert [ended(jobs, job).result["sum"] for job in more] == [1, 2]
+        assert {jobs.get(job.id).state for job in pair} == {"cancelled"}
+
+
+def test_a_job_that_does_not_listen_is_abandoned_and_its_result_thrown_away(cluster):
+    with Jobs(workers=1, engine=cluster.address) as jobs:
+        kept = []
+        job = jobs.start("computing", jobs_done.computes_in_silence, {"seconds": 3}, kept.append)
+        said(jobs, job, "Starting")
+        time.sleep(0.3)
+        assert jobs.cancel(job.id).state == "cancelled"
+        assert ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1})).result["sum"] == 2
+        time.sleep(3)
+        assert jobs.get(job.id).state == "cancelled" and kept == []
+
+
+def test_a_job_that_takes_too_long_is_ended_and_its_worker_goes_on(cluster):
+    with Jobs(workers=1, engine=cluster.address, wall_s=1.0) as jobs:
+        late = ended(jobs, jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 600}))
+        assert (late.state, late.problem["reason"], late.attempt) == ("failed", "job-too-long", 1)
+
+
+SERVER = """
+import time
+import jobs_done
+from app.jobs import Jobs
+jobs = Jobs(workers=2, engine={address!r})
+pair = [jobs.start("sleeping", jobs_done.sleeps_and_says, {{"seconds": 600}}) for _ in range(2)]
+while any(jobs.get(job.id).message != "sleeping" for job in pair):
+    time.sleep(0.01)
+print("both run", flush=True)
+{end}
+"""
+
+
+@pytest.mark.parametrize("end", ["jobs.close()", "time.sleep(600)"])
+def test_a_server_that_is_stopped_or_killed_leaves_the_workers_free(cluster, standing, end):
+    server = subprocess.Popen([sys.executable, "-c", SERVER.format(address=cluster.address, end=end)], cwd=TESTS.parent,
+                              env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
+    try:
+        assert server.stdout.readline() == "both run\n"
+        if "close" in end:
+            assert server.wait(60) == 0
+    finally:
+        server.kill()
+        server.communicate()
+    more = [standing.start("adding", jobs_done.adds, {"a": 1, "b": n}) for n in range(2)]
+    assert [ended(standing, job).result["sum"] for job in more] == [1, 2]
+
+
+def test_pictures_that_a_worker_cannot_read_or_that_differ_say_what_to_share(standing, tmp_path):
+    spec = {"task": {"board": {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 25.0},
+                     "model": "brown-conrady", "options": {}}}
+    other = tmp_path / "other.png"
+    other.write_bytes(encoded("png"))
+    for path in (tmp_path / "nowhere.png", other):
+        pictures = [{"name": "picture 1", "path": str(path), "sha256": "0" * 64}]
+        failed = ended(standing, standing.start("board", run_pictures, {**spec, "pictures": pictures}))
+        assert failed.problem["reason"] == "no-shared-folder" and "data folder" in failed.problem["fix"]
+        assert failed.problem["detail"].startswith("Picture 1 ")
+
+
+def test_another_version_of_touchline_on_the_workers_is_said(standing, monkeypatch):
+    monkeypatch.setattr("app.jobs.dask_cluster.__version__", "0.0.1")
+    failed = ended(standing, standing.start("adding", jobs_done.adds, {"a": 1, "b": 1}))
+    assert failed.problem["reason"] == "cluster-differs" and "0.0.1" in failed.problem["detail"]
+
+
+def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_right(tmp_path):
+    with dask_cluster(tmp_path) as cluster, Jobs(workers=4, engine=cluster.address, kept=200) as jobs:
+        long = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 2})
+        other = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 2})
+        for job in (long, other):
+            said(jobs, job, "sleeping")
+        batch = []
+        for number in range(60):
+            until(lambda: sum(job.state == "queued" for job in jobs.all()) < 15)
+            batch.append(jobs.start("adding", jobs_done.adds, {"a": number, "b": 1}))
+            if number == 20:
+                os.kill(cluster.workers[0].pid, signal.SIGKILL)
+        assert [ended(jobs, job).result["sum"] for job in batch] == [number + 1 for number in range(60)]
+        assert [ended(jobs, job).result for job in (long, other)] == [{"slept": 2}] * 2
+        assert max(jobs.get(job.id).attempt for job in (long, other, *batch)) >= 2
+
+
+def test_a_job_that_kills_every_worker_has_failed_after_three_and_a_fourth_worker_lives(tmp_path):
+    with dask_cluster(tmp_path, workers=4) as cluster, Jobs(workers=1, engine=cluster.address) as jobs:
+        failed = ended(jobs, jobs.start("dying", jobs_done.dies, {"how": "SIGKILL"}))
+        assert (failed.state, failed.problem["reason"], failed.attempt) == ("failed", "worker-died", 3)
+        until(lambda: sum(worker.poll() is not None for worker in cluster.workers) == 3)
+        assert ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1})).result["sum"] == 2
+
+
+def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_comes_back_is_used(tmp_path,
+                                                                                                 monkeypatch):
+    cluster = DaskCluster(tmp_path)
+    monkeypatch.setattr("app.jobs.dask_cluster.CONNECT_S", 0.5)
+    with Jobs(workers=2, engine=cluster.address) as jobs:
+        failed = ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1}))
+        assert (failed.state, failed.problem["reason"]) == ("failed", "no-scheduler")
+        assert "dask scheduler" in failed.problem["fix"] and str(cluster.port) in failed.problem["detail"]
+        monkeypatch.setattr("app.jobs.dask_cluster.CONNECT_S", 60.0)
+        try:
+            cluster.start_scheduler()
+            waiting = jobs.start("adding", jobs_done.adds, {"a": 1, "b": 2})
+            said(jobs, waiting, "Waiting for a worker of the cluster")
+            cluster.start_workers(1)
+            assert ended(jobs, waiting).result["sum"] == 3
+            # The scheduler dies in the middle of a job, and both are started anew.
+            lost = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 2})
+            said(jobs, lost, "sleeping")
+            cluster.end()
+            until(lambda: jobs.get(lost.id).attempt == 2)
+            cluster.start_scheduler()
+            cluster.start_workers(1)
+            again = ended(jobs, lost)
+            assert (again.state, again.result, again.attempt) == ("done", {"slept": 2}, 2), again
+            # And once more while nobody works.
+            cluster.end()
+            cluster.start_scheduler()
+            cluster.start_workers(1)
+            after = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 1})
+            said(jobs, after, "sleeping")  # who listens is known to the new one
+            assert ended(jobs, after).state == "done"
+        finally:
+            cluster.end()
+
+
+def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_path):
+    with dask_cluster(tmp_path, workers=0) as cluster, Jobs(engine=cluster.address, wall_s=1.5) as jobs:
+        failed = ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1}))
+        assert failed.problem["reason"] == "no-free-worker" and "dask worker" in failed.problem["fix"]
+
+
+@pytest.mark.parametrize("address", ["dask://", "dask://host", "http://host:1", "dask://host:port", "Local"])
+def test_an_address_that_is_none_is_refused_at_the_start(address):
+    with pytest.raises(BadInput):
+        Jobs(engine=address)
+
+
+def test_only_one_function_of_ours_is_known_to_dask_by_name():
+    assert (do.__module__, do.__qualname__) == ("app.jobs.dask_task", "do")
