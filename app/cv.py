@@ -76,6 +76,14 @@ def smaller(gray: NDArray[np.uint8], longest: int) -> tuple[NDArray[np.uint8], N
     return cv2.resize(gray, size, interpolation=cv2.INTER_AREA), np.array([size[0] / width, size[1] / height])
 
 
+def shrunk(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
+    """A picture (h, w[, channels]) at most so wide; as it is where it fits."""
+    if pixels.shape[1] <= width:
+        return pixels
+    return cv2.resize(pixels, (width, max(1, round(pixels.shape[0] * width / pixels.shape[1]))),
+                      interpolation=cv2.INTER_AREA)
+
+
 def resized(values: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
     """A grid of values spread bilinearly over width × height pixels, its corners on the corners; NaN spreads."""
     rows, columns = values.shape

@@ -28,6 +28,7 @@ from app.api import (
     pictures,
     points,
     problems,
+    reports,
     snapshots,
     straightness,
     streams,
@@ -46,7 +47,7 @@ from app.store import Store
 from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, calibrations, boards, lenses,
-             judgement, pairs, straightness, points, pictures, jobs)
+             judgement, reports, pairs, straightness, points, pictures, jobs)
 API = "/api/v1"
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 

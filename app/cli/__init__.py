@@ -5,6 +5,7 @@
     tasks.py        what a fit's options on the command line mean
     calibration.py  calibrate, correct, transform
     judging.py      compare, difference, uncertainty
+    reports.py      report
     boards.py       board
     pairs.py        pair
     straight.py     straight
@@ -18,7 +19,7 @@ from typing import Annotated
 import typer
 
 from app import __version__
-from app.cli import boards, calibration, judging, keeping, pairs, server, straight
+from app.cli import boards, calibration, judging, keeping, pairs, reports, server, straight
 from app.cli.words import EXIT_CODES, exit_code_of
 
 cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
@@ -32,6 +33,7 @@ cli.command()(calibration.correct)
 cli.command()(judging.compare)
 cli.command()(judging.difference)
 cli.command()(judging.uncertainty)
+cli.command()(reports.report)
 cli.command()(boards.board)
 cli.command()(pairs.pair)
 cli.command()(straight.straight)

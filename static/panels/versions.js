@@ -25,6 +25,7 @@ export function Downloads() {
   if (!it) return null;
   const name = `touchline-v${it.version}`, link = (/** @type {string} */ format) => address(`/calibrations/${it.id}/export/${format}`);
   return html`<section aria-label="Downloads"><h2>Download</h2><ul class="plain downloads">
+    <li><a data-testid="report" href=${address(`/calibrations/${it.id}/report.html`)} target="_blank" rel="noopener">Open report, to print or keep</a><small>Pictures, numbers, error maps, versions.</small></li>
     <li><a data-testid="download-json" href=${link("json")} download=${`${name}.json`}>Download calibration (JSON)</a><small>Everything; can be read back.</small></li>
     <li><a data-testid="download-npz" href=${link("npz")} download=${`${name}.npz`}>Download remap table (NPZ)</a><small>For cv2.remap in your own program.</small></li>
     <li><a data-testid="download-png" href=${correctedAddress(it.id, "png")} download=${`${name}.png`}>Download corrected picture (PNG)</a></li></ul></section>`;

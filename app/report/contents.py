@@ -1,0 +1,185 @@
+"""Everything a report says, as plain JSON in which nothing is NaN; the page is made of this and of pictures alone."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+from app import __version__, pipeline
+from app.errors import BadImage, NotFound, TouchlineError
+from app.evaluate.uncertainty import GRID
+from app.field import BORDERS, Field, Region
+from app.field_reader import field_from_json
+from app.models import CameraModel, model_from_json
+from app.records import Calibration, Frame
+from app.report.figures import figures
+from app.report.reading import feature, number, pair, plain, rows, table, text, whole
+from app.store import DamagedFile
+
+FORMAT, FORMAT_VERSION = "touchline-report", 1
+LEVELS = ("good", "fair", "poor", "unknown")
+_NOT_ITS_OWN = {"map": None, "why": "The calibration came with a covariance that is not its model's.",
+                "fix": "Calibrate again, from its clicks."}
+MOST_FEATURES, MOST_STRAYS, MOST_WARNINGS = 500, 200, 50
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """The picture that a report shows; without one, why there is none. camera_name: as operators call the camera."""
+
+    frame: Frame | None
+    why: str | None = None
+    camera_name: str | None = None
+
+
+def shown_of(calibration: Calibration, frame_of: Callable[[str], Frame], camera_name: str | None = None) -> Shown:
+    """The picture that was clicked, if it is still here; a report is had without it as well. frame_of: by its id."""
+    if calibration.snapshot is None:
+        return Shown(None, "The calibration came without its picture: it was imported, or made from points alone.",
+                     camera_name)
+    try:
+        return Shown(frame_of(calibration.snapshot), camera_name=camera_name)
+    except (NotFound, DamagedFile, BadImage) as refusal:
+        return Shown(None, f"Its picture cannot be shown: {refusal.what}", camera_name)
+
+
+@dataclass(frozen=True, eq=False)
+class Rebuilt:
+    """What a calibration's record describes."""
+
+    model: CameraModel
+    field: Field
+    region: Region
+
+    @classmethod
+    def of(cls, calibration: Calibration) -> "Rebuilt":
+        field = field_from_json(calibration.field)
+        return cls(model_from_json(calibration.model_name, calibration.model_parameters), field,
+                   field.region(calibration.region, calibration.rotate))
+
+
+def contents(calibration: Calibration, shown: Shown) -> dict[str, Any]:
+    """The whole report."""
+    built = Rebuilt.of(calibration)
+    report = table(calibration.report)
+    features, strays = _features(report), _strays(report)
+    return {"format": FORMAT, "format_version": FORMAT_VERSION, "written_by": f"touchline {__version__}",
+            "calibration": _versions(calibration, shown), "field": _field(built), "model": _model(calibration, built),
+            "picture": _picture(calibration, shown), "verdict": _verdict(report), "figures": figures(report),
+            "distortion": _distortion(report), "per_feature": features[:MOST_FEATURES],
+            "outliers": strays[:MOST_STRAYS], "outliers_not_listed": max(0, len(strays) - MOST_STRAYS),
+            "uncertainty": uncertainty(calibration, built), "next_click": _next_click(report),
+            "warnings": [{"reason": text(w.get("reason")), "text": text(w.get("text")), "fix": text(w.get("fix")),
+                          "feature": feature(w.get("feature")), "index": whole(w.get("index"))}
+                         for w in rows(report.get("warnings"), MOST_WARNINGS)]}
+
+
+def _versions(calibration: Calibration, shown: Shown) -> dict[str, Any]:
+    return {"id": calibration.id, "version": calibration.version, "active": calibration.active,
+            "camera": calibration.camera, "camera_name": text(shown.camera_name), "note": text(calibration.note, 2000),
+            "created_at": text(calibration.created_at), "parent": calibration.parent,
+            "software": text(calibration.software), "snapshot": calibration.snapshot,
+            "image_sha256": text(calibration.image_sha256), "image_size": list(calibration.image_size),
+            "corrected_size": list(calibration.corrected_size), "options": plain(calibration.options)}
+
+
+def _field(built: Rebuilt) -> dict[str, Any]:
+    field, region = built.field, built.region
+    return {"name": field.name, "title": field.title, "length_mm": field.length_mm, "width_mm": field.width_mm,
+            "region": region.name, "rotate": region.rotate_deg, "region_x_mm": list(region.x_mm),
+            "region_y_mm": list(region.y_mm), "hat_height_mm": field.hat_height_mm}
+
+
+def _model(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:
+    parameters = plain(calibration.model_parameters)
+    written = json.dumps(parameters, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return {"name": calibration.model_name, "title": built.model.TITLE, "parameters": parameters,
+            "parameters_sha256": sha256(written.encode("utf-8", "replace")).hexdigest()}
+
+
+def _picture(calibration: Calibration, shown: Shown) -> dict[str, Any]:
+    """same: whether the picture is the one that was clicked, to the byte; None where nobody can say."""
+    frame, clicked = shown.frame, calibration.image_sha256
+    return {"shown": frame is not None, "why_not": None if frame is not None else shown.why,
+            "sha256": frame.sha256 or None if frame is not None else None,
+            "same": frame.sha256 == clicked if frame is not None and frame.sha256 and clicked else None}
+
+
+def _verdict(report: Mapping[str, Any]) -> dict[str, Any]:
+    told = table(report.get("verdict"))
+    level = told.get("level")
+    return {"level": level if isinstance(level, str) and level in LEVELS else "unknown", "mm": number(told.get("mm")),
+            "sentence": text(told.get("sentence")) or "The calibration came without a verdict, so nothing is known of "
+            "its error."}
+
+
+def _distortion(report: Mapping[str, Any]) -> dict[str, Any]:
+    told = table(report.get("distortion"))
+    per_border = table(told.get("per_border"))
+    return {"kind": text(told.get("kind")), "standard_lens_pct": number(told.get("standard_lens_pct")),
+            "per_border": {name: {when: number(table(per_border.get(name)).get(when))
+                                  for when in ("before_pct", "after_pct")} for name in BORDERS}}
+
+
+def _features(report: Mapping[str, Any]) -> list[dict[str, Any]]:
+    return [{"feature": feature(row.get("feature")), "kind": text(row.get("kind")), "n": whole(row.get("n")),
+             "used": row.get("used") is not False,
+             "outliers": sum(r.get("outlier") is True for r in rows(row.get("residuals"), 20_000)),
+             **{name: number(row.get(name)) for name in ("rms_px", "rms_mm", "max_mm")}}
+            for row in rows(report.get("per_feature"), MOST_FEATURES)]
+
+
+def _strays(report: Mapping[str, Any]) -> list[dict[str, Any]]:
+    return [{"feature": feature(row.get("feature")), "index": index, "point": pair(r.get("point")),
+             "px": number(r.get("px")), "mm": number(r.get("mm"))}
+            for row in rows(report.get("per_feature"), MOST_FEATURES)
+            for index, r in enumerate(rows(row.get("residuals"), 20_000)) if r.get("outlier") is True]
+
+
+def _next_click(report: Mapping[str, Any]) -> dict[str, Any] | None:
+    told = table(report.get("next_click"))
+    if not told:
+        return None
+    return {"feature": feature(told.get("feature")), "point": pair(told.get("point")),
+            **{name: number(told.get(name)) for name in ("worst_mm", "worst_mm_then", "z_mm")}}
+
+
+def uncertainty(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:
+    """Expected error on the carpet and at hat height over the report's own grid, each {"map"} or {"map": None, "why",
+    "fix"}."""
+    model, hat_mm = built.model, built.field.hat_height_mm
+    carpet = _map(calibration, built, 0.0)
+    if hasattr(model, "project"):
+        return {"carpet": carpet, "hat": _map(calibration, built, hat_mm)}
+    return {"carpet": carpet, "hat": {"map": None, "z_mm": hat_mm, "why": f"This model ({model.TITLE}) knows only the "
+            f"carpet: it has no rays, so nothing tells where a hat {hat_mm:g} mm above it is seen.",
+            "fix": "Use a lens model where robots' hats matter."}}
+
+
+def _map(calibration: Calibration, built: Rebuilt, z_mm: float) -> dict[str, Any]:
+    try:
+        covariance = _covariance(table(calibration.report).get("covariance"))
+        # the grid of the report's own figures, so that one place has one number
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = pipeline.uncertainty(built.model, covariance, built.region, z_mm, *GRID)
+    except TouchlineError as refusal:
+        return {"map": None, "z_mm": z_mm, "why": refusal.what, "fix": refusal.fix}
+    except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError):  # a stranger's file, of anything
+        return _NOT_ITS_OWN | {"z_mm": z_mm}
+    found = plain(found)
+    return _NOT_ITS_OWN | {"z_mm": z_mm} if found["max"] is None else {"map": found, "z_mm": z_mm, "why": None,
+                                                                      "fix": None}
+
+
+def _covariance(value: Any) -> dict[str, Any] | None:
+    """Names and a square of finite numbers; ValueError for anything else but None."""
+    if value is None:
+        return None
+    names, matrix = value["names"], np.array(value["matrix"], float)
+    if not (isinstance(names, list) and all(isinstance(name, str) for name in names)
+            and matrix.shape == (len(names), len(names)) and np.isfinite(matrix).all()):
+        raise ValueError("no covariance")
+    return {"names": names, "matrix": matrix}

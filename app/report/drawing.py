@@ -1,0 +1,178 @@
+"""The pictures of a report: as it was taken with its clicks and the field, corrected, and maps of expected error.
+
+Photographs are JPEG, what is drawn over them is SVG in the picture's own pixels, so that lines stay sharp on paper.
+"""
+
+from base64 import b64encode
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app import cv, pipeline
+from app.correction import View
+from app.errors import TouchlineError
+from app.field import BORDERS, Region
+from app.geometry import ImageSize
+from app.heatmap import heat_map, round_up
+from app.images import encode
+from app.records import Calibration, Observations, observations_from_json
+from app.report.contents import Rebuilt, Shown
+from app.report.markup import Html, element
+from app.report.reading import rows, table
+
+WIDEST_PX = 1600  # an A4 page is 190 mm wide: 210 dots an inch
+LARGEST_BYTES = 800_000  # of one photograph; two of them in base64 leave 0.8 of 3 MB for all the rest
+TRIES = ((WIDEST_PX, 88), (WIDEST_PX, 75), (WIDEST_PX, 55), (1200, 55), (800, 50))  # width, JPEG quality
+MARGIN = 0.04  # of the corrected picture's width, shown around the region
+MOST_POINTS = 20_000  # of one drawing's lines; the richest league field has 3000
+MAP_PX = 420  # the longer side of an error map
+INK, PAPER = (34, 26, 20), (255, 255, 255)
+# Okabe and Ito's palette, as on the page: told apart by colour-blind eyes
+BORDER_COLOURS = {"left": "#56b4e9", "right": "#e69f00", "top": "#cc79a7", "bottom": "#f0e442"}
+LINE_COLOUR, OTHER_CLICKS = "#7fe0b0", "#ffffff"
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """before, after: SVG, None where there is no picture. maps: by "carpet" and "hat", as data addresses."""
+
+    before: Html | None
+    after: Html | None
+    maps: Mapping[str, str]
+    after_why: str | None = None  # why there is no corrected picture although there is one as it was taken
+
+
+def draw(calibration: Calibration, shown: Shown, said: Mapping[str, Any]) -> Drawn:
+    """All pictures of one report. said: its contents."""
+    built = Rebuilt.of(calibration)
+    maps = _maps(said["uncertainty"], built.region)
+    if shown.frame is None:
+        return Drawn(None, None, maps)
+    observations = observations_from_json(calibration.observations)
+    lines = pipeline.overlay(built.model, built.field, built.region)
+    before = _picture(shown.frame.pixels, [*_lines(lines, calibration.image_size),
+                                           *_clicks(observations, _strays(calibration, observations),
+                                                    calibration.image_size)], "The picture as it was taken")
+    try:
+        view = _view(calibration.corrected_size)
+        pixels = pipeline.correct(shown.frame.pixels, built.model, calibration.image_size, view)
+        lines = pipeline.overlay(built.model, built.field, built.region, "corrected", view)
+    except TouchlineError as refusal:
+        return Drawn(before, None, maps, str(refusal))
+    height, width = pixels.shape[:2]
+    return Drawn(before, _picture(pixels, _lines(lines, ImageSize(width, height)), "The corrected picture"), maps)
+
+
+def jpeg_within(pixels: NDArray[np.uint8], most: int = LARGEST_BYTES) -> bytes:
+    """A JPEG of at most so many bytes: smaller, then coarser, until it fits; the last try counts as it is."""
+    data = b""
+    for width, quality in TRIES:
+        data = encode(cv.shrunk(pixels, width), "jpg", quality)
+        if len(data) <= most:
+            break
+    return data
+
+
+def data_address(data: bytes, kind: str) -> str:
+    return f"data:image/{kind};base64,{b64encode(data).decode()}"
+
+
+def _view(size: ImageSize) -> View:
+    """The region with some carpet around it, at most WIDEST_PX on its longer side."""
+    margin = round(MARGIN * size.width)
+    width, height = size.width + 2 * margin, size.height + 2 * margin
+    scale = WIDEST_PX / max(width, height)
+    return View(margin, max(16, round(width * scale)) if scale < 1 else None)
+
+
+def _picture(pixels: NDArray[np.uint8], over: Sequence[Html], title: str) -> Html:
+    """A photograph with drawings over it, in its own pixels: their origin is the centre of the top-left one."""
+    height, width = pixels.shape[:2]
+    photograph = element("image", href=data_address(jpeg_within(pixels), "jpeg"), x=-0.5, y=-0.5, width=width,
+                         height=height, preserveAspectRatio="none")
+    return element("svg", photograph, list(over), viewBox=f"-0.5 -0.5 {width} {height}", role="img",
+                   aria_label=title, class_="photograph")
+
+
+def _lines(lines: Iterable[Mapping[str, Any]], size: ImageSize) -> list[Html]:
+    """The field's lines as one path, each border as one of its own, over a dark seam that parts them from carpet."""
+    unit = max(size) / 800
+    left = MOST_POINTS
+    paths: dict[str, list[str]] = {}
+    for line in lines:
+        points = line["points"][:left]
+        left -= len(points)
+        if len(points) > 1:
+            paths.setdefault(line["feature"] if line["kind"] == "border" else "", []).append(_path(points, size))
+    drawn = []
+    for name in ("", *BORDERS):
+        d = "".join(paths.get(name, ()))
+        if d:
+            drawn += [element("path", d=d, fill="none", stroke="#10201a", stroke_opacity=0.5, stroke_width=2.6 * unit),
+                      element("path", d=d, fill="none", stroke=BORDER_COLOURS.get(name, LINE_COLOUR),
+                              stroke_width=1.3 * unit)]
+    return drawn
+
+
+def _path(points: Sequence[Sequence[float] | None], size: ImageSize) -> str:
+    """Through points in pixels, with a gap where one is out of reach or far outside."""
+    reach = 4 * max(size)
+    pen, words = "M", []
+    for point in points:
+        if point is None or max(abs(point[0]), abs(point[1])) > reach:
+            pen = "M"
+            continue
+        words.append(f"{pen}{point[0]:.1f} {point[1]:.1f}")
+        pen = "L"
+    return "".join(words)
+
+
+def _clicks(observations: Observations, strays: Sequence[NDArray[np.bool_]], size: ImageSize) -> list[Html]:
+    """A dot for each click in its border's colour, a red cross for each stray."""
+    unit = max(size) / 800
+    dots: dict[str, list[str]] = {}
+    crosses = []
+    for observation, out in zip(observations, strays, strict=True):
+        name = observation.feature if isinstance(observation.feature, str) else ""
+        spots = [f"M{x:.2f} {y:.2f}h0" for x, y in observation.points[~out]]
+        dots.setdefault(BORDER_COLOURS.get(name, OTHER_CLICKS), []).extend(spots)
+        arm = 4 * unit
+        crosses += [f"M{x - arm:.2f} {y - arm:.2f}l{2 * arm:.2f} {2 * arm:.2f}m0 {-2 * arm:.2f}l{-2 * arm:.2f} "
+                    f"{2 * arm:.2f}" for x, y in observation.points[out]]
+    drawn = []
+    for colour, spots in dots.items():
+        d = "".join(spots)
+        drawn += [element("path", d=d, stroke="#10201a", stroke_width=7 * unit, stroke_linecap="round", fill="none"),
+                  element("path", d=d, stroke=colour, stroke_width=4.6 * unit, stroke_linecap="round", fill="none")]
+    cross = "".join(crosses)
+    return drawn if not cross else [
+        *drawn, element("path", d=cross, stroke="#ffffff", stroke_width=4 * unit, fill="none"),
+        element("path", d=cross, stroke="#d00000", stroke_width=2 * unit, fill="none")]
+
+
+def _strays(calibration: Calibration, observations: Observations) -> list[NDArray[np.bool_]]:
+    """For each observation, which of its points (n,) the report calls strays; none where it does not tell."""
+    told = rows(table(calibration.report).get("per_feature"), len(observations))
+    strays = []
+    for index, observation in enumerate(observations):
+        residuals = rows(told[index].get("residuals"), len(observation.points)) if index < len(told) else []
+        out = np.zeros(len(observation.points), bool)
+        out[:len(residuals)] = [residual.get("outlier") is True for residual in residuals]
+        strays.append(out)
+    return strays
+
+
+def _maps(uncertainty: Mapping[str, Any], region: Region) -> dict[str, str]:
+    """Both maps with one scale, so that they can be compared."""
+    found = {name: part["map"] for name, part in uncertainty.items() if part["map"] is not None}
+    if not found:
+        return {}
+    top = round_up(max(part["max"] for part in found.values()))
+    scale = MAP_PX / max(region.width_mm, region.height_mm)
+    width, height = (max(40, round(side * scale)) for side in (region.width_mm, region.height_mm))
+    return {name: data_address(encode(heat_map(
+        np.array(part["grid"]["sigma_mm"], float), width=width, height=height, unit="mm", top=top,
+        title=f"z = {part['z_mm']:g} mm", ink=INK, paper=PAPER)), "png") for name, part in found.items()}
