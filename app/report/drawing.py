@@ -28,7 +28,7 @@ LARGEST_BYTES = 800_000  # of one photograph; two of them in base64 leave 0.8 of
 TRIES = ((WIDEST_PX, 88), (WIDEST_PX, 75), (WIDEST_PX, 55), (1200, 55), (800, 50))  # width, JPEG quality
 MARGIN = 0.04  # of the corrected picture's width, shown around the region
 MOST_POINTS = 20_000  # of one drawing's lines; the richest league field has 3000
-MAP_PX = 420  # the longer side of an error map
+MAP_PX = 270  # the longer side of an error map: two stand beside each other, their words in the size of print
 INK, PAPER = (34, 26, 20), (255, 255, 255)
 # Okabe and Ito's palette, as on the page: told apart by colour-blind eyes
 BORDER_COLOURS = {"left": "#56b4e9", "right": "#e69f00", "top": "#cc79a7", "bottom": "#f0e442"}

@@ -132,7 +132,7 @@ def _residuals(said: Mapping[str, Any]) -> Html:
 def _provenance(said: Mapping[str, Any]) -> Html:
     it, field, model, picture = said["calibration"], said["field"], said["model"], said["picture"]
     x, y = field["region_x_mm"], field["region_y_mm"]
-    parameters = json.dumps(model["parameters"], indent=1, ensure_ascii=False, allow_nan=False)
+    parameters = "\n".join(f"{name}: {_json(given)}" for name, given in model["parameters"].items())
     if len(parameters) > LONGEST_PARAMETERS:
         parameters = f"{len(parameters)} characters: export the calibration as JSON for them."
     rows = [("Calibration", element("code", it["id"])), ("Version", it["version"]),
@@ -140,13 +140,12 @@ def _provenance(said: Mapping[str, Any]) -> Html:
             ("Camera", [it["camera_name"], " ", element("code", it["camera"])] if it["camera"] else "none"),
             ("Made", [it["created_at"], f", {it['software']}"]), ("This report", f"by {said['written_by']}"),
             ("Field", f"{field['title']} ({field['name']}), {field['length_mm']:g} × {field['width_mm']:g} mm"),
-            ("Region", f"{field['region']}, x {x[0]:g} to {x[1]:g} mm, y {y[0]:g} to {y[1]:g} mm, turned by "
-             f"{field['rotate']}°"),
+            ("Region", f"{field['region']}, x {_mm(x)}, y {_mm(y)}, turned by {field['rotate']}°"),
             ("Raw picture", _size(it["image_size"])), ("Corrected picture", _size(it["corrected_size"])),
             ("sha256 of the clicked picture", element("code", it["image_sha256"] or "not known")),
             ("sha256 of the picture shown", element("code", picture["sha256"])) if picture["sha256"] else None,
             ("Model", f"{model['title']} ({model['name']})"),
-            ("Options", element("code", json.dumps(it["options"], ensure_ascii=False, allow_nan=False)[:2000])),
+            ("Options", element("code", _json(it["options"])[:2000])),
             ("sha256 of the parameters", element("code", model["parameters_sha256"]))]
     return joined([element("h2", "Where it comes from"), _table(("", ""), [row for row in rows if row]),
                    element("h2", "Parameters of the model"), element("pre", parameters)])
@@ -184,6 +183,14 @@ def _feature(name: str | list[float] | None) -> str:
 
 def _place(point: list[float] | None) -> str:
     return "–" if point is None else f"({point[0]:.0f}, {point[1]:.0f})".replace("-", "−")
+
+
+def _mm(ends: list[float]) -> str:
+    return f"{ends[0]:g} to {ends[1]:g} mm".replace("-", "−")
+
+
+def _json(given: object) -> str:
+    return json.dumps(given, ensure_ascii=False, allow_nan=False)
 
 
 def _size(size: list[int]) -> str:

@@ -22,17 +22,18 @@ th, td { text-align: left; vertical-align: top; padding: .9mm 3mm .9mm 0; border
 th { font-weight: 600; } thead th { color: #4a544f; font-weight: 500; }
 thead { display: table-header-group; }
 tr { break-inside: avoid; }
+th[scope] { min-width: 36mm; }
 td.number, th.number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
 .reading { color: #4a544f; }
 figure { margin: 2mm 0 5mm; break-inside: avoid; }
 figcaption { font-size: 9pt; margin-top: 1.2mm; }
-svg.photograph { display: block; width: 100%; max-height: 205mm; overflow: hidden; background: #eef1ef; }
+svg.photograph { display: block; width: 100%; max-height: 205mm; overflow: hidden; }
 .maps { display: flex; flex-wrap: wrap; gap: 4mm; }
 .maps figure { flex: 1 1 80mm; margin: 0; max-width: 100%; }
 .maps img { display: block; max-width: 100%; }
 .missing { padding: 2mm 3mm; background: #f2f4f3; border-radius: 1mm; }
 ul { margin: 0; padding-left: 5mm; } li { margin-bottom: 1.5mm; break-inside: avoid; }
-code, pre { font: 8.5pt/1.4 ui-monospace, "DejaVu Sans Mono", Consolas, monospace; }
+code, pre { font: 7.8pt/1.4 ui-monospace, "DejaVu Sans Mono", Consolas, monospace; }
 pre { white-space: pre-wrap; margin: 1mm 0; padding: 2mm 3mm; background: #f2f4f3; }
 @media print { body { max-width: none; padding: 0; } }
 """

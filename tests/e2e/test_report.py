@@ -10,7 +10,7 @@ from pictures import encoded
 from playwright.sync_api import Page, expect
 
 from app.sources.sim.clicks import border_observations
-from app.sources.sim.render import render
+from app.sources.sim.render import Rendering
 
 FRIENDLY_PAGES = 6  # an operator's calibration; ours has four borders and their parameters
 
@@ -21,7 +21,7 @@ def calibration(server) -> dict:
     body = {**FIELD.to_json(), "name": "reported"}
     assert server.api("PUT", "/fields/reported", json=body).ok
     camera = reference_camera("strong", 8)
-    picture = encoded("png", render(FIELD, camera))
+    picture = encoded("png", Rendering.of(camera, FIELD, REGION).frame(0))
     snapshot = server.api("POST", "/snapshots", files={"file": picture}).json()
     observations = [o.to_json() for o in border_observations(camera, REGION, 12, 0.3, np.random.default_rng(3))]
     observations[1]["points"][4][0] += 30
@@ -49,7 +49,7 @@ def test_the_file_opens_and_prints_without_a_network(page: Page, server, calibra
     for image in page.locator("img").all():
         assert image.evaluate("image => image.complete && image.naturalWidth > 300")
     expect(page.locator("svg.photograph image")).to_have_count(2)
-    box = page.locator("svg.photograph").first.bounding_box()
+    box = page.locator("svg.photograph image").first.bounding_box()
     assert box["width"] / box["height"] == pytest.approx(SIZE.width / SIZE.height, rel=0.01)
     page.screenshot(path=tmp_path / "report.png", full_page=True)
     printed = page.pdf(path=tmp_path / "report.pdf", prefer_css_page_size=True, print_background=True)
