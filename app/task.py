@@ -2,7 +2,7 @@
 
 import secrets
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from dataclasses import field as member
 from datetime import UTC, datetime
 from typing import Any, Self
@@ -81,12 +81,17 @@ class Task:
 
     def record(self, done: Calibrated, *, version: int = 1, parent: str | None = None) -> Calibration:
         """The result as one immutable version, with all that it came from."""
-        return Calibration(
-            id=secrets.token_hex(8), version=version, camera=self.camera, field=self.field.to_json(),
+        return stamped(Calibration(
+            id="", version=version, camera=self.camera, field=self.field.to_json(),
             region=self.region.name, rotate=self.region.rotate_deg, model_name=self.model,
             model_parameters=parameters_json(done.model), image_size=self.image_size,
             corrected_size=done.model.corrected_size, observations=tuple(o.to_json() for o in self.observations),
-            options=dict(self.options), report=done.report,
-            created_at=datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z"),
+            options=dict(self.options), report=done.report, created_at="",
             software=f"touchline {__version__}", snapshot=self.snapshot, image_sha256=self.image_sha256,
-            parent=parent, note=self.note)
+            parent=parent, note=self.note))
+
+
+def stamped(calibration: Calibration) -> Calibration:
+    """The same with an id and the date, for whoever has no store that gives them."""
+    return replace(calibration, id=secrets.token_hex(8),
+                   created_at=datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z"))

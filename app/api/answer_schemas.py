@@ -266,6 +266,23 @@ class Lenses(Page):
     items: list[LensInShort]
 
 
+class Format(Answer):
+    """One export: what it can hold, whether it holds this calibration exactly, else what the nearest costs."""
+
+    format: str
+    title: str
+    holds: str
+    suffix: str
+    reads: bool
+    exact: bool
+    loss: dict[str, Any] | None
+    problem: dict[str, Any] | None
+
+
+class Formats(Answer):
+    items: list[Format]
+
+
 class Uncertainty(Answer):
     z_mm: float
     median: float

@@ -36,19 +36,24 @@ async def json_body(request: Request, form: type[Body]) -> Body:
         raise RequestValidationError([{**e, "loc": ("body", *e["loc"])} for e in error.errors()]) from None
 
 
-async def uploaded_file(request: Request, most_bytes: int) -> tuple[bytes, dict[str, str]]:
-    """The bytes of the part named "file", and the texts of the parts named "camera" and "purpose", "" without one."""
-    async with request.form(max_files=1, max_fields=4, max_part_size=4096) as form:
-        file, texts = form.get("file"), {name: form.get(name, "") for name in TEXTS}
+async def uploaded_file(request: Request, most_bytes: int,
+                        names: tuple[str, ...] = TEXTS) -> tuple[bytes, dict[str, str]]:
+    """The bytes of the part named "file", and the texts of the parts with those names, "" without one.
+
+    Under "file" stands the file's own name.
+    """
+    async with request.form(max_files=1, max_fields=len(names) + 2, max_part_size=4096) as form:
+        file, texts = form.get("file"), {name: form.get(name, "") for name in names}
         if not isinstance(file, UploadFile):
             raise BadInput("No file was sent.", FILE_FIX, reason="no-file")
         for name in form:
-            if name not in ("file", *TEXTS):
+            if name not in ("file", *names):
                 raise BadInput("The form has an unknown part.", FILE_FIX, reason="bad-request")
         for name, text in texts.items():
             if not isinstance(text, str):
                 raise BadInput(f"The {name} is a file.", f"Send the {name} as text.", reason="bad-request")
         data = await file.read(most_bytes + 1)
+        texts["file"] = (file.filename or "")[:200]
     if len(data) > most_bytes:
         raise ImageTooLarge(f"The file has more than {most_bytes / 1e6:.0f} MB.", "Send a smaller picture.")
     return data, texts

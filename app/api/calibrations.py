@@ -11,24 +11,27 @@ from app.api import answer_schemas
 from app.api.answers import Json
 from app.api.asked import task_of
 from app.api.bodies import uploaded_file
-from app.api.imported import calibration_from_file
+from app.api.headers_of_files import attachment, error_header
+from app.api.imported import MAX_IMPORT_BYTES, PARTS, keep_import
 from app.api.jobs import accepted, result_of
 from app.api.operator import operator
 from app.api.schemas import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from app.api.work import at_length, at_work
-from app.exports import EXPORTS
+from app.interchange import export, formats
 from app.records import Calibration
 from app.store import Store
 from app.task import run_compare, run_fit
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
-MAX_IMPORT_BYTES = 4 << 20
 ACCEPTED: dict[int | str, dict[str, Any]] = {202: {"model": answer_schemas.Job, "description": "a job: ?job=true"}}
+Approximate = Annotated[bool, Query(description="the nearest that the format can hold, with its error")]
+CameraId = Annotated[int | None, Query(ge=0, le=2**32 - 1, description="the camera's number in a format that has one")]
 BYTES = {"schema": {"type": "string", "format": "binary"}}
 FILE: dict[int | str, dict[str, Any]] = {200: {"content": {"application/json": {}, "application/octet-stream": BYTES}}}
 IMPORT_BODY = {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": {
-    "type": "object", "required": ["file"], "properties": {"file": {"type": "string", "format": "binary"}}}}}}}
+    "type": "object", "required": ["file"], "properties": {
+        "file": {"type": "string", "format": "binary"}, **{part: {"type": "string"} for part in PARTS}}}}}}}
 
 
 @router.post("", status_code=201, response_model=answer_schemas.Calibration, responses=ACCEPTED)
@@ -65,16 +68,17 @@ async def compare_models(request: Request, body: CompareRequest, job: AsJob = Fa
     return result_of(await at_length(request, "comparison", run_compare, spec))
 
 
-@router.post("/import", status_code=201, response_model=answer_schemas.Calibration, openapi_extra=IMPORT_BODY)
+@router.post("/import", status_code=201, response_model=answer_schemas.Calibration | answer_schemas.Lens,
+             openapi_extra=IMPORT_BODY)
 async def import_calibration(request: Request) -> Json:
-    """Keep a calibration that was exported as json, here or elsewhere, as a new version: multipart with `file`."""
-    data, _ = await uploaded_file(request, MAX_IMPORT_BYTES)
-    calibration = await at_work(request, _imported, request, data)
-    return Json(calibration.to_json(), 201, headers={"Location": f"/api/v1/calibrations/{calibration.id}"})
+    """Keep what a file holds: multipart with `file` of any format that GET …/exports lists with "reads".
 
-
-def _imported(request: Request, data: bytes) -> Calibration:
-    return request.app.state.store.save(calibration_from_file(data), operator(request))
+    A calibration as a new version, where the file says where the camera hangs; else a lens, for fits to hold, with its
+    Location under /lenses. Texts beside the file say what it does not: field, region, rotate, image_size, camera, …
+    """
+    data, texts = await uploaded_file(request, MAX_IMPORT_BYTES, PARTS)
+    kept, where = await at_work(request, keep_import, request.app.state, data, texts, operator(request))
+    return Json(kept, 201, headers={"Location": f"/api/v1/{where}/{kept['id']}"})
 
 
 @router.get("", response_model=answer_schemas.Calibrations)
@@ -107,11 +111,19 @@ async def activate_calibration(request: Request, id: Id) -> Json:
     return Json(calibration.to_json())
 
 
-@router.get("/{id}/export/{format}", response_class=Response, responses=FILE)
-async def export_calibration(request: Request, id: Id, format: Id) -> Response:
-    """The calibration as a file of that format."""
-    kind = EXPORTS[format]
+@router.get("/{id}/exports", response_model=answer_schemas.Formats)
+async def list_exports(request: Request, id: Id) -> Json:
+    """Every format: what it can hold, whether it holds this calibration, and what the nearest costs in mm."""
     calibration = request.app.state.store.calibration(id)
-    name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}{kind.SUFFIX}"
-    return Response(await at_work(request, kind.write, calibration), media_type=kind.MEDIA_TYPE,
-                    headers={"Content-Disposition": f'attachment; filename="{name}"'})
+    return Json({"items": await at_work(request, formats, calibration)})
+
+
+@router.get("/{id}/export/{format}", response_class=Response, responses=FILE)
+async def export_calibration(request: Request, id: Id, format: Id, approximate: Approximate = False,
+                             camera_id: CameraId = None) -> Response:
+    """The calibration as a file of that format; 409 where it cannot hold the model, or with ?approximate=true the
+    nearest that it can, its worst error in the header X-Approximation-Error-Mm."""
+    calibration = request.app.state.store.calibration(id)
+    made = await at_work(request, export, calibration, format, approximate, camera_id)
+    return Response(made.data, media_type=made.media_type,
+                    headers={"Content-Disposition": attachment(made.name), **error_header(made.loss)})

@@ -1,20 +1,26 @@
-"""A calibration from a file that anybody may have written: every part of it is checked before it is kept."""
+"""A calibration or a lens from a file that anybody may have written: all of it is checked before it is kept."""
 
 import json
+import re
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError
+from starlette.datastructures import State
 
 from app.api.schemas import Name, Observation, OptionValue, Rotate, Size, Strict
 from app.errors import BadInput
-from app.exports import EXPORTS
 from app.field_reader import field_from_json
+from app.interchange import Wanted, calibration_from, is_lens, lens_from, read_file, renamed, size_from_text
 from app.models import model_from_json
 from app.records import Calibration
 
 Text = Annotated[str, Field(max_length=2000)]
 FIX = "Give a file that Touchline exported as json."
+MAX_IMPORT_BYTES = 4 << 20
+PARTS = ("camera", "field", "region", "rotate", "image_size", "camera_id", "model")
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
 class ModelPart(Strict):
@@ -50,9 +56,40 @@ class CalibrationFile(Strict):
     field_definition: dict[str, Any]
 
 
-def calibration_from_file(data: bytes) -> Calibration:
-    """The calibration in the file, its note saying where it is from; ids of another house are left out."""
-    calibration = EXPORTS["json"].read(data)
+def keep_import(state: State, data: bytes, texts: Mapping[str, str], who: str) -> tuple[dict[str, Any], str]:
+    """Keep what the file holds: the record as JSON, and "calibrations" or "lenses", where it stands now."""
+    wanted = _wanted(texts)
+    found = read_file(data, texts["file"], wanted.camera_id)
+    if isinstance(found, Calibration):
+        said = [name for name in PARTS if name != "camera" and texts[name]]
+        if said:
+            raise BadInput(f"A calibration exported as json says its {said[0]} itself.", f"Leave {said[0]} out.",
+                           reason="bad-request")
+        return state.store.save(renamed(_checked(found, data), wanted.camera), who).to_json(), "calibrations"
+    if is_lens(found):
+        return state.store.add_lens(lens_from(found, wanted)), "lenses"
+    return state.store.save(calibration_from(found, wanted, state.fields), who).to_json(), "calibrations"
+
+
+def _wanted(texts: Mapping[str, str]) -> Wanted:
+    """What the form says beside the file."""
+    said: dict[str, Any] = {name: text for name, text in texts.items() if name != "file" and text}
+    for name in ("field", "region", "camera", "model"):
+        if name in said and not NAME.fullmatch(said[name]):
+            raise BadInput(f"The {name} {said[name][:64]!r} is no name.", f"Send the {name} as it is called here.",
+                           reason="bad-request")
+    for name in ("rotate", "camera_id"):
+        if name in said:
+            if not re.fullmatch(r"[0-9]{1,10}", said[name]):
+                raise BadInput(f"{name} is no whole number.", f"Send {name} as digits.", reason="bad-request")
+            said[name] = int(said[name])
+    if "image_size" in said:
+        said["image_size"] = size_from_text(said["image_size"])
+    return Wanted(**said)
+
+
+def _checked(calibration: Calibration, data: bytes) -> Calibration:
+    """Our own calibration from another house, its note saying where it is from; ids of that house are left out."""
     try:
         CalibrationFile.model_validate(json.loads(data))
     except ValidationError as error:

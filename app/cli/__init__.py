@@ -6,6 +6,7 @@
     calibration.py  calibrate, correct, transform
     judging.py      compare, difference, uncertainty
     reports.py      report
+    exports.py      export, import
     boards.py       board
     pairs.py        pair
     straight.py     straight
@@ -19,7 +20,7 @@ from typing import Annotated
 import typer
 
 from app import __version__
-from app.cli import boards, calibration, judging, keeping, pairs, reports, server, straight
+from app.cli import boards, calibration, exports, judging, keeping, pairs, reports, server, straight
 from app.cli.words import EXIT_CODES, exit_code_of
 
 cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
@@ -34,6 +35,8 @@ cli.command()(judging.compare)
 cli.command()(judging.difference)
 cli.command()(judging.uncertainty)
 cli.command()(reports.report)
+cli.command()(exports.export)
+cli.command("import")(exports.import_file)
 cli.command()(boards.board)
 cli.command()(pairs.pair)
 cli.command()(straight.straight)

@@ -1,13 +1,19 @@
 """What a calibration is written to, and read from: a table of formats, one file each.
 
-A format is a class with NAME, TITLE, MEDIA_TYPE, SUFFIX and `write(calibration) -> bytes`; one that can be read back
-also has `read(data) -> Calibration`. A format that cannot hold the calibration's model raises Conflict and says what
-to do instead. To add one: write app/exports/NAME.py and its line here; the tests walk the table.
+A format is a class with NAME, TITLE, MEDIA_TYPE, SUFFIX and HOLDS, what it can hold in a sentence. Two kinds:
+
+    whole      `write(calibration) -> bytes`: every model.
+    a lens     LENSES, the terms it knows by model, SQUARE_PIXELS, and `write(calibration, held) -> bytes`: holding.py
+               says which camera it is given, the calibration's own or the nearest that the format can hold.
+
+One that can be read back has `recognises(data)`, by a look, and `read(data)`, which checks everything and gives a
+Calibration (ours), a CameraFile (a lens, with a pose where the file tells of a field) or Observations (points), and
+never anything but a TouchlineError for other bytes. To add one: write app/exports/NAME.py and its line here; the tests
+walk the table, with golden files of every model that it holds.
 """
 
 from typing import ClassVar, Protocol
 
-from app.records import Calibration
 from app.registry import Registry
 
 
@@ -16,12 +22,17 @@ class Export(Protocol):
     TITLE: ClassVar[str]
     MEDIA_TYPE: ClassVar[str]
     SUFFIX: ClassVar[str]
-
-    @staticmethod
-    def write(calibration: Calibration) -> bytes: ...
+    HOLDS: ClassVar[str]
 
 
 EXPORTS = Registry("export format", {
     "json": "app.exports.json_file:JsonFile",  # ours, complete, read back exactly
+    "opencv": "app.exports.opencv:OpenCv",  # cv2.FileStorage, lens and pose
+    "ros": "app.exports.ros:Ros",  # camera_info
+    "kalibr": "app.exports.kalibr:Kalibr",  # a camchain of one camera
+    "mrcal": "app.exports.mrcal:Mrcal",  # .cameramodel, lens and pose
+    "photonvision": "app.exports.photonvision:PhotonVision",  # one resolution's calibration
+    "ssl-vision": "app.exports.ssl_vision:SslVision",  # the league's geometry packet: lens, pose and field
     "npz": "app.exports.npz_file:NpzFile",  # a remap table: correct pictures with numpy and OpenCV alone
+    "csv": "app.exports.csv_points:CsvPoints",  # clicks and a grid of positions, for spreadsheets
 })

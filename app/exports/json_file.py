@@ -16,11 +16,16 @@ class JsonFile:
     TITLE: ClassVar[str] = "Touchline JSON"
     MEDIA_TYPE: ClassVar[str] = "application/json"
     SUFFIX: ClassVar[str] = ".json"
+    HOLDS: ClassVar[str] = "Everything: every model, with all that it came from."
 
     @staticmethod
     def write(calibration: Calibration) -> bytes:
         record = {"format": FORMAT, "format_version": 1, **calibration.to_json()}
         return json.dumps(record, indent=1, allow_nan=False, ensure_ascii=False).encode()
+
+    @staticmethod
+    def recognises(data: bytes) -> bool:
+        return data.lstrip()[:1] == b"{" and f'"{FORMAT}"'.encode() in data
 
     @staticmethod
     def read(data: bytes) -> Calibration:

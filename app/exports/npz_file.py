@@ -18,6 +18,7 @@ class NpzFile:
     TITLE: ClassVar[str] = "Remap table (numpy)"
     MEDIA_TYPE: ClassVar[str] = "application/octet-stream"
     SUFFIX: ClassVar[str] = ".npz"
+    HOLDS: ClassVar[str] = "Every model, as a table that corrects pictures; cannot be read back."
 
     @staticmethod
     def write(calibration: Calibration) -> bytes:
