@@ -80,7 +80,7 @@ class CompareRequest(FitRequest):
     models: Annotated[list[Name], Field(min_length=1, max_length=20)] | None = None
 
 
-CameraId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]
+CameraId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]  # as the settings take names
 Address = Annotated[str, Field(min_length=1, max_length=2000)]
 
 
@@ -90,8 +90,8 @@ class NewCamera(Strict):
     id: CameraId
     name: Annotated[str, Field(max_length=100)] = ""
     source: Address = Field(description="where frames come from, such as rtsp://10.0.0.5/live")
-    field: Name | None = None
-    region: Name | None = None
+    field: CameraId | None = None
+    region: CameraId | None = None
 
 
 class CameraChanges(Strict):
@@ -99,8 +99,8 @@ class CameraChanges(Strict):
 
     name: Annotated[str, Field(max_length=100)] = ""
     source: Address | None = None
-    field: Name | None = None
-    region: Name | None = None
+    field: CameraId | None = None
+    region: CameraId | None = None
 
 
 class CameraTest(Strict):

@@ -110,6 +110,7 @@ def test_the_settings_own_cameras_are_changed_there(client):
     ({"source": ""}, 422), ({"source": "sim://table?fps=nan"}, 422), ({"id": "../etc"}, 422), ({"id": ""}, 422),
     ({"field": "moon"}, 404), ({"region": "nowhere"}, 404), ({"more": 1}, 422), ({"source": None}, 422),
     ({"source": "file:///etc/passwd"}, 404), ({"name": "x" * 200}, 422),
+    ({"field": "a\x05b"}, 422), ({"region": "../full"}, 422),
 ])
 def test_a_camera_that_can_never_be_is_refused_and_not_kept(client, changes, status):
     refusal(client.post(f"{API}/cameras", json={**SOUTH, **changes}), status)
