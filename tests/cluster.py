@@ -16,12 +16,14 @@ ENVIRONMENT = os.environ | {"PYTHONPATH": f"{TESTS.parent}{os.pathsep}{TESTS}", 
 class DaskCluster:
     """Processes are started and killed one by one; a worker without its nanny stays dead."""
 
-    def __init__(self, folder: Path, options: tuple[str, ...] = (), kind: str = "tcp") -> None:
+    def __init__(self, folder: Path, kind: str = "tcp") -> None:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self.port = free.getsockname()[1]
-        self._folder, self._options = folder, options
-        self._url = f"{kind}://127.0.0.1:{self.port}"
+        self._folder = folder
+        self._host = f"{kind}://127.0.0.1"
+        self._url = f"{self._host}:{self.port}"
+        self.environment: dict[str, str] = {}
         self.scheduler: subprocess.Popen | None = None
         self.workers: list[subprocess.Popen] = []
 
@@ -30,11 +32,11 @@ class DaskCluster:
         return f"dask://127.0.0.1:{self.port}"
 
     def start_scheduler(self) -> None:
-        self.scheduler = self._start("scheduler", "--host", self._url.rpartition(":")[0], "--port", str(self.port),
+        self.scheduler = self._start("scheduler", "--host", self._host, "--port", str(self.port),
                                      "--no-dashboard", "--no-jupyter")
 
     def start_workers(self, count: int) -> None:
-        self.workers += [self._start("worker", self._url, "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard",
+        self.workers += [self._start("worker", self._url, "--host", self._host, "--nthreads", "1", "--no-dashboard",
                                      "--no-nanny", "--local-directory", str(self._folder)) for _ in range(count)]
 
     def until_there(self, count: int, seconds: float = 90.0) -> None:
@@ -51,9 +53,9 @@ class DaskCluster:
 
     def _start(self, what: str, *words: str) -> subprocess.Popen:
         with (self._folder / f"{what}-{time.monotonic_ns()}.log").open("w") as log:
-            return subprocess.Popen([sys.executable, "-m", f"distributed.cli.dask_{what}", *words, *self._options],
-                                    env=ENVIRONMENT, cwd=self._folder, stdin=subprocess.DEVNULL, stdout=log,
-                                    stderr=subprocess.STDOUT)
+            return subprocess.Popen([sys.executable, "-m", f"distributed.cli.dask_{what}", *words],
+                                    env=ENVIRONMENT | self.environment, cwd=self._folder, stdin=subprocess.DEVNULL,
+                                    stdout=log, stderr=subprocess.STDOUT)
 
 
 @contextmanager

@@ -187,6 +187,17 @@ def test_a_job_that_kills_every_worker_has_failed_after_three_and_a_fourth_worke
         assert ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1})).result["sum"] == 2
 
 
+def test_the_only_worker_killed_is_seen_at_once_and_the_job_waits_for_another(tmp_path):
+    with dask_cluster(tmp_path, workers=1) as cluster, Jobs(workers=1, engine=cluster.address) as jobs:
+        job = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 1})
+        said(jobs, job, "sleeping")
+        os.kill(cluster.workers[0].pid, signal.SIGKILL)
+        until(lambda: jobs.get(job.id).attempt == 2, 30)
+        assert not jobs.get(job.id).ended
+        cluster.start_workers(1)
+        assert (ended(jobs, job).result, jobs.get(job.id).attempt) == ({"slept": 1}, 2)
+
+
 def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_comes_back_is_used(tmp_path,
                                                                                                  monkeypatch):
     cluster = DaskCluster(tmp_path)
@@ -220,6 +231,30 @@ def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_c
             assert ended(jobs, after).state == "done"
         finally:
             cluster.end()
+
+
+def test_with_certificates_and_never_without(tmp_path, monkeypatch):
+    certificate = str(TESTS / "camera_certificate.pem")  # its own authority, its key beside it
+    names = {"CA_FILE": certificate} | {f"{who}__{what}": certificate for who in ("CLIENT", "SCHEDULER", "WORKER")
+                                        for what in ("CERT", "KEY")}
+    cluster = DaskCluster(tmp_path, "tls")
+    cluster.environment = {f"DASK_DISTRIBUTED__COMM__TLS__{name}": path for name, path in names.items()} | {
+        "DASK_DISTRIBUTED__COMM__REQUIRE_ENCRYPTION": "true"}
+    monkeypatch.setattr("app.jobs.dask_cluster.CONNECT_S", 60.0)
+    address = cluster.address.replace("dask:", "dask+tls:")
+    try:
+        cluster.start_scheduler()
+        cluster.start_workers(1)
+        with Jobs(workers=1, engine=address) as jobs:
+            refused = ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1}))
+            assert refused.problem["reason"] == "no-scheduler" and "certificates" in refused.problem["fix"]
+        script = SERVER.format(address=address, end="jobs.close()").replace("workers=2", "workers=1").replace(
+            "range(2)", "range(1)")
+        told = subprocess.run([sys.executable, "-c", script], cwd=TESTS.parent, env=ENVIRONMENT | cluster.environment,
+                              capture_output=True, text=True, timeout=90)
+        assert told.stdout == "both run\n", told.stderr
+    finally:
+        cluster.end()
 
 
 def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_path):
