@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -25,7 +26,7 @@ def main() -> int:
         say(f"Browser for the tests of the page: {chromium}{version_of(chromium)}")
     environment = {**os.environ, **({"TOUCHLINE_CHROMIUM": chromium} if chromium else {})}
     say("1 of 2: everything without a browser")
-    first = pytest("not e2e and not long", environment)
+    first = pytest("not e2e and not long", environment, at_once())
     if chromium is None:
         return first or 1
     say("2 of 2: the page in a real browser")
@@ -100,9 +101,16 @@ def version_of(path: str) -> str:
     return ", " + subprocess.run([path, "--version"], capture_output=True, text=True).stdout.strip()
 
 
-def pytest(marker: str, environment: dict[str, str]) -> int:
+def at_once() -> list[str]:
+    """Files side by side, one for each core, unless an argument says otherwise; a failing one names its worker."""
+    if any(argument.startswith("-n") for argument in sys.argv[1:]):
+        return []
+    return ["-n", str(min(4, os.cpu_count() or 1)), "--dist", "loadfile"]
+
+
+def pytest(marker: str, environment: dict[str, str], more: Sequence[str] = ()) -> int:
     """One run; a run with nothing to do has passed."""
-    command = [sys.executable, "-m", "pytest", "-m", marker, *sys.argv[1:]]
+    command = [sys.executable, "-m", "pytest", "-m", marker, *more, *sys.argv[1:]]
     code = subprocess.run(command, cwd=ROOT, env=environment).returncode
     return 0 if code == NO_TESTS else code
 
