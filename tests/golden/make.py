@@ -1,0 +1,38 @@
+"""Writes the golden files: what our own code exported of the models' examples on 2026-11-21, for tests to hold it to.
+
+    python tests/golden/make.py
+
+Every example of every model in every format that holds it exactly (of tables of points the first, for their size). A
+difference from them is a change of what others read: make them anew only when that is meant. Tables for pictures (npz)
+are too large to be kept, and are held against the model itself.
+"""
+
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE.parent), str(HERE.parents[1])]
+
+from exported import EXAMPLES, LENS_FORMATS, example, model_of  # noqa: E402
+
+from app import interchange  # noqa: E402
+from app.exports import EXPORTS  # noqa: E402
+from app.exports.holding import own_camera  # noqa: E402
+
+
+def cases() -> list[tuple[str, str, int]]:
+    """(format, model, index) of every golden file."""
+    held = [(f, name, i) for f in LENS_FORMATS for name, i in EXAMPLES if own_camera(
+        model_of(name, i), EXPORTS[f].LENSES, EXPORTS[f].SQUARE_PIXELS) is not None]
+    return [*(("json", name, i) for name, i in EXAMPLES), *(("csv", name, i) for name, i in EXAMPLES if i == 0), *held]
+
+
+def path(format: str, name: str, index: int) -> Path:
+    return HERE / format / f"{name}-{index}{EXPORTS[format].SUFFIX}"
+
+
+if __name__ == "__main__":
+    for case in cases():
+        path(*case).parent.mkdir(exist_ok=True)
+        path(*case).write_bytes(interchange.export(example(*case[1:]), case[0]).data)
+    print(f"{len(cases())} files")
