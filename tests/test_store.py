@@ -1,5 +1,6 @@
 """The store: what was saved is read back, nobody overwrites anybody, and a damaged file is told and never missing."""
 
+import json
 import os
 import subprocess
 import sys
@@ -162,6 +163,16 @@ def test_pages_show_everything_once_while_others_come_and_go(store):
     assert second.next_cursor is None
     assert len(store.calibrations(limit=200).items) == 8
     assert store.calibrations("nobody").items == ()
+
+
+def test_versions_as_text_are_the_same_versions(opener, store):
+    note = '",active":true,"field_definition":'
+    kept = [store.save(calibration(camera, note)) for camera in ("north", None, "ü")]
+    store.activate(kept[1].id)
+    for asked in ({}, {"camera": "north"}, {"limit": 1}, {"limit": 1, "cursor": "2"}):
+        as_text, as_records = store.calibration_texts(**asked), store.calibrations(**asked)
+        assert [json.loads(text) for text in as_text.items] == [one.to_json() for one in as_records.items]
+        assert as_text.next_cursor == as_records.next_cursor
 
 
 def test_a_page_that_ends_with_the_last_one_has_no_next(store):

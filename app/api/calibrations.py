@@ -1,5 +1,6 @@
 """/calibrations: versions that are made, read, activated, and put to use."""
 
+import json
 from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any
@@ -83,10 +84,11 @@ async def import_calibration(request: Request) -> Json:
 
 @router.get("", response_model=answer_schemas.Calibrations)
 def list_calibrations(request: Request, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
-            cursor: Cursor = None) -> Json:
+            cursor: Cursor = None) -> Response:
     """Versions, newest first."""
-    page = request.app.state.store.calibrations(camera, limit, cursor)
-    return Json({"items": [item.to_json() for item in page.items], "next_cursor": page.next_cursor})
+    page = request.app.state.store.calibration_texts(camera, limit, cursor)
+    text = f'{{"items":[{",".join(page.items)}],"next_cursor":{json.dumps(page.next_cursor)}}}'
+    return Response(text, media_type="application/json")
 
 
 @router.get("/{id}", response_model=answer_schemas.Calibration)

@@ -151,6 +151,10 @@ class Store:
         """Newest first; of all cameras where none is named."""
         return self._calibrations.list(camera, limit, cursor)
 
+    def calibration_texts(self, camera: str | None = None, limit: int = 50, cursor: str | None = None) -> Page[str]:
+        """The same page, each version as JSON: for those who only pass it on."""
+        return self._calibrations.texts(camera, limit, cursor)
+
     def delete_calibration(self, id: str) -> None:
         """Forget a version, never to use its number again; Conflict while it is active."""
         self._calibrations.delete(id)

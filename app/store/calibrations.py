@@ -4,11 +4,12 @@ No camera at all counts as a camera: uploaded pictures have versions too. In the
 since a name may be anything; the version's body has it in words.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from hashlib import sha256
 from typing import Any
 
-from sqlalchemy import func, select
+from sqlalchemy import ColumnElement, func, select
 from sqlalchemy.orm import Session
 
 from app.errors import Conflict, NotFound
@@ -16,6 +17,8 @@ from app.records import Calibration
 from app.store.sealed import content, is_whole, resealed, sealed
 from app.store.shelf import Page, Shelf, column, new_id, stamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
+
+ACTIVE = ',"active":{},"field_definition":'  # within Calibration.to_json()
 
 
 def camera_key(camera: str | None) -> str:
@@ -46,11 +49,13 @@ class Calibrations(Shelf):
 
     def list(self, camera: str | None = None, limit: int = 50, cursor: str | None = None) -> Page[Calibration]:
         """Newest first, of one camera or of all. Damaged ones are not among them; Store.damaged names those."""
-        where = [CalibrationRow.deleted_at.is_(None)]
-        if camera is not None:
-            where.append(CalibrationRow.camera_key == camera_key(camera))
         active = self._active_ids()
-        return self.page(limit, cursor, lambda row: self._read(row, active), *where)
+        return self.page(limit, cursor, lambda row: self._read(row, active), *_shown(camera))
+
+    def texts(self, camera: str | None = None, limit: int = 50, cursor: str | None = None) -> Page[str]:
+        """The same as JSON, without reading numbers only to write them again: a tenth of the time."""
+        active = self._active_ids()
+        return self.page(limit, cursor, lambda row: _text(row, row.id in active), *_shown(camera))
 
     def delete(self, id: str) -> None:
         """Take a version off the shelf; Conflict while it is its camera's active one. Its number is not used again."""
@@ -107,6 +112,20 @@ class Calibrations(Shelf):
             return True
         self.put_aside(row, row.camera_key, "active")
         return False
+
+
+def _shown(camera: str | None) -> Iterator[ColumnElement[bool]]:
+    """What a list shows, of one camera or of all."""
+    yield CalibrationRow.deleted_at.is_(None)
+    if camera is not None:
+        yield CalibrationRow.camera_key == camera_key(camera)
+
+
+def _text(row: CalibrationRow, active: bool) -> str:
+    """A version's JSON as it was saved, but for whether it is active now."""
+    before, mark, after = row.body.rpartition(ACTIVE.format("false"))
+    assert mark, "a version is kept as inactive"
+    return before + ACTIVE.format("true" if active else "false") + after
 
 
 def calibration_row(kept: Calibration, deleted_at: str | None = None) -> CalibrationRow:
