@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from app import __version__
-from app.errors import BadInput, TouchlineError
+from app.errors import BadInput, NotFound, TouchlineError
 from app.evaluate.report import report
 from app.evaluate.stand_in import Loss, loss_of
 from app.exports import EXPORTS
@@ -117,7 +117,7 @@ def calibration_from(found: CameraFile | Observations, wanted: Wanted, fields: M
     if wanted.field is None or wanted.region is None or wanted.image_size is None:
         raise BadInput("The table holds points, and not where they are from.",
                        "Say field, region and image_size, as WIDTHxHEIGHT.", reason="no-field")
-    field = fields[wanted.field]
+    field = _known(fields, wanted.field)
     task = Task(found, field, field.region(wanted.region, wanted.rotate), wanted.image_size,
                 wanted.model or "polynomial", camera=wanted.camera, note="Fitted to imported points.")
     task.check_names((task.model,))
@@ -162,12 +162,19 @@ _UNKNOWN = Warning("imported", "This calibration was imported: nothing here know
 
 def _field(found: CameraFile, wanted: Wanted, fields: Mapping[str, Field]) -> Field:
     if wanted.field is not None:
-        return fields[wanted.field]
+        return _known(fields, wanted.field)
     if found.field is not None:
         return field_from_wire(wire_field(found.field), fields.values())
     if found.about.field is None:
         raise BadInput("The file does not say over which field the camera hangs.", "Say it: field.", reason="no-field")
-    return fields[found.about.field]
+    return _known(fields, found.about.field)
+
+
+def _known(fields: Mapping[str, Field], name: str) -> Field:
+    if name not in fields:
+        raise NotFound(f"There is no field called {name!r} here.", "Save it here first, or say another: field.",
+                       reason="unknown-field")
+    return fields[name]
 
 
 def _region(found: CameraFile, wanted: Wanted, field: Field) -> Region:

@@ -18,7 +18,7 @@ from app.exports.numbers import entry, number, numbers, refuse, whole
 from app.field import QUARTER_TURNS
 from app.records import Calibration
 
-MARK = re.compile(rb"^# touchline: (\{.*\})\r?$", re.MULTILINE)
+MARK = re.compile(rb"^# touchline: ([^\r\n]*)", re.MULTILINE)
 HEAD_BYTES = 8192
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 

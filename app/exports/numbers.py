@@ -59,7 +59,7 @@ def numbers(value: Any, at: str, counts: Iterable[int]) -> tuple[float, ...]:
         raise refuse(f"{at} is no list of numbers.", f"Give {many} numbers.")
     if len(value) not in counts:
         commas = " If it was written with decimal commas, write points." if len(value) > max(counts) else ""
-        raise refuse(f"{at} has {len(value)} numbers.", f"Give {many}.{commas}")
+        raise refuse(f"{at} has {len(value)} number{'' if len(value) == 1 else 's'}.", f"Give {many}.{commas}")
     return tuple(number(v, f"{at}[{i}]") for i, v in enumerate(value))
 
 
