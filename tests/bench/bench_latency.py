@@ -83,3 +83,31 @@ def test_from_the_camera_to_the_canvas(page, served):
     print(f"corrected, 960 wide: p50 {np.median(stamps):.0f} ms, p95 {np.percentile(stamps, 95):.0f} ms by its stamp "
           f"(raw: the picture says {offset:+.0f} ms more or less)")
     assert np.median(stamps) < 30
+
+
+def test_eight_cameras_on_one_page_leave_room_to_ask(page, served):
+    for number in range(7):
+        source = f"sim://table?size=640x512&fps=15&seed={number}"
+        camera = {"id": f"more-{number}", "source": source, "field": "table", "region": "full"}
+        assert requests.post(f"{served}api/v1/cameras", json=camera, timeout=10).status_code == 201
+    page.set_viewport_size({"width": 1400, "height": 3000})
+    page.goto(served)
+    page.reload()
+    watched = [f"more-{number}" for number in range(7)] + ["north"]
+    end = time.monotonic() + 60
+    while not all(requests.get(f"{served}api/v1/cameras/{id}/status", timeout=10).json()["viewers"] for id in watched):
+        assert time.monotonic() < end
+        time.sleep(0.2)
+    time.sleep(5)
+    times = page.evaluate("""async () => {
+      const times = [];
+      for (let i = 0; i < 40; i++) {
+        const start = performance.now();
+        await (await fetch("/api/v1/models")).json();
+        times.push(performance.now() - start);
+      }
+      return times;
+    }""")
+    print(f"\neight live cameras on one page: an API call answers in {np.median(times):.0f} ms, p95 "
+          f"{np.percentile(times, 95):.0f} ms, at most {max(times):.0f} ms")
+    assert np.percentile(times, 95) < 500

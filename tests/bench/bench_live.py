@@ -22,6 +22,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from live_seen import calibrated, live, until
+from mjpeg_camera import MjpegCamera
 
 from app.correction import View, correction_map
 from app.live import Channel
@@ -137,6 +138,30 @@ def test_a_stopped_camera_is_seen_and_back_in_time():
     print(f"\nstopped: seen after {max(seen):.2f} s at most, live again {max(back):.2f} s after it stopped, "
           f"the neighbour lost {max(lost):.1%}")
     assert max(seen) < 2 and max(back) < 7
+
+
+def test_a_hundred_unpluggings_leave_nothing_behind():
+    def held(pid):
+        return len(os.listdir(f"/proc/{pid}/fd")), len(os.listdir(f"/proc/{pid}/task"))
+
+    async def story():
+        async with live(far.url) as camera:
+            await until(lambda: camera.status()["state"] == "live")
+            before, back = (held(os.getpid()), held(camera.pid)), []
+            for _ in range(100):
+                opened = camera.status()["reopened"]
+                far.drop()
+                start = time.monotonic()
+                await until(lambda: camera.status()["reopened"] > opened and camera.status()["state"] == "live")
+                back.append(time.monotonic() - start)
+            await asyncio.sleep(2)
+            return before, (held(os.getpid()), held(camera.pid)), back, camera.status()["reconnects"]
+    far = MjpegCamera()
+    before, after, back, reconnects = asyncio.run(story())
+    far.close()
+    print(f"\n100 unpluggings: live again after {max(back):.2f} s at most; descriptors and threads of the server "
+          f"{before[0]} → {after[0]}, of the camera's process {before[1]} → {after[1]}; {reconnects} reconnects")
+    assert max(back) < 5 and after[1][0] <= before[1][0] + 2 and after[1][1] <= before[1][1] + 2
 
 
 def test_from_the_shutter_to_the_viewer():
