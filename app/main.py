@@ -57,15 +57,15 @@ A point out of reach is null. Every refusal says what to do in `fix`."""
 
 def create_app(settings: Settings) -> FastAPI:
     """The whole application, from settings alone. It holds the data folder until it has been served and stopped."""
+    work = jobs_of(settings)  # refused before anything is held; no process starts before the first job
     store = store_of(settings)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        with (store, ImageDecoder(image_limits(settings)) as decoder,
-              jobs_of(settings) as jobs):
+        with store, ImageDecoder(image_limits(settings)) as decoder, work:
             open_workplaces(app)
             app.state.decoder = decoder
-            app.state.jobs = jobs
+            app.state.jobs = work
             app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.picture(id)))
             async with aclosing(live_cameras(app)) as live:
                 app.state.live = live

@@ -38,7 +38,7 @@ class Cluster:
 
     def __init__(self, address: str) -> None:
         found = ADDRESS.fullmatch(address)
-        if found is None:
+        if found is None or int(found["port"]) > 65535:
             raise BadInput(f"{address!r} is no address of a scheduler.", "Write dask://host:port.",
                            reason="bad-settings")
         if importlib.util.find_spec("distributed") is None:
