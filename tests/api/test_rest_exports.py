@@ -1,0 +1,159 @@
+"""Files over REST: every format out with what it costs, and in again as a calibration, a lens or a fit of points."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from refusals import API, refusal
+
+from app.exports import EXPORTS
+
+CAL = f"{API}/calibrations"
+LENS_FORMATS = [name for name in EXPORTS if hasattr(EXPORTS[name], "LENSES")]
+
+
+@pytest.fixture(scope="module")
+def made(standing, standing_calibration):
+    """A calibration of the standing clicks by each model that a test asks for, once."""
+    kept = {"polynomial": standing_calibration}
+
+    def of(model: str) -> dict:
+        if model not in kept:
+            body = {k: standing_calibration[k] for k in ("field", "region", "image_size", "observations")}
+            answer = standing.post(CAL, json={**body, "model": model, "camera": "north"})
+            assert answer.status_code == 201, answer.text
+            kept[model] = answer.json()
+        return kept[model]
+
+    return of
+
+
+def exported(client, calibration, format, **params):
+    return client.get(f"{CAL}/{calibration['id']}/export/{format}", params=params)
+
+
+def imported(client, data, name="file", **texts):
+    return client.post(f"{CAL}/import", files={"file": (name, data)}, data=texts)
+
+
+def field_of(client, calibration, pixels):
+    body = {"from": "image", "to": "field", "points": pixels}
+    answer = client.post(f"{CAL}/{calibration['id']}/transform", json=body)
+    return np.array(answer.json()["points"], float)
+
+
+@pytest.mark.parametrize("format", LENS_FORMATS)
+def test_a_model_that_a_format_cannot_hold_is_409_and_with_approximate_its_error_is_told(standing, made, format):
+    calibration = made("polynomial")
+    problem = refusal(exported(standing, calibration, format), 409, "format-cannot-hold")
+    assert "approximate=true" in problem["fix"]
+    answer = exported(standing, calibration, format, approximate="true")
+    worst, *rest = answer.headers["x-approximation-error-mm"].split(";")
+    # 42 mm: boundary polynomials are no camera; one that is fitted to the same clicks is 64 mm from them
+    assert answer.status_code == 200 and 0 < float(worst) < 50 and rest[0].startswith("rms=")
+    assert f'-v{calibration["version"]}{EXPORTS[format].SUFFIX}"' in answer.headers["content-disposition"]
+    back = imported(standing, answer.content).json()
+    pixels = [[200.0, 150.0], [400.0, 300.0], [600.0, 450.0], [420.0, 120.0]]
+    off = np.linalg.norm(field_of(standing, back, pixels) - field_of(standing, calibration, pixels), axis=1)
+    assert off.max() < float(worst) + 0.5
+
+
+@pytest.mark.parametrize("model, formats", [("brown-conrady", ("opencv", "ros", "mrcal", "photonvision")),
+                                            ("fisheye", ("opencv", "ros", "kalibr")), ("ssl", ("ssl-vision",))])
+def test_what_is_held_comes_back_as_a_new_version_that_says_the_same(standing, made, model, formats):
+    calibration = made(model)
+    pixels = [[100.0, 100.0], [390.0, 290.0], [700.0, 500.0]]
+    for format in formats:
+        answer = exported(standing, calibration, format)
+        assert answer.status_code == 200 and answer.headers["content-type"].startswith(EXPORTS[format].MEDIA_TYPE)
+        assert ("x-approximation-error-mm" in answer.headers) == (format == "ssl-vision")
+        back = imported(standing, answer.content, camera="south")
+        assert back.status_code == 201 and back.headers["location"] == f"{CAL}/{back.json()['id']}"
+        record = back.json()
+        assert record["camera"] == "south" and "Imported from" in record["note"] and record["observations"] == []
+        assert record["report"]["verdict"]["level"] == "unknown"
+        assert record["report"]["warnings"][0]["reason"] == "imported"
+        np.testing.assert_allclose(field_of(standing, record, pixels), field_of(standing, calibration, pixels),
+                                   atol=0.01 if format == "ssl-vision" else 1e-6)
+
+
+def test_everything_that_can_be_asked_of_a_calibration_can_be_asked_of_an_imported_one(standing, made):
+    back = imported(standing, exported(standing, made("brown-conrady"), "opencv").content).json()
+    asked = ("", "/exports", "/overlay.json", "/residuals.json", "/uncertainty.json", "/report.html", "/report.json",
+             f"/difference/{made('brown-conrady')['id']}.json",
+             *(f"/export/{name}?approximate=true" for name in EXPORTS))
+    for path in asked:
+        answer = standing.get(f"{CAL}/{back['id']}{path}")
+        assert answer.status_code in (200, 409), (path, answer.text)
+        assert answer.status_code == 200 or path == "/uncertainty.json"  # nothing is known of its error
+    assert standing.post(f"{CAL}/{back['id']}/activate").status_code == 200
+
+
+def test_the_list_says_what_each_format_holds_and_costs(standing, made):
+    told = {f["format"]: f for f in standing.get(f"{CAL}/{made('brown-conrady')['id']}/exports").json()["items"]}
+    assert list(told) == list(EXPORTS)
+    assert told["opencv"]["exact"] and told["opencv"]["loss"] is None
+    assert not told["ssl-vision"]["exact"] and 0 < told["ssl-vision"]["loss"]["worst_mm"] < 50
+    assert told["npz"]["reads"] is False and told["json"]["holds"]
+    again = standing.get(f"{CAL}/{made('polynomial')['id']}/exports").json()["items"]
+    assert all(f["loss"]["hat_worst_mm"] is None for f in again if f["format"] in LENS_FORMATS)
+
+
+def test_a_file_of_another_program_is_kept_as_a_lens_that_a_fit_holds(standing, standing_calibration):
+    file = json.dumps({"resolution": {"width": 780, "height": 580}, "distCoeffs": {
+        "rows": 1, "cols": 5, "type": 6, "data": [-0.2, 0.03, 0, 0, 0]}, "cameraIntrinsics": {
+        "rows": 3, "cols": 3, "type": 6, "data": [620, 0, 389.5, 0, 620, 289.5, 0, 0, 1]}})
+    answer = imported(standing, file.encode(), "cam.json", camera="north")
+    lens = answer.json()
+    assert answer.status_code == 201 and answer.headers["location"] == f"{API}/lenses/{lens['id']}"
+    assert lens["model"] == "brown-conrady" and "PhotonVision" in lens["note"]
+    listed = standing.get(f"{API}/lenses").json()["items"]
+    assert [item["note"] for item in listed if item["id"] == lens["id"]] == [lens["note"]]
+    body = {k: standing_calibration[k] for k in ("field", "region", "image_size", "observations")}
+    fit = standing.post(CAL, json={**body, "model": "brown-conrady", "options": {"lens": lens["id"]}})
+    assert fit.status_code == 201 and fit.json()["model"]["parameters"]["focal_px"] == pytest.approx(620)
+    own = standing.post(CAL, json={**body, "model": "brown-conrady",
+                                   "options": {"lens": lens["id"], "lens_sigma": "own"}})
+    refusal(own, 422, "lens-sigma-unknown")
+
+
+def test_a_table_of_points_is_fitted(standing, made):
+    table = exported(standing, made("polynomial"), "csv").content
+    refusal(imported(standing, table), 422, "no-field")
+    answer = imported(standing, table, field="ssl-2008", region="half", image_size="780x580", camera="north",
+                      model="polynomial")
+    assert answer.status_code == 201, answer.text
+    assert len(answer.json()["observations"]) == 4 and answer.json()["report"]["rms_px"] < 1
+
+
+@pytest.mark.parametrize("texts, status", [
+    ({"rotate": "45"}, 422), ({"rotate": "x"}, 422), ({"image_size": "big"}, 422), ({"image_size": "1x1"}, 422),
+    ({"image_size": "780x500"}, 409), ({"field": "moon"}, 404), ({"field": "../.."}, 422), ({"region": "moon"}, 404),
+    ({"camera_id": "99999999999"}, 422), ({"camera": "a b"}, 422), ({"colour": "red"}, 422)])
+def test_what_is_said_beside_a_file_is_checked(standing, made, texts, status):
+    refusal(imported(standing, exported(standing, made("brown-conrady"), "opencv").content, **texts), status)
+
+
+def test_json_says_everything_itself(standing, made):
+    data = exported(standing, made("brown-conrady"), "json").content
+    assert imported(standing, data, camera="west").json()["camera"] == "west"
+    refusal(imported(standing, data, field="ssl-2008"), 422, "bad-request")
+
+
+def test_a_camera_number_of_the_league_is_told_and_checked(standing, made):
+    assert exported(standing, made("ssl"), "ssl-vision", camera_id=3).status_code == 200
+    for wrong in (-1, 2**32, "x"):
+        assert exported(standing, made("ssl"), "ssl-vision", camera_id=wrong).status_code == 422
+
+
+def test_opencv_sees_a_robots_hat_where_we_see_it(standing, made, tmp_path):
+    calibration = made("brown-conrady")
+    (tmp_path / "a.yml").write_bytes(exported(standing, calibration, "opencv").content)
+    file = cv2.FileStorage(str(tmp_path / "a.yml"), cv2.FILE_STORAGE_READ)
+    k, d, r, t = (file.getNode(n).mat() for n in ("camera_matrix", "distortion_coefficients", "rotation_vector",
+                                                  "translation_vector"))
+    place = [1500.0, 300.0]
+    ours = standing.post(f"{CAL}/{calibration['id']}/transform", json={
+        "from": "field", "to": "image", "points": [place], "z_mm": 150}).json()["points"][0]
+    np.testing.assert_allclose(cv2.projectPoints(np.array([[*place, 150.0]]), r, t, k, d)[0].ravel(), ours, atol=1e-6)
