@@ -152,7 +152,7 @@ def test_a_hundred_unpluggings_leave_nothing_behind():
                 opened = camera.status()["reopened"]
                 far.drop()
                 start = time.monotonic()
-                await until(lambda: camera.status()["reopened"] > opened and camera.status()["state"] == "live")
+                await until(lambda n=opened: camera.status()["reopened"] > n and camera.status()["state"] == "live")
                 back.append(time.monotonic() - start)
             await asyncio.sleep(2)
             return before, (held(os.getpid()), held(camera.pid)), back, camera.status()["reconnects"]
