@@ -122,6 +122,11 @@ export interface Calibration {
   image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;
   corrected_size: Point; created_at: string; active: boolean; note: string; field_definition: { hat_height_mm?: number };
 }
+/** What a format of another program makes of a version; loss: mm over its region, null where it is exact. */
+export interface Format {
+  format: string; title: string; holds: string; exact: boolean; problem: { what: string; fix: string } | null;
+  loss: { worst_mm: number; rms_mm: number; hat_worst_mm: number | null } | null;
+}
 /** Millimetres on a grid of field places: expected error of one version, or the difference between two. */
 export interface HeatMap {
   of: string; what: "expected" | "difference"; z_mm: number; other: string | null; places: Point[][]; values: (number | null)[][]; top: number;

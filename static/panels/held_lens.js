@@ -12,7 +12,7 @@ export function HeldLens({ option: { name }, value, about }) {
   const boards = lenses.value.filter((l) => isSuited(l, doc.value.model)), made = calibrations.value.filter((c) => isSuited(c, doc.value.model));
   const others = lenses.value.length + calibrations.value.length - boards.length - made.length, sigma = `${name}_sigma`;
   const isKnown = value === null || [...boards, ...made].some((l) => l.id === value);
-  const hasSigma = boards.some((l) => l.id === value) || made.some((c) => c.id === value && c.report.covariance?.names.includes("log_focal"));
+  const hasSigma = boards.some((l) => l.id === value && l.rms_px !== null) || made.some((c) => c.id === value && c.report.covariance?.names.includes("log_focal"));
   /** Another lens is held fast until the operator says otherwise. @param {string | null} id */
   const hold = (id) => {
     const { [name]: _lens, [sigma]: _sigma, ...rest } = doc.value.options;
@@ -21,7 +21,7 @@ export function HeldLens({ option: { name }, value, about }) {
   return html`<select ...${about} value=${value ?? ""} onChange=${(/** @type {any} */ e) => hold(e.target.value || null)}>
       <option value="">None: found from the clicks</option>
       ${!isKnown && html`<option value=${value}>One that is not suited or gone</option>`}
-      ${boards.length > 0 && html`<optgroup label="From boards">${boards.map((l) => html`<option key=${l.id} value=${l.id}>${boardTitle(l)}</option>`)}</optgroup>`}
+      ${boards.length > 0 && html`<optgroup label="From boards and files">${boards.map((l) => html`<option key=${l.id} value=${l.id}>${boardTitle(l)}</option>`)}</optgroup>`}
       ${made.length > 0 && html`<optgroup label="Of calibrations">${made.map((c) => html`<option key=${c.id} value=${c.id}>${madeTitle(c)}</option>`)}</optgroup>`}</select>
     ${value !== null && html`<select data-testid=${`option-${sigma}`} aria-label="How fast the lens is held" value=${doc.value.options[sigma] ?? "0"}
         onChange=${(/** @type {any} */ e) => change({ ...doc.value, options: { ...doc.value.options, [sigma]: e.target.value } })}>
@@ -30,7 +30,8 @@ export function HeldLens({ option: { name }, value, about }) {
 }
 
 /** @param {import("../types").Lens} l */
-const boardTitle = (l) => `${l.note || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners")}, ${many(l.views, "view")}, ${number(l.rms_px, 2)} px, ${dayAndTime(l.created_at)}`;
+const boardTitle = (l) => [l.note.replace(/\.$/, "") || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners"),
+  ...(l.views ? [many(l.views, "view"), `${number(l.rms_px, 2)} px`] : []), dayAndTime(l.created_at)].join(", ");
 
 /** @param {import("../types").Calibration} c */
 const madeTitle = (c) => `Version ${c.version} of ${cameras.value.find((it) => it.id === c.camera)?.name ?? "a picture from a file"}, ${dayAndTime(c.created_at)}`;

@@ -5,6 +5,7 @@ import { html } from "../html.js";
 import { camera } from "../state.js";
 import { activate, isSaved, version, versions } from "../versions.js";
 import { correctedAddress } from "../layers/compare.js";
+import { ExportMenu } from "./exports.js";
 import { HeatPanel } from "./heat.js";
 import { ActionButton } from "./toolbar.js";
 
@@ -28,7 +29,7 @@ export function Downloads() {
     <li><a data-testid="report" href=${address(`/calibrations/${it.id}/report.html`)} target="_blank" rel="noopener">Open report, to print or keep</a><small>Pictures, numbers, error maps, versions.</small></li>
     <li><a data-testid="download-json" href=${link("json")} download=${`${name}.json`}>Download calibration (JSON)</a><small>Everything; can be read back.</small></li>
     <li><a data-testid="download-npz" href=${link("npz")} download=${`${name}.npz`}>Download remap table (NPZ)</a><small>For cv2.remap in your own program.</small></li>
-    <li><a data-testid="download-png" href=${correctedAddress(it.id, "png")} download=${`${name}.png`}>Download corrected picture (PNG)</a></li></ul></section>`;
+    <li><a data-testid="download-png" href=${correctedAddress(it.id, "png")} download=${`${name}.png`}>Download corrected picture (PNG)</a></li></ul><${ExportMenu} it=${it}/></section>`;
 }
 
 export function VersionsPanel() {

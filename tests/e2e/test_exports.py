@@ -1,0 +1,41 @@
+"""Files for other programs, by the page: every format with what it holds and what the version loses in it."""
+
+import yaml
+from playwright.sync_api import expect
+
+from app.exports import EXPORTS
+
+ELSEWHERE = {"json", "npz"}  # offered to everybody
+
+
+def test_every_format_is_offered_with_what_it_costs_and_can_be_had(clicked, server, tmp_path):
+    saved = clicked("brown-conrady").next("compare")
+    page, it = saved.page, saved.saved()
+    menu = page.get_by_test_id("exports")
+    menu.locator("summary").click()
+    for name in EXPORTS:
+        expect(page.get_by_test_id(f"export-{name}")).to_have_count(0 if name in ELSEWHERE else 1)
+    told = {f["format"]: f for f in server.api("GET", f"/calibrations/{it['id']}/exports").json()["items"]}
+    for name in set(EXPORTS) - ELSEWHERE:
+        worst = None if told[name]["loss"] is None else told[name]["loss"]["worst_mm"]
+        shown = "exact" if worst is None else f"{worst:.2f} mm"
+        expect(page.get_by_test_id(f"cost-{name}")).to_contain_text(shown)
+    assert told["opencv"]["exact"] and not told["ssl-vision"]["exact"] and told["ssl-vision"]["loss"]["worst_mm"] > 0.01
+    menu.scroll_into_view_if_needed()
+    page.screenshot(path=tmp_path / "exports.png")
+    with page.expect_download() as coming:
+        page.get_by_test_id("export-opencv").click()
+    value = yaml.safe_load(coming.value.path().read_text())
+    assert value["camera_matrix"]["data"][0] == it["model"]["parameters"]["focal_px"]
+    assert coming.value.suggested_filename.endswith(".yml")
+    with page.expect_download() as coming:
+        page.get_by_test_id("export-ssl-vision").click()
+    assert coming.value.suggested_filename.endswith(".pb") and coming.value.path().read_bytes()[:1] == b"\x12"
+
+
+def test_another_version_is_asked_anew(clicked):
+    operator = clicked("polynomial").next("compare")
+    page = operator.page
+    page.get_by_test_id("exports").locator("summary").click()
+    expect(page.get_by_test_id("cost-opencv")).to_contain_text("mm")  # no lens holds the paper's method
+    expect(page.get_by_test_id("cost-csv")).to_have_text("exact")
