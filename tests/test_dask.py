@@ -180,8 +180,8 @@ def test_another_version_of_touchline_on_the_workers_is_said(standing, monkeypat
 
 def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_right(tmp_path):
     with dask_cluster(tmp_path) as cluster, Jobs(workers=4, engine=cluster.address, kept=200) as jobs:
-        long = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 2})
-        other = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 2})
+        long = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 8})
+        other = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 8})
         for job in (long, other):
             said(jobs, job, "sleeping")
         os.kill(cluster.workers[0].pid, signal.SIGKILL)  # each of the two has one of them
@@ -190,7 +190,7 @@ def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_r
             until(lambda: sum(job.state == "queued" for job in jobs.all()) < 15)
             batch.append(jobs.start("adding", jobs_done.adds, {"a": number, "b": 1}))
         assert [ended(jobs, job).result["sum"] for job in batch] == [number + 1 for number in range(60)]
-        assert [ended(jobs, job).result for job in (long, other)] == [{"slept": 2}] * 2
+        assert [ended(jobs, job).result for job in (long, other)] == [{"slept": 8}] * 2
         assert sorted(jobs.get(job.id).attempt for job in (long, other)) == [1, 2]
 
 
