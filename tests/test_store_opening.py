@@ -167,6 +167,19 @@ def test_the_restored_backup_is_named_and_newer_whole_rows_come_with_it(full, tm
         assert (folder / damage.to_json()["file"]).is_file()
 
 
+def test_a_database_that_is_older_than_its_newest_backup_has_lost_something_and_is_restored(tmp_path):
+    with Store(tmp_path) as store:
+        store.save(calibration("north", "1"))
+    older = (tmp_path / FILE).read_bytes()
+    with Store(tmp_path) as store:
+        kept = [store.save(calibration("north", "2")).id for _ in range(3)]
+    (tmp_path / FILE).write_bytes(older)
+    with Store(tmp_path) as store:
+        assert [one.id for one in store.calibrations(limit=3).items] == kept[::-1]
+        (damage,) = store.damaged
+        assert damage.kind == "database" and "older than its newest backup" in damage.note
+
+
 def test_a_damaged_row_is_taken_from_a_backup_and_told(tmp_path):
     with Store(tmp_path) as store:
         kept, other = store.save(calibration("north", "1")), store.save(calibration("north", "2"))

@@ -10,6 +10,7 @@ from app.store.files import make_folder, move_whole, write_whole
 
 log = logging.getLogger("touchline")
 NOTE = ".note"
+BESIDE = (NOTE, "-wal", "-shm")  # what stands beside a damaged file and belongs to it
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,8 @@ class Quarantine:
 
     def names(self, kind: str) -> tuple[str, ...]:
         """File names of that kind, as they stood."""
-        return tuple(sorted(path.name for path in (self._folder / kind).glob("*") if path.suffix != NOTE))
+        return tuple(sorted(path.name for path in (self._folder / kind).glob("*")
+                            if not path.name.endswith(BESIDE)))
 
     def all(self) -> tuple[Damage, ...]:
         """Everything that was ever moved aside and is still there."""
