@@ -58,7 +58,8 @@ class Encoder:
             if taken is None:
                 continue
             for number, (channel, interval_s) in watched.items():
-                if number not in done or self._is_due(number, taken, interval_s):
+                # A new channel is shown the newest frame at once; the others have had it.
+                if number not in done or (taken.seq > seq and self._is_due(number, taken, interval_s)):
                     self._hand_over(number, channel, taken)
             seq, done = taken.seq, set(watched)
 
