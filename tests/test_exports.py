@@ -112,6 +112,7 @@ def test_the_nearest_that_a_format_can_hold_errs_by_what_it_says(format, name, i
         flat = seen_places(model, made.loss.hat_height_mm)
         hats = np.linalg.norm(back.unproject(model.project(flat), made.loss.hat_height_mm) - flat[:, :2], axis=1)
         assert hats.max() <= made.loss.hat_worst_mm * 1.1 + 1e-3
+        assert made.loss.hat_rms_mm < 1.3 * made.loss.rms_mm + 0.02  # fitted to both, not to the carpet alone
     else:
         assert made.loss.hat_worst_mm is None
     if format not in ("ssl-vision", "photonvision"):

@@ -16,6 +16,7 @@ from exported import EXAMPLES, LENS_FORMATS, example, model_of, seen_places
 from app import interchange
 from app.exports import EXPORTS
 from app.exports.holding import own_camera
+from app.exports.numbers import written
 from app.models.rotation import matrix_from_vector
 
 SYSTEM_PYTHON = "/usr/bin/python3"  # mrcal comes with the system, not from PyPI
@@ -68,6 +69,13 @@ def test_pyyaml_finds_numbers_and_no_words_where_numbers_belong(format, name, in
 
     words = {v for v in leaves(value) if isinstance(v, str)}
     assert all(re.fullmatch(r"[a-z/_]+", word) for word in words), words
+
+
+@pytest.mark.parametrize("value", [1e-5, -1e-5, 1e22, 5e-324, 1.5e-7, 0.1, -0.0, 1 / 3, 1e15, 123456789.0, 1e16])
+def test_a_number_is_read_as_itself_by_yaml_json_and_python(value):
+    text = written(value)
+    for read in (yaml.safe_load, json.loads, float):
+        assert isinstance(read(text), float) and read(text) == value, text
 
 
 @pytest.mark.parametrize("name, index", held_by("ros"))

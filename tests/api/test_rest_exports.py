@@ -52,6 +52,10 @@ def test_a_model_that_a_format_cannot_hold_is_409_and_with_approximate_its_error
     worst, *rest = answer.headers["x-approximation-error-mm"].split(";")
     # 42 mm: boundary polynomials are no camera; one that is fitted to the same clicks is 64 mm from them
     assert answer.status_code == 200 and 0 < float(worst) < 50 and rest[0].startswith("rms=")
+    listed = standing.get(f"{CAL}/{calibration['id']}/exports").json()["items"]
+    loss = next(f["loss"] for f in listed if f["format"] == format)
+    assert float(worst) == pytest.approx(loss["worst_mm"], abs=6e-4)
+    assert float(rest[0][4:]) == pytest.approx(loss["rms_mm"], abs=6e-4)
     assert f'-v{calibration["version"]}{EXPORTS[format].SUFFIX}"' in answer.headers["content-disposition"]
     back = imported(standing, answer.content).json()
     pixels = [[200.0, 150.0], [400.0, 300.0], [600.0, 450.0], [420.0, 120.0]]
