@@ -6,6 +6,7 @@ import re
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 SMALLEST = 1e-6  # below it noughts are no longer counted: 3.1 × 10⁻⁸
 LARGEST = 1e6
+TINIEST = 1e-300  # a σ below it is none
 
 
 def plain(value: float, digits: int = 2) -> str:
@@ -15,7 +16,8 @@ def plain(value: float, digits: int = 2) -> str:
     rounded = float(f"{value:.{digits - 1}e}")
     power = _power(rounded)
     if rounded != 0 and not SMALLEST <= abs(rounded) < LARGEST:
-        return f"{_fixed(rounded / 10.0**power, digits - 1)} × 10{str(power).translate(SUPERSCRIPT)}"
+        mantissa = f"{rounded:.{digits - 1}e}".partition("e")[0].replace("-", "−")  # 10⁻³²⁴ is no number to divide by
+        return f"{mantissa} × 10{str(power).translate(SUPERSCRIPT)}"
     if power >= digits:
         return _fixed(value, 0)  # 124, not 120: whole parts in full
     text = _fixed(rounded, max(0, digits - 1 - power))
@@ -24,7 +26,7 @@ def plain(value: float, digits: int = 2) -> str:
 
 def with_sigma(value: float, sigma: float) -> str:
     """A value and how well it is known, to two digits of its σ: −0.000064 ± 0.00008, (−6.4 ± 8) × 10⁻⁸."""
-    if not (math.isfinite(value) and math.isfinite(sigma) and sigma > 0):
+    if not (math.isfinite(value) and math.isfinite(sigma) and sigma > TINIEST):
         return plain(value)
     power = _power(sigma)
     if not SMALLEST <= sigma < LARGEST:
