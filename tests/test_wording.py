@@ -20,7 +20,8 @@ def test_a_number_is_printed_as_people_write_it(value, text):
 @pytest.mark.parametrize("value, sigma, text", [
     (-6.4e-05, 8e-05, "−0.000064 ± 0.00008"), (0.0123, 0.04, "0.012 ± 0.04"),
     (-6.41e-08, 8.02e-08, "(−6.4 ± 8) × 10⁻⁸"),
-    (1234.56, 21.0, "1235 ± 21"), (0.5, 0.0, "0.5"), (0.5, 5e-324, "0.5"), (0.00001, 0.4, "0.00 ± 0.4"), (-0.00001, 0.4, "0.00 ± 0.4")])
+    (1234.56, 21.0, "1235 ± 21"), (0.5, 0.0, "0.5"), (0.5, 5e-324, "0.5"),
+    (0.00001, 0.4, "0.00 ± 0.4"), (-0.00001, 0.4, "0.00 ± 0.4")])
 def test_a_value_has_the_digits_that_its_sigma_leaves_it(value, sigma, text):
     assert with_sigma(value, sigma) == text
 
