@@ -131,8 +131,10 @@ class Backups:
         return False
 
     def _try(self) -> None:
+        """Copy what has changed; a database that was not saved to is not copied over its own good copy."""
         try:
-            self.make()
+            if self._is_due():
+                self.make()
             self._trouble = None
         except (OSError, sqlite3.Error) as error:
             self._trouble = str(error)
