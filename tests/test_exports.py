@@ -174,11 +174,9 @@ SPOILT = [lambda d: d[:len(d) // 2], lambda d: b"", lambda d: b"[]", lambda d: b
           lambda d: b"[" * 100_000, lambda d: b"{" * 100_000, lambda d: b"\x00" + d, lambda d: b" " * (5 << 20)]
 
 
-@pytest.mark.parametrize("name", READABLE)
-@pytest.mark.parametrize("spoil", SPOILT)
+@pytest.mark.parametrize(("name", "spoil"), [(name, spoil) for name in READABLE for spoil in SPOILT
+                                             if (name, spoil) != ("csv", SPOILT[0])])  # half a table is a table
 def test_a_spoilt_file_is_refused_with_a_fix(name, spoil):
-    if name == "csv" and spoil is SPOILT[0]:
-        pytest.skip("half a table is a table")
     model = ("ssl", 0) if name == "ssl-vision" else ("brown-conrady", 0)
     written = interchange.export(example(*model), name).data
     assert spoil(written) != written
