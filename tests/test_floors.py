@@ -12,7 +12,7 @@ FLOORS = [
      "strict_yaml", "wire"],                                                       # 0 words
     ["models", "vision"],                                                          # 1 numbers
     ["correction", "evaluate", "heatmap"],                                                    # 2 numbers about models
-    ["sources", "exports", "images", "store", "publish"],                          # 3 edges
+    ["sources", "exports", "images", "store", "publish", "child_line"],                          # 3 edges
     ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "plumb_task", "jobs",
      "live", "settings", "interchange", "report"],                                                                  # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors

@@ -12,7 +12,6 @@ import contextlib
 import json
 import os
 import queue
-import resource
 import socket
 import struct
 import sys
@@ -29,7 +28,9 @@ NICE = 5
 def main() -> None:
     """Serve standard input, a socket, until it closes. Arguments: paths for imports and modules, as JSON; bytes."""
     sys.path[:] = json.loads(sys.argv[1])
-    _confine(int(sys.argv[3]))
+    from app.child_line import confine
+    os.nice(NICE)
+    confine(int(sys.argv[3]))
     import cv2
     cv2.setNumThreads(1)
     for module in json.loads(sys.argv[2]):  # what jobs will need: a cancelled one has no time to import it
@@ -70,37 +71,21 @@ class Child:
 
     def _listen(self) -> None:
         """Hear what is told while a job runs; without a server there is nobody to work for."""
+        from app.child_line import read_exactly
         with contextlib.suppress(OSError):
             while True:
-                kind, length = HEADER.unpack(self._read(HEADER.size))
-                body = json.loads(self._read(length))
+                kind, length = HEADER.unpack(read_exactly(self._line, HEADER.size))
+                body = json.loads(read_exactly(self._line, length))
                 if kind == RUN:
                     self._given.put(body)
                 else:
                     self._cancelled = body["number"]
         os._exit(0)
 
-    def _read(self, length: int) -> bytes:
-        data = bytearray()
-        while len(data) < length:
-            part = self._line.recv(min(length - len(data), 1 << 20))
-            if not part:
-                raise ConnectionResetError
-            data += part
-        return bytes(data)
-
     def _send(self, kind: int, value: object) -> None:
         from app.jobs.doing import plain
         text = json.dumps(plain(value), allow_nan=False).encode("ascii")
         self._line.sendall(HEADER.pack(kind, len(text)) + text)
-
-
-def _confine(memory_bytes: int) -> None:
-    os.nice(NICE)
-    for what, most in ((resource.RLIMIT_AS, memory_bytes), (resource.RLIMIT_CORE, 0)):
-        _, hard = resource.getrlimit(what)
-        limit = most if hard == resource.RLIM_INFINITY else min(most, hard)
-        resource.setrlimit(what, (limit, limit))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ this process die, never the server. wire.py says what goes over the line.
 import contextlib
 import json
 import os
-import resource
 import socket
 import sys
 import threading
@@ -20,7 +19,8 @@ STATUS_S = 0.2
 def main() -> None:
     """Serve standard input, a socket, until it closes. Argument: the paths for imports, as JSON."""
     sys.path[:] = json.loads(sys.argv[1])
-    _confine()
+    from app.child_line import confine
+    confine(MEMORY_BYTES)
     import cv2
     cv2.setNumThreads(1)
     from app.live.child_serving import Serving
@@ -31,8 +31,9 @@ class Line:
     """The socket to the server: whole messages, one at a time, from any thread."""
 
     def __init__(self, line: socket.socket) -> None:
+        from app.child_line import read_exactly
         from app.live import wire
-        self._wire = wire
+        self._wire, self._read = wire, read_exactly
         self._line = line
         self._lock = threading.Lock()
 
@@ -44,19 +45,10 @@ class Line:
     def receive(self) -> tuple[int, int, bytes]:
         """The next message; ends the process when the server is gone: there is nobody to work for."""
         try:
-            kind, number, length = self._wire.HEADER.unpack(self._read(self._wire.HEADER.size))
-            return kind, number, self._read(length)
+            kind, number, length = self._wire.HEADER.unpack(self._read(self._line, self._wire.HEADER.size))
+            return kind, number, self._read(self._line, length)
         except OSError:
             os._exit(0)
-
-    def _read(self, length: int) -> bytes:
-        data = bytearray()
-        while len(data) < length:
-            part = self._line.recv(min(length - len(data), 1 << 20))
-            if not part:
-                raise ConnectionResetError
-            data += part
-        return bytes(data)
 
 
 def every(seconds: float, deed) -> None:
@@ -67,13 +59,6 @@ def every(seconds: float, deed) -> None:
                 deed()
                 time.sleep(seconds)
     threading.Thread(target=run, daemon=True).start()
-
-
-def _confine() -> None:
-    for what, most in ((resource.RLIMIT_AS, MEMORY_BYTES), (resource.RLIMIT_CORE, 0)):
-        _, hard = resource.getrlimit(what)
-        limit = most if hard == resource.RLIM_INFINITY else min(most, hard)
-        resource.setrlimit(what, (limit, limit))
 
 
 if __name__ == "__main__":
