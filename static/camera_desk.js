@@ -1,7 +1,7 @@
 // One camera, live, and the form for a new or a changed one: what the operator does with it.
 import { computed, effect, signal } from "@preact/signals";
 import { ask, statuses, STATES } from "./live.js";
-import { call, request } from "./api.js";
+import { Away, call, request } from "./api.js";
 import { atBoard } from "./board.js";
 import { refused } from "./fitting.js";
 import { atLive, atPair, atStraight, cameras, tell, tellError } from "./state.js";
@@ -103,12 +103,10 @@ export async function tryCamera() {
   const stop = trying.value = new AbortController();
   refusal.value = tried.value = null;
   try {
-    const answer = await fetch("/api/v1/cameras/test", { method: "POST", signal: stop.signal, headers: { "Content-Type": "application/json" }, body: JSON.stringify({ source }) });
-    const told = await answer.json();
-    if (answer.ok) tried.value = { source, ...told };
-    else refusal.value = { detail: told.detail, fix: told.fix };
-  } catch {
-    if (!stop.signal.aborted) refusal.value = { detail: "The server does not answer.", fix: "Try again when it is back." };
+    const answer = await request("POST", "/cameras/test", { json: { source }, stop: stop.signal });
+    tried.value = { source, ...await answer.json() };
+  } catch (error) {
+    if (!stop.signal.aborted) refusal.value = error instanceof Away ? { detail: error.message, fix: "Try again when it is back." } : refused(error);
   } finally {
     if (trying.value === stop) trying.value = null;
   }

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from typing import Self
 
 from app.errors import Unavailable
+from app.sources.far_refusals import broken, refused
 from app.sources.login import Login
 from app.sources.network import Place, connect
 
@@ -39,9 +40,9 @@ class HttpLine:
                 self._drain(deadline)
                 continue
             if answer.status != 200:
-                raise _refused(answer.status)
+                raise refused(answer.status, "http", "nothing", "MJPEG")
             return answer.headers.get("Content-Type", "")
-        raise _refused(401)
+        raise refused(401, "http", "nothing", "MJPEG")
 
     def read_some(self, deadline: float) -> bytes:
         """What came of the body, at least a byte; b"" at its end."""
@@ -103,7 +104,7 @@ class HttpLine:
                                   reason="camera-certificate") from None
             except (OSError, ValueError):
                 line.close()
-                raise _broken() from None
+                raise broken() from None
         self.socket = line
         self._timed = _Timed(line)
         self._client = http.client.HTTPConnection(place.host, place.port)
@@ -124,7 +125,7 @@ class HttpLine:
             raise Unavailable("The camera sends no pictures any more.", "Look at the camera and its network.",
                               reason="camera-silent") from None
         except (OSError, http.client.HTTPException, ValueError):
-            raise _broken() from None
+            raise broken() from None
 
 
 class _Timed:
@@ -164,21 +165,3 @@ class _Reader(io.RawIOBase):
 
     def readinto(self, buffer: memoryview) -> int:
         return self._timed.recv_into(buffer)
-
-
-def _refused(status: int) -> Unavailable:
-    if 300 <= status < 400:
-        return Unavailable("The camera sends us on to another address.", "Give that address itself.",
-                           reason="camera-redirects")
-    if status in (401, 403):
-        return Unavailable("The camera does not accept the user name and password.",
-                           "Write them as http://user:password@host/…", reason="camera-login")
-    if status == 404:
-        return Unavailable("The camera has nothing under this path.", "Look in its manual for its MJPEG path.",
-                           reason="unknown-stream")
-    return Unavailable(f"The camera refuses with HTTP status {status}.", "Look at its settings, or restart it.",
-                       reason="camera-refuses")
-
-
-def _broken() -> Unavailable:
-    return Unavailable("The connection to the camera broke.", "Look whether it is on.", reason="camera-gone")

@@ -14,6 +14,7 @@ import threading
 import time
 
 from app.errors import TouchlineError, Unavailable
+from app.sources.far_refusals import broken, refused
 from app.sources.login import Login
 from app.sources.network import Place
 from app.sources.rtp_sizes import SizeWatch
@@ -77,7 +78,7 @@ class Relay:
             self.problem = error
         except (OSError, ValueError, UnicodeError):
             if not self._closing:
-                self.problem = _broken()
+                self.problem = broken()
         finally:
             for line in (self._camera, self._ffmpeg, self._listener):
                 if line is not None:
@@ -129,7 +130,7 @@ class Relay:
             length = _body_length(data[at:found]) if found >= 0 else 0
             end = found + 4 + length
             if max(len(data) - at, length) > MAX_TEXT and (found < 0 or length > MAX_TEXT):
-                raise _broken()
+                raise broken()
             if found < 0 or len(data) < end:
                 break
             self._ffmpeg.sendall(memoryview(data)[start:at].tobytes())
@@ -154,7 +155,7 @@ class Relay:
             end = data.find(b"\r\n\r\n")
             if end < 0:
                 if len(data) > MAX_TEXT:
-                    raise _broken()
+                    raise broken()
                 return
             text = data[:end].decode("ascii", "replace")
             del data[:end + 4]
@@ -164,7 +165,7 @@ class Relay:
             if uri.startswith(self._ours):
                 uri = self._real + uri.removeprefix(self._ours)
             elif not uri.startswith("rtsp://") or self._number == 0:
-                raise _broken()  # a stranger on this machine
+                raise broken()  # a stranger on this machine
             self._ask(method, uri, re.sub(r"(?mi)^CSeq:.*\r?\n?", "", rest).encode(), number)
 
     def _ask(self, method: str, uri: str, rest: bytes, theirs: int) -> None:
@@ -191,7 +192,7 @@ class Relay:
             self._ask(*asked)
             return
         if 300 <= code <= 401 or (code > 401 and asked[0] in ("DESCRIBE", "SETUP", "PLAY")):
-            raise _refused(code)
+            raise refused(code, "rtsp", "no stream", "RTSP")
         if asked[0] == "DESCRIBE":
             sdp = body.decode("utf-8", "replace")
             codec = CODEC.search(sdp)
@@ -204,21 +205,3 @@ class Relay:
 def _body_length(head: bytearray) -> int:
     found = re.search(rb"(?mi)^Content-Length:\s*(\d{1,9})", head)
     return int(found[1]) if found else 0
-
-
-def _refused(code: int) -> Unavailable:
-    if code < 400:
-        return Unavailable("The camera sends us on to another address.", "Give that address itself.",
-                           reason="camera-redirects")
-    if code in (401, 403):
-        return Unavailable("The camera does not accept the user name and password.",
-                           "Write them as rtsp://user:password@host/…", reason="camera-login")
-    if code == 404:
-        return Unavailable("The camera has no stream under this path.", "Look in its manual for its RTSP path.",
-                           reason="unknown-stream")
-    return Unavailable(f"The camera refuses with RTSP status {code}.", "Look at its settings, or restart it.",
-                       reason="camera-refuses")
-
-
-def _broken() -> Unavailable:
-    return Unavailable("The connection to the camera broke.", "Look whether it is on.", reason="camera-gone")
