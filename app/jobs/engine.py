@@ -48,7 +48,7 @@ class Jobs:
                  memory_bytes: int = MEMORY_BYTES, modules: tuple[str, ...] = ()) -> None:
         self._wall_s = wall_s
         self._book = Book(kept)
-        self._orders: queue.SimpleQueue[_Order | None] = queue.SimpleQueue()
+        self._orders: queue.Queue[_Order | None] = queue.Queue()
         self._places = _places(engine, workers, memory_bytes, modules)
         self._threads: list[Thread] = []
         self._lock = Lock()
