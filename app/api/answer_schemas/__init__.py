@@ -1,0 +1,52 @@
+"""What answers look like, for the documentation: the routes send their JSON as it is, tests hold it to this.
+
+One file for each resource; routes take every name from here.
+"""
+
+from app.api.answer_schemas.answer import Answer, Health, Job, Jobs, Page
+from app.api.answer_schemas.calibrations import (
+    Calibration,
+    CalibrationReport,
+    Calibrations,
+    Difference,
+    Format,
+    Formats,
+    Ranking,
+    Transformed,
+    Uncertainty,
+)
+from app.api.answer_schemas.cameras import (
+    Camera,
+    Cameras,
+    CameraStatus,
+    CameraTest,
+    Controls,
+    FoundCameras,
+    Snapshot,
+    Snapshots,
+    Sources,
+)
+from app.api.answer_schemas.fits import (
+    Arrows,
+    Border,
+    Draft,
+    Drawn,
+    Field,
+    Fields,
+    FittedModel,
+    Model,
+    Models,
+    Option,
+    Overlay,
+    Preview,
+    Report,
+)
+from app.api.answer_schemas.lenses import Lens, Lenses, LensInShort, Pair, PairLines, Straightness
+
+__all__ = [
+    "Answer", "Arrows", "Border", "Calibration", "CalibrationReport", "Calibrations", "Camera", "CameraStatus",
+    "CameraTest", "Cameras", "Controls", "Difference", "Draft", "Drawn", "Field", "Fields", "FittedModel",
+    "Format", "Formats", "FoundCameras", "Health", "Job", "Jobs", "Lens", "LensInShort", "Lenses", "Model",
+    "Models", "Option", "Overlay", "Page", "Pair", "PairLines", "Preview", "Ranking", "Report", "Snapshot",
+    "Snapshots", "Sources", "Straightness", "Transformed", "Uncertainty",
+]
