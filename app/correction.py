@@ -64,7 +64,7 @@ class CorrectionMap:
     raw_y: NDArray[np.float32]
 
     def apply(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """The corrected picture of a raw one (h, w[, channels]), bilinear, places rounded to 1/32 px: for live views."""
+        """The corrected picture of a raw (h, w[, channels]), bilinear, places rounded to 1/32 px: for live views."""
         return cv.remap(pixels, *self._fixed, border=BORDER_BGR)
 
     def apply_finely(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:

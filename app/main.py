@@ -38,6 +38,7 @@ from app.api.camera_shelf import CameraShelf, live_cameras
 from app.api.connections import watched_connections
 from app.api.frames import Frames
 from app.api.limits import MB, BodyLimits
+from app.api.results import keepers
 from app.api.schemas import PROBLEMS
 from app.api.work import open_workplaces
 from app.images import ImageDecoder, Limits
@@ -49,6 +50,7 @@ from app.store.field_shelf import FieldShelf
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, calibrations, boards, lenses,
              judgement, reports, pairs, straightness, points, pictures, jobs)
 API = "/api/v1"
+MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task")  # whose functions jobs may be
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
 Pixels are [x, y] from the centre of the top-left pixel; field positions are [x, y] in mm from the field's centre.
@@ -57,8 +59,9 @@ A point out of reach is null. Every refusal says what to do in `fix`."""
 
 def create_app(settings: Settings) -> FastAPI:
     """The whole application, from settings alone. It holds the data folder until it has been served and stopped."""
-    work = jobs_of(settings)  # refused before anything is held; no process starts before the first job
+    work = jobs_of(settings)  # refused before anything is held
     store = store_of(settings)
+    work.keepers.update(keepers(store))
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -66,6 +69,7 @@ def create_app(settings: Settings) -> FastAPI:
             open_workplaces(app)
             app.state.decoder = decoder
             app.state.jobs = work
+            work.open(store.jobs)  # and go on with what a stop has cut short
             app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.picture(id)))
             async with aclosing(live_cameras(app)) as live:
                 app.state.live = live
@@ -102,7 +106,7 @@ def image_limits(settings: Settings) -> Limits:
 
 def jobs_of(settings: Settings) -> Jobs:
     return Jobs(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
-                kept=settings.jobs.kept, modules=("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task"))
+                kept=settings.jobs.kept, modules=MODULES)
 
 
 def _add_page(app: FastAPI, settings: Settings) -> None:

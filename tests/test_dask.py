@@ -104,7 +104,8 @@ def test_a_cancelled_job_that_listens_frees_its_worker_and_the_next_one_is_done(
 def test_a_job_that_does_not_listen_is_abandoned_and_its_result_thrown_away(cluster):
     with Jobs(workers=1, engine=cluster.address) as jobs:
         kept = []
-        job = jobs.start("computing", jobs_done.computes_in_silence, {"seconds": 3}, kept.append)
+        jobs.keepers["list"] = lambda made, about: kept.append(made)
+        job = jobs.start("computing", jobs_done.computes_in_silence, {"seconds": 3}, "list")
         said(jobs, job, "Starting")
         time.sleep(0.3)
         assert jobs.cancel(job.id).state == "cancelled"

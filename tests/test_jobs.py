@@ -155,7 +155,8 @@ def test_a_cancelled_job_that_does_not_listen_is_killed_within_a_second_or_so(jo
 
 def test_a_job_that_waits_is_cancelled_without_ever_running(jobs):
     first = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 30})
-    second = jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1}, keep=pytest.fail)
+    jobs.keepers["never"] = pytest.fail
+    second = jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1}, keep="never")
     assert jobs.cancel(second.id).state == "cancelled"
     jobs.cancel(first.id)
     assert ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1})).state == "done"
@@ -168,12 +169,13 @@ def cancelled_at_random(jobs, times, seed=0):
     for number in range(times):
         kept = []
 
-        def keep(result, kept=kept):
+        def keep(result, about, kept=kept):
             time.sleep(0.01)  # a disk
             kept.append(result)
-            return {"kept": True}
+            return {"kept": about}
 
-        job = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 0.03}, keep)
+        jobs.keepers["list"] = keep
+        job = jobs.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 0.03}, "list", number)
         time.sleep(rng.uniform(0, 0.15))
         told = jobs.cancel(job.id)
         if told.state == "running":  # it was being kept: then it ends as done, and soon
@@ -197,10 +199,11 @@ def test_cancelled_at_three_hundred_random_times_likewise():
 
 
 def test_what_fails_while_it_is_kept_is_a_failed_job(jobs):
-    def keep(result):
+    def keep(result, about):
         raise Unavailable("The disk is full.", "Free some space.", reason="disk-full")
 
-    failed = ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1}, keep))
+    jobs.keepers["full"] = keep
+    failed = ended(jobs, jobs.start("adding", jobs_done.adds, {"a": 1, "b": 1}, "full"))
     assert failed.state == "failed" and failed.problem["reason"] == "disk-full"
 
 

@@ -1,6 +1,5 @@
 """POST /calibrations/board: a lens from pictures of a board, or from corners found elsewhere."""
 
-from functools import partial
 from typing import Any
 
 from fastapi import APIRouter, Request
@@ -36,7 +35,7 @@ def _started(request: Request, body: BoardRequest) -> Job:
     task = BoardTask(None if body.board is None else Board.from_json(body.board), body.model, body.options)
     about = {"camera": body.camera, "note": body.note, "snapshots": body.snapshots}
     run, spec = (_from_views(body, task) if body.views is not None else _from_snapshots(request, body, task))
-    return request.app.state.jobs.start("board", run, spec, partial(_kept, request.app.state.store, about))
+    return request.app.state.jobs.start("board", run, spec, "lens", about)
 
 
 def _from_views(body: BoardRequest, task: BoardTask) -> tuple[Any, dict[str, Any]]:
@@ -63,8 +62,3 @@ def _from_snapshots(request: Request, body: BoardRequest, task: BoardTask) -> tu
     pictures = [{"name": f"picture {number}", "path": str(store.picture_path(snapshot.id)), "sha256": snapshot.sha256}
                 for number, snapshot in enumerate(snapshots, 1)]
     return run_pictures, {"task": task.to_json(), "pictures": pictures}
-
-
-def _kept(store: Any, about: dict[str, Any], found: dict[str, Any]) -> dict[str, Any]:
-    record = store.add_lens({**found, **about})
-    return {"lens": record["id"], "record": record}

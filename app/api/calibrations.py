@@ -1,8 +1,6 @@
 """/calibrations: versions that are made, read, activated, and put to use."""
 
 import json
-from dataclasses import replace
-from functools import partial
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
@@ -16,11 +14,10 @@ from app.api.headers_of_files import attachment, error_header
 from app.api.imported import MAX_IMPORT_BYTES, PARTS, keep_import
 from app.api.jobs import accepted, result_of
 from app.api.operator import operator
+from app.api.results import keep_version
 from app.api.schemas import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from app.api.work import at_length, at_work
 from app.interchange import export, formats
-from app.records import Calibration
-from app.store import Store
 from app.task import run_compare, run_fit
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
@@ -42,18 +39,12 @@ async def make_calibration(request: Request, body: FitRequest, job: AsJob = Fals
     With ?job=true a job, whose result is {"calibration": id}.
     """
     task = await at_work(request, task_of, request, body, (body.model,))
-    keep = partial(_kept, request.app.state.store, operator(request))
+    store, by = request.app.state.store, operator(request)
     if job:
-        return accepted(request.app.state.jobs.start(
-            "calibration", run_fit, {"task": task.to_json()},
-            lambda made: {"calibration": keep(Calibration.from_json(made)).id}))
-    calibration = await at_work(request, lambda: keep(task.record(task.run())))
+        return accepted(await at_work(request, request.app.state.jobs.start, "calibration", run_fit,
+                                      {"task": task.to_json()}, "calibration", {"by": by}))
+    calibration = await at_work(request, lambda: keep_version(store, task.record(task.run()), by))
     return Json(calibration.to_json(), 201, headers={"Location": f"/api/v1/calibrations/{calibration.id}"})
-
-
-def _kept(store: Store, by: str, made: Calibration) -> Calibration:
-    before = store.calibrations(made.camera, limit=1).items if made.camera is not None else ()
-    return store.save(replace(made, parent=before[0].id if before else None), by)
 
 
 @router.post("/compare", response_model=answer_schemas.Ranking, responses=ACCEPTED)
@@ -65,7 +56,7 @@ async def compare_models(request: Request, body: CompareRequest, job: AsJob = Fa
     task = await at_work(request, task_of, request, body, body.models or ())
     spec = {"task": task.to_json(), "models": body.models}
     if job:
-        return accepted(request.app.state.jobs.start("comparison", run_compare, spec))
+        return accepted(await at_work(request, request.app.state.jobs.start, "comparison", run_compare, spec))
     return result_of(await at_length(request, "comparison", run_compare, spec))
 
 

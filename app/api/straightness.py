@@ -29,7 +29,8 @@ async def judge_straightness(request: Request, body: StraightnessRequest, job: A
     """
     spec = await at_work(request, _spec, request, body)
     if job:
-        return accepted(request.app.state.jobs.start("straightness", run_straightness, spec))
+        return accepted(await at_work(request, request.app.state.jobs.start, "straightness", run_straightness,
+                                      spec))
     return result_of(await at_length(request, "straightness", run_straightness, spec))
 
 

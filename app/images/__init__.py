@@ -20,4 +20,5 @@ from app.images.encode import ENCODED_MEDIA_TYPES, encode
 from app.images.inside import decode_inside
 from app.images.screen import Declared, Limits, screen
 
-__all__ = ["ENCODED_MEDIA_TYPES", "Declared", "ImageDecoder", "Limits", "decode_inside", "encode", "frame_from_bytes", "screen"]
+__all__ = ["ENCODED_MEDIA_TYPES", "Declared", "ImageDecoder", "Limits", "decode_inside", "encode",
+           "frame_from_bytes", "screen"]

@@ -4,20 +4,21 @@ import logging
 import queue
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from functools import partial
 from threading import Lock, Thread
 from typing import Any, Self
 
 from app.errors import BadInput, Busy, TouchlineError, Unavailable
+from app.jobs.book import Book, Rows
 from app.jobs.dask_cluster import Cluster
 from app.jobs.dask_place import DaskPlace
-from app.jobs.job import Book, Job, problem_of
+from app.jobs.job import Job, Order, problem_of
 from app.jobs.place import JobFailed, OutOfTime, Place, Stopped, WorkerDied
 from app.jobs.worker import Worker
 from app.models import Progress
 
 Run = Callable[[Any, Progress], Any]
-Keep = Callable[[Any], Any]
+Keeper = Callable[[Any, Any], Any]  # what run returned, and what was said about it -> the job's result
 log = logging.getLogger("touchline")
 
 WAITING = 20  # queued jobs; more would wait for so long that nobody waits for them
@@ -25,53 +26,64 @@ MEMORY_BYTES = 2 << 30
 ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost three is itself to blame
 
 
-@dataclass(frozen=True, eq=False)
-class _Order:
-    """A job on its way to a worker."""
-
-    id: str
-    run: str
-    spec: Any
-    keep: Keep | None
-    attempt: int = 1
-
-
 class Jobs:
     """Long work in processes of its own; thread-safe. Close it, or use it as a context: no process is left then.
 
     workers: jobs done at once; processes start with the first jobs. wall_s: the longest that a job may take. kept:
-    how many ended jobs can still be read. modules: what each process imports before its first job. engine: local,
-    or the address of a cluster, to which so many jobs as `workers` are given at once.
+    how many ended jobs can still be read. modules: what each process imports before its first job, and whose functions
+    a kept job may name. engine: local, or the address of a cluster, to which so many jobs as `workers` are given at
+    once. keepers: by name, what keeps the results that are worth keeping.
     """
 
     def __init__(self, workers: int = 2, *, engine: str = "local", wall_s: float = 600.0, kept: int = 100,
-                 memory_bytes: int = MEMORY_BYTES, modules: tuple[str, ...] = ()) -> None:
+                 memory_bytes: int = MEMORY_BYTES, modules: tuple[str, ...] = (),
+                 keepers: dict[str, Keeper] | None = None) -> None:
         self._wall_s = wall_s
+        self._modules = modules
+        self.keepers = {} if keepers is None else keepers
         self._book = Book(kept)
-        self._orders: queue.Queue[_Order | None] = queue.Queue()
+        # (Not a SimpleQueue: two items put at once into one may leave one of two threads asleep.)
+        self._line: queue.Queue[tuple[str, Order] | None] = queue.Queue()
         self._places = _places(engine, workers, memory_bytes, modules)
         self._threads: list[Thread] = []
         self._lock = Lock()
         self._closed = False
 
-    def start(self, kind: str, run: Run, spec: Any, keep: Keep | None = None) -> Job:
+    def open(self, rows: Rows) -> None:
+        """Keep jobs in these rows from now on, and go on with those that are there and have not ended."""
+        with self._lock:
+            for job, order in self._book.open(rows):
+                if job.attempt > ATTEMPTS:
+                    self._fail(job.id, WorkerDied())
+                elif (order is None or order.run.partition(":")[0] not in self._modules
+                      or not self._knows(order.keep)):
+                    self._fail(job.id, Unavailable("This version of Touchline does not know what this job was to do.",
+                                                   "Ask for it again.", reason="job-lost"))
+                else:
+                    self._line.put((job.id, order))
+            if not self._line.empty():
+                self._begin()
+
+    def start(self, kind: str, run: Run, spec: Any, keep: str | None = None, about: Any = None, *,
+              lasts: bool = True) -> Job:
         """Queue a job. run: a top-level function; spec: plain JSON for it.
 
-        keep: called here with what run returned, when that is whole and still wanted; the job's result is what it
-        returns. From then on the job cannot be cancelled, so that what is kept is kept whole or not at all.
+        keep: the name of a keeper, called here with what run returned and `about` (plain JSON) when that is whole and
+        still wanted; the job's result is what it returns. From then on the job cannot be cancelled, and what is kept is
+        kept together with the job's end, whole or not at all. lasts: false for who waits for the answer.
         """
+        order = Order(f"{run.__module__}:{run.__qualname__}", spec, keep, about, lasts)
+        if not self._knows(keep):
+            raise KeyError(keep)
         with self._lock:
             if self._closed:
                 raise Unavailable("The server is shutting down.", "Try again when it is back.", reason="shutting-down")
             if sum(job.state == "queued" for job in self._book.all()) >= WAITING:
                 raise Busy(f"{WAITING} jobs are waiting already.", "Wait for some to end, or cancel some.",
                            reason="too-many-jobs")
-            job = self._book.add(kind)
-            self._orders.put(_Order(job.id, f"{run.__module__}:{run.__qualname__}", spec, keep))
-            if not self._threads:
-                self._threads = [Thread(target=self._serve, args=(place,), daemon=True) for place in self._places]
-                for thread in self._threads:
-                    thread.start()
+            job = self._book.add(kind, order)
+            self._line.put((job.id, order))
+            self._begin()
         return job
 
     def get(self, id: str) -> Job:
@@ -93,16 +105,21 @@ class Jobs:
         """The processes that stand ready or work."""
         return tuple(pid for place in self._places if (pid := place.pid) is not None)
 
+    @property
+    def closed(self) -> bool:
+        """Whether nothing will change any more."""
+        return self._closed
+
     def close(self) -> None:
-        """Cancel what is queued or runs, and end every process."""
+        """End every process. What is queued or runs is cancelled, or done when its rows are opened again."""
         with self._lock:
             self._closed = True
         for job in self._book.all():
-            self._book.cancel(job.id, "The server was stopped")
+            self._book.put_off(job.id)
         for place in self._places:
             place.end()
         for _ in self._threads:
-            self._orders.put(None)
+            self._line.put(None)
         for thread in self._threads:
             thread.join()
         for place in self._places:
@@ -114,42 +131,53 @@ class Jobs:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _serve(self, place: Place) -> None:
-        while (order := self._orders.get()) is not None:
-            if not self._book.change(order.id, state="running", message="Starting"):
-                continue  # cancelled while it waited
+    def _knows(self, keep: str | None) -> bool:
+        return keep is None or keep in self.keepers
+
+    def _begin(self) -> None:
+        if not self._threads:
+            self._threads = [Thread(target=self._serve, args=(place, f"place {n}"), daemon=True)
+                             for n, place in enumerate(self._places, 1)]
+            for thread in self._threads:
+                thread.start()
+
+    def _serve(self, place: Place, name: str) -> None:
+        while (item := self._line.get()) is not None:
+            id, order = item
             try:
-                result = place.run(order.run, order.spec, lambda fraction, message, id=order.id: self._report(
-                    id, fraction, message), lambda id=order.id: not self._book.ended(id), self._wall_s)
-                self._end(order, result)
+                if self._closed or not self._book.begin(id, name):
+                    continue  # cancelled while it waited
+                made = place.run(order.run, order.spec, partial(self._report, id), partial(self._wanted, id),
+                                 self._wall_s)
+                self._book.done(id, partial(self._kept, order, made))
             except Stopped:
                 pass  # the book has said so already
             except WorkerDied as error:
-                if order.attempt < ATTEMPTS:
-                    self._again(replace(order, attempt=order.attempt + 1))
-                else:
-                    self._fail(order, error)
+                if not self._closed:
+                    self._again(id, order, error)
             except Exception as error:
-                self._fail(order, error)
+                self._fail(id, error)
 
-    def _again(self, order: _Order) -> None:
+    def _again(self, id: str, order: Order, error: WorkerDied) -> None:
         """Nothing of a job is kept before its end, so it may be done once more from its beginning."""
-        if self._book.change(order.id, state="queued", attempt=order.attempt, progress=0.0,
-                             message=f"Its worker was lost; waiting for attempt {order.attempt} of {ATTEMPTS}"):
-            self._orders.put(order)
+        attempt = self._book.get(id).attempt + 1
+        if attempt > ATTEMPTS:
+            self._fail(id, error)
+        elif self._book.again(id, f"Its worker was lost; waiting for attempt {attempt} of {ATTEMPTS}"):
+            self._line.put((id, order))
 
-    def _fail(self, order: _Order, error: Exception) -> None:
-        self._book.change(order.id, state="failed", message="Failed", problem=self._problem(error))
+    def _fail(self, id: str, error: Exception) -> None:
+        self._book.fail(id, self._problem(error))
 
     def _report(self, id: str, fraction: float, message: str) -> None:
-        self._book.change(id, progress=min(max(fraction, 0.0), 1.0), message=message[:500])
+        self._book.report(id, min(max(fraction, 0.0), 1.0), message[:500])
 
-    def _end(self, order: _Order, result: Any) -> None:
-        if order.keep is not None:
-            if not self._book.hold(order.id):
-                return
-            result = order.keep(result)
-        self._book.change(order.id, state="done", progress=1.0, message="Done", result=result)
+    def _wanted(self, id: str) -> bool:
+        self._book.beat(id)
+        return not self._book.ended(id)
+
+    def _kept(self, order: Order, made: Any) -> Any:
+        return made if order.keep is None else self.keepers[order.keep](made, order.about)
 
     def _problem(self, error: Exception) -> dict[str, Any]:
         if isinstance(error, JobFailed) and "detail" in error.problem:

@@ -5,7 +5,7 @@ from app.models import Option
 RAY_OPTIONS: tuple[Option, ...] = (
     Option("height_mm", "value-and-sigma", None, "The camera's height above the carpet by tape, and how sure it is. "
            "It tells focal length and height apart.", (100, 50_000), "mm"),
-    Option("lens", "calibration", None, "A calibration or board whose lens is taken over; the field then fixes the pose."),
+    Option("lens", "calibration", None, "A calibration or board whose lens is taken; the field fixes the pose."),
     Option("lens_sigma", "choice", None, "0 holds that lens fast; own holds it as well as it was known.",
            choices=("0", "own")),
     Option("line_sigma_mm", "float", 0.0, "How far the painted lines may be from their places; 0 takes them as exact.",

@@ -42,6 +42,8 @@ class Database:
         self.is_sqlite = url.get_backend_name() == "sqlite"
         self._folder = folder
         self._lock = RLock()
+        self._open: Session | None = None  # the transaction of the thread that has the lock
+        self._spoilt = False  # and a part of it failed
         self.saved: Callable[[], None] = lambda: None  # called after everything that was kept
         if self.is_sqlite:
             self._writer = _sqlite(url, 1)
@@ -68,19 +70,38 @@ class Database:
     def writing(self, what: str) -> Iterator[Session]:
         """A transaction that is kept at the end of the block. what: how an error calls it, such as "The draft".
 
-        On return it survives a power cut. DiskFull or Unavailable where it was not kept.
+        On return it survives a power cut. DiskFull or Unavailable where it was not kept. Within another such block of
+        the same thread it is a part of that one: kept when that one ends.
         """
-        with self._lock, self._told(what), Session(self._writer) as rows:
+        with self._lock, self._told(what):
+            if self._open is None:
+                yield from self._committed()
+                return
+            try:
+                yield self._open
+            except BaseException:
+                self._spoilt = True  # whoever catches it in between: half a transaction is never kept
+                raise
+
+    def _committed(self) -> Iterator[Session]:
+        with Session(self._writer) as rows:
+            self._open, self._spoilt = rows, False
             try:
                 if not self.is_sqlite:  # SQLite's BEGIN IMMEDIATE does the same
                     rows.execute(text(f"SELECT pg_advisory_xact_lock({ADVISORY_KEY + 1}, {SCHEMA_KEY})"))
                 yield rows
+                if self._spoilt:
+                    raise Unavailable("A part of this could not be saved, so nothing was.", "Try again.",
+                                      reason="not-saved")
                 rows.execute(update(LedgerRow).values(changes=LedgerRow.changes + 1))
                 rows.commit()
                 self.saved()
-            except DBAPIError:
-                rows.invalidate()  # after a failed write a connection of SQLite is not to be trusted
+            except (DBAPIError, TouchlineError) as error:
+                if isinstance(error, DBAPIError) or isinstance(error.__cause__, DBAPIError):
+                    rows.invalidate()  # after a failed write a connection of SQLite is not to be trusted
                 raise
+            finally:
+                self._open = None
 
     @contextmanager
     def reading(self) -> Iterator[Session]:

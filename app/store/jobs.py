@@ -10,6 +10,7 @@ name: a lease of another process's watch has run out, since that process has end
 import json
 import time
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,21 +79,27 @@ class JobRows:
         with self._database.reading() as rows:
             return tuple(_read(row) for row in rows.scalars(newest))
 
-    def claim(self, worker: str, lease_s: float, kinds: tuple[str, ...] | None = None) -> KeptJob | None:
-        """Take the oldest that waits, or whose worker is lost; None where there is none. Nobody else gets it."""
+    def claim(self, worker: str, lease_s: float, kinds: tuple[str, ...] | None = None,
+              id: str | None = None) -> KeptJob | None:
+        """Take the oldest that waits, or whose worker is lost, or that very one; None where there is none.
+
+        Nobody else gets it.
+        """
         now = self._now()
         lost = and_(JobRow.state == "running", or_(JobRow.watch != self._watch, JobRow.lease_until < now))
         wanted = select(JobRow.id).where(or_(JobRow.state == "queued", lost)).order_by(JobRow.sequence).limit(1)
         if kinds is not None:
             wanted = wanted.where(JobRow.kind.in_(kinds))
+        if id is not None:
+            wanted = wanted.where(JobRow.id == id)
         with self._database.writing("The job") as rows:
-            id = rows.scalar(wanted.with_for_update(skip_locked=True))
-            if id is None:
+            taken = rows.scalar(wanted.with_for_update(skip_locked=True))
+            if taken is None:
                 return None
-            rows.execute(update(JobRow).where(JobRow.id == id).values(
+            rows.execute(update(JobRow).where(JobRow.id == taken).values(
                 state="running", attempt=JobRow.attempt + 1, worker=worker, watch=self._watch, heartbeat=now,
                 lease_until=now + lease_s))
-            return _read(rows.scalar(select(JobRow).where(JobRow.id == id)))
+            return _read(rows.scalar(select(JobRow).where(JobRow.id == taken)))
 
     def beat(self, id: str, attempt: int, lease_s: float, progress: float | None = None,
              message: str | None = None) -> bool:
@@ -108,9 +115,10 @@ class JobRows:
                             progress=1.0 if state == "done" else JobRow.progress,
                             result=as_text(result, "The result"), problem=as_text(problem, "The problem"))
 
-    def requeue(self, id: str, attempt: int, message: str) -> bool:
-        """Let somebody else begin it again."""
-        return self._change(id, attempt, state="queued", worker=None, message=message, progress=0.0)
+    def requeue(self, id: str, attempt: int, message: str, *, counts: bool = True) -> bool:
+        """Let somebody else begin it again. counts: the attempt was one, as it is not where its server was stopped."""
+        return self._change(id, attempt, state="queued", worker=None, message=message, progress=0.0,
+                            attempt=JobRow.attempt - (0 if counts else 1))
 
     def cancel(self, id: str, message: str = "Cancelled") -> KeptJob:
         """End it unless it has ended; as often as you like."""
@@ -120,23 +128,30 @@ class JobRows:
                 state="cancelled", message=message, ended_at=stamp(self._clock)))
         return self.get(id)
 
+    def together(self) -> AbstractContextManager[Any]:
+        """What is kept on this thread within it is kept with the job's end, or not at all."""
+        return self._database.writing("The result")
+
     def forget(self, kept: int) -> None:
         """Remove the oldest that have ended, but for so many."""
         newest = select(JobRow.sequence).where(JobRow.state.in_(ENDED)).order_by(JobRow.sequence.desc()).limit(kept)
         with self._database.writing("The deletion") as rows:
             rows.execute(delete(JobRow).where(JobRow.state.in_(ENDED), JobRow.sequence.not_in(newest)))
 
-    def _change(self, id: str, attempt: int, **values: Any) -> bool:
+    def _change(self, id: str, held: int, /, **values: Any) -> bool:
         with self._database.writing("The job") as rows:
-            done = rows.execute(update(JobRow).where(JobRow.id == id, JobRow.attempt == attempt,
+            done = rows.execute(update(JobRow).where(JobRow.id == id, JobRow.attempt == held,
                                                      JobRow.state == "running").values(**values))
             return done.rowcount == 1
 
 
 def _read(row: JobRow) -> KeptJob:
-    return KeptJob(row.id, row.kind, row.state, json.loads(row.spec), row.attempt, row.worker, row.progress,
+    """Damaged text is no reason not to start: a job that waited has lost its spec, one that ended its result."""
+    return KeptJob(row.id, row.kind, row.state, _json(row.spec), row.attempt, row.worker, row.progress,
                    row.message, _json(row.result), _json(row.problem), row.created_at, row.ended_at)
 
 
 def _json(text: str | None) -> Any:
-    return None if text is None else json.loads(text)
+    with suppress(ValueError):
+        return None if text is None else json.loads(text)
+    return None

@@ -1,0 +1,30 @@
+"""What jobs keep of their results: a function a kind of result, by the name that a job gives for it.
+
+Each is called with what the job made and with what was said about it, both plain JSON, and its answer is the job's
+result. It only saves: it is done within one transaction with the job's end.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from app.records import Calibration
+from app.store import Store
+
+
+def keepers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
+    """Every keeper by its name."""
+    def calibration(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
+        return {"calibration": keep_version(store, Calibration.from_json(made), about["by"]).id}
+
+    def lens(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
+        record = store.add_lens({**made, **about})
+        return {"lens": record["id"], "record": record}
+
+    return {"calibration": calibration, "lens": lens}
+
+
+def keep_version(store: Store, made: Calibration, by: str) -> Calibration:
+    """A new version of its camera's, the child of the newest before it. by: who asked for it."""
+    before = store.calibrations(made.camera, limit=1).items if made.camera is not None else ()
+    return store.save(replace(made, parent=before[0].id if before else None), by)
