@@ -22,7 +22,7 @@ FLOORS = [
 # server); settings are read by whoever wires.
 SIDEWAYS = {("cli", "main"), ("task", "pipeline"),
             ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline"),
-            ("live", "pipeline"), ("interchange", "task"), ("report", "pipeline")}
+            ("live", "pipeline"), ("interchange", "task"), ("report", "pipeline"), ("publish", "exports")}
 PURE = 3  # floors below this compute: no clock, file, socket, thread, process or web
 IMPURE = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile", "socket", "threading", "subprocess",
           "multiprocessing", "concurrent", "asyncio", "logging", "sqlite3", "fastapi", "starlette", "uvicorn",
