@@ -1,4 +1,4 @@
-"""What is kept: snapshots, drafts, calibrations, lenses, cameras and jobs in a database, pictures as files beside it.
+"""What is kept: snapshots, drafts, calibrations, lenses, cameras, rigs, jobs in a database; pictures as files by it.
 
 What a Store answers is a contract; that it is SQLite or PostgreSQL is not. Every row and every picture carries its
 checksum and is checked whenever it is read; a damaged one is put into quarantine/ and named in `damaged`. What a call
@@ -12,7 +12,7 @@ has returned survives a killed process and a power cut. One process at a time ho
 
     opening.py     check, restore or refuse; schema.py and migrations/ bring the tables to their newest form
     database.py    one writer and many readers, on SQLite or PostgreSQL; tables.py is what they hold, sealed.py its seal
-    a shelf each   snapshots, drafts, calibrations, lenses, cameras, jobs; shelf.py is what they share
+    a shelf each   snapshots, drafts, calibrations, lenses, cameras, rigs, jobs; shelf.py is what they share
     backups.py     copies of the database; healing.py takes rows back from them
     space.py       how much of the disk pictures may take
     archive.py     everything as one zip, and back; restoring.py fills an empty folder with it
@@ -43,11 +43,12 @@ from app.store.lock import FolderLock
 from app.store.opening import FILE, open_postgresql, open_sqlite
 from app.store.quarantine import Damage, DamagedFile, Quarantine
 from app.store.restoring import refuse_unfinished
+from app.store.rigs import KeptRig, Rigs
 from app.store.shelf import Clock, Page, utc_now
 from app.store.snapshots import Snapshot, Snapshots
 from app.store.space import BACKUPS_BYTES, UPLOADS_BYTES, Space, free_bytes
 
-__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "KeptCamera", "KeptJob", "Page", "Snapshot", "Store"]
+__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "KeptCamera", "KeptJob", "KeptRig", "Page", "Snapshot", "Store"]
 
 
 class Store:
@@ -86,6 +87,7 @@ class Store:
             self._lenses = Lenses(*shared)
             self._cameras = Cameras(*shared)
             self._identities = Identities(*shared)
+            self._rigs = Rigs(*shared)
             self.jobs = JobRows(self._database, clock)
             if self._backups is not None:
                 self._backups.start()
@@ -229,6 +231,28 @@ class Store:
     def confirm_identity(self, id: str, evidence: Mapping[str, Any]) -> None:
         """From now on the id means the camera with that evidence."""
         self._identities.confirm(id, evidence)
+
+    # Cameras that share a field
+
+    def rigs(self) -> tuple[KeptRig, ...]:
+        """In the order in which they were made."""
+        return self._rigs.all()
+
+    def rig(self, name: str) -> KeptRig:
+        """One; NotFound."""
+        return self._rigs.get(name)
+
+    def add_rig(self, name: str, body: Mapping[str, Any], by: str = "") -> KeptRig:
+        """Keep a new one, plain JSON; Conflict where the name is taken."""
+        return self._rigs.add(name, body, by)
+
+    def save_rig(self, name: str, body: Mapping[str, Any], etag: str, by: str = "") -> KeptRig:
+        """Save over the one with that ETag; Stale, with `current` and `etag` in its details, if that is old."""
+        return self._rigs.save(name, body, etag, by)
+
+    def remove_rig(self, name: str, etag: str | None = None) -> None:
+        """Forget it; its cameras and their calibrations stay."""
+        self._rigs.remove(name, etag)
 
     # All of it
 

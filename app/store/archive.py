@@ -36,6 +36,7 @@ FORMAT = "touchline-archive-1"
 PICTURE = re.compile(r"[0-9a-f]{64}\.(png|jpeg|bmp|webp)")
 FIELD = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\.yaml")
 CHUNK = 1 << 20
+LACKING = {"0001": ("rigs",)}  # what archives of earlier forms, which are read as well, have not yet
 FIX = "Take another archive: this one cannot be restored."
 
 
@@ -92,8 +93,8 @@ def restore(file: Path, database: Database, folder: Path) -> dict[str, int]:
     """Fill an empty database and an empty folder from an archive; how many rows of each table."""
     try:
         with zipfile.ZipFile(file) as source:
-            _check_head(source)
-            counts = _restore_tables(source, database)
+            lacking = _check_head(source)
+            counts = _restore_tables(source, database, lacking)
             end = json.loads(source.read("end.json"))
             if counts != end["rows"]:
                 raise BadInput("The archive has not all of its rows.", FIX, reason="bad-archive")
@@ -104,19 +105,23 @@ def restore(file: Path, database: Database, folder: Path) -> dict[str, int]:
         raise BadInput(f"{file.name} is no whole archive of Touchline: {error}.", FIX, reason="bad-archive") from None
 
 
-def _check_head(source: zipfile.ZipFile) -> None:
+def _check_head(source: zipfile.ZipFile) -> tuple[str, ...]:
+    """The tables that an archive of its form has not."""
     head = json.loads(source.read("touchline.json"))
     if head["format"] != FORMAT:
         raise BadInput(f"The archive is of the kind {head['format']!r}, not {FORMAT}.", FIX, reason="bad-archive")
-    if head["form"] != HEAD:
+    if head["form"] != HEAD and head["form"] not in LACKING:
         raise Conflict(f"The archive's tables have form {head['form']}; this Touchline knows {HEAD}.",
                        f"Restore it with Touchline {head['software']}, then update.", reason="archive-form")
+    return LACKING.get(head["form"], ())
 
 
-def _restore_tables(source: zipfile.ZipFile, database: Database) -> dict[str, int]:
-    counts = {}
+def _restore_tables(source: zipfile.ZipFile, database: Database, lacking: tuple[str, ...]) -> dict[str, int]:
+    counts: dict[str, int] = {}
     with database.writing("The archive") as rows:
         for table in KEPT:
+            if table.__tablename__ in lacking:
+                continue
             name, counts[table.__tablename__] = table.__tablename__, 0
             keys = {column.name: column.key for column in table.__table__.columns}
             with source.open(f"tables/{name}.jsonl") as lines:

@@ -73,8 +73,11 @@ def salvage(damaged: Path, into: Database) -> tuple[int, bool]:
 
 def _readable(source: sqlite3.Connection, table: type[Sealed]) -> Iterator[dict[str, Any] | None]:
     """The whole rows of a table; None in place of each that is not, and at the end of what can be read."""
+    name = table.__tablename__  # type: ignore[attr-defined]
     try:
-        for found in source.execute(f'SELECT * FROM "{table.__tablename__}"'):  # type: ignore[attr-defined]
+        if source.execute("SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", [name]).fetchone() is None:
+            return  # of a form that had none of these yet
+        for found in source.execute(f'SELECT * FROM "{name}"'):
             yield _values(table, dict(found))
     except sqlite3.Error as error:
         log.error("the damaged database ends early: %s", error)

@@ -134,6 +134,8 @@ def _restore(path: Path, trouble: str, backups: Backups, quarantine: Quarantine)
     if aside is not None and "older than its newest backup" not in trouble:
         database = Database.on_sqlite(path)
         try:
+            if schema_of(database.engine) != HEAD:  # a backup from before an update: newer rows need newer tables
+                upgrade(database.engine)
             saved, lost = salvage(aside, database)
         finally:
             database.close()

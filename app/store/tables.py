@@ -115,6 +115,15 @@ class IdentityRow(Sealed, Base):
     camera: Mapped[str] = mapped_column(String(64), primary_key=True)
 
 
+class RigRow(Sealed, Base):
+    """Cameras that share a field."""
+
+    __tablename__ = "rigs"
+
+    name: Mapped[str] = mapped_column(String(64), primary_key=True)
+    place: Mapped[int]  # in the list
+
+
 class JobRow(Base):
     """Long work: the row is the truth about it, whoever computes."""
 
@@ -150,5 +159,5 @@ class LedgerRow(Base):
 
 # What is checked, archived and restored, in an order in which a row's references come before it.
 KEPT: tuple[type[Base], ...] = (SnapshotRow, DraftRow, CalibrationRow, ActiveRow, ActivationRow, LensRow, CameraRow,
-                                IdentityRow)
+                                IdentityRow, RigRow)
 SEALED: tuple[type[Sealed], ...] = tuple(table for table in KEPT if issubclass(table, Sealed))
