@@ -4,7 +4,7 @@ import sys
 import time
 import webbrowser
 from collections.abc import AsyncIterator
-from contextlib import aclosing, asynccontextmanager
+from contextlib import aclosing, asynccontextmanager, closing
 
 from fastapi import APIRouter, FastAPI
 
@@ -28,6 +28,7 @@ from app.api import (
     pictures,
     points,
     problems,
+    publishing,
     reports,
     snapshots,
     straightness,
@@ -38,6 +39,7 @@ from app.api.camera_shelf import CameraShelf, live_cameras
 from app.api.connections import watched_connections
 from app.api.frames import Frames
 from app.api.limits import MB, BodyLimits
+from app.api.publishing_shelf import PublishingShelf
 from app.api.results import keepers
 from app.api.schemas import PROBLEMS
 from app.api.work import open_workplaces
@@ -48,7 +50,7 @@ from app.store import Store
 from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, calibrations, boards, lenses,
-             judgement, reports, pairs, straightness, points, pictures, jobs)
+             judgement, reports, pairs, straightness, points, pictures, jobs, publishing)
 API = "/api/v1"
 MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task")  # whose functions jobs may be
 ABOUT = """Calibrates the cameras above a robot-soccer field.
@@ -73,7 +75,9 @@ def create_app(settings: Settings) -> FastAPI:
             app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.picture(id)))
             async with aclosing(live_cameras(app)) as live:
                 app.state.live = live
-                yield
+                with closing(app.state.publishing.publishing) as network:
+                    network.start()
+                    yield
 
     app = FastAPI(title="Touchline", version=__version__, description=ABOUT, openapi_url=f"{API}/openapi.json",
                   docs_url=None, redoc_url=None, lifespan=lifespan,
@@ -83,6 +87,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.store = store
     app.state.fields = FieldShelf(settings.own_fields)
     app.state.camera_shelf = CameraShelf(settings, store, app.state.fields, image_limits(settings))
+    app.state.publishing = PublishingShelf(settings, store, app.state.camera_shelf)
     problems.install(app)
     api = APIRouter(prefix=API, responses=PROBLEMS)
     for resource in RESOURCES:

@@ -14,6 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, m
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from app.errors import BadInput, NotFound
+from app.publish.plan import Plan
+from app.publish.route import GROUP, PORT
 
 Port = Annotated[int, Field(ge=0, le=65535)]
 Count = Annotated[int, Field(ge=1)]
@@ -81,6 +83,29 @@ class Jobs(_Section):
     kept: Count = 100
 
 
+class Publish(_Section):
+    enabled: bool = False
+    absorb: bool = False
+    group: str = GROUP
+    port: int = PORT
+    interface: str = ""
+    ttl: int = 1
+    interval_s: Annotated[float, Field(allow_inf_nan=False)] = 3.0
+    limit_mm: Annotated[float, Field(allow_inf_nan=False)] = 10.0
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(**self.model_dump())
+
+    @model_validator(mode="after")
+    def _can_be(self) -> "Publish":
+        try:
+            _ = self.plan
+        except BadInput as refused:
+            raise ValueError(f"{refused.what[0].lower()}{refused.what[1:]} {refused.fix}") from None
+        return self
+
+
 class CameraSettings(_Section):
     id: Name
     name: str = ""
@@ -108,6 +133,7 @@ class Settings(BaseSettings):
     sources: Sources = Sources()
     storage: Storage = Storage()
     jobs: Jobs = Jobs()
+    publish: Publish = Publish()
     cameras: tuple[CameraSettings, ...] = ()
 
     @model_validator(mode="after")

@@ -34,7 +34,7 @@ def test_the_shipped_file_holds_every_setting_with_its_default():
 def test_every_setting_in_the_shipped_file_has_a_comment_above_it():
     lines = FILE.read_text().splitlines()
     for above, line in pairwise(lines):
-        section = line.strip() in ("server:", "images:", "sources:", "jobs:", "storage:")
+        section = line.strip() in ("server:", "images:", "sources:", "jobs:", "storage:", "publish:")
         if re.match(r" *[a-z_]+:", line) and not section:
             assert above.strip().startswith("#"), line
 

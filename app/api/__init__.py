@@ -7,6 +7,6 @@
     limits.py     how much may come in at once
     work.py       where long arithmetic runs, so that short answers stay short
     operator.py   who asks, as far as it is told
-    health, archive, fields, models, fit, snapshots, drafts, calibrations, boards, lenses, pairs, jobs, cameras: the
-                  resources
+    health, archive, fields, models, fit, snapshots, drafts, calibrations, boards, lenses, pairs, jobs, cameras,
+                  publishing: the resources
 """

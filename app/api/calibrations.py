@@ -101,6 +101,7 @@ async def activate_calibration(request: Request, id: Id) -> Json:
     calibration = await at_work(request, request.app.state.store.activate, id, operator(request))
     if calibration.camera is not None:
         request.app.state.live.refresh(calibration.camera)
+    request.app.state.publishing.publishing.wake()
     return Json(calibration.to_json())
 
 

@@ -13,9 +13,10 @@ router = APIRouter(tags=["health"])
 
 @router.get("/health", response_model=Health)
 def health(request: Request) -> Json:
-    """Whether the server is up, its version and for how long, s; what to know about its disk; what was damaged."""
+    """Whether the server is up, its version and uptime, s; what to know about disk and network; what was damaged."""
     uptime_s = round(time.monotonic() - request.app.state.started, 3)
     store = request.app.state.store
+    warnings = (*store.warnings, *request.app.state.publishing.warnings)
     return Json({"status": "ok", "version": __version__, "uptime_s": uptime_s,
-                 "warnings": [{"reason": w.reason, "text": w.text, "fix": w.fix} for w in store.warnings],
+                 "warnings": [{"reason": w.reason, "text": w.text, "fix": w.fix} for w in warnings],
                  "damaged": [damage.to_json() for damage in store.damaged]})

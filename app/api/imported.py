@@ -56,8 +56,12 @@ class CalibrationFile(Strict):
     field_definition: dict[str, Any]
 
 
-def keep_import(state: State, data: bytes, texts: Mapping[str, str], who: str) -> tuple[dict[str, Any], str]:
-    """Keep what the file holds: the record as JSON, and "calibrations" or "lenses", where it stands now."""
+def keep_import(state: State, data: bytes, texts: Mapping[str, str], who: str,
+                origin: str = "") -> tuple[dict[str, Any], str]:
+    """Keep what the file holds: the record as JSON, and "calibrations" or "lenses", where it stands now.
+
+    origin: where the file is from, in a sentence, for the note of a calibration that is not ours.
+    """
     wanted = _wanted(texts)
     found = read_file(data, texts["file"], wanted.camera_id)
     if isinstance(found, Calibration):
@@ -68,7 +72,8 @@ def keep_import(state: State, data: bytes, texts: Mapping[str, str], who: str) -
         return state.store.save(renamed(_checked(found, data), wanted.camera), who).to_json(), "calibrations"
     if is_lens(found):
         return state.store.add_lens(lens_from(found, wanted)), "lenses"
-    return state.store.save(calibration_from(found, wanted, state.fields), who).to_json(), "calibrations"
+    made = calibration_from(found, wanted, state.fields)
+    return state.store.save(replace(made, note=f"{made.note} {origin}".strip()), who).to_json(), "calibrations"
 
 
 def _wanted(texts: Mapping[str, str]) -> Wanted:
