@@ -1,7 +1,7 @@
 // Long work on the server: ask for it, watch how far it has come, stop it.
-import { Away, Problem, call, request } from "./api.js";
+import { Away, Problem, address, call, request } from "./api.js";
 
-const LOOK_MS = 250;
+const RETRY_MS = 500;
 
 /** @typedef {import("./types").Job} Job */
 
@@ -15,7 +15,7 @@ export async function workFor(path, json, stop, told) {
   return response.status === 202 ? follow(await response.json(), stop, told) : response.json();
 }
 
-/** Watch a job to its end. @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} told @returns {Promise<any>} its result */
+/** Watch a job to its end; while the server is away, wait for it. @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} told @returns {Promise<any>} its result */
 export async function follow(job, stop, told) {
   const cancel = () => void request("DELETE", `/jobs/${job.id}`, { keepalive: true }).catch(() => {}); // it may have ended already
   if (stop.aborted) cancel();
@@ -24,13 +24,37 @@ export async function follow(job, stop, told) {
     for (let now = job; ; now = await look(now)) {
       if (stop.aborted || now.state === "cancelled") throw new Stopped();
       told(now);
+      if (!isOver(now)) now = await hear(now, stop, told);
+      if (stop.aborted || now.state === "cancelled") throw new Stopped();
       if (now.state === "done") return now.result;
       if (now.state === "failed") throw new Problem(now.problem?.status ?? 500, now.problem ?? {});
-      await new Promise((resolve) => { setTimeout(resolve, LOOK_MS); });
+      await new Promise((resolve) => { setTimeout(resolve, RETRY_MS); }); // the line broke
     }
   } finally {
     stop.removeEventListener("abort", cancel);
   }
+}
+
+/** @param {Job} job */
+const isOver = (job) => job.state === "done" || job.state === "failed" || job.state === "cancelled";
+
+/** Every state of a job as the server tells it, until its end, a stop, or until the line breaks.
+ * @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} told @returns {Promise<Job>} the last that was heard */
+function hear(job, stop, told) {
+  return new Promise((resolve) => {
+    let last = job;
+    const line = new WebSocket(address(`/jobs/${job.id}/stream`));
+    const end = () => line.close();
+    line.addEventListener("message", ({ data }) => {
+      const now = JSON.parse(data);
+      if (!("state" in now)) return; // a refusal: the next look says it
+      last = now;
+      if (isOver(now)) end();
+      else if (!stop.aborted) told(now);
+    });
+    line.addEventListener("close", () => { stop.removeEventListener("abort", end); resolve(last); });
+    stop.addEventListener("abort", end);
+  });
 }
 
 /** @param {Job} before @returns {Promise<Job>} as it is now; as it was, while the server does not answer */

@@ -1,11 +1,11 @@
 """/jobs: long work that was asked for: how far it has come, what came of it, and the way to stop it."""
 
 import asyncio
-from collections.abc import AsyncIterable
+from collections.abc import AsyncIterable, AsyncIterator, Callable
 from dataclasses import asdict
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
-from fastapi import APIRouter, Depends, Request
+from fastapi import APIRouter, Depends, Request, WebSocket
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from starlette.responses import Response
 
@@ -13,16 +13,18 @@ from app.api import answer_schemas
 from app.api.answers import Json
 from app.api.problems import MANUAL, problem
 from app.api.schemas import Id
-from app.jobs import Job
+from app.api.sockets import tell
+from app.jobs import Job, Jobs
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
+T = TypeVar("T")
 LOOK_S = 0.1  # how often a watched job is looked at
 
 
 @router.get("", response_model=answer_schemas.Jobs)
 def list_jobs(request: Request) -> Json:
-    """Every job since the server was started, newest first; of those that have ended, the last hundred."""
+    """Every job, newest first; of those that have ended, the last hundred."""
     return Json({"items": [described(job) for job in request.app.state.jobs.all()], "next_cursor": None})
 
 
@@ -46,15 +48,43 @@ def known_job(request: Request, id: Id) -> Job:
 @router.get("/{id}/events", response_class=EventSourceResponse)
 async def watch_job(request: Request, job: Annotated[Job, Depends(known_job)]) -> AsyncIterable[ServerSentEvent]:
     """Server-sent events: the job now and after every change, until it has ended; then the stream closes."""
-    jobs = request.app.state.jobs
-    while True:
-        yield ServerSentEvent(data=described(job))
-        if job.ended:
+    async for now in changes(request.app.state.jobs, lambda jobs: jobs.get(job.id)):
+        yield ServerSentEvent(data=described(now))
+        if now.ended:
             return
-        before = job
-        while job is before:
-            await asyncio.sleep(LOOK_S)
-            job = jobs.get(job.id)
+
+
+@router.websocket("/{id}/stream")
+async def stream_job(socket: WebSocket, id: str) -> None:
+    """The same for a page: the job as JSON, now and after every change; the socket closes when the job has ended."""
+    async def states() -> AsyncIterator[dict[str, Any]]:
+        async for job in changes(socket.app.state.jobs, lambda jobs: jobs.get(id)):
+            yield described(job)
+            if job.ended:
+                return
+    await tell(socket, states())
+
+
+@router.websocket("/stream")
+async def stream_jobs(socket: WebSocket) -> None:
+    """All jobs for a page: {"items": […]}, newest first and without results, now and after every change."""
+    async def lists() -> AsyncIterator[dict[str, Any]]:
+        async for now in changes(socket.app.state.jobs, lambda jobs: jobs.all()):
+            yield {"items": [{**described(job), "result": None} for job in now]}
+    await tell(socket, lists())
+
+
+async def changes(jobs: Jobs, look: Callable[[Jobs], T]) -> AsyncIterator[T]:
+    """What there is to see, now and after every change, until the server stops. One may be missed, not the newest."""
+    before, now = None, look(jobs)
+    while True:
+        if now != before:
+            yield now
+            before = now
+        if jobs.closed:
+            return
+        await asyncio.sleep(LOOK_S)
+        now = look(jobs)
 
 
 def described(job: Job) -> dict[str, Any]:

@@ -13,9 +13,9 @@ from fastapi import APIRouter, Query, Request, WebSocket
 from starlette.responses import Response
 from starlette.websockets import WebSocketDisconnect
 
-from app.api.answers import json_bytes
 from app.api.mjpeg import BOUNDARY, NO_STORE, TAKE_S, Mjpeg
 from app.api.schemas import Id
+from app.api.sockets import refuse
 from app.api.work import at_work
 from app.correction import View as CorrectedView
 from app.errors import BadInput, Conflict, TouchlineError, Unavailable
@@ -105,7 +105,7 @@ async def stream_frames(socket: WebSocket, id: str, view: str = "raw", width: in
         channel = Channel.asked(view, width, quality)
         camera.must_show(view)
     except TouchlineError as error:
-        await _refuse(socket, error)
+        await refuse(socket, error)
         return
     with camera.watching(channel, fps) as viewer:
         hearing = asyncio.create_task(_heard(socket, acks := asyncio.Semaphore(1)))
@@ -118,7 +118,7 @@ async def stream_frames(socket: WebSocket, id: str, view: str = "raw", width: in
             ended = await asyncio.gather(hearing, sending, return_exceptions=True)
     for error in ended:
         if isinstance(error, TouchlineError):
-            await _refuse(socket, error)
+            await refuse(socket, error)
 
 
 async def _sent(socket: WebSocket, viewer: Any, acks: asyncio.Semaphore | None) -> None:
@@ -139,14 +139,6 @@ async def _heard(socket: WebSocket, acks: asyncio.Semaphore) -> None:
                 return
             if acks.locked():
                 acks.release()
-
-
-async def _refuse(socket: WebSocket, error: TouchlineError) -> None:
-    problem = {"type": f"/problems/{error.reason}", "title": error.title, "status": error.status,
-               "detail": error.what, "fix": error.fix}
-    with suppress(RuntimeError, WebSocketDisconnect):
-        await socket.send_text(json_bytes(problem).decode())
-        await socket.close(4000 + error.status, error.reason[:100])
 
 
 async def live_camera(connection: Request | WebSocket, id: str) -> LiveCamera:

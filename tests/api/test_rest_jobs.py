@@ -18,6 +18,7 @@ import jobs_done
 import pytest
 from jobs_watched import accepted, ended
 from refusals import API, refusal
+from starlette.websockets import WebSocketDisconnect
 
 CAL = f"{API}/calibrations"
 
@@ -143,6 +144,34 @@ def test_events_tell_every_change_until_the_end(client, engine):
         assert sum(line.startswith("data: ") for line in again.iter_lines()) == 1
 
 
+def socket_to(client, path):
+    return client.websocket_connect(path, headers={"host": "127.0.0.1:8000"})
+
+
+def test_a_page_hears_a_job_and_all_jobs_by_websocket(client, engine):
+    with socket_to(client, f"{API}/jobs/stream") as all_jobs:
+        assert all_jobs.receive_json() == {"items": []}
+        job = engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 0.6})
+        with socket_to(client, f"{API}/jobs/{job.id}/stream") as line:
+            told = []
+            with pytest.raises(WebSocketDisconnect) as end:
+                while True:
+                    told.append(line.receive_json())
+        assert end.value.code == 1000 and told[-1] == client.get(f"{API}/jobs/{job.id}").json()
+        assert len(told) >= 3 and told[-1]["result"] == {"slept": 0.6}
+        progress = [state["progress"] for state in told]
+        assert progress == sorted(progress) and progress[-1] == 1
+        while (items := all_jobs.receive_json()["items"])[0]["state"] != "done":
+            pass
+        assert [(item["id"], item["result"]) for item in items] == [(job.id, None)]
+    with socket_to(client, f"{API}/jobs/nobody/stream") as line:
+        refused = line.receive_json()
+        assert refused["type"] == "/problems/unknown-job" and refused["fix"]
+        with pytest.raises(WebSocketDisconnect) as end:
+            line.receive_json()
+        assert end.value.code == 4404
+
+
 def test_too_many_jobs_are_429_and_not_an_error_of_the_server(client, engine, task):
     for _ in range(22):
         engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 60})
@@ -153,14 +182,20 @@ def test_too_many_jobs_are_429_and_not_an_error_of_the_server(client, engine, ta
     refusal(client.post(f"{CAL}/compare", json=task), 429, "too-many-jobs")
 
 
-@pytest.fixture
-def served(tmp_path):
-    """A real server: (url, its process)."""
+def start_server(tmp_path):
+    """A real server on that folder: (url, its process)."""
     server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0",
                                "--data", str(tmp_path / "data")], cwd=Path(__file__).parents[2],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return server.stdout.readline().split()[-1] + "api/v1", server
+
+
+@pytest.fixture
+def served(tmp_path):
+    """A real server: (url, its process)."""
+    url, server = start_server(tmp_path)
     try:
-        yield server.stdout.readline().split()[-1] + "api/v1", server
+        yield url, server
     finally:
         server.kill()
         server.wait()
@@ -234,3 +269,27 @@ def test_no_process_is_left_when_a_server_with_running_jobs_is_stopped(served, t
     _, told = server.communicate(timeout=10)
     assert time.monotonic() - start < 5 and "Traceback" not in told, told
     assert not [pid for pid in below if Path(f"/proc/{pid}").exists()]
+
+
+def test_a_job_whose_server_is_killed_is_done_by_the_next_one_and_makes_one_version(served, task, tmp_path):
+    url, server = served
+    job = asked(f"{url}/calibrations/compare?job=true", task)
+    made = asked(f"{url}/calibrations?job=true", {**task, "camera": "north"})
+    while asked(f"{url}/jobs/{job['id']}")["progress"] == 0:
+        time.sleep(0.02)
+    server.kill()
+    server.wait()
+    url, again = start_server(tmp_path)
+    try:
+        until = time.monotonic() + 90
+        for id in (job["id"], made["id"]):
+            while (told := asked(f"{url}/jobs/{id}"))["state"] != "done":
+                assert time.monotonic() < until and told["state"] in ("queued", "running"), told
+                time.sleep(0.05)
+        assert asked(f"{url}/jobs/{job['id']}")["attempt"] == 2
+        versions = asked(f"{url}/calibrations")["items"]
+        assert [version["id"] for version in versions] == [
+            asked(f"{url}/jobs/{made['id']}")["result"]["calibration"]]
+    finally:
+        again.kill()
+        again.wait()
