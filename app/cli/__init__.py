@@ -10,6 +10,7 @@
     boards.py       board
     pairs.py        pair
     straight.py     straight
+    network.py      publish, absorb
     server.py       serve, demo
     keeping.py      archive, restore
 """
@@ -20,7 +21,7 @@ from typing import Annotated
 import typer
 
 from app import __version__
-from app.cli import boards, calibration, exports, judging, keeping, pairs, reports, server, straight
+from app.cli import boards, calibration, exports, judging, keeping, network, pairs, reports, server, straight
 from app.cli.words import EXIT_CODES, exit_code_of
 
 cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
@@ -37,6 +38,8 @@ cli.command()(judging.uncertainty)
 cli.command()(reports.report)
 cli.command()(exports.export)
 cli.command("import")(exports.import_file)
+cli.command()(network.publish)
+cli.command()(network.absorb)
 cli.command()(boards.board)
 cli.command()(pairs.pair)
 cli.command()(straight.straight)

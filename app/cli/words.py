@@ -11,10 +11,11 @@ from app.models import Progress
 UNEXPECTED, USAGE, REFUSED, FILE = 1, 2, 3, 4
 FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", "disk-full", "no-settings-file",
                 "database-damaged", "database-missing", "database-away", "newer-database", "folder-not-empty",
-                "database-not-empty", "restore-unfinished", "no-archive")
+                "database-not-empty", "restore-unfinished", "no-archive", "no-interface", "no-route", "forbidden",
+                "network")
 EXIT_CODES = ("Exit codes: 0 done; 1 something broke that should not; 2 the command line is wrong; 3 the input was "
-              "refused (points, picture, field, settings); 4 a file, folder or port cannot be used; 5 report: the "
-              "verdict is below what is --enough.")
+              "refused (points, picture, field, settings); 4 a file, folder, port or network cannot be used; 5 report: "
+              "the verdict is below what is --enough.")
 
 
 class FileTrouble(TouchlineError):

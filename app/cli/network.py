@@ -1,0 +1,159 @@
+"""publish and absorb: the league's geometry to its multicast group and from it, without a server."""
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from app.cli.words import say
+
+GroupOption = Annotated[str, typer.Option("--group", help="The multicast group.")]
+PortOption = Annotated[int, typer.Option("--port", min=1, max=65535, help="Its UDP port.")]
+InterfaceOption = Annotated[str, typer.Option("--interface", metavar="NAME|ADDRESS", help="By which interface; without "
+                                              "one the system chooses.")]
+GROUP, PORT = "224.5.23.2", 10006
+JOIN_S = 5.0
+
+
+def publish(
+    calibrations: Annotated[list[Path], typer.Argument(metavar="CAL.json…", help="One of each camera, as calibrate "
+                                                       "wrote it.")],
+    every: Annotated[float | None, typer.Option("--every", metavar="S", min=0.1, max=60, help="Send again and again, "
+                                                "until ended; once without it.")] = None,
+    group: GroupOption = GROUP, port: PortOption = PORT, interface: InterfaceOption = "",
+    ttl: Annotated[int, typer.Option("--ttl", min=0, max=255, help="0 this machine, 1 the local network.")] = 1,
+    camera_id: Annotated[list[int] | None, typer.Option("--camera-id", min=0, max=2**32 - 1, help="A camera's number, "
+                                                        "in the order of the files; without one its region's.")] = None,
+    limit: Annotated[float, typer.Option("--limit-mm", min=0, help="A camera that loses more in the league's lens is "
+                                         "refused.")] = 10.0,
+    approve: Annotated[bool, typer.Option("--approve", help="Send it all the same.")] = False,
+) -> None:
+    """Send field and cameras to the league's multicast group."""
+    from dataclasses import replace
+
+    from app.cli import files
+    from app.publish.geometry import packet_of, spoken
+    from app.publish.group import Group
+    from app.publish.plan import Plan
+
+    known = [replace(files.read_calibration(path), camera=str(path)) for path in calibrations]
+    numbers = dict(zip((one.camera for one in known), camera_id or (), strict=False))
+    approved = {one.camera: one.id for one in known} if approve else {}
+    plan = Plan(True, False, group, port, interface, ttl, every or 3.0, limit, None, numbers, approved)
+    told = spoken(known, plan)
+    for one in told:
+        if one.problem is not None:
+            raise one.problem  # all or nothing: half of a field's cameras is a field that half its robots leave
+    packet = packet_of(told)
+    with Group(plan.route) as way:
+        way.check()
+        for one in told:
+            print(f"{one.name}: camera {one.number} of {one.calibration.field['name']}, {_loss(one.to_json())}")
+        print(f"{len(packet)} bytes to {group}, port {port}{f', by {interface}' if interface else ''}.", flush=True)
+        _send(way, packet, every)
+
+
+def absorb(
+    seconds: Annotated[float, typer.Option("--for", metavar="S", min=0.1, max=3600, help="How long to listen.")] = 5.0,
+    folder: Annotated[Path | None, typer.Option("--folder", metavar="DIR", help="Write each sender's newest packet "
+                                                "there, as import reads it.")] = None,
+    group: GroupOption = GROUP, port: PortOption = PORT, interface: InterfaceOption = "",
+    fields: Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="A folder of your own fields.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+) -> None:
+    """Listen to the group, and tell who publishes geometry there."""
+    from app.cli import files
+    from app.publish.absorber import Absorber
+    from app.publish.heard import heard_json
+    from app.publish.route import Route
+    from app.settings import Settings
+    from app.store.field_shelf import FieldShelf
+
+    known = tuple(FieldShelf(fields or Settings().own_fields).values())
+    absorber = Absorber(Route(group, port, interface))
+    try:
+        _wait_joined(absorber)
+        time.sleep(seconds)
+        senders = absorber.heard
+    finally:
+        absorber.close()
+    told = [heard_json(sender, known, ()) for sender in senders]
+    if as_json:
+        print(json.dumps(told, allow_nan=False, indent=1))
+    else:
+        for one in told:
+            _tell(one)
+    if not senders:
+        say(f"Nobody was heard in {seconds:g} s. Does the interface lead to the field's network (--interface)?")
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        for sender in senders:
+            if sender.data:
+                files.write_bytes(folder / f"{sender.id}.pb", sender.data)
+
+
+def _send(way: Any, packet: bytes, every: float | None) -> None:
+    from app.errors import TouchlineError
+
+    if every is None:
+        way.send(packet)
+        return
+    failed = False
+    try:
+        while True:
+            try:
+                way.send(packet)
+                if failed:
+                    say("It is sent again.")
+                failed = False
+            except TouchlineError as trouble:
+                if not failed:
+                    say(f"{trouble} It is tried again.")
+                failed = True
+            time.sleep(every)
+    except KeyboardInterrupt:
+        return
+
+
+def _wait_joined(absorber: Any) -> None:
+    end = time.monotonic() + JOIN_S
+    while not absorber.joined.wait(0.05):
+        if absorber.problem is not None:
+            raise absorber.problem
+        if time.monotonic() > end:
+            return
+
+
+def _tell(one: dict[str, Any]) -> None:
+    print(f"{one['address']}, port {one['port']}, {one['source']}: {one['packets']} packets, {one['geometries']} with "
+          f"geometry{_bad(one)}")
+    if one["problem"] is not None:
+        print(f"  {one['problem']['what']} {one['problem']['fix']}")
+    if one["field"] is not None:
+        known = one["field"]["name"] if one["field"]["known"] else "no field that is known here"
+        print(f"  field {one['field']['length_mm']:g} × {one['field']['width_mm']:g} mm, {known}")
+    for camera in one["cameras"]:
+        if camera["problem"] is not None:
+            print(f"  camera {camera['camera_id']}: {camera['problem']['what']}")
+        else:
+            x, y, z = camera["position_mm"]
+            print(f"  camera {camera['camera_id']} at {x:.0f}, {y:.0f}, {z:.0f} mm, focal length "
+                  f"{camera['focal_px']:.1f} px, distortion {camera['distortion']:.4f}")
+
+
+def _bad(one: dict[str, Any]) -> str:
+    """What of a sender was not read, and why."""
+    refused = f", {one['refused']} refused ({one['refusal']})" if one["refused"] else ""
+    return refused + (f", {one['skipped']} not read: too many" if one["skipped"] else "")
+
+
+def _loss(told: dict[str, Any]) -> str:
+    """What a camera loses, and where, in words."""
+    loss = told["loss"]
+    x, y = loss["worst_place"]
+    words = f"at worst {loss['worst_mm']:.4f} mm off on the carpet (at {x:.0f}, {y:.0f})"
+    hat = loss["hat_worst_mm"]
+    return words + (", not known above it: the model has no rays" if hat is None else
+                    f", {hat:.4f} mm {loss['hat_height_mm']:g} mm above it")
