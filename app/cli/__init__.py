@@ -10,6 +10,7 @@
     boards.py       board
     pairs.py        pair
     straight.py     straight
+    archives.py     batch
     network.py      publish, absorb
     server.py       serve, demo
     keeping.py      archive, restore
@@ -21,7 +22,7 @@ from typing import Annotated
 import typer
 
 from app import __version__
-from app.cli import boards, calibration, exports, judging, keeping, network, pairs, reports, server, straight
+from app.cli import archives, boards, calibration, exports, judging, keeping, network, pairs, reports, server, straight
 from app.cli.words import EXIT_CODES, exit_code_of
 
 cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
@@ -43,6 +44,7 @@ cli.command()(network.absorb)
 cli.command()(boards.board)
 cli.command()(pairs.pair)
 cli.command()(straight.straight)
+cli.command()(archives.batch)
 cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point
 
 

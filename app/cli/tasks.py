@@ -28,27 +28,41 @@ def task_from(image: Path, points: Path, field: str | None, region: str | None, 
               model: str | None, options: dict[str, Any], note: str, fields: Path | None) -> Any:
     """What is given wins over what the file of points says."""
     from app.cli import files
+
+    given = files.read_points_file(points)
+    frame = files.read_picture(image)
+    return task_of(image, frame.size, frame.sha256, given, own_fields(fields), field, region, rotate, model, options,
+                   note)
+
+
+def own_fields(folder: Path | None) -> Any:
+    """Every field that can be named: the shipped ones and those of a folder, or of the settings' folder."""
+    from app.settings import Settings
+    from app.store.field_shelf import FieldShelf
+
+    return FieldShelf(folder or Settings().own_fields)
+
+
+def task_of(image: Path, size: Any, sha256: str, given: dict[str, Any], shelf: Any, field: str | None,
+            region: str | None, rotate: int | None, model: str | None, options: dict[str, Any], note: str = "") -> Any:
+    """The same for a picture whose size and hash are known; given: what a file of points says."""
     from app.errors import BadInput, Conflict
     from app.geometry import ImageSize
     from app.records import observations_from_json
-    from app.settings import Settings
-    from app.store.field_shelf import FieldShelf
     from app.task import Task
 
-    given = files.read_points_file(points)
     field_name, region_name = field or given.get("field"), region or given.get("region")
     if field_name is None or region_name is None:
         raise BadInput("No field or no region is named.", "Give --field and --region, or name them in the points file.",
                        reason="no-field")
-    seen = FieldShelf(fields or Settings().own_fields)[field_name]
+    seen = shelf[field_name]
     turn = rotate if rotate is not None else given.get("rotate")
-    frame = files.read_picture(image)
-    if "image_size" in given and ImageSize.of(given["image_size"]) != frame.size:
-        raise Conflict(f"{image} is {frame.size.width} × {frame.size.height} px; the points are for a picture of "
+    if "image_size" in given and ImageSize.of(given["image_size"]) != size:
+        raise Conflict(f"{image} is {size.width} × {size.height} px; the points are for a picture of "
                        f"{given['image_size']}.", "Give the picture that was clicked.", reason="size-mismatch")
-    return Task(observations_from_json(given["observations"]), seen, seen.region(region_name, turn), frame.size,
+    return Task(observations_from_json(given["observations"]), seen, seen.region(region_name, turn), size,
                 model or given.get("model") or "polynomial", {**(given.get("options") or {}), **options},
-                image_sha256=frame.sha256, note=note or given.get("note", ""))
+                image_sha256=sha256, note=note or given.get("note", ""))
 
 
 def options_from(words: list[str] | None, lens: Path | None, lens_sigma: str | None, height_mm: float | None,

@@ -1,0 +1,16 @@
+"""An archive of pictures, each calibrated or checked by a job of its own, and one table of what came out.
+
+    pictures.py    a folder → its pictures, and the clicks beside each
+    asking.py      a picture → what its job is given, or at once a row that says why there is none
+    feeding.py     jobs, never more at once than the engine lets wait; rows as they end
+    doing.py       what a job does: it calibrates, or asks
+    holding.py     how well a calibration holds on another picture
+    table.py       rows → CSV, JSON or HTML, from which a later run takes over what is the same
+"""
+
+from app.batch.asking import Batch
+from app.batch.feeding import rows_of
+from app.batch.pictures import pictures_in
+from app.batch.table import SUFFIXES, Row, counted, read_table, written
+
+__all__ = ["SUFFIXES", "Batch", "Row", "counted", "pictures_in", "read_table", "rows_of", "written"]

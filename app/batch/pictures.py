@@ -1,0 +1,30 @@
+"""Which pictures a folder holds, and where the clicks in each are written."""
+
+import re
+from pathlib import Path
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".webp")
+
+
+def pictures_in(folder: Path) -> list[Path]:
+    """In the order of their names, 2 before 10. Links may lead nowhere: their rows will say so."""
+    found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")
+             and (path.is_file() or (path.is_symlink() and not path.exists()))]  # what is a pipe would never end
+    return sorted(found, key=_by_name)
+
+
+def clicks_of(picture: Path, points: Path | None) -> Path | None:
+    """The file of its clicks, or None: points itself, or in the folder points, or beside the picture.
+
+    There it is called as the picture is: north.png.json, or north.json.
+    """
+    if points is not None and not points.is_dir():
+        return points
+    folder = points or picture.parent
+    return next((path for path in (folder / f"{picture.name}.json", folder / f"{picture.stem}.json")
+                 if path.is_file()), None)
+
+
+def _by_name(path: Path) -> tuple[list[tuple[int, str]], str]:
+    parts = re.findall(r"\d+|\D+", path.name.lower())
+    return [(int(part), "") if part.isdecimal() and part.isascii() else (-1, part) for part in parts], path.name
