@@ -3,6 +3,7 @@
 It shares nothing with app/wire: names, numbers, kinds and labels are those of the league's own descriptions.
 """
 
+import numpy as np
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 MESSAGES = {
@@ -75,3 +76,35 @@ def _classes():
 
 CLASSES = _classes()
 Packet = CLASSES["SSL_WrapperPacket"]
+
+
+def projected(calib, places) -> np.ndarray:
+    """As the league's description has it: x, y, z, w, made a unit; field → camera; r_u = r_d (1 + a r_d²)."""
+    x, y, z, w = np.array([calib.q0, calib.q1, calib.q2, calib.q3]) / np.linalg.norm(
+        [calib.q0, calib.q1, calib.q2, calib.q3])
+    v = np.array([x, y, z])
+    turned = places + 2 * np.cross(v, np.cross(v, places) + w * places)
+    camera = turned + np.array([calib.tx, calib.ty, calib.tz])
+    plane = camera[:, :2] / camera[:, 2:]
+    r_u = np.linalg.norm(plane, axis=1)
+    r_d = r_u.copy()
+    for _ in range(100):
+        r_d -= (r_d * (1 + calib.distortion * r_d**2) - r_u) / (1 + 3 * calib.distortion * r_d**2)
+    distorted = plane * np.where(r_u > 0, r_d / np.where(r_u > 0, r_u, 1), 1)[:, None]
+    return distorted * calib.focal_length + np.array([calib.principal_point_x, calib.principal_point_y])
+
+
+def looked_up(calib, pixels, z_mm: float = 0.0) -> np.ndarray:
+    """The other way, which needs no iteration: where a pixel (n, 2) lies on the field, mm (n, 2), at that height."""
+    x, y, z, w = np.array([calib.q0, calib.q1, calib.q2, calib.q3]) / np.linalg.norm(
+        [calib.q0, calib.q1, calib.q2, calib.q3])
+    plane = (pixels - np.array([calib.principal_point_x, calib.principal_point_y])) / calib.focal_length
+    plane = plane * (1 + calib.distortion * np.sum(plane**2, axis=1, keepdims=True))
+
+    def back(v):
+        u = -np.array([x, y, z])
+        return v + 2 * np.cross(u, np.cross(u, v) + w * v)
+
+    rays = back(np.concatenate([plane, np.ones((len(plane), 1))], axis=1))
+    centre = -back(np.array([[calib.tx, calib.ty, calib.tz]]))
+    return (centre + rays * ((z_mm - centre[:, 2:]) / rays[:, 2:]))[:, :2]

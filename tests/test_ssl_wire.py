@@ -49,22 +49,6 @@ def same(ours, theirs) -> None:
             same(value, getattr(theirs, f.name))
 
 
-def projected(calib, places) -> np.ndarray:
-    """As the league's description has it: x, y, z, w, made a unit; field → camera; r_u = r_d (1 + a r_d²)."""
-    x, y, z, w = np.array([calib.q0, calib.q1, calib.q2, calib.q3]) / np.linalg.norm(
-        [calib.q0, calib.q1, calib.q2, calib.q3])
-    v = np.array([x, y, z])
-    turned = places + 2 * np.cross(v, np.cross(v, places) + w * places)
-    camera = turned + np.array([calib.tx, calib.ty, calib.tz])
-    plane = camera[:, :2] / camera[:, 2:]
-    r_u = np.linalg.norm(plane, axis=1)
-    r_d = r_u.copy()
-    for _ in range(100):
-        r_d -= (r_d * (1 + calib.distortion * r_d**2) - r_u) / (1 + 3 * calib.distortion * r_d**2)
-    distorted = plane * np.where(r_u > 0, r_d / np.where(r_u > 0, r_u, 1), 1)[:, None]
-    return distorted * calib.focal_length + np.array([calib.principal_point_x, calib.principal_point_y])
-
-
 @pytest.mark.parametrize("name", FIELDS)
 def test_a_listener_hears_every_field_as_we_send_it(name):
     packet = WrapperPacket(geometry=Geometry(wire_field(FIELDS[name])))
@@ -79,9 +63,9 @@ def test_a_listener_projects_as_we_do(index, z_mm):
     model, made = model_of("ssl", index), interchange.export(example("ssl", index), "ssl-vision")
     (calib,) = listener.Packet.FromString(made.data).geometry.calib
     places = seen_places(model, z_mm)
-    np.testing.assert_allclose(projected(calib, places), model.project(places), atol=2e-3)  # four-byte floats
+    np.testing.assert_allclose(listener.projected(calib, places), model.project(places), atol=2e-3)  # four-byte floats
     ours = interchange.read_file(made.data).camera({k: getattr(model, k) for k in interchange.VIEW_FIELDS})
-    np.testing.assert_allclose(projected(calib, places), ours.project(places), atol=1e-6)
+    np.testing.assert_allclose(listener.projected(calib, places), ours.project(places), atol=1e-6)
 
 
 @pytest.mark.parametrize("name, index", [(n, i) for n in ("brown-conrady", "fisheye", "division") for i in range(3)])
@@ -91,7 +75,7 @@ def test_a_listener_sees_another_lens_off_by_what_was_said(name, index):
     (calib,) = listener.Packet.FromString(made.data).geometry.calib
     places = seen_places(model)
     near = seen_places(model, 150.0)
-    px = np.linalg.norm(projected(calib, places) - model.project(places), axis=1)
+    px = np.linalg.norm(listener.projected(calib, places) - model.project(places), axis=1)
     step = np.linalg.norm(model.unproject(model.project(places) + np.array([1, 0])) - places[:, :2], axis=1)
     assert (px * step).max() < 2 * made.loss.worst_mm + 1e-3 and len(near)
     assert calib.distortion * _bend(model) <= 0  # the signs are opposite
@@ -114,7 +98,8 @@ def test_pincushion_is_as_good_as_barrel():
     for a in (0.06, -0.06):
         model = replace(base, lens_terms=(a,))
         (calib,) = listener.Packet.FromString(interchange.export(of_model(model), "ssl-vision").data).geometry.calib
-        np.testing.assert_allclose(projected(calib, seen_places(model)), model.project(seen_places(model)), atol=2e-3)
+        places = seen_places(model)
+        np.testing.assert_allclose(listener.projected(calib, places), model.project(places), atol=2e-3)
 
 
 def test_tz_is_not_the_cameras_height():

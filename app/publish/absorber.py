@@ -150,7 +150,7 @@ class Absorber:
         if budget.has() and self._budget.has():
             after = self._read(before, datagram.data)
             spent = time.monotonic() - now
-            budget.spend(spent / OF_ONE * SHARE)
+            budget.spend(spent)
             self._budget.spend(spent)
         else:
             after = replace(before, skipped=before.skipped + 1)
@@ -183,7 +183,7 @@ class Absorber:
                 self._forget(min(self._heard, key=lambda k: (self._heard[k].geometry is not None,
                                                              self._heard[k].last_s)))
             self._heard[key] = Heard(*key, now)
-            self._budgets[key] = _Budget(SHARE)
+            self._budgets[key] = _Budget(OF_ONE)
             return self._heard[key]
 
     def _forget(self, key: tuple[str, int]) -> None:

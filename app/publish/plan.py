@@ -4,12 +4,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from dataclasses import field as member
-from typing import Any, Self
+from typing import Any, Self, get_args, get_origin
 
 from app.errors import BadInput
 from app.publish.route import GROUP, PORT, Route
 
 SHORTEST_S, LONGEST_S = 0.1, 60.0  # between two packets
+KINDS = {"enabled": bool, "absorb": bool, "group": str, "port": int, "interface": str, "ttl": int, "interval_s": float,
+         "limit_mm": float, "field": str | None, "numbers": dict[str, int], "approved": dict[str, str]}
 
 
 @dataclass(frozen=True)
@@ -56,13 +58,20 @@ class Plan:
     def from_json(cls, value: Any) -> Self:
         """What to_json gave; BadInput for anything else."""
         try:
-            given = dict(value)
-            kinds = {"enabled": bool, "absorb": bool, "group": str, "port": int, "interface": str, "ttl": int,
-                     "interval_s": (int, float), "limit_mm": (int, float), "field": (str, type(None)),
-                     "numbers": dict, "approved": dict}
-            if not all(isinstance(given[name], kind) for name, kind in kinds.items() if name in given):
+            given = dict(value.items())
+            if not all(_is(given[name], kind) for name, kind in KINDS.items() if name in given):
                 raise TypeError
             return cls(**given)
-        except (TypeError, ValueError, OverflowError):
+        except (AttributeError, TypeError):
             raise BadInput("The kept settings for the network are not understood.", "Set them anew.",
                            reason="bad-publishing") from None
+
+
+def _is(value: Any, kind: Any) -> bool:
+    """Whether plain JSON is of that kind; true is no number, and 3 is as good as 3.0."""
+    if get_origin(kind) is dict:
+        key, inner = get_args(kind)
+        return isinstance(value, dict) and all(_is(k, key) and _is(v, inner) for k, v in value.items())
+    if isinstance(value, bool):
+        return kind is bool
+    return isinstance(value, int | float if kind is float else kind)
