@@ -37,8 +37,8 @@ def whole(archive, tmp_path_factory):
 def run(archive, table, *words, **how):
     how = {"stderr": subprocess.DEVNULL, **how}
     return subprocess.Popen([*TOUCHLINE, "batch", str(archive), "--model", "brown-conrady", "--enough", "any",
-                             "--workers", "1", "-o", str(table), *words], cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                            **how)
+                             "--workers", "1", "-o", str(table), *words], cwd=ROOT, stdin=subprocess.DEVNULL,
+                            stdout=subprocess.DEVNULL, **how)
 
 
 def rows(path):

@@ -4,21 +4,30 @@ Scheduler and workers are processes of this machine, one thread each; boards are
 """
 
 import os
+import shutil
 import signal
 import time
+from pathlib import Path
 
+import batch_pictures
 import jobs_done
 import numpy as np
 import pytest
+from batch_pictures import folder_of
 from boards_seen import SIZE, TRUTH, picture_of, views_of
 from cluster import dask_cluster
 from pictures import encoded
 
+from app.batch import Batch, pictures_in, rows_of
 from app.board import Board
 from app.board_task import BoardTask, run_pictures, run_views
+from app.cli.files import read_points_file
 from app.jobs import Jobs
+from app.records import observations_from_json
+from app.task import Task
 
 SMALL, LENSES, PICTURES = 200, 16, 200
+DISTINCT = 10  # of the archive's pictures; the others are copies of them
 
 
 @pytest.fixture(scope="module", params=[1, 2])
@@ -83,6 +92,28 @@ def test_pictures_of_boards(jobs, tmp_path):
     spec = {"task": BoardTask(board).to_json(), "pictures": pictures[:10]}
     specs = [{**spec, "pictures": [pictures[(job + k) % len(pictures)] for k in range(10)]} for job in range(20)]
     told(f"{PICTURES} pictures in 20 jobs", jobs, all_done(jobs, run_pictures, specs)[1])
+
+
+def test_an_archive_of_two_hundred_pictures(jobs, tmp_path):
+    """Each is asked how well a calibration holds, by its clicks and by its edges, as touchline batch asks."""
+    folder = folder_of(tmp_path / "archive", DISTINCT)
+    for number in range(DISTINCT, PICTURES):
+        for suffix in (".png", ".json"):
+            shutil.copy(folder / f"north-{number % DISTINCT + 1}{suffix}", folder / f"more-{number}{suffix}")
+    given = read_points_file(folder / "north-1.json")
+    task = Task(observations_from_json(given["observations"]), batch_pictures.FIELD, batch_pictures.REGION,
+                batch_pictures.SIZE, "brown-conrady")
+    batch = Batch(Path.read_bytes, read_points_file, None, calibration=task.record(task.run()))
+    start = time.perf_counter()
+    rows = list(rows_of(jobs, 2 * jobs.count, batch.asked(pictures_in(folder))))
+    took = time.perf_counter() - start
+    assert len(rows) == PICTURES and all(row["judged_by"] == "clicks and edges" for row in rows)
+    told(f"{PICTURES} pictures of a batch", jobs, took)
+
+
+def test_one_job_of_three_hundred_views(jobs):
+    """A job is one worker's: a second one is free for the next lens, and does not make this one faster."""
+    told("300 views in one job", jobs, all_done(jobs, run_views, [board_spec(300)])[1])
 
 
 def pictured(board, corners):
