@@ -30,15 +30,18 @@ from app.api import (
     problems,
     publishing,
     reports,
+    settings_told,
     snapshots,
     straightness,
     streams,
+    versions,
 )
 from app.api.access import Access, login_router
 from app.api.camera_shelf import CameraShelf, live_cameras
 from app.api.connections import watched_connections
 from app.api.frames import Frames
 from app.api.limits import MB, BodyLimits
+from app.api.presence import Presence
 from app.api.publishing_shelf import PublishingShelf
 from app.api.results import keepers
 from app.api.schemas import PROBLEMS
@@ -49,8 +52,8 @@ from app.settings import LOOPBACK, Settings, shipped
 from app.store import Store
 from app.store.field_shelf import FieldShelf
 
-RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, calibrations, boards, lenses,
-             judgement, reports, pairs, straightness, points, pictures, jobs, publishing)
+RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
+             boards, lenses, judgement, reports, pairs, straightness, points, pictures, jobs, publishing, settings_told)
 API = "/api/v1"
 MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task")  # whose functions jobs may be
 ABOUT = """Calibrates the cameras above a robot-soccer field.
@@ -85,6 +88,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.settings = settings
     app.state.started = time.monotonic()
     app.state.store = store
+    app.state.presence = Presence()
     app.state.fields = FieldShelf(settings.own_fields)
     app.state.camera_shelf = CameraShelf(settings, store, app.state.fields, image_limits(settings))
     app.state.publishing = PublishingShelf(settings, store, app.state.camera_shelf)

@@ -2,14 +2,15 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Request
+from fastapi import APIRouter, Header, Request, WebSocket
 from starlette.responses import Response
 
 from app.api import answer_schemas, schemas
 from app.api.answers import Json
-from app.api.operator import operator
+from app.api.operator import LONGEST, operator
 from app.api.problems import problem, problem_of
 from app.api.schemas import Id
+from app.api.sockets import tell
 from app.errors import Stale
 from app.store import Draft
 
@@ -34,11 +35,22 @@ def save_draft(request: Request, snapshot: Id, body: schemas.Draft,
     try:
         draft = store.save_draft(snapshot, body.model_dump(), if_match.strip().removeprefix("W/").strip('"'),
                                  operator(request))
+        request.app.state.presence.saved(snapshot, draft.etag, operator(request))
     except Stale as error:
         answer = problem_of(error)
         answer.headers["ETag"] = f'"{error.details["etag"]}"'
         return answer
     return _answer(draft)
+
+
+@router.websocket("/{snapshot}/stream")
+async def watch_draft(socket: WebSocket, snapshot: str, name: str = "") -> None:
+    """Who else has this picture open, and the ETag of the draft as soon as somebody has saved it: JSON texts.
+
+    {"others": [name, …], "etag": "…" | null, "by": name | null}, now and after every change; with name=, what others
+    read of you.
+    """
+    await tell(socket, socket.app.state.presence.told(snapshot[:LONGEST], name.strip()[:LONGEST]))
 
 
 def _answer(draft: Draft) -> Json:

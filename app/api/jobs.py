@@ -19,6 +19,7 @@ from app.jobs import Job, Jobs
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
 T = TypeVar("T")
+MADE = ("calibration", "lens")
 LOOK_S = 0.1  # how often a watched job is looked at
 
 
@@ -67,10 +68,10 @@ async def stream_job(socket: WebSocket, id: str) -> None:
 
 @router.websocket("/stream")
 async def stream_jobs(socket: WebSocket) -> None:
-    """All jobs for a page: {"items": […]}, newest first and without results, now and after every change."""
+    """All jobs for a page: {"items": […]}, newest first, now and after every change; without results but for `made`."""
     async def lists() -> AsyncIterator[dict[str, Any]]:
         async for now in changes(socket.app.state.jobs, lambda jobs: jobs.all()):
-            yield {"items": [{**described(job), "result": None} for job in now]}
+            yield {"items": [{**described(job), "result": None, "made": made_by(job)} for job in now]}
     await tell(socket, lists())
 
 
@@ -94,6 +95,12 @@ def described(job: Job) -> dict[str, Any]:
         told = {key: value for key, value in job.problem.items() if key != "reason"}
         told["type"] = MANUAL + job.problem["reason"]
     return {**asdict(job), "problem": told}
+
+
+def made_by(job: Job) -> dict[str, str]:
+    """The ids of what it has made and kept, such as {"calibration": id}: where to look at what came of it."""
+    result = job.result if isinstance(job.result, dict) else {}
+    return {name: result[name] for name in MADE if isinstance(result.get(name), str)}
 
 
 def accepted(job: Job) -> Json:

@@ -14,7 +14,7 @@ has returned survives a killed process and a power cut. One process at a time ho
     database.py    one writer and many readers, on SQLite or PostgreSQL; tables.py is what they hold, sealed.py its seal
     a shelf each   snapshots, drafts, calibrations, lenses, cameras, rigs, jobs; shelf.py is what they share
     backups.py     copies of the database; healing.py takes rows back from them
-    space.py       how much of the disk pictures may take
+    space.py       how much of the disk pictures may take; room.py says how much everything takes
     archive.py     everything as one zip, and back; restoring.py fills an empty folder with it
     former.py      data folders from before there was a database
     files.py, quarantine.py, lock.py    files that are whole or not there, what is damaged, one server a folder
@@ -44,11 +44,13 @@ from app.store.opening import FILE, open_postgresql, open_sqlite
 from app.store.quarantine import Damage, DamagedFile, Quarantine
 from app.store.restoring import refuse_unfinished
 from app.store.rigs import KeptRig, Rigs
+from app.store.room import Room, room_of
 from app.store.shelf import Clock, Page, utc_now
 from app.store.snapshots import Snapshot, Snapshots
 from app.store.space import BACKUPS_BYTES, UPLOADS_BYTES, Space, free_bytes
 
-__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "KeptCamera", "KeptJob", "KeptRig", "Page", "Snapshot", "Store"]
+__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "KeptCamera", "KeptJob", "KeptRig", "Page", "Room", "Snapshot",
+           "Store"]
 
 
 class Store:
@@ -161,6 +163,14 @@ class Store:
         """Forget a version, never to use its number again; Conflict while it is active."""
         self._calibrations.delete(id)
 
+    def restore_calibration(self, id: str) -> Calibration:
+        """Take a deletion back; the version has its number still."""
+        return self._calibrations.restore(id)
+
+    def annotate(self, id: str, note: str) -> Calibration:
+        """Change the remark beside a version, all that ever changes of one."""
+        return self._calibrations.annotate(id, note)
+
     def activate(self, id: str, by: str = "") -> Calibration:
         """Make it its camera's; the former one stays."""
         return self._calibrations.activate(id, by)
@@ -261,6 +271,11 @@ class Store:
         return archive(self._database, self.folder, fields, self._clock)
 
     # Health
+
+    @property
+    def room(self) -> Room:
+        """What of the disk is taken, and how old the newest backup is."""
+        return room_of(self.folder, self._space, self._backups)
 
     @property
     def warnings(self) -> tuple[Warning, ...]:

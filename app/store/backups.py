@@ -48,7 +48,7 @@ class Backups:
         self._folder = make_folder(folder)
         self._source = source
         self._clock = clock
-        self._limit_bytes = limit_bytes
+        self.limit_bytes = limit_bytes
         self._wanted, self._ended = Event(), Event()
         self._took_s = 0.0
         self._trouble: str | None = None
@@ -147,7 +147,7 @@ class Backups:
         for backup in backups:
             last_of_hour.setdefault(backup.hour, backup)
         kept = {*backups[:NEWEST], *list(last_of_hour.values())[:HOURS]}
-        room = self._limit_bytes
+        room = self.limit_bytes
         for number, backup in enumerate(backups):
             room -= backup.path.stat().st_size if backup in kept else 0
             if backup not in kept or (room < 0 and number > 0):

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, NotFound
 from app.records import Calibration
-from app.store.sealed import content, is_whole, resealed, sealed
+from app.store.sealed import as_text, content, is_whole, resealed, sealed
 from app.store.shelf import Page, Shelf, column, new_id, stamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
 
@@ -70,6 +70,27 @@ class Calibrations(Shelf):
                 raise unknown_calibration(id)  # somebody else deleted it a moment ago
             row.deleted_at = stamp(self._clock)
             resealed(row)
+
+    def restore(self, id: str) -> Calibration:
+        """Put a version that was taken off back on the shelf, as it was; one that stands there stays."""
+        self.row(id, unknown_calibration)
+        with self._database.writing("The undoing of the deletion") as rows:
+            row = rows.scalar(select(CalibrationRow).where(CalibrationRow.id == id))
+            row.deleted_at = None
+            resealed(row)
+        return self.get(id)
+
+    def annotate(self, id: str, note: str) -> Calibration:
+        """Change the remark beside a version. It is all that is ever changed of one: no number rests on it."""
+        kept = self.get(id)
+        with self._database.writing("The note") as rows:
+            there = select(CalibrationRow).where(CalibrationRow.id == id, CalibrationRow.deleted_at.is_(None))
+            row = rows.scalar(there)
+            if row is None:
+                raise unknown_calibration(id)  # deleted a moment ago
+            row.body = as_text(replace(kept, note=note, active=False).to_json(), "The note")
+            resealed(row)
+        return self.get(id)
 
     def activate(self, id: str, by: str = "") -> Calibration:
         """Make a version its camera's; the former one stays on the shelf, and the history says who did it and when."""

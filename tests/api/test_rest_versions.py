@@ -1,0 +1,54 @@
+"""REST of versions that stand already: who activated which, a note that changes, a deletion that is taken back."""
+
+import pytest
+from refusals import API, refusal
+
+CAL = f"{API}/calibrations"
+
+
+@pytest.fixture
+def two(client, task):
+    """Two versions of one camera, the older one first."""
+    return [client.post(CAL, json={**task, "camera": "north"}).json() for _ in range(2)]
+
+
+def test_the_history_says_what_was_activated_by_whom_newest_first(client, two):
+    first, second = two
+    for kept, who in ((first, "Ada"), (second, "Grace"), (first, "Ada")):
+        assert client.post(f"{CAL}/{kept['id']}/activate", headers={"X-Operator": who}).status_code == 200
+    told = client.get(f"{CAL}/activations", params={"camera": "north"}).json()["items"]
+    assert [(one["version"], one["by"]) for one in told] == [(1, "Ada"), (2, "Grace"), (1, "Ada")]
+    assert client.get(f"{CAL}/activations").json()["items"] == []  # no picture from a file was ever activated
+
+
+def test_the_history_keeps_a_version_that_is_deleted(client, two):
+    for kept in two:
+        client.post(f"{CAL}/{kept['id']}/activate")
+    assert client.delete(f"{CAL}/{two[0]['id']}").status_code == 204
+    told = client.get(f"{CAL}/activations", params={"camera": "north"}).json()["items"]
+    assert [one["version"] for one in told] == [2, None] and told[1]["calibration"] == two[0]["id"]
+
+
+def test_a_deletion_is_taken_back_and_the_version_is_as_it_was(client, two):
+    path = f"{CAL}/{two[0]['id']}"
+    before = client.get(path).json()
+    assert client.delete(path).status_code == 204
+    refusal(client.get(path), 404, "unknown-calibration")
+    for _ in range(2):
+        assert client.post(f"{path}/restore").json() == before
+    assert [kept["version"] for kept in client.get(CAL).json()["items"]] == [2, 1]
+    refusal(client.post(f"{CAL}/{'0' * 16}/restore"), 404, "unknown-calibration")
+
+
+def test_a_note_changes_and_nothing_else_of_the_version(client, two):
+    path = f"{CAL}/{two[1]['id']}"
+    client.post(f"{path}/activate")
+    before = client.get(path).json()
+    after = client.patch(path, json={"note": "after the lens was cleaned ü"}).json()
+    assert after == {**before, "note": "after the lens was cleaned ü"} and after["active"]
+    assert client.get(path).json() == after and client.get(CAL).json()["items"][0] == after
+    refusal(client.patch(path, json={"note": "x" * 2001}), 422)
+    refusal(client.patch(path, json={"model": "ssl"}), 422)
+    refusal(client.patch(f"{CAL}/{'0' * 16}", json={"note": ""}), 404, "unknown-calibration")
+    client.delete(f"{CAL}/{two[0]['id']}")
+    refusal(client.patch(f"{CAL}/{two[0]['id']}", json={"note": ""}), 404, "unknown-calibration")
