@@ -35,6 +35,11 @@ def fixed_point_maps(raw_x: NDArray[np.float32], raw_y: NDArray[np.float32]) -> 
     return cv2.convertMaps(*maps, dstmap1type=cv2.CV_16SC2)
 
 
+def paste(target: NDArray[np.uint8], pixels: NDArray[np.uint8], mask: NDArray[np.uint8]) -> None:
+    """Put the picture into the target (which may be a window of a larger one) where the mask is not 0."""
+    cv2.copyTo(pixels, mask, target)
+
+
 def refine_corners(gray: NDArray[np.uint8], corners: Points, half_window: int) -> Points:
     """Chessboard corners (n, 2) to sub-pixel, in a window of 2 · half_window + 1."""
     fine = np.ascontiguousarray(corners.reshape(-1, 1, 2), np.float32)

@@ -14,7 +14,7 @@ FLOORS = [
     ["correction", "evaluate", "heatmap"],                                                    # 2 numbers about models
     ["sources", "exports", "images", "store", "publish", "child_line"],                          # 3 edges
     ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "plumb_task", "jobs",
-     "live", "settings", "interchange", "report", "batch"],                          # 4 work
+     "live", "settings", "interchange", "report", "batch", "rig_pipeline", "rig_stitch"],                          # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors
     ["main"],                                                                      # 6 wiring
 ]
@@ -22,7 +22,8 @@ FLOORS = [
 # server); settings are read by whoever wires.
 SIDEWAYS = {("cli", "main"), ("task", "pipeline"),
             ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline"),
-            ("live", "pipeline"), ("interchange", "task"), ("report", "pipeline"), ("publish", "exports"),
+            ("live", "pipeline"), ("interchange", "task"), ("report", "pipeline"), ("rig_pipeline", "pipeline"),
+            ("rig_pipeline", "pair_pipeline"), ("rig_pipeline", "task"), ("publish", "exports"),
             ("batch", "task"), ("batch", "plumb_pipeline"), ("batch", "jobs"), ("batch", "report")}
 PURE = 3  # floors below this compute: no clock, file, socket, thread, process or web
 IMPURE = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile", "socket", "threading", "subprocess",
