@@ -28,8 +28,7 @@ def heard_json(sender: Heard, known: Iterable[Field], ours: Iterable[Spoken]) ->
     if geometry is None:
         return told
     told |= {"geometry_age_s": round(now - sender.geometry_s, 3), "sha256": hashlib.sha256(sender.data).hexdigest()}
-    fresh = now - sender.geometry_s < STALE_S
-    numbers = {one.number: one for one in ours if one.sent is not None} if fresh else {}
+    numbers = {one.number: one for one in ours if one.sent is not None} if _fresh(sender) else {}
     try:
         known = tuple(known)
         field = field_from_wire(geometry.field, known)
@@ -38,6 +37,18 @@ def heard_json(sender: Heard, known: Iterable[Field], ours: Iterable[Spoken]) ->
     except TouchlineError as refused:
         return {**told, "problem": _problem(refused)}
     return {**told, "cameras": [_camera(sent, field, numbers.get(sent.camera_id)) for sent in geometry.calib]}
+
+
+def contradictions(senders: Iterable[Heard], ours: Iterable[Spoken]) -> list[tuple[Heard, Spoken]]:
+    """Who publishes another calibration for a number of ours, and which of our cameras that is."""
+    return [(sender, one) for sender in senders for one in ours for sent in _fresh(sender)
+            if one.sent is not None and one.number == sent.camera_id and not _same(one.sent, sent)]
+
+
+def _fresh(sender: Heard) -> tuple[CameraCalibration, ...]:
+    """The cameras of a sender that still says so."""
+    old = sender.geometry is None or time.monotonic() - sender.geometry_s > STALE_S
+    return () if old else sender.geometry.calib
 
 
 def source_name(source: int) -> str:

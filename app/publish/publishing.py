@@ -9,7 +9,7 @@ from app.field import Field
 from app.publish.absorber import Absorber, Heard
 from app.publish.geometry import Spoken, Wiring, spoken
 from app.publish.group import Group
-from app.publish.heard import heard_json
+from app.publish.heard import contradictions, heard_json
 from app.publish.plan import Plan
 from app.publish.publisher import Publisher
 from app.publish.route import interfaces
@@ -104,13 +104,18 @@ class Publishing:
 
     @property
     def warnings(self) -> tuple[Warning, ...]:
-        """What an operator should know who does not look at this page: that nothing goes out or comes in."""
+        """What an operator should know wherever he looks: that nothing goes out, or that two say different things."""
         publisher, absorber = self._publisher, self._absorber
         told = []
         if publisher is not None and (problem := publisher.said.problem) is not None:
             told.append(Warning("publishing", f"Geometry is not published: {problem.what}", problem.fix))
         if absorber is not None and (problem := absorber.problem) is not None:
             told.append(Warning("absorbing", f"The network is not listened to: {problem.what}", problem.fix))
+        if publisher is not None and absorber is not None:
+            for sender, one in contradictions(absorber.heard, publisher.said.cameras):
+                told.append(Warning("two-publishers", f"{sender.address} also publishes camera {one.number}, which is "
+                                    f"{one.name}, with another calibration.", "Two publishers confuse every team: "
+                                    "switch one of them off, or take theirs over."))
         return tuple(told)
 
     def _follow(self, plan: Plan) -> None:

@@ -6,6 +6,7 @@ import { html } from "../html.js";
 import { openById } from "../pictures.js";
 import { HeldNext, ToBoard } from "./board.js";
 import { Cameras } from "./cameras.js";
+import { Network } from "./network.js";
 import { ActionButton } from "./toolbar.js";
 import { busy, cameras, snapshots } from "../state.js";
 
@@ -20,6 +21,7 @@ export function Start() {
         <b>${busy.value || "Open a picture…"}</b><small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small></button></section>
     <${ToBoard}/>
     <section aria-label="Two cameras"><h2>Do two cameras agree?</h2><${ActionButton} id="pair"/></section>
+    <${Network}/>
     ${snapshots.value.length > 0 && html`<section aria-label="Earlier pictures"><h2>Go on with an earlier picture</h2>
       <ul class="recent">${snapshots.value.map((s) => html`<li key=${s.id}>
         <button type="button" data-testid=${`recent-${s.id}`} onClick=${() => void openById(s.id, "borders")} aria-label=${`Go on with the picture of ${dayAndTime(s.taken_at)}`}>

@@ -224,6 +224,10 @@ def test_another_sender_for_our_camera_number_is_told(client, way):
     said(packet_of(spoken([example("ssl", 1)], Plan())), **way)
     (one,) = until(lambda: heard(client))
     assert (one["cameras"][0]["ours"], one["cameras"][0]["contradicts"]) == ("north", True)
+    (warning,) = client.get(f"{API}/health").json()["warnings"]
+    assert warning["reason"] == "two-publishers" and "camera 0, which is north" in warning["text"]
+    put(client, enabled=False)
+    assert client.get(f"{API}/health").json()["warnings"] == []
 
 
 def test_a_camera_that_is_removed_is_no_longer_sent(client):

@@ -1,0 +1,26 @@
+// What the panel of the network works with.
+export interface Trouble { reason: string; what: string; fix: string }
+export interface Loss { rms_mm: number; worst_mm: number; worst_place: [number, number]; hat_rms_mm: number | null; hat_worst_mm: number | null; hat_height_mm: number }
+/** One camera as it is sent, or why not. */
+export interface PublishedCamera {
+  camera: string; calibration: string; version: number; model: string; field: string; camera_id: number; published: boolean; exact: boolean;
+  loss: Loss | null; problem: Trouble | null;
+}
+/** GET /publishing. */
+export interface Publishing {
+  enabled: boolean; absorb: boolean; group: string; port: number; interface: string; ttl: number; interval_s: number; limit_mm: number;
+  state: "off" | "starting" | "on-air" | "silent" | "failing"; problem: Trouble | null;
+  said: { packets: number; bytes: number; age_s: number | null; failures: number } | null;
+  cameras: PublishedCamera[]; interfaces: { name: string; address: string | null }[];
+}
+export interface HeardCamera {
+  camera_id: number; image_size: [number, number] | null; position_mm: [number, number, number] | null; focal_px: number; distortion: number;
+  problem: Trouble | null; ours: string | null; contradicts: boolean;
+}
+export interface HeardSender {
+  id: string; address: string; port: number; source: string; age_s: number; packets: number; geometries: number; refused: number; refusal: string | null;
+  skipped: number; geometry_age_s: number | null; sha256: string | null; problem: Trouble | null; cameras: HeardCamera[];
+  field: { name: string; title: string; length_mm: number; width_mm: number; known: boolean } | null;
+}
+/** GET /publishing/heard. */
+export interface Heard { listening: boolean; problem: Trouble | null; datagrams: number; own: number; items: HeardSender[] }

@@ -1,0 +1,92 @@
+"""The network on the start page: switched on and off, what is lost, who else is there, and taking over from them."""
+
+import os
+import re
+import socket
+from pathlib import Path
+
+import pytest
+from exported import example, model_of
+from group_listener import Listener, free_group, said
+from playwright.sync_api import expect
+
+from app import interchange
+from app.publish.geometry import packet_of, spoken
+from app.publish.plan import Plan
+
+listener = pytest.importorskip("ssl_listener", reason="the protobuf package is not installed")
+SHOTS = os.environ.get("TOUCHLINE_SHOTS")  # a folder for whoever wants to look
+
+
+def shot(page, name: str) -> None:
+    if SHOTS:
+        page.get_by_test_id("network").screenshot(path=Path(SHOTS) / f"{name}.png")
+
+
+def activate(server, camera: str, name: str, index: int) -> None:
+    data = interchange.export(example(name, index), "json").data
+    made = server.api("POST", "/calibrations/import", files={"file": ("a.json", data)}, data={"camera": camera}).json()
+    assert server.api("POST", f"/calibrations/{made['id']}/activate").ok
+
+
+def focal(came) -> float:
+    return listener.Packet.FromString(came.data).geometry.calib[0].focal_length
+
+
+def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(page, own_server):
+    way = free_group()
+    activate(own_server, "overhead", "brown-conrady", 0)
+    activate(own_server, "east", "fisheye", 1)
+    page.goto(own_server.url)
+    state = page.get_by_test_id("network-state")
+    expect(state).to_have_attribute("data-state", "off")
+    state.click()
+    expect(page.get_by_test_id("sent-overhead")).to_contain_text("ready")
+    shot(page, "off")
+
+    with Listener(**way) as ear:
+        for name in ("group", "port", "ttl"):
+            page.get_by_test_id(f"network-{name}").fill(str(way[name]))
+            with page.expect_response(lambda r: r.request.method == "PUT"):
+                page.get_by_test_id(f"network-{name}").press("Tab")
+        with page.expect_response(lambda r: r.request.method == "PUT"):
+            page.get_by_test_id("network-interface").select_option("lo")
+        page.get_by_test_id("publish").click()
+        expect(state).to_have_attribute("data-state", "on-air")
+        expect(state).to_contain_text(f"1 of 2 cameras to {way['group']}, port {way['port']}, by lo")
+        assert len(listener.Packet.FromString(ear.hear().data).geometry.calib) == 1
+
+        expect(page.get_by_text("would both be camera 0")).to_be_visible()
+        page.get_by_test_id("number-east").fill("1")
+        page.get_by_test_id("number-east").press("Tab")
+        page.get_by_test_id("approve-east").click()
+        expect(page.get_by_test_id("sent-east")).to_have_attribute("data-published", "true")
+        ear.hear_until(lambda came: len(listener.Packet.FromString(came.data).geometry.calib) == 2)
+
+        page.get_by_test_id("listen").click()
+        expect(page.get_by_test_id("nobody")).to_be_visible()
+        shot(page, "on")
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+            port = said(packet_of(spoken([example("ssl", 1)], Plan())), **way, sock=stranger)
+            told = page.get_by_test_id("contradiction")
+            expect(told).to_contain_text("127.0.0.1 also publishes camera 0, which is overhead")
+            shot(page, "two")
+            page.get_by_test_id(f"take-over-127.0.0.1-{port}-0").click()
+            notice = page.get_by_test_id("notice").filter(has_text="is kept as version 2 of overhead")
+            notice.get_by_role("button", name="Activate it").click()
+            ear.hear_until(lambda came: focal(came) == pytest.approx(model_of("ssl", 1).focal_px, rel=1e-6))
+            expect(page.get_by_test_id("contradiction")).to_have_count(0)  # both say the same now
+
+        page.get_by_test_id("publish").click()
+        expect(state).to_have_attribute("data-state", "off")
+    assert re.search("Heard from 127.0.0.1", own_server.api("GET", "/calibrations").json()["items"][0]["note"])
+
+
+def test_an_interface_that_is_not_there_is_told_on_the_page(page, own_server):
+    page.goto(own_server.url)
+    own_server.api("PUT", "/publishing", json={"interface": "gone0"})
+    page.reload()
+    page.get_by_test_id("network-state").click()
+    page.get_by_test_id("publish").click()
+    expect(page.get_by_test_id("notice")).to_contain_text("This machine has no interface gone0 now.")
+    expect(page.get_by_test_id("network-state")).to_have_attribute("data-state", "off")
