@@ -4,6 +4,8 @@ import { form, keepCamera, shown as liveShown, status as liveStatus, confirmCame
 import { atBoard, findLens, found, openBoard, ready, search, useLens } from "./board.js";
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
+import { COMPARE_ACTIONS } from "./compare_actions.js";
+import { record, sheet } from "./comparing.js";
 import { comparison, compareModels, ranking, stopComparing, useModel } from "./ranking.js";
 import { preview } from "./fitting.js";
 import { canHeat, differenceFrom, heat, others } from "./heat.js";
@@ -12,12 +14,12 @@ import { AT_PAIR, pairArrow, showWorst } from "./pair_actions.js";
 import { basis, bases, by, worst } from "./pairing.js";
 import { closePicture, takePicture, watching } from "./pictures.js";
 import {
-  active, atStraight, atPair, cameras, compare, comparing, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
+  active, atStraight, atPair, cameras, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
 } from "./state.js";
 import { STEPS, nextThing, steps } from "./steps.js";
 import { isOfThese, judge, openStraight, ready as withEdges, search as judging, showStraight, shown } from "./straight.js";
 import { activate, isSaved, saveVersion, version } from "./versions.js";
-import { fit, panBy, stageSize, toPicture, zoomBy } from "./view.js";
+import { stageSize, toPicture } from "./view.js";
 
 /**
  * @typedef {object} Action
@@ -37,7 +39,9 @@ const NUDGE_PX = 0.1, SHIFT_PX = 1, CTRL_PX = 10;
 const STILL_FRAMES = 25;
 const has = () => snapshot.value !== null;
 const isLive = () => liveStatus.value?.state === "live" || liveStatus.value?.state === "mismatch";
-const canCompare = () => comparing.value && version.value !== null;
+const canZoom = () => has() || record.value !== null;
+/** The picture's whole size, of a live one that of its calibration. */
+const whole = () => snapshot.value ?? (record.value && { width: record.value.image_size[0], height: record.value.image_size[1] });
 
 /** The page's one file input; a browser opens its picker only from a click. */
 export const filePicker = { open: () => {} };
@@ -86,7 +90,7 @@ const TABLE = [
   { id: "add", label: "Add a point under the pointer, or in the middle", keys: ["a"], group: "Points", run: addPoint,
     enabled: () => editing.value },
   { id: "nudge", label: "Move the point by 0.1 px; with Shift 1 px, with Ctrl 10 px", group: "Points", run: arrow,
-    keys: ["", "shift+", "ctrl+"].flatMap((m) => ["Left", "Right", "Up", "Down"].map((d) => `${m}Arrow${d}`)), enabled: () => has() || atPair.value },
+    keys: ["", "shift+", "ctrl+"].flatMap((m) => ["Left", "Right", "Up", "Down"].map((d) => `${m}Arrow${d}`)), enabled: () => canZoom() || atPair.value },
   { id: "next-point", label: "Select the next point (on the picture also Tab)", keys: ["n"], group: "Points", run: () => void selectNext(1, true), enabled: () => editing.value },
   { id: "previous-point", label: "Select the previous point", keys: ["b"], group: "Points", run: () => void selectNext(-1, true), enabled: () => editing.value },
   { id: "select-all", label: "Select all points of this line", keys: ["ctrl+a"], group: "Points", enabled: () => editing.value,
@@ -101,18 +105,13 @@ const TABLE = [
 
   { id: "pan", label: "Pan the picture", short: "Pan", keys: ["h"], group: "View", run: () => { tool.value = "pan"; },
     pressed: () => tool.value === "pan" },
-  { id: "zoom-in", label: "Zoom in", short: "+", keys: ["+", "="], group: "View", run: () => zoomBy(ZOOM), enabled: has },
-  { id: "zoom-out", label: "Zoom out", short: "−", keys: ["-"], group: "View", run: () => zoomBy(1 / ZOOM), enabled: has },
-  { id: "zoom-fit", label: "Show the whole picture", short: "Fit", keys: ["0"], group: "View", run: () => fit(snapshot.value), enabled: has },
+  { id: "zoom-in", label: "Zoom in", short: "+", keys: ["+", "="], group: "View", run: () => sheet.value.zoomBy(ZOOM), enabled: canZoom },
+  { id: "zoom-out", label: "Zoom out", short: "−", keys: ["-"], group: "View", run: () => sheet.value.zoomBy(1 / ZOOM), enabled: canZoom },
+  { id: "zoom-fit", label: "Show the whole picture", short: "Fit", keys: ["0"], group: "View", run: () => sheet.value.fit(whole()), enabled: canZoom },
   { id: "lines", label: "Draw the field's lines on the picture", short: "Lines", keys: ["l"], group: "View",
     run: () => { showLines.value = !showLines.value; }, pressed: () => showLines.value,
     enabled: () => preview.value !== null || version.value !== null },
-  { id: "raw", label: "Show the raw picture", short: "Raw", keys: ["r"], group: "View", run: () => show("raw"),
-    pressed: () => compare.value.mode === "raw", enabled: canCompare },
-  { id: "wipe", label: "Show raw and corrected side by side", short: "Wipe", keys: ["w"], group: "View", run: () => show("wipe"),
-    pressed: () => compare.value.mode === "wipe", enabled: canCompare },
-  { id: "corrected", label: "Show the corrected picture", short: "Corrected", keys: ["c"], group: "View", run: () => show("corrected"),
-    pressed: () => compare.value.mode === "corrected", enabled: canCompare },
+  ...COMPARE_ACTIONS,
   { id: "heat", label: "Show the expected error over the field", short: "Error", keys: ["e"], group: "View",
     run: () => { heat.value = { ...heat.value, what: heat.value.what === "expected" ? "none" : "expected" }; },
     pressed: () => heat.value.what === "expected", enabled: () => canHeat.value },
@@ -182,10 +181,5 @@ function arrow(event) {
   if (atPair.value) pairArrow(towards, size, PAN_PX);
   else if (editing.value && picked.value.length) {
     nudge(towards[0] * size, towards[1] * size);
-  } else panBy(-towards[0] * PAN_PX, -towards[1] * PAN_PX);
-}
-
-/** @param {"raw" | "wipe" | "corrected"} mode */
-function show(mode) {
-  compare.value = { ...compare.value, mode };
+  } else sheet.value.panBy(-towards[0] * PAN_PX, -towards[1] * PAN_PX);
 }

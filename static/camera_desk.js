@@ -9,7 +9,7 @@ import { atLive, atPair, atStraight, cameras, tell, tellError } from "./state.js
 /** @typedef {import("./types").Camera} Camera @typedef {{ id: string, name: string, source: string, field: string | null, region: string | null }} CameraForm */
 
 /** How the camera is looked at. */
-export const look = signal(/** @type {{ view: "raw" | "corrected" | "side", lines: boolean }} */ ({ view: "raw", lines: false }));
+export const look = signal(/** @type {{ view: import("./types").CompareMode, lines: boolean }} */ ({ view: "raw", lines: false }));
 /** What stands in the form; null: it is closed. etag: of the camera that is changed, "" of a new one. */
 export const form = signal(/** @type {{ values: CameraForm, etag: string } | null} */ (null));
 /** The picture of the source that was tried, and for which address. */

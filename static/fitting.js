@@ -84,7 +84,10 @@ const askPreview = newestWins(async (/** @type {import("./types").Doc} */ asking
 
 /** What the server refused, to be shown; any other error goes on. @param {unknown} error @returns {Refusal} */
 export function refused(error) {
-  if (error instanceof Problem) return { detail: error.detail, fix: error.fix, title: error.body.title };
+  if (error instanceof Problem) {
+    const { title, type = "", feature = null, index = null } = error.body;
+    return { detail: error.detail, fix: error.fix, title, reason: type.split("/").at(-1), feature, index };
+  }
   throw error;
 }
 

@@ -1,7 +1,10 @@
 // Keyboard: one listener that looks the key up in the table of actions.
 import { ACTIONS, run } from "./actions.js";
 
-const BY_KEY = new Map([...ACTIONS.values()].flatMap((action) => (action.keys ?? []).map((key) => [key, action.id])));
+/** Actions by their key: one may mean different things where different things can be done. */
+/** @type {Map<string, import("./actions.js").Action[]>} */
+const BY_KEY = new Map();
+for (const action of ACTIONS.values()) for (const key of action.keys ?? []) BY_KEY.set(key, [...BY_KEY.get(key) ?? [], action]);
 
 /** "ctrl+shift+z", "?", "ArrowUp": as the table writes it. @param {KeyboardEvent} event */
 function nameOf(event) {
@@ -20,9 +23,8 @@ function belongsToControl(event) {
 export function startKeys() {
   addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.altKey || belongsToControl(event)) return;
-    const id = BY_KEY.get(nameOf(event));
-    const action = id && ACTIONS.get(id);
-    if (!action || !(action.enabled?.() ?? true)) return;
+    const action = BY_KEY.get(nameOf(event))?.find((one) => one.enabled?.() ?? true);
+    if (!action) return;
     event.preventDefault();
     run(action.id, event);
   });

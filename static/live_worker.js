@@ -2,6 +2,7 @@
 import { read, rows } from "./timecode.js";
 
 /** @type {OffscreenCanvas} */ let canvas;
+/** @type {OffscreenCanvas | undefined} of the corrected half, where the two are drawn apart */ let second;
 /** @type {OffscreenCanvasRenderingContext2D | null} */ let pen = null;
 /** @type {WebSocket | null} */ let socket = null;
 let address = "", wait_ms = 0, again = 0, decoding = false, timed = false;
@@ -9,8 +10,8 @@ let address = "", wait_ms = 0, again = 0, decoding = false, timed = false;
 const FIRST_WAIT_MS = 250, LONGEST_WAIT_MS = 4000;
 
 addEventListener("message", ({ data }) => {
-  if (data.canvas) {
-    canvas = data.canvas;
+  if (data.canvases) {
+    [canvas, second] = data.canvases;
     pen = canvas.getContext("2d", { alpha: false });
   }
   if (data.timed !== undefined) timed = data.timed; // tell when the picture itself says it was taken
@@ -51,6 +52,12 @@ function taken() {
   return pen ? read(pen.getImageData(0, top, canvas.width, height)) : null;
 }
 
+/** One part of a picture on a canvas of its size. @param {OffscreenCanvas} on @param {ImageBitmap} picture @param {import("./types").Half} half */
+function part(on, picture, { x, y, width, height }) {
+  if (on.width !== width || on.height !== height) Object.assign(on, { width, height });
+  on.getContext("2d", { alpha: false })?.drawImage(picture, x, y, width, height, 0, 0, width, height);
+}
+
 /** Draw the newest message, then the one that came meanwhile. */
 async function show() {
   decoding = true;
@@ -61,8 +68,10 @@ async function show() {
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(message, 4, length)));
     try {
       const picture = await createImageBitmap(new Blob([new Uint8Array(message, 4 + length)], { type: "image/jpeg" }));
-      if (canvas.width !== picture.width || canvas.height !== picture.height) Object.assign(canvas, { width: picture.width, height: picture.height });
-      pen?.drawImage(picture, 0, 0);
+      if (second && head.halves) {
+        part(canvas, picture, head.halves.raw);
+        part(second, picture, head.halves.corrected);
+      } else part(canvas, picture, { x: 0, y: 0, width: picture.width, height: picture.height });
       picture.close();
       postMessage({ head, age_ms: Date.now() - 1000 * head.time, ...(timed ? { shown_ms: Date.now(), taken_ms: taken() } : {}) });
     } catch { /* a part that is no picture: the next one is */ }

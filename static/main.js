@@ -7,13 +7,14 @@ import { startArrows } from "./arrows.js";
 import { addPictures, atBoard, standing as boardStanding } from "./board.js";
 import { liveStanding } from "./camera_desk.js";
 import { startSaving } from "./draft.js";
+import { startComparing } from "./comparing.js";
 import { startFitting } from "./fitting.js";
+import { startGrid } from "./grid.js";
 import { startHealth } from "./health.js";
 import { startHeat } from "./heat.js";
 import { html } from "./html.js";
 import { startKeys } from "./keys.js";
 import { startLenses } from "./lenses.js";
-import { startComparing } from "./layers/compare.js";
 import { Stage } from "./layers/stage.js";
 import { BoardForm } from "./panels/board.js";
 import { BordersPanel } from "./panels/borders.js";
@@ -52,7 +53,6 @@ const DESKS = {
 const desk = computed(() => (atLive.value !== null ? DESKS.live : atBoard.value ? DESKS.board : atStraight.value ? DESKS.straight : atPair.value ? DESKS.pair : null));
 
 function App() {
-  return html`<${Header}/><aside class="left" aria-label="This step"><${Guide}/><${Left}/></aside>
     <div class="middle"><${Stage}/><${Notices}/></div>
     <aside class="right" aria-label="Results">${help.value ? html`<${Help}/>` : html`<${Right}/>`}</aside>
     <${Footer}/><${FileInput}/>${dropping.value && html`<div class="drop-hint" aria-hidden="true">Drop the picture to open it</div>`}`;
@@ -120,6 +120,7 @@ async function start() {
   startComparing();
   startHealth();
   startHeat();
+  startGrid();
   startArrows();
   startLenses();
   startPair();

@@ -33,7 +33,7 @@ export const atPair = signal(false);
 export const atLive = signal(/** @type {string | null} */ (null));
 
 /** Compare: what is shown, and where the wipe stands as a share of the stage's width. */
-export const compare = signal(/** @type {{ mode: "raw" | "wipe" | "corrected", at: number }} */ ({ mode: "wipe", at: 0.5 }));
+export const compare = signal(/** @type {{ mode: import("./types").CompareMode, at: number }} */ ({ mode: "wipe", at: 0.5 }));
 
 export const field = computed(() => fields.value.find((f) => f.name === doc.value.field) ?? null);
 export const region = computed(() => (doc.value.region && field.value?.regions[doc.value.region]) || null);

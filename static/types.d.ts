@@ -2,6 +2,8 @@
 
 export type Point = [number, number];
 export type Border = "left" | "right" | "top" | "bottom";
+/** How raw and corrected are set against each other. */
+export type CompareMode = "raw" | "wipe" | "corrected" | "side" | "blink";
 export type StepId = "camera" | "picture" | "borders" | "model" | "compare" | "activate";
 
 export interface Observation { feature: string | Point; kind: "line" | "landmark"; points: Point[]; z_mm?: number }
@@ -23,7 +25,11 @@ export interface CameraStatus {
   light: { mean: number; clipped_low: number; clipped_high: number; evenness: number | null } | null;
 }
 /** What comes with each frame of a stream. */
-export interface LiveHead { seq: number; time: number; width: number; height: number; view: string; calibration: string | null; overlays?: { field: Feature[] } }
+export interface LiveHead {
+  seq: number; time: number; width: number; height: number; view: string; calibration: string | null; overlays?: { field: Feature[] };
+  halves?: { raw: Half; corrected: Half; margin_px: number }; // side by side: where each stands in the picture
+}
+export interface Half { x: number; y: number; width: number; height: number }
 export interface Control {
   name: string; label: string; kind: "float" | "int" | "bool" | "choice"; value: number | boolean | string; unit: string;
   range: Point | null; choices: string[]; automatic: boolean | null;
@@ -47,7 +53,7 @@ export interface Curve {
   degree: number; degree_reason: string; rms_px: number; loo_rms_px: number | null; residuals_px: number[];
   outliers: number[]; curve: Point[]; distortion_pct: number; kind: string | null; points: Point[];
 }
-export interface Refusal { detail: string; fix: string; title?: string }
+export interface Refusal { detail: string; fix: string; title?: string; reason?: string; feature?: string | null; index?: number | null }
 export interface Warning { reason: string; text: string; fix: string; feature: string | null; index: number | null }
 export interface Feature { feature: string; kind: string; points: (Point | null)[] }
 export interface Distortion { before_pct: number | null; after_pct: number | null }
@@ -70,7 +76,7 @@ export interface Report {
 /** One model among all, on the same clicks. field_mm: what it would miss inside the field. */
 export interface Ranked {
   model: string; title: string; parameters: number; field_mm: number | null; held_out_mm: number | null; check_mm: number | null;
-  apart_mm: number | null; expected_mm: number | null; expected_hat_mm: number | null; hat_height_mm?: number | null; rms_px: number | null;
+  verdict: Report["verdict"]; apart_mm: number | null; expected_mm: number | null; expected_hat_mm: number | null; hat_height_mm?: number | null; rms_px: number | null;
 }
 export interface Ranking {
   ranking: Ranked[]; recommended: string | null; reason: string; no_significant_distortion: boolean | null;
@@ -120,7 +126,7 @@ export interface Preview { report: Report; corrected_size: Point; overlay: Featu
 export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
   image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;
-  corrected_size: Point; created_at: string; active: boolean; note: string; field_definition: { hat_height_mm?: number };
+  corrected_size: Point; created_at: string; active: boolean; note: string; field_definition: { hat_height_mm?: number; regions: Record<string, Region> };
 }
 /** What a format of another program makes of a version; loss: mm over its region, null where it is exact. */
 export interface Format {

@@ -87,15 +87,17 @@ def raw_at(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
     return cv2.resize(pixels, (width, max(1, round(height * width / own))), interpolation=cv2.INTER_AREA)
 
 
-def side_by_side(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Two pictures of one width, the lower one in the middle of its half."""
+def side_by_side(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], list[dict[str, int]]]:
+    """Two pictures of one width, the lower one in the middle of its half; and where each stands, px."""
     height = max(left.shape[0], right.shape[0])
     width = left.shape[1]
     both = np.zeros((height, 2 * width + GAP_PX, 3), np.uint8)
+    places = []
     for pixels, x in ((left, 0), (right, width + GAP_PX)):
         y = (height - pixels.shape[0]) // 2
         both[y:y + pixels.shape[0], x:x + pixels.shape[1]] = pixels
-    return both
+        places.append({"x": x, "y": y, "width": pixels.shape[1], "height": pixels.shape[0]})
+    return both, places
 
 
 def drawn(pixels: NDArray[np.uint8], channel: Channel,
@@ -107,7 +109,9 @@ def drawn(pixels: NDArray[np.uint8], channel: Channel,
         left, right = raw_at(pixels, half), shown.corrected(pixels, half)
         if left.shape[1] < half:
             left = cv2.resize(left, (half, max(1, round(left.shape[0] * half / left.shape[1]))))
-        return side_by_side(left, right), {"calibration": shown.calibration.id}, b""
+        both, (raw_half, corrected_half) = side_by_side(left, right)
+        return both, {"calibration": shown.calibration.id, "halves": {
+            "raw": raw_half, "corrected": corrected_half, "margin_px": shown.view(half).margin_px}}, b""
     picture = raw_at(pixels, channel.width) if channel.view == "raw" else shown.corrected(pixels, channel.width)
     if shown is None:
         return picture, {"calibration": None}, b""

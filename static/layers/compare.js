@@ -1,103 +1,95 @@
-// Raw and corrected in one place: the corrected picture is laid so that its borders cover the raw ones, and a wipe parts them.
-import { computed, effect, signal, untracked } from "@preact/signals";
-import { address, call } from "../api.js";
-import { newestWins } from "../newest.js";
+// Raw and corrected on one stage: the corrected picture is laid so that its borders cover the raw ones; a wipe parts them,
+// they blink, or they stand side by side under one view.
+import { computed } from "@preact/signals";
+import { address } from "../api.js";
+import { counterpart, laid, lines, margin, record, seen, sheet } from "../comparing.js";
+import { look } from "../camera_desk.js";
 import { html } from "../html.js";
-import { compare, comparing, pointer, showLines, snapshot, tellError } from "../state.js";
-import { version } from "../versions.js";
-import { MARGIN_PX, stageSize, view } from "../view.js";
-import { bounds, placed } from "./drawing.js";
+import { atLive, compare, comparing, showLines } from "../state.js";
+import { MARGIN_PX } from "../view.js";
+import { placed } from "./drawing.js";
 import { ResidualArrows } from "./arrows.js";
+import { Grid } from "./grid.js";
 import { Heat } from "./heat.js";
 import { FieldLines } from "./overlay.js";
 
-const STEP = 0.02;
+const STEP = 0.02, ENDS = [0.02, 0.98];
 
-/** @typedef {{ id: string, raw: import("../types").Feature[], corrected: import("../types").Feature[] }} Lines */
-const lines = signal(/** @type {Lines | null} */ (null));
-/** Field millimetres under the pointer. */
-export const underPointer = signal(/** @type {import("../types").Point | null} */ (null));
-
-/** Where the corrected picture lies, in raw picture pixels: X = x + scale · U. */
-export const laid = computed(() => {
-  const it = lines.value;
-  if (!it || it.id !== version.value?.id) return null;
-  const borders = (/** @type {import("../types").Feature[]} */ f) => bounds(f.filter((l) => l.kind === "border").flatMap((l) => l.points));
-  const raw = borders(it.raw), corrected = borders(it.corrected);
-  const scale = Math.sqrt((raw.width * raw.height) / (corrected.width * corrected.height));
-  return { scale, x: raw.x - scale * corrected.x, y: raw.y - scale * corrected.y };
-});
-
-/** What the pointer is over, in the words of POST transform. */
-export const asked = computed(() => {
-  const at = pointer.value, id = version.value?.id, here = laid.value;
-  if (!at || !id || !here || !comparing.value) return null;
-  const { mode, at: share } = compare.value, { k, tx } = view.value;
-  const isRaw = mode === "raw" || (mode === "wipe" && (at.x + 0.5) * k + tx < share * stageSize.value.width);
-  if (isRaw) return { id, from: "image", point: [at.x, at.y] };
-  return { id, from: "corrected", point: [(at.x - here.x) / here.scale - MARGIN_PX, (at.y - here.y) / here.scale - MARGIN_PX] };
-});
-
-const askPosition = newestWins(async (/** @type {NonNullable<typeof asked.value>} */ { id, from, point }) => {
-  try {
-    underPointer.value = (await call("POST", `/calibrations/${id}/transform`, { from, to: "field", points: [point] })).points[0];
-  } catch { underPointer.value = null; }
-});
-
-/** Fetch lines and positions for the version that is compared, from now on. */
-export function startComparing() {
-  effect(() => {
-    const id = version.value?.id;
-    if (!comparing.value || !id || lines.peek()?.id === id) return;
-    const get = async (/** @type {string} */ frame) => (await call("GET", `/calibrations/${id}/overlay.json?frame=${frame}&margin_px=${MARGIN_PX}`)).features;
-    Promise.all([get("raw"), get("corrected")]).then(([raw, corrected]) => { lines.value = { id, raw, corrected }; }, tellError);
-  });
-  effect(() => {
-    const question = asked.value;
-    untracked(() => { if (question) void askPosition(question); else underPointer.value = null; });
-  });
-}
+const withLines = computed(() => (atLive.value === null ? showLines.value : look.value.lines));
 
 /** The corrected picture's address. @param {string} id @param {string} suffix */
 export const correctedAddress = (id, suffix) => address(`/calibrations/${id}/corrected.${suffix}?margin_px=${MARGIN_PX}`);
 
-export function Corrected() {
-  const here = laid.value, it = version.value, { k, tx, ty } = view.value, { mode, at } = compare.value;
-  if (!here || !it || mode === "raw") return null;
+/** Where the corrected picture's corner lies on its pane, and its scale: as an <img> is placed. */
+export const correctedPlace = computed(() => {
+  const here = laid.value, { k, tx, ty } = sheet.value.view.value;
   // Half a pixel: an <img> begins at its first pixel's edge, positions at its centre.
-  const x = (here.x - 0.5 * here.scale + 0.5) * k + tx, y = (here.y - 0.5 * here.scale + 0.5) * k + ty;
-  const size = it.corrected_size.map((side) => side + 2 * MARGIN_PX);
-  const clip = mode === "wipe" ? `clip-path:inset(0 0 0 ${at * 100}%)` : "";
-  return html`<div class="half" style=${clip}>
-    <img class="picture" data-testid="corrected" alt="The corrected picture" draggable=${false} src=${correctedAddress(it.id, "jpg")}
-      style=${`transform:translate(${x}px,${y}px) scale(${k * here.scale})`}/>
-    <${Heat} frame="corrected" size=${size} margin=${MARGIN_PX} x=${x} y=${y} k=${k * here.scale}/>
-    <${ResidualArrows} frame="corrected" x=${x} y=${y} k=${k * here.scale}/>
-    ${showLines.value && html`<svg class="overlay" aria-hidden="true"><${FieldLines} name="on-corrected" features=${lines.value?.corrected ?? []}
-      size=${size} transform=${placed(x, y, k * here.scale)}/></svg>`}
-  </div>`;
-}
+  return here && { x: (here.x - 0.5 * here.scale + 0.5) * k + tx, y: (here.y - 0.5 * here.scale + 0.5) * k + ty, k: k * here.scale };
+});
 
-/** The field's lines on the raw side. */
-export function RawLines() {
-  const picture = snapshot.value;
-  if (!showLines.value || !picture || !lines.value || lines.value.id !== version.value?.id) return null;
-  const { k, tx, ty } = view.value;
-  return html`<svg class="overlay" aria-hidden="true"><${FieldLines} name="on-raw" size=${[picture.width, picture.height]} features=${lines.value.raw} transform=${placed(tx, ty, k)}/></svg>`;
-}
+/** The style of the half that is corrected. */
+export const correctedClip = computed(() => {
+  if (seen.value === "side") return sheet.value.panes.value.rows > 1 ? "top:50%" : "left:50%";
+  return seen.value === "raw" ? "visibility:hidden" : seen.value === "wipe" ? `clip-path:inset(0 0 0 ${compare.value.at * 100}%)` : "";
+});
 
 /** The style that leaves the raw half. */
 export const rawClip = computed(() => {
-  if (!comparing.value || !laid.value) return "";
-  const { mode, at } = compare.value;
-  return mode === "corrected" ? "visibility:hidden" : mode === "wipe" ? `clip-path:inset(0 ${(1 - at) * 100}% 0 0)` : "";
+  if (!record.value || !laid.value) return "";
+  if (seen.value === "side") return sheet.value.panes.value.rows > 1 ? "bottom:50%" : "right:50%";
+  return seen.value === "corrected" ? "visibility:hidden" : seen.value === "wipe" ? `clip-path:inset(0 ${(1 - compare.value.at) * 100}% 0 0)` : "";
 });
 
+/** The corrected half of a still. */
+export function Corrected() {
+  const at = correctedPlace.value, it = record.value;
+  if (!at || !it || !comparing.value) return null;
+  const size = /** @type {import("../types").Point} */ (it.corrected_size.map((side) => side + 2 * MARGIN_PX));
+  return html`<div class="half" style=${correctedClip.value} data-testid="corrected-half">
+    <img class="picture" data-testid="corrected" alt="The corrected picture" draggable=${false} src=${correctedAddress(it.id, "jpg")}
+      style=${`transform:translate(${at.x}px,${at.y}px) scale(${at.k})`}/>
+    <${Heat} frame="corrected" size=${size} margin=${MARGIN_PX} ...${at}/>
+    <${ResidualArrows} frame="corrected" ...${at}/>
+    <${OnCorrected}/>
+  </div>`;
+}
+
+/** Grid and lines over the raw half, and the place that is pointed at in the other one. */
+export function OnRaw() {
+  const it = record.value;
+  if (!it) return null;
+  const { k, tx, ty } = sheet.value.view.value, size = it.image_size;
+  return html`<svg class="overlay" aria-hidden="true"><${Grid} on="raw" size=${size} x=${tx} y=${ty} k=${k}/>
+    ${withLines.value && lines.value && html`<${FieldLines} name="on-raw" size=${size} features=${lines.value.raw} transform=${placed(tx, ty, k)}/>`}
+    <${Counterpart} on="image" x=${tx} y=${ty} k=${k} margin=${0}/></svg>`;
+}
+
+/** The same over the corrected half. */
+export function OnCorrected() {
+  const at = correctedPlace.value, it = record.value;
+  if (!at || !it) return null;
+  const size = /** @type {import("../types").Point} */ (it.corrected_size.map((side) => side + 2 * margin.value));
+  return html`<svg class="overlay" aria-hidden="true"><${Grid} on="corrected" size=${size} ...${at}/>
+    ${withLines.value && lines.value && html`<${FieldLines} name="on-corrected" features=${lines.value.corrected} size=${size} transform=${placed(at.x, at.y, at.k)}/>`}
+    <${Counterpart} on="corrected" ...${at} margin=${margin.value}/></svg>`;
+}
+
+/** The same place of the field as under the pointer. @param {{ on: "image" | "corrected", x: number, y: number, k: number, margin: number }} props */
+function Counterpart({ on, x, y, k, margin: around }) {
+  const it = counterpart.value;
+  if (seen.value !== "side" || it?.on !== on) return null;
+  const [u, v] = it.point;
+  return html`<g class="counterpart" data-testid=${`counterpart-${on}`} transform=${`translate(${x + (u + around + 0.5) * k} ${y + (v + around + 0.5) * k})`}><circle r="7"/><path d="M-16 0H-4M4 0H16M0 -16V-4M0 4V16"/></g>`;
+}
+
+/** The bar between raw and corrected, or the names of the two. */
 export function Wipe() {
-  if (compare.value.mode !== "wipe" || !laid.value) return null;
+  if (!laid.value) return null;
+  if (seen.value === "side") return html`<${Names}/>`;
+  if (seen.value !== "wipe") return null;
   const { at } = compare.value;
   /** @param {number} share */
-  const moveTo = (share) => { compare.value = { ...compare.value, at: Math.min(0.98, Math.max(0.02, share)) }; };
+  const moveTo = (share) => { compare.value = { ...compare.value, at: Math.min(ENDS[1], Math.max(ENDS[0], share)) }; };
   /** @param {PointerEvent} e */
   const down = (e) => /** @type {Element} */ (e.currentTarget).setPointerCapture(e.pointerId);
   /** @param {PointerEvent} e */
@@ -118,3 +110,5 @@ export function Wipe() {
     <span class="side raw">Raw</span><span class="grip" aria-hidden="true"></span><span class="side corrected">Corrected</span>
   </div>`;
 }
+
+const Names = () => html`<div class=${`side-names${sheet.value.panes.value.rows > 1 ? " stacked" : ""}`} data-testid="side-names"><span>Raw</span><span>Corrected</span></div>`;

@@ -3,7 +3,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { mm } from "../format.js";
 import { shown } from "../heat.js";
 import { html } from "../html.js";
-import { stageSize } from "../view.js";
+import { paneSize } from "../view.js";
 
 /** Even steps of lightness, told apart by colour-blind eyes and in grey (viridis). */
 export const STOPS = ["#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
@@ -22,7 +22,7 @@ export function Heat({ frame, size: [width, height], margin = 0, x, y, k }) {
   const map = shown.value, density = Math.min(1, LARGEST_PX / Math.max(width, height));
   useEffect(() => { if (map && canvas.current) draw(canvas.current, map, map.at[frame], density, margin); }, [map, frame, density, margin]);
   if (!map) return null;
-  const stage = stageSize.value, worst = map.at[frame].at(-1), sx = worst && x + (worst[0] + margin + 0.5) * k, sy = worst && y + (worst[1] + margin + 0.5) * k;
+  const stage = paneSize.value, worst = map.at[frame].at(-1), sx = worst && x + (worst[0] + margin + 0.5) * k, sy = worst && y + (worst[1] + margin + 0.5) * k;
   return html`<canvas class="heat" data-testid=${`heat-${frame}`} ref=${canvas} width=${Math.ceil(width * density)} height=${Math.ceil(height * density)}
       style=${`transform:translate(${x}px,${y}px) scale(${k / density})`} aria-hidden="true"/>
     ${sx && sy && html`<svg class="overlay worst" data-testid=${`worst-${frame}`} aria-hidden="true"><g transform=${`translate(${sx} ${sy})`}><circle r="8"/><circle r="1.5"/>

@@ -1,47 +1,17 @@
 // One camera's stream on a canvas that a worker draws, the field's lines over it, and how the camera is.
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useRef } from "preact/hooks";
 import { number } from "../format.js";
 import { html } from "../html.js";
 import { STATES, statuses, streamAddress } from "../live.js";
 import { colour, path } from "./drawing.js";
+import { useLiveStream } from "./live_stream.js";
 
 const OLD_MS = 1500; // a picture older than this is not called live
-
-/** @typedef {import("../types").LiveHead} LiveHead */
 
 /** width: of the stream, px. fps: at most; 0 all. @param {{ id: string, name: string, view?: "raw" | "corrected" | "side", width?: number, fps?: number, lines?: boolean }} props */
 export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines = false }) {
   const frame = useRef(/** @type {HTMLElement | null} */ (null));
-  const worker = useRef(/** @type {Worker | null} */ (null));
-  const [head, setHead] = useState(/** @type {(LiveHead & { age_ms: number }) | null} */ (null));
-  const [problem, setProblem] = useState(/** @type {{ detail: string, fix: string } | null} */ (null));
-  const [seen, setSeen] = useState(!document.hidden);
-
-  useEffect(() => { // one canvas, one worker, for as long as this stands
-    const canvas = document.createElement("canvas"), it = new Worker("live_worker.js", { type: "module" });
-    canvas.setAttribute("aria-hidden", "true");
-    frame.current?.prepend(canvas);
-    const off = canvas.transferControlToOffscreen();
-    it.postMessage({ canvas: off }, [off]);
-    it.addEventListener("message", ({ data }) => {
-      if (data.head) { setHead({ ...data.head, age_ms: data.age_ms }); setProblem(null); }
-      else if (data.problem) setProblem(data.problem);
-    });
-    worker.current = it;
-    let near = true;
-    const look = () => setSeen(near && !document.hidden);
-    const watch = new IntersectionObserver(([entry]) => { near = entry.isIntersecting; look(); });
-    watch.observe(/** @type {Element} */ (frame.current));
-    document.addEventListener("visibilitychange", look);
-    return () => {
-      it.terminate();
-      canvas.remove();
-      watch.disconnect();
-      document.removeEventListener("visibilitychange", look);
-    };
-  }, []);
-  const address = seen ? streamAddress(id, view, width, fps) : "";
-  useEffect(() => { worker.current?.postMessage({ address }); }, [address]); // nothing is sent for nobody's eyes
+  const { head, problem } = useLiveStream([frame], streamAddress(id, view, width, fps));
 
   const status = statuses.value[id], state = status?.state ?? "connecting";
   const isOld = head !== null && (status?.frame_age_s ?? 0) * 1000 > OLD_MS;

@@ -1,12 +1,14 @@
 // The stage: the picture with everything on it, and the tools above it.
 import { useEffect, useRef } from "preact/hooks";
 import { address } from "../api.js";
+import { asked, paneUnder, underPointer } from "../comparing.js";
 import { selectNext } from "../editing.js";
 import { mm, number } from "../format.js";
 import { html } from "../html.js";
 import { atBoard } from "../board.js";
 import { BoardDesk } from "../panels/board.js";
 import { ArrowLegend } from "../panels/arrows.js";
+import { BlinkLegend, GridLegend } from "../panels/compare_legends.js";
 import { HeatLegend } from "../panels/heat.js";
 import { Start } from "../panels/start.js";
 import { LiveDesk } from "../panels/live.js";
@@ -16,8 +18,8 @@ import { Toolbar } from "../panels/toolbar.js";
 import { shown as heatMap, valueAt } from "../heat.js";
 import { atLive, atPair, atStraight, comparing, editing, pointer, snapshot, step, tool } from "../state.js";
 import { listen } from "../tools/pointer.js";
-import { fit, stageSize, view } from "../view.js";
-import { Corrected, RawLines, Wipe, asked, rawClip, underPointer } from "./compare.js";
+import { fit, main, stageSize, view } from "../view.js";
+import { Corrected, OnRaw, Wipe, rawClip } from "./compare.js";
 import { ResidualArrows } from "./arrows.js";
 import { Heat } from "./heat.js";
 import { Loupe } from "./loupe.js";
@@ -44,7 +46,7 @@ export function Stage() {
 
   const { k, tx, ty } = view.value;
   return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`} ref=${stage} data-testid="stage"
-      tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab}>
+      tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab} onPointerMoveCapture=${inPane} onPointerDownCapture=${inPane}>
     ${!shown && (atBoard.value ? html`<${BoardDesk}/>` : atLive.value !== null ? html`<${LiveDesk}/>` : atStraight.value ? html`<${StraightDesk}/>` : atPair.value ? html`<${PairDesk}/>` : html`<${Start}/>`)}
     ${shown && html`
       <div class="half" style=${rawClip.value}>
@@ -52,12 +54,12 @@ export function Stage() {
           src=${address(`/snapshots/${shown.id}/image.png`)} style=${`transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`}/>
         <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k}/>
         <${ResidualArrows} frame="image" x=${tx} y=${ty} k=${k}/>
-        ${comparing.value ? html`<${RawLines}/>` : html`<${Overlay}/>`}
+        ${comparing.value ? html`<${OnRaw}/>` : html`<${Overlay}/>`}
       </div>
       ${comparing.value && html`<${Corrected}/><${Wipe}/>`}
       <${Loupe} picture=${picture}/>
       <${Toolbar}/>
-      <div class="legends"><${ArrowLegend}/><${HeatLegend}/></div>
+      <div class="legends"><${BlinkLegend}/><${GridLegend}/><${ArrowLegend}/><${HeatLegend}/></div>
       <${ReadOut}/>`}
   </main>`;
 }
@@ -66,6 +68,12 @@ export function Stage() {
 function tab(e) {
   if (e.key !== "Tab" || e.target !== e.currentTarget || !editing.value) return;
   if (selectNext(e.shiftKey ? -1 : 1, false)) e.preventDefault();
+}
+
+/** Which of two pictures the pointer is over. @param {PointerEvent} e */
+function inPane(e) {
+  const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect(), { columns, rows } = main.panes.value, { width, height } = stageSize.value;
+  paneUnder.value = (columns > 1 && e.clientX - left >= width / 2) || (rows > 1 && e.clientY - top >= height / 2) ? 1 : 0;
 }
 
 function label() {

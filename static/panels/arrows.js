@@ -1,10 +1,10 @@
 // The words beside the residual arrows: how much longer they are drawn, a ruler, and the longest of them.
 import { run } from "../actions.js";
 import { FACTORS, arrows, drawn, factor, longest, longestOf, magnify } from "../arrows.js";
+import { laid, seen } from "../comparing.js";
 import { many, mm, number, words } from "../format.js";
 import { html } from "../html.js";
-import { laid } from "../layers/compare.js";
-import { compare, comparing } from "../state.js";
+import { comparing } from "../state.js";
 import { view } from "../view.js";
 
 const RULER_PX = 100; // on the stage, at most
@@ -28,7 +28,7 @@ export function ArrowLegend() {
 
 /** A length on the stage with what it means at the clicks. */
 function Ruler() {
-  const onCorrected = comparing.value && compare.value.mode === "corrected", of = drawn.value?.[onCorrected ? "corrected" : "image"];
+  const onCorrected = comparing.value && seen.value === "corrected", of = drawn.value?.[onCorrected ? "corrected" : "image"];
   const unit = factor.value * view.value.k * (onCorrected ? laid.value?.scale ?? 1 : 1), px = roundDown(RULER_PX / unit), each = of?.mm_per_px;
   const label = `${plain(px)} ${onCorrected ? "corrected px" : "px"}${each ? ` ≈ ${plain(px * each, 1)} mm` : ""}`;
   return html`<div class="ruler" role="img" aria-label=${`Ruler: ${label}`} data-testid="ruler" data-px=${px}><i style=${`width:${px * unit}px`}></i><span>${label}</span></div>`;

@@ -10,7 +10,7 @@ const KEYS = {
   picture: [["T", "turn the field"], ["Enter", "next"], ["?", "all keys"]],
   borders: [["click", "add"], ["drag", "move"], ["←↑→↓", "nudge"], ["1–4", "border"], ["Ctrl Z", "undo"], ["?", "all keys"]],
   model: [["Ctrl S", "save and compare"], ["Ctrl Z", "undo"], ["?", "all keys"]],
-  compare: [["R", "raw"], ["W", "wipe"], ["C", "corrected"], ["L", "lines"], ["E", "error"], ["?", "all keys"]],
+  compare: [["R", "raw"], ["W", "wipe"], ["C", "corrected"], ["S", "side"], ["K", "blink"], ["L", "lines"], ["G", "grid"], ["E", "error"], ["?", "all keys"]],
   activate: [["Enter", "next"], ["?", "all keys"]],
   pair: [["click", "left, then right"], ["drag", "move"], ["←↑→↓", "nudge"], ["N", "next"], ["X", "worst"], ["S", "lines"], ["Ctrl Z", "undo"], ["?", "all keys"]],
 };

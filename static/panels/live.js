@@ -5,17 +5,19 @@ import {
 } from "../camera_desk.js";
 import { number, words } from "../format.js";
 import { html } from "../html.js";
+import { LiveCompare } from "../layers/live_compare.js";
 import { LiveView } from "../layers/live_view.js";
 import { STATES, follow } from "../live.js";
+import { liveRecord } from "../live_compare.js";
 import { watching } from "../pictures.js";
 import { fields } from "../state.js";
 import { ActionButton } from "./toolbar.js";
 
 /** @typedef {import("../types").Control} Control */
 
-const WIDTH = { raw: 960, corrected: 960, side: 1600 };
-/** @type {["raw" | "corrected" | "side", string][]} */
-const VIEWS = [["raw", "Raw"], ["corrected", "Corrected"], ["side", "Side by side"]];
+const WIDTH = 960;
+/** @type {[import("../types").CompareMode, string][]} */
+const VIEWS = [["raw", "Raw"], ["wipe", "Wipe"], ["corrected", "Corrected"], ["side", "Side by side"], ["blink", "Blink"]];
 
 export function LiveDesk() {
   const it = shown.value, { view, lines } = look.value;
@@ -27,8 +29,10 @@ export function LiveDesk() {
     <h1>${it.name}</h1>
     <div class="line wrap"><div class="switch" role="group" aria-label="Show">${VIEWS.map(([id, label]) => html`<button key=${id} type="button" data-testid=${`look-${id}`} aria-pressed=${String(view === id)}
         disabled=${id !== "raw" && !can} title=${id !== "raw" && !can ? "Activate a calibration for this camera first." : label} onClick=${() => { look.value = { ...look.value, view: id }; }}>${label}</button>`)}</div>
-      <button type="button" data-testid="look-lines" aria-pressed=${String(lines)} disabled=${!can} onClick=${() => { look.value = { ...look.value, lines: !lines }; }}>Field lines</button></div>
-    <${LiveView} key=${it.id} id=${it.id} name=${it.name} view=${can ? view : "raw"} width=${WIDTH[view]} lines=${lines}/>
+      <button type="button" data-testid="look-lines" aria-pressed=${String(lines)} disabled=${!can} onClick=${() => { look.value = { ...look.value, lines: !lines }; }}>Field lines</button>
+      ${liveRecord.value && html`<${ActionButton} id="grid"/><${ActionButton} id="zoom-out"/><${ActionButton} id="zoom-in"/><${ActionButton} id="zoom-fit"/>`}</div>
+    ${can && view !== "raw" && view !== "corrected" ? html`<${LiveCompare} key=${`both-${it.id}`} id=${it.id} name=${it.name}/>`
+      : html`<${LiveView} key=${it.id} id=${it.id} name=${it.name} view=${can ? /** @type {"raw" | "corrected"} */ (view) : "raw"} width=${WIDTH} lines=${lines}/>`}
     ${watching.value && html`<div class="working" data-testid="watching"><div class="line"><progress max="1" value=${watching.value.share} aria-label="Watching"></progress><${ActionButton} id="stop-watching"/></div>
       <p class="reason">Watching for eight seconds, so that whoever walks by leaves the picture.</p></div>`}
     <div class="line wrap"><${ActionButton} id="take-live"/><${ActionButton} id="take-still"/>

@@ -5,12 +5,12 @@ import { printed } from "../keys.js";
 import { comparing, step } from "../state.js";
 
 const EDIT = ["pick", "pan", "|", "undo", "redo", "delete", "|", "zoom-out", "zoom-in", "zoom-fit", "lines", "heat", "arrows"];
-const COMPARE = ["raw", "wipe", "corrected", "|", "lines", "heat", "arrows", "|", "zoom-out", "zoom-in", "zoom-fit"];
+const COMPARE = ["raw", "wipe", "corrected", "side", "blink", "|", "lines", "grid", "heat", "arrows", "|", "zoom-out", "zoom-in", "zoom-fit"];
 const LOOK = ["zoom-out", "zoom-in", "zoom-fit"];
 
 export function Toolbar() {
   const ids = comparing.value ? COMPARE : step.value === "borders" || step.value === "model" ? EDIT : LOOK;
-  return html`<div class="tools" role="toolbar" aria-label="Tools" data-off-stage>
+  return html`<div class=${`tools${comparing.value ? " comparing" : ""}`} role="toolbar" aria-label="Tools" data-off-stage>
     ${ids.map((id, i) => (id === "|" ? html`<i key=${i}></i>` : html`<${ActionButton} key=${id} id=${id} withKey/>`))}
   </div>`;
 }

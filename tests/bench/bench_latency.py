@@ -28,7 +28,7 @@ MEASURE = """([address, count]) => new Promise((done) => {
     if (head) told.push([shown - 1000 * head.time, taken === null ? null : shown - taken]);
     if (told.length >= count) { worker.terminate(); done(told); }
   };
-  worker.postMessage({ canvas: off, timed: true }, [off]);
+  worker.postMessage({ canvases: [off], timed: true }, [off]);
   worker.postMessage({ address });
 })"""
 
