@@ -14,13 +14,15 @@ FLOORS = [
     ["correction", "evaluate", "heatmap"],                                                    # 2 numbers about models
     ["sources", "exports", "images", "store", "publish", "child_line"],                          # 3 edges
     ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "plumb_task", "jobs",
-     "live", "settings", "interchange", "report", "batch", "rig_pipeline", "rig_stitch"],                          # 4 work
+     "live", "settings", "interchange", "report", "batch", "rig_pipeline", "rig_stitch",
+     "auto_pipeline", "auto_task"],                                                            # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors
     ["main"],                                                                      # 6 wiring
 ]
 # Words may use each other; a family's parts are one room; a door may open the whole (the command line starts the
 # server); settings are read by whoever wires.
-SIDEWAYS = {("cli", "main"), ("task", "pipeline"),
+SIDEWAYS = {("cli", "main"), ("task", "pipeline"), ("auto_pipeline", "pipeline"), ("auto_task", "auto_pipeline"),
+            ("auto_task", "pipeline"), ("auto_task", "task"),
             ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline"),
             ("live", "pipeline"), ("interchange", "task"), ("report", "pipeline"), ("rig_pipeline", "pipeline"),
             ("rig_pipeline", "pair_pipeline"), ("rig_pipeline", "task"), ("publish", "exports"),

@@ -1,0 +1,222 @@
+"""A calibration without clicks: from one picture to the field's lines by name, and to what speaks for and against.
+
+    seen = look(pixels)                          ridges along bright lines, as chains of points
+    found = find(seen, field, region)            which line is which; points on each, as an operator would click them
+    made = calibrated(found, …)                  the same models, gates and verdicts as for clicks, and a proof besides
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app import cv, pipeline
+from app.errors import FitFailed
+from app.evaluate.field_proof import Proof
+from app.field import Field, Region
+from app.geometry import ImageSize, Points
+from app.models import MODELS, Progress, no_progress, parameters_json
+from app.models.brown_conrady import BrownConrady
+from app.models.field_expected import FINE_MM_SHARE, Expected, expected
+from app.models.field_pattern import FieldPattern
+from app.models.field_refine import FINER_PX, refined, with_finer_lens
+from app.models.field_search import FINE_STEPS, Candidate, Rough, Searched, described, search
+from app.models.lens import Array
+from app.models.ray_state import RayState
+from app.pipeline import Calibrated, part_of
+from app.records import Observation, Observations
+from app.vision.line_profiles import across_lines
+from app.vision.ridge_chains import ridge_chains
+from app.vision.ridges import ridges
+
+LOOK_PX = 1400  # of the longer side: finer than that, lines are looked for in a smaller picture, and measured in this
+POINTS = 360  # in all: more cost time and tell nothing new
+APART_PX = 6.0  # at least, from one to the next
+CAPTURE_PX = 4.0  # about the expected place, in a picture of 1280 px
+CLEAR_PX = 4.0  # of other paint
+LEAST_OF_ONE = 3  # points of a marking that are worth naming it
+LONG = 0.05  # of the diagonal: a line of that length on the carpet wants an explanation
+ON_LINE_PX = 5.0
+MOST_SHOWN = 60
+TWIN_SHARE, TWIN_VALUE = 0.02, 0.02  # of the height between two mirror places; of what they explain
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """The picture in grey, and chains (n, 2) px with their directions, the longest first."""
+
+    gray: NDArray[np.uint8]
+    chains: tuple[Points, ...]
+    along: tuple[Array, ...]
+
+    @property
+    def size(self) -> ImageSize:
+        return ImageSize(self.gray.shape[1], self.gray.shape[0])
+
+    def shown(self) -> list[list[list[float]]]:
+        """The longest chains as polylines, for drawing."""
+        return [chain[np.unique(np.linspace(0, len(chain) - 1, 12).round().astype(int))].round(1).tolist()
+                for chain in self.chains[:MOST_SHOWN]]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """observations: points on each marking. state: the camera that named them. hits: where a line was as expected."""
+
+    observations: Observations
+    state: RayState
+    searched: Searched
+    expected: Expected
+    hits: NDArray[np.bool_]
+    pattern: FieldPattern
+
+
+def look(pixels: NDArray[np.uint8]) -> Seen:
+    """The bright lines of a picture."""
+    gray = cv.grey(pixels)
+    small, scale = cv.smaller(gray, LOOK_PX)
+    found = ridges(small)
+    chains = ridge_chains(found, small.shape)
+    return Seen(gray, tuple((found.points[c] + 0.5) / scale - 0.5 for c in chains),
+                tuple(found.along[c] for c in chains))
+
+
+def find(seen: Seen, field: Field, region: Region, rough: Rough = Rough(),  # noqa: B008
+         progress: Progress = no_progress) -> tuple[Found | None, Searched]:
+    """Which line is which, and points on each; None where no camera fits."""
+    size = seen.size
+    searched = search(seen.chains, seen.along, field, region, size, rough, part_of(progress, 0.0, 0.8))
+    if not searched.candidates:
+        return None, searched
+    progress(0.8, "Measuring the lines")
+    state = searched.candidates[0].refined.state
+    finer = refined(with_finer_lens(state), FieldPattern.of(field, field.length_mm / FINE_STEPS),
+                    np.concatenate(seen.chains), np.concatenate(seen.along), size, FINER_PX)
+    if finer is not None:
+        state = finer.state
+    pattern = FieldPattern.of(field, field.length_mm * FINE_MM_SHARE)
+    return _measured(seen, state, pattern, searched), searched
+
+
+def _measured(seen: Seen, state: RayState, pattern: FieldPattern, searched: Searched) -> Found | None:
+    size = seen.size
+    scale = max(size.width / 1280, 0.6)
+    places = expected(state.project, pattern, size, APART_PX, CLEAR_PX)
+    apart = max(APART_PX, float(places.length_px[places.clear].sum()) / POINTS)
+    places = expected(state.project, pattern, size, apart, CLEAR_PX)
+    if not places.clear.any():
+        return None
+    profiles = across_lines(seen.gray, places.places, places.normals, places.width_px, places.marking,
+                            CAPTURE_PX * scale)
+    hits = profiles.found & places.clear
+    points = places.places + np.where(hits, profiles.middle, 0.0)[:, None] * places.normals
+    observations = []
+    for number, marking in enumerate(pattern.markings):
+        of = hits & (places.marking == number)
+        if of.sum() >= LEAST_OF_ONE:
+            observations.append(Observation(marking.name, "line", points[of]))
+        else:
+            hits = hits & ~of
+    return Found(tuple(observations), state, searched, places, hits, pattern) if observations else None
+
+
+def calibrated(found: Found, field: Field, region: Region, size: ImageSize, model: str, options: Mapping[str, Any],
+               progress: Progress = no_progress) -> Calibrated:
+    """The found points fitted and judged as clicks are. A model with rays begins where the search ended."""
+    begin = _start(found.state, model, region, size)
+    if begin is not None:
+        try:
+            return pipeline.calibrate(found.observations, field, region, size, model, {**options, "start": begin},
+                                      progress)
+        except FitFailed:
+            pass  # a lens with one term less may not see as far as this picture shows: then it begins as for clicks
+    return pipeline.calibrate(found.observations, field, region, size, model, options, progress)
+
+
+def _start(state: RayState, name: str, region: Region, size: ImageSize) -> dict[str, Any] | None:
+    """The found camera as parameters of that model; None for one that begins otherwise, or cannot be."""
+    model_class = MODELS[name]
+    if not hasattr(model_class, "lens_start"):
+        return None
+    terms = state.terms if model_class is BrownConrady else model_class.lens_start(float(state.terms[0]))
+    given = replace(state, lens=model_class.LENS, terms=np.asarray(terms, float))
+    begin = model_class(**given.parameters(), width_px=100.0, height_px=100.0, n_rectangles_x=1, n_rectangles_y=1,
+                        region=region, image_size=size)
+    return parameters_json(begin) if begin.plausible() else None
+
+
+def proof_of(found: Found, seen: Seen, done: Calibrated) -> Proof:
+    """What the fitted camera expects, and what is there; strays of the fit count as not found."""
+    hits = found.hits.copy()
+    inliers = {str(o.feature): fine for o, fine in zip(found.observations, done.fit.inliers, strict=True)}
+    for number, marking in enumerate(found.pattern.markings):
+        of = np.flatnonzero(found.hits & (found.expected.marking == number))
+        if marking.name in inliers:
+            hits[of] = inliers[marking.name]
+    count = len(found.pattern.markings)
+    length = np.where(found.expected.clear, found.expected.length_px, 0.0)
+    wanted = np.bincount(found.expected.marking, weights=length, minlength=count)
+    there = np.bincount(found.expected.marking, weights=length * hits, minlength=count)
+    explained, unexplained = _explained(found, seen)
+    best, *others = found.searched.candidates
+    return Proof(tuple(m.name for m in found.pattern.markings), wanted, there, explained, unexplained,
+                 float(done.report["rms_px"]), _rival(best, others), float(np.hypot(*seen.size)))
+
+
+def _rival(best: Candidate, others: list[Candidate]) -> float:
+    """The field turned by 180° is often the same field: which of the two is seen, the region says, not the lines."""
+    return max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c)), default=0.0)
+
+
+def _twins(one: Candidate, other: Candidate) -> bool:
+    turned = one.refined.state.position_mm * (-1, -1, 1)
+    apart = np.linalg.norm(other.refined.state.position_mm - turned)
+    return bool(apart < TWIN_SHARE * one.refined.state.position_mm[2] and one.value - other.value < TWIN_VALUE)
+
+
+def _explained(found: Found, seen: Seen) -> tuple[float, float]:
+    """Px of long chains on the field's carpet that lie along markings, and that do not."""
+    size = seen.size
+    fine = expected(found.state.project, found.pattern, size, 2.0, 0.0)
+    near = np.zeros((size.height + 1, size.width + 1), bool)
+    for aside in np.arange(-ON_LINE_PX, ON_LINE_PX + 1):
+        x, y = np.rint(fine.places + aside * fine.normals).astype(int).T
+        for dx in (0, 1):  # no gaps where the normal is slanted
+            near[np.clip(y, 0, size.height), np.clip(x + dx, 0, size.width)] = True
+    extent = np.abs(found.pattern.points).max(axis=0) * 0.99  # what runs along the outermost lines is beyond them
+    yes = no = 0.0
+    for chain in seen.chains:
+        length = float(np.linalg.norm(np.diff(chain[::4], axis=0), axis=1).sum())
+        if length < LONG * np.hypot(*size):
+            continue
+        place = found.state.unproject(chain, np.zeros(len(chain)))
+        on_field = np.isfinite(place).all(axis=1) & (np.abs(place) < extent).all(axis=1)
+        x, y = np.rint(chain).astype(int).T
+        on_line = near[np.clip(y, 0, size.height), np.clip(x, 0, size.width)]
+        yes += length * float(on_line.mean())
+        no += length * float((on_field & ~on_line).mean())
+    return yes, no
+
+
+def candidates_json(searched: Searched) -> list[dict[str, Any]]:
+    """Each with its evidence; "turned": whether it is the first one with the field turned by 180°."""
+    first = searched.candidates[0] if searched.candidates else None
+    return [{**described(c), "turned": first is not None and c is not first and _twins(first, c)}
+            for c in searched.candidates]
+
+
+def nothing_seen(seen: Seen, searched: Searched) -> FitFailed:
+    """Why no camera was found, from what was seen."""
+    lines = len(searched.lines)
+    if lines < 3:
+        return FitFailed(f"Only {lines} straight line{'' if lines == 1 else 's'} could be seen in the picture."
+                         if lines else "No line could be seen in the picture.",
+                         "Show more of the field's lines, with more light or sharper, or click points.",
+                         reason="no-lines")
+    return FitFailed(f"{lines} lines were seen, but no camera above this field and region sees its lines there.",
+                     "Check that the field and the region are the right ones, or click points.", reason="no-match")
+
+
+__all__ = ["Found", "Seen", "calibrated", "candidates_json", "find", "look", "nothing_seen", "proof_of"]

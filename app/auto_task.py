@@ -1,0 +1,133 @@
+"""One calibration without clicks, the same for every door: what it rests on, and what came of it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from dataclasses import field as member
+from typing import Any, Self
+
+import numpy as np
+
+from app import auto_pipeline
+from app.errors import BadInput, Conflict, FitFailed
+from app.evaluate.field_proof import verdict_of
+from app.field import Field, Region
+from app.field_reader import field_from_json
+from app.images import ImageDecoder
+from app.models import MODELS, Progress, no_progress
+from app.models.field_search import Rough
+from app.pipeline import Calibrated, part_of
+from app.records import Calibration, Frame
+from app.store.snapshots import checked_bytes
+from app.task import Task
+from app.vision.background import Background
+
+ROUGH_KEYS = {"height_mm": (100.0, 100_000.0), "turn_deg": (-360.0, 360.0)}
+
+
+def rough_from(value: Mapping[str, Any] | None) -> Rough:
+    """{"height_mm", "turn_deg"}, each if known; refused where it is neither."""
+    for name, number in (value or {}).items():
+        if name not in ROUGH_KEYS:
+            raise BadInput(f"Nothing rough is called {name!r}.", f"Give {' or '.join(ROUGH_KEYS)}.",
+                           reason="bad-rough")
+        low, high = ROUGH_KEYS[name]
+        if isinstance(number, bool) or not isinstance(number, (int, float)) or not low <= number <= high:
+            raise BadInput(f"The rough {name} cannot be {number!r}.", f"Give a number from {low:g} to {high:g}.",
+                           reason="bad-rough")
+    return Rough(**(value or {}))
+
+
+@dataclass(frozen=True, eq=False)
+class AutoTask:
+    """Where to look, and what for."""
+
+    field: Field
+    region: Region
+    model: str = "brown-conrady"
+    options: Mapping[str, Any] = member(default_factory=dict)
+    rough: Mapping[str, Any] = member(default_factory=dict)
+    camera: str | None = None
+    snapshot: str | None = None
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        MODELS[self.model]
+        rough_from(self.rough)
+
+    def to_json(self) -> dict[str, Any]:
+        return {"field": self.field.to_json(), "region": self.region.name, "rotate": self.region.rotate_deg,
+                "model": self.model, "options": dict(self.options), "rough": dict(self.rough), "camera": self.camera,
+                "snapshot": self.snapshot, "note": self.note}
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> Self:
+        field = field_from_json(value["field"])
+        return cls(field, field.region(value["region"], value["rotate"]), value["model"], value["options"],
+                   value["rough"], value["camera"], value["snapshot"], value["note"])
+
+    def answer(self, frame: Frame, progress: Progress = no_progress) -> tuple[dict[str, Any], Calibration | None]:
+        """What was found and how sure it is; and the calibration where nothing speaks against it.
+
+        A picture in which nothing is found is an answer as well: what was seen, what is lacking, and the points.
+        """
+        progress(0.0, "Looking for lines")
+        seen = auto_pipeline.look(frame.pixels)
+        found, searched = auto_pipeline.find(seen, self.field, self.region, rough_from(self.rough),
+                                             part_of(progress, 0.15, 0.6))
+        told: dict[str, Any] = {
+            "field": self.field.name, "region": self.region.name, "rotate": self.region.rotate_deg,
+            "model": self.model, "image_size": list(frame.size), "candidates": auto_pipeline.candidates_json(searched),
+            "lines": seen.shown(), "observations": [], "proof": None, "report": None}
+        if found is None:
+            refusal = auto_pipeline.nothing_seen(seen, searched)
+            return {**told, "doubts": [_doubt(refusal)], "verdict": verdict_of([_doubt(refusal)], None, None)}, None
+        told["observations"] = [o.to_json() for o in found.observations]
+        try:
+            done = auto_pipeline.calibrated(found, self.field, self.region, frame.size, self.model, self.options,
+                                            part_of(progress, 0.6, 1.0))
+        except FitFailed as refusal:
+            return {**told, "doubts": [_doubt(refusal)], "verdict": verdict_of([_doubt(refusal)], None, None)}, None
+        proof = auto_pipeline.proof_of(found, seen, done)
+        doubts = proof.doubts()
+        verdict = verdict_of(doubts, proof, done.report["verdict"])
+        told |= {"doubts": list(doubts), "verdict": verdict, "proof": proof.to_json(), "report": done.report}
+        return told, self._record(found, done, frame) if verdict["level"] == "good" else None
+
+    def _record(self, found: auto_pipeline.Found, done: Calibrated, frame: Frame) -> Calibration:
+        task = Task(found.observations, self.field, self.region, frame.size, self.model, self.options, self.camera,
+                    self.snapshot, frame.sha256 or None, self.note)
+        return task.record(done)
+
+
+def _doubt(refusal: FitFailed) -> dict[str, str]:
+    return {"reason": refusal.reason, "what": refusal.what, "fix": refusal.fix}
+
+
+def one_picture(reads: Sequence[Callable[[], Frame]], progress: Progress = no_progress) -> Frame:
+    """Of several pictures of one camera, what stays while robots and people move; the only one as it is."""
+    first = reads[0]()
+    if len(reads) == 1:
+        return first
+    background = Background(first.pixels.shape, len(reads))
+    for number, read in enumerate(reads):
+        progress(number / len(reads), f"Reading picture {number + 1} of {len(reads)}")
+        frame = first if number == 0 else read()
+        if frame.size != first.size:
+            raise Conflict(f"Picture {number + 1} is {frame.size.width} × {frame.size.height} px, the first "
+                           f"{first.size.width} × {first.size.height} px.", "Give pictures of one camera in one mode.",
+                           reason="size-mismatch")
+        background.add(frame.pixels)
+    return replace(first, pixels=np.ascontiguousarray(background.picture))
+
+
+def run_auto(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: {"task", "pictures": [{"path", "sha256"}, …]}; they are a stranger's, and decoded as such."""
+    task = AutoTask.from_json(spec["task"])
+    with ImageDecoder(workers=1) as decoder:
+        reads = [lambda p=p: decoder.frame_from_bytes(checked_bytes(**p)) for p in spec["pictures"]]
+        frame = one_picture(reads, part_of(progress, 0.0, 0.1))
+    told, made = task.answer(frame, part_of(progress, 0.1, 1.0))
+    return {"told": told, "made": None if made is None else made.to_json()}
+
+
+__all__ = ["AutoTask", "one_picture", "rough_from", "run_auto"]

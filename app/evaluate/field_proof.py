@@ -1,0 +1,107 @@
+"""Whether a camera that was found without clicks is the right one: what it expects to see against what is there.
+
+A wrong camera can lie exactly on the lines that led to it. It gives itself away elsewhere: whole markings that it
+expects in the picture are not there, or long lines on the carpet lie where it has none, or another camera draws the
+field just as well.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Tuned on simulated scenes and on true pictures matched with fields that they do not show (see the manual's figures).
+LEAST_FOUND = 0.68  # of the expected length; a fifth may be hidden
+MARKING_FOUND = 0.3  # of a marking: below it, it counts as missing
+MOST_MISSING = 0.2  # of the expected length, in markings that are missing
+MOST_UNEXPLAINED = 0.22  # of the length that was seen on the field
+LEAST_AHEAD = 0.05  # of the next best camera's share
+MOST_RMS = 0.0012  # of the picture's diagonal, of the points about the drawn field: 1.9 px of 1280 × 1024
+LEAST_MARKINGS = 4
+MISSING_SHOWN = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """Lengths in px. found and expected by marking; unexplained: of long lines on the field that lie on no marking.
+
+    rival: how well the next best camera explains the picture, as a share of how well this one does.
+    """
+
+    names: tuple[str, ...]
+    expected_px: NDArray[np.float64]
+    found_px: NDArray[np.float64]
+    explained_px: float
+    unexplained_px: float
+    rms_px: float
+    rival: float
+    diagonal_px: float
+
+    @property
+    def share(self) -> float:
+        return float(self.found_px.sum() / max(self.expected_px.sum(), 1e-9))
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Markings that should be in the picture and are not, the longest first."""
+        gone = (self.expected_px > 0) & (self.found_px < MARKING_FOUND * self.expected_px)
+        return tuple(self.names[i] for i in np.argsort(-self.expected_px) if gone[i])
+
+    @property
+    def missing_share(self) -> float:
+        gone = self.found_px < MARKING_FOUND * self.expected_px
+        return float(self.expected_px[gone].sum() / max(self.expected_px.sum(), 1e-9))
+
+    @property
+    def unexplained_share(self) -> float:
+        return self.unexplained_px / max(self.unexplained_px + self.explained_px, 1e-9)
+
+    def doubts(self) -> tuple[dict[str, str], ...]:
+        """Why it may be wrong, each with reason, what and fix; empty where nothing speaks against it."""
+        doubts: list[tuple[str, str, str]] = []
+        seen = int((self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum())
+        if self.share < LEAST_FOUND or self.missing_share > MOST_MISSING:
+            named = ", ".join(self.missing[:MISSING_SHOWN])
+            doubts.append(("lines-missing", f"Only {100 * self.share:.0f} % of the lines that should be in the picture "
+                           f"were found{f'; not seen: {named}' if named else ''}.",
+                           "Check that the field and the region are the right ones; clear the lines, or light them "
+                           "better, and take several pictures."))
+        if self.unexplained_share > MOST_UNEXPLAINED:
+            doubts.append(("lines-unexplained", f"{100 * self.unexplained_share:.0f} % of the lines seen on the carpet "
+                           "belong to nothing that the field has there.",
+                           "Check that the field and the region are the right ones."))
+        if self.rival > 1 - LEAST_AHEAD:
+            doubts.append(("ambiguous", "Two ways to lay the field into the picture explain it equally well.",
+                           "Say roughly how the region stands in the picture or how high the camera hangs, or choose "
+                           "the region that it sees."))
+        if seen < LEAST_MARKINGS:
+            doubts.append(("too-few-lines", f"Lines were found of {seen} markings only.",
+                           "Show more of the field, or click points."))
+        if self.rms_px > MOST_RMS * self.diagonal_px:
+            doubts.append(("loose", f"The drawn field lies {self.rms_px:.1f} px off the lines that were found.",
+                           "Check that the field is the right one; else the lens may need another model."))
+        return tuple({"reason": r, "what": w, "fix": f} for r, w, f in doubts)
+
+    def to_json(self) -> dict[str, Any]:
+        return {"found_share": self.share, "missing_share": self.missing_share, "missing": list(self.missing),
+                "unexplained_share": self.unexplained_share, "rms_px": self.rms_px, "rival": self.rival,
+                "markings": [{"feature": n, "expected_px": float(e), "found_px": float(f)} for n, e, f in zip(
+                    self.names, self.expected_px, self.found_px, strict=True) if e > 0]}
+
+
+def verdict_of(doubts: Sequence[Mapping[str, str]], proof: Proof | None, calibrated: Mapping[str, Any] | None,
+               ) -> dict[str, Any]:
+    """good, unsure or nothing, in a sentence. calibrated: the calibration's own verdict, where there is one."""
+    if proof is None:
+        first = doubts[0]
+        return {"level": "nothing", "sentence": first["what"], "fix": first["fix"], "reason": first["reason"]}
+    told = (f"{100 * proof.share:.0f} % of the lines that should be in the picture were found, "
+            f"{proof.rms_px:.2f} px about the drawn field.")
+    if doubts:
+        first = doubts[0]
+        return {"level": "unsure", "sentence": f"{first['what']} Look at the drawn field before you use it.",
+                "fix": first["fix"], "reason": first["reason"]}
+    return {"level": "good", "sentence": f"{told} {(calibrated or {}).get('sentence', '')}".strip(), "fix": "",
+            "reason": "found"}
