@@ -4,6 +4,8 @@
     corners.py   a corner to a few hundredths of a pixel, in a window as large as its squares allow
     edges.py     long smooth edges as chains of sub-pixel points, which a lens may have bent
     edge_joining.py   pieces of one edge put together across what interrupts it
+    line_search.py   which painted line a click means
+    line_snap.py     that line's middle beside the click, from both its edges
     light.py     what is burnt out or black, and how evenly the carpet is lit
     sharpness.py   how wide edges are in each of nine zones
     flicker.py   lamps that flicker, from a short series of frames
