@@ -18,6 +18,7 @@ import {
 } from "./state.js";
 import { STEPS, nextThing, steps } from "./steps.js";
 import { isOfThese, judge, openStraight, ready as withEdges, search as judging, showStraight, shown } from "./straight.js";
+import { leaveTour, takeTour, tour } from "./tour.js";
 import { activate, isSaved, saveVersion, version } from "./versions.js";
 import { stageSize, toPicture } from "./view.js";
 
@@ -146,6 +147,7 @@ const TABLE = [
 
   { id: "keys", label: "Show the keys", short: "?", keys: ["?"], group: "Help", run: () => { help.value = help.value === "keys" ? "" : "keys"; } },
   { id: "manual", label: "Open the manual", short: "Manual", keys: ["F1"], group: "Help", run: () => { help.value = help.value === "manual" ? "" : "manual"; } },
+  { id: "tour", label: "Take the tour, or leave it", short: "Tour", keys: ["F2"], group: "Help", run: () => { if (tour.value.on) leaveTour(); else takeTour(); } },
   { id: "escape", label: "Close help, or deselect", keys: ["Escape"], group: "Help",
     run: () => { if (help.value) help.value = ""; else { selection.value = []; chosen.value = null; } } },
 ];

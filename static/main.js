@@ -28,6 +28,7 @@ import { PairReport } from "./panels/pair_report.js";
 import { Notices } from "./panels/notices.js";
 import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "./panels/picture.js";
 import { LiveForm, LiveReport } from "./panels/live.js";
+import { Tour } from "./panels/tour.js";
 import { StraightForm, StraightReport } from "./panels/straight.js";
 import { Figures, Verdict } from "./panels/verdict.js";
 import { ComparePanel, VersionsPanel } from "./panels/versions.js";
@@ -35,7 +36,7 @@ import { openFiles, startPair } from "./pair.js";
 import { pairStanding, startPairing } from "./pairing.js";
 import { loadLists, openFile } from "./pictures.js";
 import { startRanking } from "./ranking.js";
-import { startRouter } from "./router.js";
+import { opening, startRouter } from "./router.js";
 import { atLive, atPair, atStraight, help, step } from "./state.js";
 import { current } from "./steps.js";
 import { addEdgePictures, standing as straightStanding } from "./straight.js";
@@ -53,6 +54,7 @@ const DESKS = {
 const desk = computed(() => (atLive.value !== null ? DESKS.live : atBoard.value ? DESKS.board : atStraight.value ? DESKS.straight : atPair.value ? DESKS.pair : null));
 
 function App() {
+  return html`<${Header}/><aside class="left" aria-label="This step"><${Guide}/><${Tour}/><${Left}/></aside>
     <div class="middle"><${Stage}/><${Notices}/></div>
     <aside class="right" aria-label="Results">${help.value ? html`<${Help}/>` : html`<${Right}/>`}</aside>
     <${Footer}/><${FileInput}/>${dropping.value && html`<div class="drop-hint" aria-hidden="true">Drop the picture to open it</div>`}`;
@@ -60,11 +62,13 @@ function App() {
 
 /** What is missing in this step, in one sentence. */
 function Guide() {
+  if (opening.value) return null;
   const at = desk.value, { label, done, sentence } = at ? { ...at.standing.value, label: at.label } : current.value;
   return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite"><h2>${label}</h2><p data-testid="sentence">${sentence}</p></section>`;
 }
 
 function Left() {
+  if (opening.value) return null;
   if (desk.value) return html`<${desk.value.Form}/>`;
   switch (step.value) {
     case "camera": return html`<section><h2>How it goes</h2><ol class="plain"><li>Take or open a picture.</li><li>Say which field it shows, and which part.</li><li>Click along the four borders.</li><li>Look at the corrected picture.</li><li>Activate the version, or download it.</li></ol></section>`;
@@ -77,6 +81,7 @@ function Left() {
 }
 
 function Right() {
+  if (opening.value) return null;
   if (desk.value) return html`<${desk.value.Report}/>`;
   switch (step.value) {
     case "camera": return html`<${PictureAdvice}/>`;

@@ -1,5 +1,5 @@
 // The address bar: #/SNAPSHOT/STEP, #/lens, #/live/CAMERA or #/pair/LEFT/RIGHT, so that a reload or a second tab goes on where this one stands.
-import { effect } from "@preact/signals";
+import { effect, signal } from "@preact/signals";
 import { atBoard, openBoard } from "./board.js";
 import { openPair, pictures } from "./pair.js";
 import { closePicture, openById } from "./pictures.js";
@@ -17,10 +17,14 @@ function read() {
   return { id: decodeURIComponent(id), at: known ?? (id ? "picture" : "camera") };
 }
 
+/** Whether the address leads somewhere that is not there yet: until then nothing else is shown in its place. */
+export const opening = signal(location.hash.length > "#/".length);
+
 /** Follow the address from now on, and write it. Returns once the first picture is there. */
 export async function startRouter() {
   // Somebody may have opened a picture, or gone to the board, before we came so far: that, then, not the address.
   if (!snapshot.value && !atBoard.value && !atPair.value && !atStraight.value && atLive.value === null) await follow();
+  opening.value = false;
   addEventListener("hashchange", () => void follow());
   effect(() => {
     const wanted = snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atLive.value !== null ? `#/${LIVE}/${encodeURIComponent(atLive.value)}` : atBoard.value ? `#/${BOARD}` : atPair.value ? pairAddress() : atStraight.value ? `#/${STRAIGHT}` : "#/";

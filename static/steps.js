@@ -40,7 +40,7 @@ export const steps = computed(() => {
       : region.value ? [true, `${picture.width} × ${picture.height} px. Check that the field and its part are the right ones.`]
         : [false, "Choose the field and the part of it that the camera sees."],
     borders: bordersState(),
-    model: fitted.value ? [true, "It fits; what it is worth stands on the right."]
+    model: fitted.value ? [true, "It fits; what it is worth stands beside it."]
       : [false, refusal.value ? refusal.value.detail : "Click the borders first."],
     compare: isSaved.value ? [true, "Borders should be straight on the corrected side, and lines should lie on the paint."]
       : [false, version.value ? "The clicks have changed since the last version was saved." : "Nothing is saved to compare yet."],

@@ -1,7 +1,8 @@
-// Bottom of the page: which version stands, and the keys that matter now.
+// Bottom of the page: which version stands, the keys that matter now, and dark or light.
 import { clock } from "../format.js";
 import { html } from "../html.js";
 import { atPair, snapshot, step } from "../state.js";
+import { THEMES, chooseTheme, theme } from "../theme.js";
 import { isSaved, version } from "../versions.js";
 
 /** @type {Record<string, [string, string][]>} */
@@ -17,7 +18,9 @@ const KEYS = {
 
 export function Footer() {
   const it = version.value;
-  return html`<footer><span data-testid="version">${it ? html`<b>Version ${it.version}</b> ${it.active ? "active" : "saved"} at ${clock(it.created_at)}${isSaved.value ? "" : ", clicks changed since"}`
+  return html`<footer><span class="standing" data-testid="version">${it ? html`<b>Version ${it.version}</b> ${it.active ? "active" : "saved"} at ${clock(it.created_at)}${isSaved.value ? "" : ", clicks changed since"}`
     : snapshot.value ? "No calibration saved from this picture yet" : "Touchline works without the internet"}</span>
-    <span class="hints">${KEYS[atPair.value ? "pair" : step.value].map(([key, what]) => html`<span key=${key}><kbd>${key}</kbd> ${what}</span>`)}</span></footer>`;
+    <span class="hints">${KEYS[atPair.value ? "pair" : step.value].map(([key, what]) => html`<span key=${key}><kbd>${key}</kbd> ${what}</span>`)}</span>
+    <label class="theme"><span>Colours</span><select data-testid="theme" value=${theme.value} onChange=${(/** @type {any} */ e) => chooseTheme(e.target.value)}>
+      ${THEMES.map(([id, label]) => html`<option key=${id} value=${id}>${label}</option>`)}</select></label></footer>`;
 }

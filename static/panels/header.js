@@ -6,6 +6,7 @@ import { draft } from "../draft.js";
 import { ago } from "../format.js";
 import { html } from "../html.js";
 import { both } from "../pair.js";
+import { opening } from "../router.js";
 import { atPair, busy, camera, help, snapshot, step } from "../state.js";
 import { nextThing, steps } from "../steps.js";
 
@@ -13,7 +14,7 @@ const now = signal(Date.now());
 setInterval(() => { now.value = Date.now(); }, 1000);
 
 export function Header() {
-  return html`<header>
+  return html`<a class="skip" href="#/" onClick=${toStage}>Skip to the picture</a><header>
     <a class="brand" href="#/" aria-label="Touchline, start page"><${Logo}/><span>Touchline</span></a>
     ${snapshot.value && html`<span class="pill" title="Where the picture comes from">${camera.value?.name ?? "Picture from a file"}
       <small>${snapshot.value.width} × ${snapshot.value.height} px</small></span>`}
@@ -28,11 +29,17 @@ export function Header() {
   </header>`;
 }
 
+/** Past the header and the panel, by keyboard. @param {MouseEvent} e */
+function toStage(e) {
+  e.preventDefault(); // the address bar is the router's
+  document.querySelector("main")?.focus();
+}
+
 function Next() {
   const { action, label, missing } = nextThing.value;
-  const waits = busy.value !== "" || missing !== "";
+  const doing = busy.value || (opening.value ? "Opening…" : ""), waits = doing !== "" || missing !== "";
   return html`<button type="button" class="go" data-testid="next" aria-disabled=${waits} title=${missing || label}
-    onClick=${() => { if (!waits) run(action); }}>${busy.value || label}</button>`;
+    onClick=${() => { if (!waits) run(action); }}>${doing || label}</button>`;
 }
 
 function Saved() {

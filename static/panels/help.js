@@ -1,29 +1,17 @@
 // Help beside the work: the manual (help/*.md) and the list of keys, which is the table of actions.
-import { signal } from "@preact/signals";
 import { marked } from "marked";
-import { useEffect } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import { ACTIONS, run } from "../actions.js";
 import { html } from "../html.js";
 import { printed } from "../keys.js";
+import { CONTENTS, openPage, page, slug } from "../manual.js";
 import { help } from "../state.js";
-
-const FIRST = "contents.md";
-const page = signal({ name: FIRST, text: "" });
-
-/** @param {string} name */
-async function open(name) {
-  try {
-    const response = await fetch(`help/${name}`);
-    page.value = { name, text: response.ok ? await response.text() : `There is no page called ${name}.` };
-  } catch {
-    page.value = { name, text: "The manual cannot be read while the server does not answer." };
-  }
-}
+import { TourButton } from "./tour.js";
 
 export function Help() {
-  useEffect(() => { if (help.value === "manual" && !page.value.text) void open(FIRST); }, [help.value]);
+  useEffect(() => { if (help.value === "manual" && !page.value.text) void openPage(CONTENTS); }, [help.value]);
   return html`<section class="help" aria-label="Help" data-testid="help-panel">
-    <div class="tabs" role="tablist"><${Tab} id="manual" label="Manual"/><${Tab} id="keys" label="Keys"/>
+    <div class="line help-head"><div class="tabs" role="tablist" aria-label="Help"><${Tab} id="manual" label="Manual"/><${Tab} id="keys" label="Keys"/></div>
       <button type="button" class="close" data-testid="close-help" onClick=${() => run("escape")}>Close</button></div>
     ${help.value === "keys" ? html`<${Keys}/>` : html`<${Manual}/>`}</section>`;
 }
@@ -32,16 +20,28 @@ export function Help() {
 const Tab = ({ id, label }) => html`<button type="button" role="tab" aria-selected=${help.value === id} onClick=${() => { help.value = id; }}>${label}</button>`;
 
 function Manual() {
+  const article = useRef(/** @type {HTMLElement | null} */ (null));
+  const { name, text, heading, asked } = page.value;
+  useEffect(() => {
+    const all = [...article.current?.querySelectorAll("h1, h2, h3, h4") ?? []];
+    for (const it of all) it.id = `manual-${slug(it.textContent ?? "")}`;
+    const at = /** @type {HTMLElement | undefined} */ (all.find((it) => it.id === `manual-${heading}`) ?? all[0]);
+    if (!at) return;
+    at.tabIndex = -1; // so that reading goes on there
+    if (asked > 1) at.focus({ preventScroll: true });
+    (heading ? at : at.closest("aside") ?? at).scrollIntoView({ block: "start" });
+    if (!heading) at.closest("aside")?.scrollTo(0, 0);
+  }, [text, heading, asked]);
   /** @param {MouseEvent} e */
   const follow = (e) => {
     const link = /** @type {Element} */ (e.target).closest("a")?.getAttribute("href") ?? "";
-    if (!/^[\w-]+\.md$/.test(link)) return;
+    if (!/^[\w-]+\.md(#[\w-]+)?$/.test(link)) return;
     e.preventDefault();
-    void open(link);
+    void openPage(link);
   };
-  return html`<div class="manual" data-testid="manual">
-    ${page.value.name !== FIRST && html`<button type="button" onClick=${() => void open(FIRST)}>← Show all pages</button>`}
-    <article onClick=${follow} dangerouslySetInnerHTML=${{ __html: marked.parse(page.value.text, { async: false }) }}/></div>`;
+  return html`<div class="manual" data-testid="manual" data-page=${name}>
+    ${name !== CONTENTS ? html`<button type="button" onClick=${() => void openPage(CONTENTS)}>← Show all pages</button>` : html`<${TourButton}/>`}
+    <article ref=${article} onClick=${follow} dangerouslySetInnerHTML=${{ __html: marked.parse(text, { async: false }) }}/></div>`;
 }
 
 function Keys() {

@@ -8,12 +8,16 @@ import { HeldNext, ToBoard } from "./board.js";
 import { Cameras } from "./cameras.js";
 import { Network } from "./network.js";
 import { ActionButton } from "./toolbar.js";
+import { TourButton } from "./tour.js";
+import { opening } from "../router.js";
 import { busy, cameras, snapshots } from "../state.js";
 
 export function Start() {
+  if (opening.value) return html`<div class="start" aria-busy="true"><p class="dim">Opening…</p></div>`;
   return html`<div class="start">
     <h1>Calibrate a camera</h1>
     <p class="dim">Take a picture of the empty field, click along its four borders, and get field millimetres for every pixel.</p>
+    <div class="line"><${TourButton}/></div>
     <${HeldNext}/>
     <${Cameras}/>
     <section aria-label="Open a picture"><h2>${cameras.value.length ? "Or use a picture you have" : "Use a picture you have"}</h2>

@@ -1,0 +1,37 @@
+// The manual beside the work: which page of it is open and at which heading, and what explains each panel.
+import { signal } from "@preact/signals";
+import { help } from "./state.js";
+
+export const CONTENTS = "contents.md";
+
+/** heading: as in the address of a heading, "" the top. asked: counts, so that the same place can be asked for twice. */
+export const page = signal({ name: "", text: "", heading: "", asked: 0 });
+
+/** What explains a panel: page#heading. A test looks up every one of them. @type {Record<string, string>} */
+export const EXPLAINED = {
+  start: "start.md", cameras: "live.md#states", field: "start.md", drawing: "conventions.md#the-field",
+  borders: "borders.md", inside: "borders.md#what-the-figures-say", degree: "borders.md#the-degree",
+  verdict: "numbers.md#verdict", warnings: "warnings.md", distortion: "numbers.md#distortion", residuals: "numbers.md#residual",
+  models: "models.md", options: "models.md", compare: "numbers.md#expected-error", map: "numbers.md#expected-error", versions: "keeping.md",
+  downloads: "exports.md", live: "live.md", light: "light.md", controls: "cameras.md", board: "boards.md", lens: "boards.md",
+  straight: "straight-lines.md", edges: "straight-lines.md#what-the-numbers-say-and-what-they-cannot-see",
+  pair: "two-cameras.md", agreement: "two-cameras.md#agreement-mm", wrong: "wrong.md",
+};
+
+/** The end of a heading's address: "What the figures say" → "what-the-figures-say". @param {string} text */
+export const slug = (text) => text.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "");
+
+/** Open a page, "models.md" or "models.md#division", beside the work. @param {string} to */
+export async function openPage(to) {
+  const [name, heading = ""] = to.split("#"), asked = page.value.asked + 1;
+  help.value = "manual";
+  if (name === page.value.name) { page.value = { ...page.value, heading, asked }; return; }
+  let text;
+  try {
+    const response = await fetch(`help/${name}`);
+    text = response.ok ? await response.text() : `There is no page called ${name}.`;
+  } catch {
+    text = "The manual cannot be read while the server does not answer.";
+  }
+  if (page.value.asked < asked) page.value = { name, text, heading, asked };
+}
