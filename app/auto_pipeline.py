@@ -21,7 +21,7 @@ from app.models import MODELS, Progress, no_progress, parameters_json
 from app.models.brown_conrady import BrownConrady
 from app.models.field_expected import FINE_MM_SHARE, Expected, expected
 from app.models.field_pattern import FieldPattern
-from app.models.field_refine import FINER_PX, refined, with_finer_lens
+from app.models.field_refine import FINER_PX, nearest_markings, refined, with_finer_lens
 from app.models.field_search import FINE_STEPS, Candidate, Rough, Searched, described, search
 from app.models.lens import Array
 from app.models.ray_state import RayState
@@ -32,15 +32,16 @@ from app.vision.ridge_chains import ridge_chains
 from app.vision.ridges import ridges
 
 LOOK_PX = 1400  # of the longer side: finer than that, lines are looked for in a smaller picture, and measured in this
-POINTS = 360  # in all: more cost time and tell nothing new
+POINTS = 240  # in all: more cost time and tell nothing new
 APART_PX = 6.0  # at least, from one to the next
 CAPTURE_PX = 4.0  # about the expected place, in a picture of 1280 px
 CLEAR_PX = 4.0  # of other paint
 LEAST_OF_ONE = 3  # points of a marking that are worth naming it
 LONG = 0.05  # of the diagonal: a line of that length on the carpet wants an explanation
 ON_LINE_PX = 5.0
+EVERY = 4  # px along those chains
 MOST_SHOWN = 60
-TWIN_SHARE, TWIN_VALUE = 0.02, 0.02  # of the height between two mirror places; of what they explain
+TWIN_PX = 12.0  # between the region's corners as two cameras see them, which are then the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +148,8 @@ def _start(state: RayState, name: str, region: Region, size: ImageSize) -> dict[
     return parameters_json(begin) if begin.plausible() else None
 
 
-def proof_of(found: Found, seen: Seen, done: Calibrated) -> Proof:
+def proof_of(found: Found, seen: Seen, field: Field, region: Region,
+             done: Calibrated) -> Proof:
     """What the fitted camera expects, and what is there; strays of the fit count as not found."""
     hits = found.hits.copy()
     inliers = {str(o.feature): fine for o, fine in zip(found.observations, done.fit.inliers, strict=True)}
@@ -159,51 +161,44 @@ def proof_of(found: Found, seen: Seen, done: Calibrated) -> Proof:
     length = np.where(found.expected.clear, found.expected.length_px, 0.0)
     wanted = np.bincount(found.expected.marking, weights=length, minlength=count)
     there = np.bincount(found.expected.marking, weights=length * hits, minlength=count)
-    explained, unexplained = _explained(found, seen)
+    explained, unexplained = _explained(found, seen, field)
     best, *others = found.searched.candidates
     return Proof(tuple(m.name for m in found.pattern.markings), wanted, there, explained, unexplained,
-                 float(done.report["rms_px"]), _rival(best, others), float(np.hypot(*seen.size)))
+                 float(done.report["rms_px"]), _rival(best, others, region), float(np.hypot(*seen.size)))
 
 
-def _rival(best: Candidate, others: list[Candidate]) -> float:
+def _rival(best: Candidate, others: list[Candidate], region: Region) -> float:
     """The field turned by 180° is often the same field: which of the two is seen, the region says, not the lines."""
-    return max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c)), default=0.0)
+    return max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c, region)), default=0.0)
 
 
-def _twins(one: Candidate, other: Candidate) -> bool:
-    turned = one.refined.state.position_mm * (-1, -1, 1)
-    apart = np.linalg.norm(other.refined.state.position_mm - turned)
-    return bool(apart < TWIN_SHARE * one.refined.state.position_mm[2] and one.value - other.value < TWIN_VALUE)
+def _twins(one: Candidate, other: Candidate, region: Region) -> bool:
+    """Whether the other is the same camera over the field turned by 180°."""
+    corners = np.array([(x, y, 0.0) for x in region.x_mm for y in region.y_mm])
+    apart = one.refined.state.project(corners) - other.refined.state.project(corners * (-1, -1, 1))
+    return bool(np.abs(apart).max() < TWIN_PX)
 
 
-def _explained(found: Found, seen: Seen) -> tuple[float, float]:
+def _explained(found: Found, seen: Seen, field: Field) -> tuple[float, float]:
     """Px of long chains on the field's carpet that lie along markings, and that do not."""
     size = seen.size
-    fine = expected(found.state.project, found.pattern, size, 2.0, 0.0)
-    near = np.zeros((size.height + 1, size.width + 1), bool)
-    for aside in np.arange(-ON_LINE_PX, ON_LINE_PX + 1):
-        x, y = np.rint(fine.places + aside * fine.normals).astype(int).T
-        for dx in (0, 1):  # no gaps where the normal is slanted
-            near[np.clip(y, 0, size.height), np.clip(x + dx, 0, size.width)] = True
-    extent = np.abs(found.pattern.points).max(axis=0) * 0.99  # what runs along the outermost lines is beyond them
-    yes = no = 0.0
-    for chain in seen.chains:
-        length = float(np.linalg.norm(np.diff(chain[::4], axis=0), axis=1).sum())
-        if length < LONG * np.hypot(*size):
-            continue
-        place = found.state.unproject(chain, np.zeros(len(chain)))
-        on_field = np.isfinite(place).all(axis=1) & (np.abs(place) < extent).all(axis=1)
-        x, y = np.rint(chain).astype(int).T
-        on_line = near[np.clip(y, 0, size.height), np.clip(x, 0, size.width)]
-        yes += length * float(on_line.mean())
-        no += length * float((on_field & ~on_line).mean())
-    return yes, no
+    long = [(chain[::EVERY], along[::EVERY]) for chain, along in zip(seen.chains, seen.along, strict=True)
+            if np.linalg.norm(chain[-1] - chain[0]) > LONG * np.hypot(*size)]
+    if not long:
+        return 0.0, 0.0
+    points, along = (np.concatenate(part) for part in zip(*long, strict=True))
+    pattern = FieldPattern.of(field, field.length_mm / FINE_STEPS)
+    on_line = nearest_markings(found.state, pattern, points, along, size, ON_LINE_PX) >= 0
+    # What runs along the outermost lines is a wall, or a goal.
+    reach = np.array([field.length_mm, field.width_mm]) / 2 * 0.99
+    on_field = (np.abs(found.state.unproject(points, np.zeros(len(points)))) < reach).all(axis=1)
+    return float(EVERY * on_line.sum()), float(EVERY * (on_field & ~on_line).sum())
 
 
-def candidates_json(searched: Searched) -> list[dict[str, Any]]:
+def candidates_json(searched: Searched, region: Region) -> list[dict[str, Any]]:
     """Each with its evidence; "turned": whether it is the first one with the field turned by 180°."""
     first = searched.candidates[0] if searched.candidates else None
-    return [{**described(c), "turned": first is not None and c is not first and _twins(first, c)}
+    return [{**described(c), "turned": first is not None and c is not first and _twins(first, c, region)}
             for c in searched.candidates]
 
 

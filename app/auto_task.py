@@ -76,7 +76,8 @@ class AutoTask:
                                              part_of(progress, 0.15, 0.6))
         told: dict[str, Any] = {
             "field": self.field.name, "region": self.region.name, "rotate": self.region.rotate_deg,
-            "model": self.model, "image_size": list(frame.size), "candidates": auto_pipeline.candidates_json(searched),
+            "model": self.model, "image_size": list(frame.size),
+            "candidates": auto_pipeline.candidates_json(searched, self.region),
             "lines": seen.shown(), "observations": [], "proof": None, "report": None}
         if found is None:
             refusal = auto_pipeline.nothing_seen(seen, searched)
@@ -87,7 +88,7 @@ class AutoTask:
                                             part_of(progress, 0.6, 1.0))
         except FitFailed as refusal:
             return {**told, "doubts": [_doubt(refusal)], "verdict": verdict_of([_doubt(refusal)], None, None)}, None
-        proof = auto_pipeline.proof_of(found, seen, done)
+        proof = auto_pipeline.proof_of(found, seen, self.field, self.region, done)
         doubts = proof.doubts()
         verdict = verdict_of(doubts, proof, done.report["verdict"])
         told |= {"doubts": list(doubts), "verdict": verdict, "proof": proof.to_json(), "report": done.report}

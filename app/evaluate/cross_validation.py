@@ -35,19 +35,24 @@ def held_out_mm(model_class: type[CameraModel], fit: Fit, observations: Observat
             model = model_class.fit(_without(clean, out), field, region, image_size, kept).model
         except FitFailed:
             continue
-        for i, k in out:
-            alone = replace(clean[i], points=clean[i].points[k:k + 1])
-            original = np.flatnonzero(fit.inliers[i])[k]  # clean counts without the strays
-            result[i][original] = feature_residuals(model, alone, field, region).mm[0]
+        for i, ks in _by_observation(out).items():
+            left_out = replace(clean[i], points=clean[i].points[ks])
+            original = np.flatnonzero(fit.inliers[i])[ks]  # clean counts without the strays
+            result[i][original] = feature_residuals(model, left_out, field, region).mm
     return result
 
 
 def _without(observations: Observations, out: list[tuple[int, int]]) -> Observations:
-    gone: dict[int, list[int]] = {}
-    for i, k in out:
-        gone.setdefault(i, []).append(k)
+    gone = _by_observation(out)
     kept: list[Observation] = []
     for i, observation in enumerate(observations):
         points = np.delete(observation.points, gone.get(i, []), axis=0)
         kept.append(replace(observation, points=points))
     return tuple(kept)
+
+
+def _by_observation(out: list[tuple[int, int]]) -> dict[int, list[int]]:
+    points: dict[int, list[int]] = {}
+    for i, k in out:
+        points.setdefault(i, []).append(k)
+    return points

@@ -22,7 +22,7 @@ from app.models.solve import minimise
 
 CAPTURE_PX = (24.0, 14.0, 10.0, 6.0, 3.5, 2.0)  # in a picture of 1280 px, on the way in
 SAME_WAY = np.cos(np.radians(12))
-MOST_POINTS = 700
+MOST_POINTS = 500
 LEAST_POINTS = 40
 STEPS = 6
 FINER_PX = (7.0, 4.0, 2.5, 1.5)  # once the camera is known, and only its lens is to be known better

@@ -20,7 +20,7 @@ from app.models.lines_merged import SeenLine, seen_lines
 MOST_LINES = 16
 COARSE_STEPS, FINE_STEPS = 12, 60  # samples along a line as long as the field
 KEPT = 400  # of the coarsely scored
-REFINED = 5
+REFINED = 4
 REFINED_POOR = 10  # where none explains the picture
 APART = 0.02  # of the picture's width, between the region's corners: less is the same camera
 HOPEFUL = 0.72  # of the best score: what is further behind is not refined
