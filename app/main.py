@@ -31,6 +31,7 @@ from app.api import (
     publishing,
     reports,
     settings_told,
+    snapping,
     snapshots,
     straightness,
     streams,
@@ -53,7 +54,7 @@ from app.store import Store
 from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
-             boards, lenses, judgement, reports, pairs, straightness, points, pictures, jobs, publishing, settings_told)
+             boards, lenses, judgement, reports, pairs, straightness, points, pictures, jobs, publishing, settings_told, snapping)
 API = "/api/v1"
 MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task")  # whose functions jobs may be
 ABOUT = """Calibrates the cameras above a robot-soccer field.

@@ -21,7 +21,7 @@ from app.vision.line_search import ALONG_PX, SIDE_PX, Bar, nearest_bar
 
 REACH_PX = 10.0
 WIDTHS_PX = (1.0, 20.0)  # of a line whose width nobody tells
-TOLD = (0.5, 2.0)  # how wrong a told width may be: it is known from a rough scale
+TOLD = (1 / 3, 3.0)  # how wrong a told width may be: it is known from a rough scale, and tape is laid by hand
 TURN_RAD = np.radians(15)  # how wrong a told direction may be
 BESIDE_PX = 5.0  # background that is fitted on either side
 BLUR_PX, BLUR_RATIO = 0.8, 1.6  # a camera in focus, and one standard deviation of it as a factor
@@ -157,7 +157,7 @@ def _fit(patch: NDArray, away: NDArray, angle: float, start: tuple[float, float]
     levels = [np.median(grey[where]) for where in (before, inner, after)]
     state = np.array([start[0], 0.0, 0.0, told_px or width, np.log(BLUR_PX), *levels, 0.0])
     prior = state.copy()
-    spread = np.array([np.inf, np.inf, BEND / 2, 0.3 * told_px if told_px else 0.5 * width + 0.5, np.log(BLUR_RATIO),
+    spread = np.array([np.inf, np.inf, BEND / 2, 0.4 * told_px if told_px else 0.5 * width + 0.5, np.log(BLUR_RATIO),
                        np.inf, max(30.0, abs(levels[1] - (levels[0] + levels[2]) / 2)), np.inf, np.inf])
     free = np.isfinite(spread)
     for _ in range(STEPS):

@@ -91,6 +91,15 @@ class Drawn(Answer):
     points: Points
 
 
+class SnappedPoint(Answer):
+    state: Literal["snapped", "kept"]
+    point: Point
+
+
+class SnappedPoints(Answer):
+    points: list[SnappedPoint]
+
+
 class Overlay(Answer):
     features: list[Drawn]
 
