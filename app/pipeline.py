@@ -16,6 +16,7 @@ from app.evaluate.cross_validation import held_out_mm
 from app.evaluate.difference import difference_report
 from app.evaluate.distortion import bow_pct, kind_of
 from app.evaluate.report import report
+from app.evaluate.told_covariance import told_covariance
 from app.evaluate.uncertainty import expected_error, grid_over
 from app.field import BORDERS, Arc, Field, Line, Region
 from app.geometry import ImageSize, Points, as_points
@@ -90,9 +91,12 @@ def compare(observations: Observations, field: Field, region: Region, image_size
     return {**compare_fits(fitted, region), "failed": failed}
 
 
-def uncertainty(model: CameraModel, covariance: Mapping[str, Any] | None, region: Region, z_mm: float = 0.0,
+def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float = 0.0,
                 columns: int = 25, rows: int = 19) -> dict[str, Any]:
-    """Expected field error in the plane at z_mm over a grid, as plain JSON, from a report's "covariance"."""
+    """Expected field error in the plane at z_mm over a grid, as plain JSON.
+
+    covariance: a report's, which may be a stranger's; Conflict where it is not this model's.
+    """
     if covariance is None or not hasattr(model, "field_jacobian"):
         raise Conflict(f"{model.TITLE} have no common parameters whose error could be known." if covariance is None else
                        f"{model.TITLE} cannot tell how places move with its parameters.",
@@ -100,7 +104,8 @@ def uncertainty(model: CameraModel, covariance: Mapping[str, Any] | None, region
     if z_mm != 0 and not hasattr(model, "project"):
         raise Conflict(f"{model.TITLE} knows only the carpet, not what is {z_mm:g} mm above it.",
                        "Use a lens model, or z_mm 0.", reason="no-rays")
-    fit = Fit(model, (), (), covariance=np.array(covariance["matrix"]), parameter_names=tuple(covariance["names"]))
+    names, matrix = told_covariance(covariance, model)
+    fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
     sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows))
     return {**sigma.to_json(), "grid": {"places": sigma.places.tolist(),
                                         "sigma_mm": [_plain_numbers(row) for row in sigma.sigma_mm]}}

@@ -192,9 +192,13 @@ class Calibration:
 
     def held_lens(self) -> dict[str, Any]:
         """As the option "lens" of another fit takes it: the camera, and how well its fit knew it where that is told."""
-        covariance = self.report.get("covariance") if isinstance(self.report, Mapping) else None
         return {"name": self.model_name, "parameters": dict(self.model_parameters),
-                **({} if covariance is None else {"covariance": covariance})}
+                **({} if self.covariance is None else {"covariance": self.covariance})}
+
+    @property
+    def covariance(self) -> Any:
+        """What the report says of it; a report from outside may be anything."""
+        return self.report.get("covariance") if isinstance(self.report, Mapping) else None
 
     def activated(self, active: bool) -> Self:
         return replace(self, active=active)

@@ -62,7 +62,7 @@ def _region(calibration: Calibration) -> Region:
 
 
 def _uncertainty(calibration: Calibration, z_mm: float) -> dict[str, Any]:
-    return pipeline.uncertainty(_model(calibration), calibration.report.get("covariance"), _region(calibration), z_mm)
+    return pipeline.uncertainty(_model(calibration), calibration.covariance, _region(calibration), z_mm)
 
 
 def _uncertainty_picture(calibration: Calibration, z_mm: float) -> Response:

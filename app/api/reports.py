@@ -1,6 +1,5 @@
 """/calibrations/{id}/report.html and .json: everything that is known of one version, to print or to keep."""
 
-import re
 from contextlib import suppress
 from typing import Any
 
@@ -10,6 +9,7 @@ from starlette.responses import HTMLResponse
 from app import report
 from app.api import answer_schemas
 from app.api.answers import Json
+from app.api.headers_of_files import disposition
 from app.api.schemas import Id
 from app.api.work import at_work
 from app.errors import NotFound
@@ -39,10 +39,10 @@ def _page(request: Request, calibration: Calibration) -> HTMLResponse:
     shown = _shown(request, calibration)
     said = report.contents(calibration, shown)
     html = report.page(said, report.draw(calibration, shown, said))
-    name = re.sub(r"[^A-Za-z0-9_-]+", "-", calibration.camera or calibration.field["name"]).strip("-") or "camera"
+    name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}-report.html"
     return HTMLResponse(html.encode("utf-8", "replace"), headers={
         "Content-Security-Policy": f"{POLICY}; frame-ancestors 'self'", "Cache-Control": "no-cache",
-        "Content-Disposition": f'inline; filename="{name}-v{calibration.version}-report.html"'})
+        "Content-Disposition": disposition("inline", name)})
 
 
 def _shown(request: Request, calibration: Calibration) -> report.Shown:

@@ -82,7 +82,7 @@ def uncertainty(
     from app.cli import files
 
     known = files.read_calibration(calibration)
-    found = pipeline.uncertainty(_model(known), known.report.get("covariance"), _region(known), z_mm)
+    found = pipeline.uncertainty(_model(known), known.covariance, _region(known), z_mm)
     if png is not None:
         files.write_picture(png, pipeline.millimetre_map(_grid(found, "sigma_mm"), _region(known),
                                                          f"expected error at z = {z_mm:g} mm"))

@@ -25,6 +25,11 @@ class Sensitive:
     def fit_state(self) -> FittedState:
         raise TypeError(f"{type(self).__name__} has no parameters in common")
 
+    @property
+    def covariance_names(self) -> tuple[str, ...]:
+        """Parameters that a covariance of this model may have; lines' own offsets come beside them."""
+        return self.fit_state().names
+
     def field_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> Array:
         """How the place where a pixel's ray meets the plane moves when named parameters do: (n, 2, len(names)) mm.
 

@@ -113,6 +113,10 @@ class ThinPlate:
         found = found.reshape(wanted.shape)
         return unreachable_where(~self._inside(found), found)
 
+    @property
+    def covariance_names(self) -> tuple[str, ...]:
+        return BEND_NAMES
+
     def field_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> Array:
         """How places on the carpet (n, 3) move with the displacement at the lattice's nodes, px: (n, 2, len(names)) mm.
 

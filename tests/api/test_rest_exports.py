@@ -1,12 +1,16 @@
 """Files over REST: every format out with what it costs, and in again as a calibration, a lens or a fit of points."""
 
+import email
 import json
+import re
+from urllib.parse import unquote
 
 import cv2
 import numpy as np
 import pytest
 from refusals import API, refusal
 
+from app.api.headers_of_files import attachment
 from app.exports import EXPORTS
 
 CAL = f"{API}/calibrations"
@@ -161,3 +165,68 @@ def test_opencv_sees_a_robots_hat_where_we_see_it(standing, made, tmp_path):
     ours = standing.post(f"{CAL}/{calibration['id']}/transform", json={
         "from": "field", "to": "image", "points": [place], "z_mm": 150}).json()["points"][0]
     np.testing.assert_allclose(cv2.projectPoints(np.array([[*place, 150.0]]), r, t, k, d)[0].ravel(), ours, atol=1e-6)
+
+
+CAMERAS = ("Südtribüne", 'no\r\nSet-Cookie: "x"', "a/b\\c:d", "..", " ", "north; filename=evil.exe", "\U0001f3a5" * 64,
+           "\u202excod.exe", "100 %", "x" * 64, "kamera-北")
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_a_camera_of_any_name_gives_a_file_that_any_system_can_keep(standing, made, camera):
+    kept = imported(standing, exported(standing, made("brown-conrady"), "json").content, camera="north").json()
+    record = json.loads(exported(standing, kept, "json").content)
+    id = imported(standing, json.dumps({**record, "camera": camera})).json()["id"]
+    answer = standing.get(f"{CAL}/{id}/export/opencv")
+    assert answer.status_code == 200 and "set-cookie" not in answer.headers
+    header = answer.headers["content-disposition"]
+    told = email.message_from_string(f"Content-Disposition: {header}\n\n")
+    assert told.get_content_disposition() == "attachment" and len(header) < 1500
+    plain = re.fullmatch(r'attachment; filename="([A-Za-z0-9._-]+)"(; filename.=.*)?', header)[1]
+    true = told.get_filename() if "filename*" in header else plain
+    for name in (plain, unquote(re.sub(r".*filename\*=UTF-8''", "", header)) if "filename*" in header else true):
+        assert name.endswith(".yml") and re.search(r"-v\d+\.|^v\d+\.", name) and not set(name) & set('/\\:*?"<>|\r\n')
+        assert len(name) <= 80 and name[0] not in "-." and "\u202e" not in name
+    if camera == "Südtribüne":
+        assert plain.startswith("Sudtribune-v") and "filename*=UTF-8''S%C3%BCdtrib%C3%BCne-v" in header
+
+
+def test_a_name_of_two_hundred_characters_keeps_its_end():
+    header = attachment(f"{'ü' * 200}-v12.camchain.yaml")
+    assert header.startswith('attachment; filename="uuu') and header.split(";")[1].endswith('-v12.camchain.yaml"')
+    assert header.endswith("-v12.camchain.yaml") and attachment("").startswith('attachment; filename="file"')
+    assert attachment("\ud800-v1.json").isascii()
+
+
+COVARIANCES = (  # each absurd in its own way
+    "no", 7, [], [["height"]], {}, {"names": "height", "matrix": [[1.0]]}, {"names": ["height"], "matrix": [[-1.0]]},
+    {"names": ["height"], "matrix": [["1", None]]}, {"names": ["height"], "matrix": []}, {"names": [], "matrix": []},
+    {"names": ["heigth"], "matrix": [[1.0]]}, {"names": ["line_0"], "matrix": [[1.0]]},
+    {"names": [7], "matrix": [[1.0]]},
+    {"names": ["height", "height"], "matrix": [[1.0, 0.0], [0.0, 1.0]]}, {"names": ["height"], "matrix": [[10**400]]},
+    {"names": ["height"], "matrix": [[1e308]]}, {"names": ["height", "x"], "matrix": [[1.0, 2.0], [2.0, 1.0]]},
+    {"names": ["height", "x"], "matrix": [[1.0, 0.5], [-0.5, 1.0]]}, {"names": ["height", "x"], "matrix": [[1.0]]},
+    {"names": [["height"]], "matrix": [[1.0]]}, {"names": {"height": 1}, "matrix": {"height": 1}},
+)
+
+
+@pytest.mark.parametrize("model", ["brown-conrady", "homography", "thin-plate", "polynomial"])
+def test_a_covariance_that_is_not_its_models_is_told_everywhere_and_never_becomes_a_number(standing, made, model):
+    record = json.loads(exported(standing, made(model), "json").content)
+    for covariance in COVARIANCES:
+        report = {**record["report"], "covariance": covariance}
+        answer = imported(standing, json.dumps({**record, "report": report}))
+        assert answer.status_code == 201, answer.text
+        asked = f"{CAL}/{answer.json()['id']}"
+        reason = "no-covariance" if model == "polynomial" else "foreign-covariance"
+        for path in ("uncertainty.json", "uncertainty.png"):
+            refusal(standing.get(f"{asked}/{path}"), 409, reason)
+        told = standing.get(f"{asked}/report.json")
+        assert told.status_code == 200 and told.json()["uncertainty"]["carpet"]["map"] is None
+        assert told.json()["uncertainty"]["carpet"]["fix"] and standing.get(f"{asked}/report.html").status_code == 200
+
+
+def test_a_covariance_from_elsewhere_that_can_be_its_models_is_believed(standing, made):
+    record = json.loads(exported(standing, made("brown-conrady"), "json").content)
+    back = imported(standing, json.dumps(record)).json()["id"]
+    own, told = (standing.get(f"{CAL}/{id}/uncertainty.json").json() for id in (made("brown-conrady")["id"], back))
+    assert own == told and 0 < told["rms"] < told["max"]

@@ -196,7 +196,8 @@ def test_a_camera_that_nobody_can_write_in_a_header_still_has_a_report(client):
     id = imported(client, {**record, "camera": 'no\r\nSet-Cookie: "x" é\U0001f600'})
     answer = client.get(f"{API}/calibrations/{id}/report.html")
     assert answer.status_code == 200 and "set-cookie" not in answer.headers
-    assert re.fullmatch(r'inline; filename="[\w.-]+-report\.html"', answer.headers["content-disposition"])
+    header = answer.headers["content-disposition"]
+    assert re.fullmatch(r"""inline; filename="[\w.-]+-report\.html"; filename\*=UTF-8''[\w.%-]+-report\.html""", header)
 
 
 def test_large_noisy_pictures_are_reduced_until_the_file_is_small(client):
