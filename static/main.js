@@ -1,5 +1,5 @@
 // Wires the page: lists from the server, the address bar, keys, saving, fitting; then draws.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { render } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { filePicker } from "./actions.js";
@@ -37,7 +37,7 @@ import { pairStanding, startPairing } from "./pairing.js";
 import { loadLists, openFile } from "./pictures.js";
 import { startRanking } from "./ranking.js";
 import { opening, startRouter } from "./router.js";
-import { atLive, atPair, atStraight, help, step } from "./state.js";
+import { atLive, atPair, atStraight, camera, help, step } from "./state.js";
 import { current } from "./steps.js";
 import { addEdgePictures, standing as straightStanding } from "./straight.js";
 import { version } from "./versions.js";
@@ -64,7 +64,7 @@ function App() {
 function Guide() {
   if (opening.value) return null;
   const at = desk.value, { label, done, sentence } = at ? { ...at.standing.value, label: at.label } : current.value;
-  return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite"><h2>${label}</h2><p data-testid="sentence">${sentence}</p></section>`;
+  return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite">${(atPair.value || step.value !== "camera") && html`<h1 class="sr">${label} – Touchline</h1>`}<h2>${label}</h2><p data-testid="sentence">${sentence}</p></section>`;
 }
 
 function Left() {
@@ -134,4 +134,5 @@ async function start() {
   await startRouter();
 }
 
+effect(() => { document.title = `${desk.value ? desk.value.label : current.value.label}${camera.value ? `, ${camera.value.name}` : ""} – Touchline`; });
 void start();

@@ -15,6 +15,7 @@ export const EXPLAINED = {
   models: "models.md", options: "models.md", compare: "numbers.md#expected-error", map: "numbers.md#expected-error", versions: "keeping.md",
   downloads: "exports.md", live: "live.md", light: "light.md", controls: "cameras.md", board: "boards.md", lens: "boards.md",
   straight: "straight-lines.md", edges: "straight-lines.md#what-the-numbers-say-and-what-they-cannot-see",
+  network: "ssl-vision.md", epipolar: "two-cameras.md#epipolar-error-px",
   pair: "two-cameras.md", agreement: "two-cameras.md#agreement-mm", wrong: "wrong.md",
 };
 

@@ -21,7 +21,7 @@ export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines =
     ${lines && head?.overlays && html`<svg viewBox=${`-0.5 -0.5 ${head.width} ${head.height}`} aria-hidden="true"><g class="field-lines">
       ${head.overlays.field.map((line, i) => html`<path key=${i} class="casing" d=${path(line.points)}/>`)}
       ${head.overlays.field.map((line, i) => html`<path key=${i} d=${path(line.points)} style=${line.kind === "border" ? `stroke:${colour(line.feature)}` : ""}/>`)}</g></svg>`}
-    <span class="badge" data-is=${state} data-testid=${`state-${id}`}>${STATES[state]}${state === "live" && status ? html` <small>${number(status.fps, status.fps < 10 ? 1 : 0)} fps</small>` : ""}${isOld && status?.frame_age_s ? html` <small>picture ${number(status.frame_age_s, 0)} s old</small>` : ""}</span>
+    <span class="badge" aria-hidden="true" data-is=${state} data-testid=${`state-${id}`}>${STATES[state]}${state === "live" && status ? html` <small>${number(status.fps, status.fps < 10 ? 1 : 0)} fps</small>` : ""}${isOld && status?.frame_age_s ? html` <small>picture ${number(status.frame_age_s, 0)} s old</small>` : ""}</span>
     ${wrong && state !== "mismatch" && html`<p class="wrong" role="status"><b>${wrong.detail}</b> ${wrong.fix}</p>`}
   </div>`;
 }

@@ -7,6 +7,7 @@ import { lenses } from "../lenses.js";
 import { models, tellError } from "../state.js";
 import { DeskTabs, Pictures, Working } from "./desk.js";
 import { ActionButton } from "./toolbar.js";
+import { Title } from "./title.js";
 
 const DICTIONARIES = [...[4, 5, 6, 7].flatMap((n) => [50, 100, 250, 1000].map((count) => `DICT_${n}X${n}_${count}`)),
   "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_16h5", "DICT_APRILTAG_25h9", "DICT_APRILTAG_36h10", "DICT_APRILTAG_36h11"];
@@ -16,7 +17,7 @@ const WITH_LENS = new Set(["brown-conrady", "fisheye"]); // what boards are for;
 
 export function BoardForm() {
   const it = wanted.value;
-  return html`<section aria-label="Board"><h2>Board</h2>
+  return html`<section aria-label="Board"><${Title} of="board">Board<//>
       <label class="pair tall"><span>Kind</span><select data-testid="board-kind" value=${it.kind} onChange=${(/** @type {Changed} */ e) => want({ kind: e.target.value })}>
         <option value="chessboard">Chessboard</option><option value="charuco">ChArUco</option></select></label>
       <${Whole} name="columns" label="Inner corners across" /><${Whole} name="rows" label="Inner corners down" /><${Length} name="square_mm" label="Side of a square" />
@@ -25,7 +26,7 @@ export function BoardForm() {
           ${DICTIONARIES.map((d) => html`<option key=${d} value=${d}>${d.replace("DICT_", "").replaceAll("_", " ")}</option>`)}</select></label>
         <label class="pair"><span>Printed by OpenCV before 4.6</span><input type="checkbox" checked=${it.legacy} onChange=${(/** @type {Changed} */ e) => want({ legacy: e.target.checked })}/></label>`}
       <p class="reason">Inner corners are those where four squares meet.</p></section>
-    <section aria-label="Lens"><h2>Lens</h2>
+    <section aria-label="Lens"><${Title} of="lens">Lens<//>
       <label class="pair tall"><span>Model</span><select data-testid="board-model" value=${it.model} onChange=${(/** @type {Changed} */ e) => want({ model: e.target.value })}>
         ${models.value.filter((m) => WITH_LENS.has(m.name)).map((m) => html`<option key=${m.name} value=${m.name}>${m.title}</option>`)}</select></label>
       <label class="pair tall"><span>Note</span><input type="text" data-testid="board-note" maxlength="200" placeholder="4 mm lens of the north camera" value=${it.note}

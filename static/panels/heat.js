@@ -9,6 +9,7 @@ import { STOPS } from "../layers/heat.js";
 import { models } from "../state.js";
 import { version, versions } from "../versions.js";
 import { ActionButton } from "./toolbar.js";
+import { Title } from "./title.js";
 
 /** On the stage, while a map is wanted. */
 export function HeatLegend() {
@@ -33,7 +34,7 @@ const tick = (value) => String(Number(value.toPrecision(2)));
 /** In the compare step: what can be laid over the picture, with its figures. */
 export function HeatPanel() {
   const { what } = heat.value, map = shown.value, before = others.value;
-  return html`<section aria-label="Over the field"><h2>Over the field</h2>
+  return html`<section aria-label="Over the field"><${Title} of="map">Over the field<//>
     <div class="line"><${ActionButton} id="heat" label=${what === "expected" ? "Hide expected error" : "Show expected error"}/>
       <${ActionButton} id="arrows" label=${arrows.value.on ? "Hide residual arrows" : "Show residual arrows"}/></div>
     ${map?.what === "expected" && html`<p class="reason" data-testid="heat-figures">${map.z_mm ? `At hat height, ${map.z_mm} mm` : "On the carpet"}: median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>.</p><${Worst}/>`}

@@ -2,6 +2,7 @@
 import { found } from "../board.js";
 import { many, number } from "../format.js";
 import { html } from "../html.js";
+import { Title } from "./title.js";
 
 const LEVEL = { good: "Good", fair: "Fair", poor: "Poor" };
 const OF_VIEWS = new Set(["no-board", "view-left-out"]); // these stand at their pictures
@@ -11,7 +12,7 @@ const px = (value) => (value === null ? "–" : number(value, Math.abs(value) < 
 
 export function LensReport() {
   const lens = found.value;
-  if (!lens) return html`<section><h2>Good views</h2><ul class="plain"><li><b>Tilted</b> about 35° to each of its four sides: views that face the camera tell little.</li>
+  if (!lens) return html`<section><${Title} of="lens">Good views<//><ul class="plain"><li><b>Tilted</b> about 35° to each of its four sides: views that face the camera tell little.</li>
     <li><b>All over</b> the picture, into its corners.</li><li><b>Large</b>: a third of the picture's width, or all of it.</li><li><b>Still and sharp</b>; focus and zoom as in the game.</li>
     <li><b>Stiff</b>: the board on a plate.</li></ul></section>`;
   const it = lens.report, next = it.next_view, doubts = it.warnings.filter((w) => !OF_VIEWS.has(w.reason)), left = it.warnings.filter((w) => OF_VIEWS.has(w.reason));
@@ -23,7 +24,7 @@ export function LensReport() {
       <ul class="warnings" data-testid="lens-warnings">${doubts.map((w) => html`<li key=${w.reason + w.text} data-reason=${w.reason}><b>${w.text}</b> ${w.fix}</li>`)}</ul>
       ${left.length > 0 && html`<p class="reason">${many(left.length, "picture")} left out; beside each stands why.</p>`}</section>
     <${Coverage} report=${it}/>
-    <section aria-label="Checks"><h2>Checks</h2><dl class="details">
+    <section aria-label="Checks"><${Title} of="lens">Checks<//><dl class="details">
       ${rows(it).map(([what, value]) => html`<div key=${what}><dt>${what}</dt><dd>${value}</dd></div>`)}</dl></section>
     <section aria-label="Parameters"><h2>Parameters</h2><dl class="details" data-testid="lens-parameters">
       ${Object.entries(it.parameters).map(([name, { value, sigma }]) => html`<div key=${name}><dt>${name}</dt><dd>${plain(value)}${sigma ? ` ± ${plain(sigma, 2)}` : ", held"}</dd></div>`)}</dl></section>`;

@@ -12,6 +12,7 @@ import { liveRecord } from "../live_compare.js";
 import { watching } from "../pictures.js";
 import { fields } from "../state.js";
 import { ActionButton } from "./toolbar.js";
+import { Title } from "./title.js";
 
 /** @typedef {import("../types").Control} Control */
 
@@ -46,7 +47,7 @@ export function LiveForm() {
   const it = status.value;
   if (form.value) return html`<${SourceHelp}/>`;
   if (!it) return null;
-  return html`<section aria-label="State"><h2>State</h2><dl class="details" data-testid="camera-details">
+  return html`<section aria-label="State"><${Title} of="live">State<//><dl class="details" data-testid="camera-details">
       <div><dt>state</dt><dd>${STATES[it.state]}</dd></div>
       <div><dt>frames</dt><dd>${number(it.fps)} per s</dd></div>
       <div><dt>size</dt><dd>${it.width ? `${it.width} × ${it.height} px` : "–"}</dd></div>
@@ -62,7 +63,7 @@ export function LiveForm() {
 function Look() {
   const it = status.value;
   if (!it || it.state !== "live") return null;
-  return html`<section aria-label="Light and focus" data-testid="look"><h2>Light and focus</h2>
+  return html`<section aria-label="Light and focus" data-testid="look"><${Title} of="light">Light and focus<//>
     ${it.words.length ? html`<ul class="warnings">${it.words.map((w) => html`<li key=${w.text} data-severity=${w.severity}><b>${w.text}</b> ${w.fix}</li>`)}</ul>` : html`<p class="reason">Nothing to complain about.</p>`}
     ${it.light && html`<dl class="details">
       <div><dt>mean brightness</dt><dd>${number(it.light.mean, 0)} of 255</dd></div>
@@ -74,8 +75,8 @@ function Look() {
 export function LiveReport() {
   const at = controls.value;
   if (form.value) return html`<${Tried}/>`;
-  if (!at?.items.length) return html`<section><h2>Settings</h2><p class="reason">This source has nothing that can be set while it runs.</p></section>`;
-  return html`<section aria-label="Camera settings"><h2>Settings</h2>${at.items.map((c) => html`<${Setting} key=${c.name} control=${c}/>`)}
+  if (!at?.items.length) return html`<section><${Title} of="controls">Settings<//><p class="reason">This source has nothing that can be set while it runs.</p></section>`;
+  return html`<section aria-label="Camera settings"><${Title} of="controls">Settings<//>${at.items.map((c) => html`<${Setting} key=${c.name} control=${c}/>`)}
     <p class="reason">As the camera says they are. A calibration holds for one size: setting another leaves it without.</p></section>`;
 }
 
@@ -124,5 +125,5 @@ function SourceHelp() {
       : plugged.value.length ? html`<ul class="plain" data-testid="plugged">${plugged.value.map((p) => html`<li key=${p.address}><button type="button" class="plain-link" onClick=${() => fill({ source: p.address })}>${p.title}</button></li>`)}</ul>`
         : html`<p class="reason" data-testid="plugged">No camera shows itself. Network cameras do not: give their address.</p>`}
       <button type="button" disabled=${plugged.value === null} onClick=${() => void findPlugged()}>Look again</button></section>
-    <section><h2>Kinds of source</h2><dl class="details kinds">${kinds.value.map((k) => html`<div key=${k.scheme}><dt><button type="button" class="plain-link" onClick=${() => fill({ source: `${k.scheme}://` })}>${k.scheme}://</button></dt><dd class="breaks" title=${k.help}>${k.title}</dd></div>`)}</dl></section>`;
+    <section><${Title} of="controls">Kinds of source<//><dl class="details kinds">${kinds.value.map((k) => html`<div key=${k.scheme}><dt><button type="button" class="plain-link" onClick=${() => fill({ source: `${k.scheme}://` })}>${k.scheme}://</button></dt><dd class="breaks" title=${k.help}>${k.title}</dd></div>`)}</dl></section>`;
 }

@@ -7,15 +7,16 @@ import { model, models } from "../state.js";
 import { note } from "../versions.js";
 import { OptionField } from "./options.js";
 import { ActionButton } from "./toolbar.js";
+import { Title } from "./title.js";
 
 const NO_DISTORTION = "No significant distortion. ";
 
 export function ModelPanel() {
-  return html`<section aria-label="Model"><h2>${ranking.value ? "Models, by error on the field" : "Model"}</h2>
+  return html`<section aria-label="Model"><${Title} of="models">${ranking.value ? "Models, by error on the field" : "Model"}<//>
       <${Comparing}/><${Conclusion}/>
       <ul class=${`features${ranking.value && !isFresh() ? " stale" : ""}`} role="radiogroup" aria-label="Model" data-testid="models">
         ${ordered().map(({ name }) => html`<${Row} key=${name} name=${name}/>`)}</ul></section>
-    ${model.value && html`<section aria-label="Options"><h2>Options</h2>
+    ${model.value && html`<section aria-label="Options"><${Title} of="options">Options<//>
       ${model.value.options.map((option) => html`<${OptionField} key=${model.value?.name + option.name} option=${option}/>`)}</section>`}
     <section aria-label="Note"><h2>Note for this version</h2>
       <input type="text" data-testid="note" maxlength="2000" aria-label="Note for this version" placeholder="after the lens was cleaned" value=${note.value}
@@ -36,7 +37,7 @@ function Row({ name }) {
   const it = models.value.find((m) => m.name === name), isOn = doc.value.model === name;
   const row = ranking.value?.ranking.find((r) => r.model === name), failed = ranking.value?.failed.find((f) => f.model === name);
   if (!it) return null;
-  return html`<li><button type="button" class="feature model" role="radio" aria-checked=${isOn} data-testid=${`model-${name}`} title=${isOn ? it.title : `Use ${it.title}`} onClick=${() => useModel(name)}>
+  return html`<li role="presentation"><button type="button" class="feature model" role="radio" aria-checked=${isOn} data-testid=${`model-${name}`} title=${isOn ? it.title : `Use ${it.title}`} onClick=${() => useModel(name)}>
     <span class="dot" aria-hidden="true">${isOn ? "●" : "○"}</span><span>${it.title}</span><em class="value">${row ? `${mm(row.field_mm)} mm` : failed ? "–" : ""}</em>
     ${row && html`<small>${name === ranking.value?.recommended && html`<b class="level good">Recommended</b>, `}${many(row.parameters, "parameter")}</small>`}
     ${failed && html`<small data-testid=${`failed-${name}`}><b class="level fair">Cannot be fitted.</b> ${failed.what} ${failed.fix}</small>`}</button>

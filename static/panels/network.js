@@ -5,6 +5,7 @@ import { number } from "../format.js";
 import { html } from "../html.js";
 import { changing, contradictions, followNetwork, heard, publishing, set, takeOver, unfolded } from "../network.js";
 import { cameras } from "../state.js";
+import { Title } from "./title.js";
 
 /** @typedef {import("../network_types").Publishing} Publishing @typedef {import("../network_types").PublishedCamera} PublishedCamera */
 /** @typedef {import("../network_types").HeardSender} HeardSender @typedef {import("../network_types").HeardCamera} HeardCamera */
@@ -17,7 +18,7 @@ export function Network() {
   useEffect(followNetwork, []);
   const it = publishing.value;
   if (!it) return null;
-  return html`<section aria-label="Network"><h2>Network</h2>
+  return html`<section aria-label="Network"><${Title} of="network">Network<//>
     <details class="network" data-testid="network" open=${unfolded.value} onToggle=${(/** @type {any} */ e) => { unfolded.value = e.target.open; }}>
       <summary data-testid="network-state" data-state=${it.state}><b>${STATES[it.state]}</b> <small>${summary(it)}</small>
         ${contradictions.value.length > 0 && html` <em class="approximate">two publishers</em>`}</summary>

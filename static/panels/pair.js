@@ -5,12 +5,13 @@ import { choose, removeMatch, setHeight } from "../matching.js";
 import { SIDES, calibrations, called, chosen, nextHeight, pair, pictures, setPicture, sourceOf, suited } from "../pair.js";
 import { stale, worth } from "../pairing.js";
 import { models } from "../state.js";
+import { Title } from "./title.js";
 
 /** @typedef {import("../pair_types").Side} Side @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
 export function PairForm() {
   const { matches } = pair.doc.value;
-  return html`<section aria-label="Pictures"><h2>Pictures</h2>${SIDES.map((s) => html`<${Picture} key=${s} s=${s}/>`)}</section>
+  return html`<section aria-label="Pictures"><${Title} of="pair">Pictures<//>${SIDES.map((s) => html`<${Picture} key=${s} s=${s}/>`)}</section>
     <section aria-label="Matches"><h2>${many(matches.length, "match").replace("matchs", "matches")}</h2>
       <label class="pair length"><span>Height of the next one</span><${Height} name="next-height" value=${nextHeight.value} label="Height of the next match, mm" set=${(/** @type {number | null} */ z) => { nextHeight.value = z; }}/></label>
       <p class="reason">0 mm on the carpet, 150 mm a robot's hat. Empty: not known; it tells how the cameras stand, not whether they agree.</p>

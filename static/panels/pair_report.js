@@ -6,6 +6,7 @@ import { choose, removeMatch } from "../matching.js";
 import { both, calibrations } from "../pair.js";
 import { basis, bases, by, found, refusal, stale } from "../pairing.js";
 import { fields } from "../state.js";
+import { Title } from "./title.js";
 
 /** @typedef {import("../pair_types").PairAnswer} PairAnswer @typedef {import("../pair_types").Verdict} Sentence */
 
@@ -34,7 +35,7 @@ const Words = ({ v }) => html`<p><b class=${`level ${v.level}`}>${LEVEL[v.level]
 /** @param {{ it: NonNullable<PairAnswer["agreement"]> }} props */
 function Agreement({ it }) {
   const [x, y] = it.where;
-  return html`<section aria-label="Agreement"><h2>Agreement where both see the carpet</h2>
+  return html`<section aria-label="Agreement"><${Title} of="agreement">Agreement where both see the carpet<//>
     <div class="verdict" data-testid="agreement" data-level=${it.verdict.level}><div class="big">${mm(it.median_mm)}<small> mm apart, median</small></div>
       <${Words} v=${it.verdict}/>
       <dl><div><dd data-testid="agreement-worst">${mm(it.max_mm)} mm</dd><dt>worst</dt></div><div><dd>${number(x, 0)}, ${number(y, 0)} mm</dd><dt>where</dt></div>
@@ -56,7 +57,7 @@ function Map({ it }) {
 /** @param {{ it: PairAnswer }} props */
 function Epipolar({ it }) {
   const { fundamental: f, calibrated: c } = it, can = bases.value;
-  return html`<section aria-label="Epipolar error"><h2>Epipolar error</h2>
+  return html`<section aria-label="Epipolar error"><${Title} of="epipolar">Epipolar error<//>
     ${f && html`<div class="verdict" data-testid="fundamental" data-level=${f.verdict.level}><div class="big">${number(f.rms_px, 2)}<small> px rms, from the matches</small></div><${Words} v=${f.verdict}/></div>
       ${f.outliers.length > 0 && html`<ul class="warnings" data-testid="mistakes">${f.outliers.slice(0, SHOWN).map((index) => html`<li key=${index}><b>Match ${index + 1} is ${number(f.epipolar_px[index], 1)} px off its line.</b>
         <div class="line"><button type="button" onClick=${() => choose(index)}>Show it</button><button type="button" data-testid=${`drop-${index + 1}`} onClick=${() => removeMatch(index)}>Remove it</button></div></li>`)}</ul>`}`}
@@ -80,6 +81,6 @@ function Pose({ it: { pose, calibrated } }) {
     ${pose && html`<div class="plainly" data-testid="pose-words"><${Words} v=${pose.verdict}/></div>`}</section>`;
 }
 
-const Advice = () => html`<section><h2>Good matches</h2><ul class="plain"><li>${both.value ? "" : html`<b>Two pictures</b> of the same moment, or of things that stand still. `}<b>All over</b> the part that both see.</li>
+const Advice = () => html`<section><${Title} of="pair">Good matches<//><ul class="plain"><li>${both.value ? "" : html`<b>Two pictures</b> of the same moment, or of things that stand still. `}<b>All over</b> the part that both see.</li>
   <li><b>At several heights</b>: field marks, robots' hats, goal posts. Things on the carpet alone do not tell how the cameras stand.</li>
   <li><b>Twelve or more</b> without calibrations; twenty are good.</li><li>With <b>a calibration for each</b>, marks on the carpet tell in millimetres whether they agree.</li></ul></section>`;

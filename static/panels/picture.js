@@ -7,10 +7,11 @@ import { html } from "../html.js";
 import { rememberField } from "../pictures.js";
 import { field, fields, region, rotation } from "../state.js";
 import { FieldDrawing } from "./field_drawing.js";
+import { Title } from "./title.js";
 
 export function FieldPanel() {
   const f = field.value;
-  return html`<section aria-label="Field"><h2>Field</h2>
+  return html`<section aria-label="Field"><${Title} of="field">Field<//>
     <label class="pair tall"><span>Field</span><select data-testid="field" value=${doc.value.field} onChange=${(/** @type {any} */ e) => chooseField(e.target.value)}>
       ${fields.value.map(({ name, title }) => html`<option key=${name} value=${name}>${title}</option>`)}</select></label>
     <label class="pair tall"><span>Part in view</span><select data-testid="region" value=${doc.value.region} onChange=${(/** @type {any} */ e) => change({ ...doc.value, region: e.target.value, rotate: null })}>

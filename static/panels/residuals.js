@@ -8,6 +8,7 @@ import { html } from "../html.js";
 import { colour } from "../layers/drawing.js";
 import { picked } from "../state.js";
 import { ActionButton } from "./toolbar.js";
+import { Title } from "./title.js";
 
 const WIDTH = 320, HEIGHT = 84, GAP = 8;
 
@@ -21,7 +22,7 @@ export function Residuals() {
   const top = roundUp(Math.max(...all)), step = (WIDTH - GAP * (groups.length - 1)) / all.length, y = (/** @type {number} */ px) => (HEIGHT / 2) * (1 - px / top);
   const digits = top < 0.1 ? 2 : 1;
   let x = -GAP;
-  return html`<section aria-label="Residuals"><h2>Residuals, px</h2>
+  return html`<section aria-label="Residuals"><${Title} of="residuals">Residuals, px<//>
     <svg class="residuals" data-testid="residuals" viewBox=${`0 0 ${WIDTH + 34} ${HEIGHT}`} role="img" aria-label=${`Residuals of ${all.length} points, at most ${number(Math.max(...all), 2)} px`}>
       <path class="axis" d=${`M0 ${HEIGHT / 2}H${WIDTH}M0 1H${WIDTH}M0 ${HEIGHT - 1}H${WIDTH}`}/>
       <text x=${WIDTH + 4} y="9">+${number(top, digits)}</text><text x=${WIDTH + 4} y=${HEIGHT / 2 + 3}>0</text><text x=${WIDTH + 4} y=${HEIGHT - 2}>−${number(top, digits)}</text>

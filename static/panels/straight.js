@@ -7,6 +7,7 @@ import {
   chooseKind, edges, isOfThese, judged, kind, look, lookAt, pictures, pointed, refusal, removePicture, removePictures, search, shown, showStraight, straightened, takeEdgePicture,
 } from "../straight.js";
 import { DeskTabs, Pictures, Working } from "./desk.js";
+import { Title } from "./title.js";
 
 /** @typedef {import("../types").Edge} Edge @typedef {import("../types").Point} Point */
 
@@ -19,7 +20,7 @@ const STEPS = [[0.3, "up to 0.3"], [1, "to 1"], [3, "to 3"], [Infinity, "more px
 export const StraightForm = () => html`<section aria-label="Lens"><h2>Lens</h2><label class="pair tall"><span>Kind</span>
     <select data-testid="straight-kind" value=${kind.value} onChange=${(/** @type {any} */ e) => chooseKind(e.target.value)}>${KINDS.map(([id, label]) => html`<option key=${id} value=${id}>${label}</option>`)}</select></label>
     <p class="reason">${KINDS.find(([id]) => id === kind.value)?.[2]}</p></section>
-  <section><h2>Good pictures</h2><ul class="plain"><li><b>Long edges</b>, straight in the world: walls, doors, shelves, a field's lines.</li><li><b>Far from the middle</b>: an edge through the centre stays straight behind any lens.</li>
+  <section><${Title} of="straight">Good pictures<//><ul class="plain"><li><b>Long edges</b>, straight in the world: walls, doors, shelves, a field's lines.</li><li><b>Far from the middle</b>: an edge through the centre stays straight behind any lens.</li>
     <li><b>Several directions</b>, several things.</li><li><b>One camera</b>, zoom and focus untouched.</li></ul></section>`;
 
 export function StraightDesk() {
@@ -87,10 +88,10 @@ function View({ picture: { key, name, state, id, why } }) {
 
 /** The right side: the verdict, numbers with their units, and what was left out. */
 export function StraightReport() {
-  if (!judged.value || !isOfThese.value) return html`<section><h2>What it tells</h2><ul class="plain"><li><b>How far the lens bows</b> a straight edge, in px and % of its length.</li><li><b>How straight edges are</b> before and after that is taken out.</li>
+  if (!judged.value || !isOfThese.value) return html`<section><${Title} of="edges">What it tells<//><ul class="plain"><li><b>How far the lens bows</b> a straight edge, in px and % of its length.</li><li><b>How straight edges are</b> before and after that is taken out.</li>
     <li><b>The lens</b>, each term with its σ.</li><li>Or that there is <b>no significant distortion</b>, or that these edges do not tell.</li></ul></section>`;
   const it = judged.value.report, { most, border } = it.bow, left = it.lines.filter((line) => !line.used);
-  return html`<section aria-label="Verdict"><h2>Distortion</h2><div class="verdict" data-testid="straight-verdict" data-distortion=${it.distortion}>
+  return html`<section aria-label="Verdict"><${Title} of="edges">Distortion<//><div class="verdict" data-testid="straight-verdict" data-distortion=${it.distortion}>
       <div class="big">${WORDS[it.distortion]}</div><p>${it.sentence}</p>
       <dl><div><dd data-testid="straight-bow">${withSigma(most)}</dd><dt>most bowed edge</dt></div><div><dd>${number(most.pct, 2)} %</dd><dt>of its length</dt></div>
         <div><dd data-testid="straight-before">${number(it.straightness_px.before, 2)} px</dd><dt>as taken, rms</dt></div><div><dd data-testid="straight-after">${number(it.straightness_px.after, 2)} px</dd><dt>straightened, rms</dt></div></dl></div>

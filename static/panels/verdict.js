@@ -7,6 +7,7 @@ import { html } from "../html.js";
 import { colour } from "../layers/drawing.js";
 import { field, model, snapshot, step } from "../state.js";
 import { Residuals } from "./residuals.js";
+import { Title } from "./title.js";
 
 const STANDARD_PCT = 3; // Eq. (9): a standard lens is within ±3 %
 const SHOWN = 2; // warnings; the others open on demand, so that the figures stay in sight
@@ -15,7 +16,7 @@ const LEVEL = { good: "Good", fair: "Fair", poor: "Poor", unknown: "Not known in
 /** @param {{ report?: import("../types").Report }} props a saved version's report, else the present one */
 export function Verdict({ report }) {
   const it = report ?? preview.value?.report, why = report ? null : refusal.value;
-  return html`<section aria-label="Verdict"><h2>Verdict</h2>
+  return html`<section aria-label="Verdict"><${Title} of="verdict">Verdict<//>
     <div class=${`verdict${!report && stale.value ? " stale" : ""}`} data-testid="verdict" data-level=${it?.verdict.level ?? ""} aria-live="polite">
       ${it ? html`<div class="big">${mm(it.verdict.mm)}<small> mm ${it.sigma_mm && it.verdict.mm === it.sigma_mm.rms ? "expected error" : "held-out error"}</small></div>
         <p><b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}.</b> ${it.verdict.sentence}</p>
@@ -68,7 +69,7 @@ export function Distortion() {
   const bent = BORDERS.map((border) => ({ border, curve: curves.value[border] }));
   const all = preview.value?.report.distortion, values = bent.flatMap(({ curve }) => (isCurve(curve) ? [Math.abs(curve.distortion_pct)] : []));
   const full = Math.max(1.5 * STANDARD_PCT, ...values.map((v) => 1.1 * v)), half = (/** @type {number} */ v) => (50 * Math.abs(v)) / full;
-  return html`<section aria-label="Distortion"><h2>Distortion, of ±${STANDARD_PCT} % for a standard lens</h2>
+  return html`<section aria-label="Distortion"><${Title} of="distortion">Distortion, of ±${STANDARD_PCT} % for a standard lens<//>
     ${bent.map(({ border, curve }) => {
       const v = isCurve(curve) ? curve.distortion_pct : null;
       return html`<div key=${border} class="bar-row" data-testid=${`distortion-${border}`}><i class="chip" style=${`--colour:${colour(border)}`}>${border[0].toUpperCase()}</i><span>${words(border)}</span>

@@ -8,12 +8,13 @@ import { correctedAddress } from "../layers/compare.js";
 import { ExportMenu } from "./exports.js";
 import { HeatPanel } from "./heat.js";
 import { ActionButton } from "./toolbar.js";
+import { Title } from "./title.js";
 
 export function ComparePanel() {
   const it = version.value;
   if (!it) return html`<section><h2>Compare</h2><p class="dim">Nothing is saved to compare yet.</p><div class="line"><${ActionButton} id="step-model" label="Go to model"/></div></section>`;
   const { before_pct, after_pct } = it.report.distortion;
-  return html`<section aria-label="Compare"><h2>Version ${it.version}, ${dayAndTime(it.created_at)}</h2>
+  return html`<section aria-label="Compare"><${Title} of="compare">Version ${it.version}, ${dayAndTime(it.created_at)}<//>
       ${!isSaved.value && html`<p class="warning-line" data-testid="changed">The clicks have changed since; this is what was saved.</p>`}
       <ul class="plain facts"><li>Corrected picture <b>${it.corrected_size[0]} × ${it.corrected_size[1]} px</b></li>
         <li>Distortion <b>${pct(before_pct)} % → ${pct(after_pct)} %</b></li></ul>
@@ -25,7 +26,7 @@ export function Downloads() {
   const it = version.value;
   if (!it) return null;
   const name = `touchline-v${it.version}`, link = (/** @type {string} */ format) => address(`/calibrations/${it.id}/export/${format}`);
-  return html`<section aria-label="Downloads"><h2>Download</h2><ul class="plain downloads">
+  return html`<section aria-label="Downloads"><${Title} of="downloads">Download<//><ul class="plain downloads">
     <li><a data-testid="report" href=${address(`/calibrations/${it.id}/report.html`)} target="_blank" rel="noopener">Open report, to print or keep</a><small>Pictures, numbers, error maps, versions.</small></li>
     <li><a data-testid="download-json" href=${link("json")} download=${`${name}.json`}>Download calibration (JSON)</a><small>Everything; can be read back.</small></li>
     <li><a data-testid="download-npz" href=${link("npz")} download=${`${name}.npz`}>Download remap table (NPZ)</a><small>For cv2.remap in your own program.</small></li>
@@ -33,7 +34,7 @@ export function Downloads() {
 }
 
 export function VersionsPanel() {
-  return html`<section aria-label="Versions"><h2>${camera.value ? `Versions for ${camera.value.name}` : "Saved versions"}</h2>
+  return html`<section aria-label="Versions"><${Title} of="versions">${camera.value ? `Versions for ${camera.value.name}` : "Saved versions"}<//>
       <ul class="versions" data-testid="versions">${versions.value.map((v) => html`<li key=${v.id} class=${v.id === version.value?.id ? "now" : ""}>
         <div><b>Version ${v.version}</b>${v.active && html` <b class="level good">Active</b>`}</div><em>${mm(v.report.verdict.mm)} mm</em>
         <small>${dayAndTime(v.created_at)}${v.note && `, ${v.note}`}</small>

@@ -1,0 +1,134 @@
+"""For everybody: axe finds nothing serious on any page, colours are the operator's, nothing is cut off or jumps."""
+
+import re
+
+import pytest
+from axe import axe_path, grave
+from playwright.sync_api import expect
+
+PLACES = {"start": "#/", "camera": "#/live/overhead", "board": "#/lens", "straight": "#/straight", "pair": "#/pair"}
+STEPS = ("picture", "borders", "model", "compare", "activate")
+SOON = 20_000
+# Since the page began: everything that moved without anybody having asked for it (the browser's own measure).
+JUMPS = """addEventListener("DOMContentLoaded", () => { window.jumps = [];
+  new PerformanceObserver((list) => { for (const e of list.getEntries()) if (!e.hadRecentInput) window.jumps.push([e.value,
+    e.sources.map((s) => s.node?.className || s.node?.nodeName).join()]); }).observe({ type: "layout-shift", buffered: true }); });"""
+
+
+@pytest.fixture
+def kept(clicked, server):
+    """A picture with its borders clicked and a version saved, and the page before it."""
+    operator = clicked("brown-conrady")
+    draft = operator.draft()
+    body = {name: draft[name] for name in ("field", "region", "model", "options", "observations")}
+    answer = server.api("POST", "/calibrations", json=body | {"snapshot": operator.snapshot})
+    assert answer.ok, answer.text
+    return operator
+
+
+def at_rest(page, step: str | None = None) -> None:
+    if step:
+        expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=SOON)
+    if step in ("borders", "model"):
+        expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=SOON)
+    expect(page.get_by_test_id("next")).not_to_have_text("Opening…", timeout=SOON)
+    expect(page.locator(".stale")).to_have_count(0, timeout=SOON)
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_axe_finds_nothing_serious_on_any_page_or_step(browser, kept, server, scheme):
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, color_scheme=scheme)
+    context.add_init_script(path=axe_path())
+    page, found = context.new_page(), {}
+    for name, place in PLACES.items():
+        page.goto(f"{server.url}/{place}")
+        at_rest(page)
+        found[name] = grave(page)
+    for step in STEPS:
+        page.goto(f"{server.url}/#/{kept.snapshot}/{step}")
+        at_rest(page, step)
+        found[step] = grave(page)
+    page.get_by_test_id("do-heat").click()
+    page.get_by_test_id("help").click()
+    expect(page.locator(".manual h1")).to_be_visible()
+    found["manual"] = grave(page)
+    page.get_by_role("tab", name="Keys").click()
+    found["keys"] = grave(page)
+    page.keyboard.press("F2")
+    expect(page.get_by_test_id("tour")).to_be_visible()
+    found["tour"] = grave(page)
+    page.goto(f"{server.url}/")
+    page.get_by_test_id("add-camera").click()
+    expect(page.get_by_test_id("camera-form")).to_be_visible()
+    found["form"] = grave(page)
+    context.close()
+    assert {name: said for name, said in found.items() if said} == {}
+
+
+def test_colours_are_the_systems_until_the_operator_chooses_and_then_stay(page, server):
+    page.emulate_media(color_scheme="dark")
+    page.goto(server.url)
+    background = "getComputedStyle(document.body).backgroundColor"
+    expect(page.get_by_test_id("theme")).to_have_value("system")
+    dark = page.evaluate(background)
+    page.emulate_media(color_scheme="light")
+    light = page.evaluate(background)
+    assert dark != light
+    page.get_by_test_id("theme").select_option("dark")
+    assert page.evaluate(background) == dark
+    page.reload()
+    expect(page.get_by_test_id("theme")).to_have_value("dark")
+    assert page.evaluate(background) == dark
+    page.get_by_test_id("theme").select_option("system")
+    assert page.evaluate(background) == light
+
+
+@pytest.mark.parametrize(("width", "height"), [(360, 740), (768, 1024), (1280, 800), (1920, 1080)])
+def test_no_page_is_wider_than_its_screen_and_the_bright_button_is_in_sight(browser, kept, server, width, height):
+    context = browser.new_context(viewport={"width": width, "height": height}, has_touch=width < 800)
+    page = context.new_page()
+    for place in [*PLACES.values(), *(f"#/{kept.snapshot}/{step}" for step in STEPS)]:
+        page.goto(f"{server.url}/{place}")
+        at_rest(page)
+        wide = page.evaluate("Math.max(...[document.documentElement, document.querySelector('#app'),"
+                             " ...document.querySelectorAll('aside')].map((e) => e.scrollWidth - e.clientWidth))")
+        assert wide <= 1, f"{place}: {wide} px are cut off"
+        for shown in ("next", "help", "step-activate"):
+            box = page.get_by_test_id(shown).bounding_box()
+            assert box["x"] >= 0 and box["x"] + box["width"] <= width and box["y"] + box["height"] <= height, (place, shown)
+    context.close()
+
+
+def test_nothing_jumps_while_a_picture_is_opened_and_looked_at(browser, kept, server):
+    context = browser.new_context(viewport={"width": 1280, "height": 800})
+    context.add_init_script(JUMPS)
+    page = context.new_page()
+    page.goto(f"{server.url}/#/{kept.snapshot}/borders")
+    at_rest(page, "borders")
+    for step in ("model", "compare", "activate"):
+        page.get_by_test_id(f"step-{step}").click()
+        at_rest(page, step)
+    jumps = page.evaluate("window.jumps")
+    context.close()
+    assert sum(value for value, _ in jumps) <= 0.1, jumps  # what the browser's makers call good
+
+
+def test_the_keyboard_skips_the_header(page, server):
+    page.goto(server.url)
+    expect(page.get_by_test_id("camera-overhead")).to_be_visible()
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("link", name="Skip to the picture")).to_be_focused()
+    page.keyboard.press("Enter")
+    expect(page.locator("main")).to_be_focused()
+    assert re.search(r"/(#/)?$", page.url)
+
+
+def test_whoever_asks_for_less_motion_gets_none(browser, server):
+    context = browser.new_context(reduced_motion="reduce")
+    page = context.new_page()
+    page.goto(server.url)
+    expect(page.get_by_test_id("camera-overhead")).to_be_visible()
+    moving = page.evaluate("[...document.querySelectorAll('*')].filter((e) => parseFloat(getComputedStyle(e).transitionDuration)"
+                           " || getComputedStyle(e).animationName !== 'none').map((e) => e.className)")
+    context.close()
+    assert moving == []
