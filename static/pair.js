@@ -54,6 +54,12 @@ export const calibrations = computed(() => {
   return { a: of("a"), b: of("b") };
 });
 
+/** How high a robot's hat is over the field of the pair, mm; null while no calibration says which field it is. */
+export const hatMm = computed(() => {
+  const it = calibrations.value.a ?? calibrations.value.b;
+  return it ? it.field_definition.hat_height_mm ?? 150 : null; // kept before fields said so: the largest league
+});
+
 /** What the next click makes: the second point of a match that waits for it, else a new match. */
 export const wanted = computed(() => {
   const { matches } = pair.doc.value, waits = (/** @type {Match | undefined} */ m) => m && !(m.a && m.b);

@@ -2,7 +2,7 @@
 import { dayAndTime, many, mm, number } from "../format.js";
 import { html } from "../html.js";
 import { choose, removeMatch, setHeight } from "../matching.js";
-import { SIDES, calibrations, called, chosen, nextHeight, pair, pictures, setPicture, sourceOf, suited } from "../pair.js";
+import { SIDES, calibrations, called, chosen, hatMm, nextHeight, pair, pictures, setPicture, sourceOf, suited } from "../pair.js";
 import { stale, worth } from "../pairing.js";
 import { models } from "../state.js";
 import { Title } from "./title.js";
@@ -14,7 +14,7 @@ export function PairForm() {
   return html`<section aria-label="Pictures"><${Title} of="pair">Pictures<//>${SIDES.map((s) => html`<${Picture} key=${s} s=${s}/>`)}</section>
     <section aria-label="Matches"><h2>${many(matches.length, "match").replace("matchs", "matches")}</h2>
       <label class="pair length"><span>Height of the next one</span><${Height} name="next-height" value=${nextHeight.value} label="Height of the next match, mm" set=${(/** @type {number | null} */ z) => { nextHeight.value = z; }}/></label>
-      <p class="reason">0 mm on the carpet, 150 mm a robot's hat. Empty: not known; it tells how the cameras stand, not whether they agree.</p>
+      <p class="reason" data-testid="pair-heights">0 mm on the carpet, ${hatMm.value === null ? "a robot's hat as its league has it" : `${hatMm.value} mm a robot's hat`}. Empty: not known; it tells how the cameras stand, not whether they agree.</p>
       <ol class=${`matches${stale.value ? " stale" : ""}`} data-testid="matches">${matches.map((_, index) => html`<${Row} key=${index} index=${index}/>`)}</ol></section>`;
 }
 
