@@ -1,0 +1,106 @@
+"""How soon an activation is on the air, and what a packet weighs. Command: python tests/bench/bench_publish.py
+
+A real server on a data folder of its own; a listener with a socket of its own on the loopback's multicast. From sending
+POST …/activate to hearing the packet with that calibration, 100 activations to and fro between two versions. Then the
+bytes of a packet for the league's fields, and what listening to a full house costs: eight cameras' detections at 70 Hz.
+"""
+
+import json
+import resource
+import socket
+import sys
+import tempfile
+import time
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
+
+from exported import example, model_of
+from group_listener import Listener, free_group, said, until
+from served import Line, form, served
+from ssl_listener import Packet
+
+from app import interchange
+from app.exports.ssl_field import wire_field
+from app.publish.absorber import Absorber
+from app.publish.geometry import packet_of, spoken
+from app.publish.plan import Plan
+from app.publish.route import Route
+from app.store.fields import load_fields
+from app.wire.protobuf import decode, encode
+from app.wire.ssl_messages import DetectedRobot, DetectionFrame, Geometry, WrapperPacket
+
+TIMES = 100
+
+
+def heard_after_activation(name: str) -> list[float]:
+    """ms from the request to the packet. name: of a model with at least two examples."""
+    way = free_group()
+    with tempfile.TemporaryDirectory() as folder, served(Path(folder) / "data") as url, closing(Line(url)) as line, \
+            Listener(**way) as ear:
+        assert line.json("POST", "/cameras", {"id": "north", "source": "sim://table?size=320x256&fps=5"})[0] == 201
+        versions = []
+        for index in (0, 1):
+            data = interchange.export(example(name, index), "json").data
+            versions.append(json.loads(line.ask("POST", "/calibrations/import", *form(data))[2])["id"])
+        line.json("PUT", "/publishing", {"enabled": True, "interval_s": 60, "limit_mm": 1000, **way})
+        took, seen = [], None
+        for i in range(TIMES):
+            begun = time.perf_counter()
+            line.json("POST", f"/calibrations/{versions[i % 2]}/activate")
+            while (now := focal(ear.hear().data)) == seen:
+                pass
+            took.append(1000 * (time.perf_counter() - begun))
+            seen = now
+        return took
+
+
+def focal(data: bytes) -> float:
+    return Packet.FromString(data).geometry.calib[0].focal_length
+
+
+def weights() -> None:
+    (calib,) = decode(WrapperPacket, packet_of(spoken([example("ssl", 0)], Plan()))).geometry.calib
+    for name in ("ssl-div-a", "ssl-div-b"):
+        for cameras in (1, 4, 8):
+            calibs = tuple(replace(calib, camera_id=i) for i in range(cameras))
+            data = encode(WrapperPacket(geometry=Geometry(wire_field(load_fields()[name]), calibs)))
+            print(f"{name}, {cameras} cameras: {len(data)} bytes")
+
+
+def listening() -> None:
+    way, robot = free_group(), DetectedRobot(confidence=1, robot_id=3, x=1, y=2, orientation=0.5, pixel_x=5, pixel_y=6)
+    frame = encode(WrapperPacket(detection=DetectionFrame(
+        frame_number=1, t_capture=1, t_sent=1, camera_id=0, robots_yellow=(robot,) * 11, robots_blue=(robot,) * 11)))
+    absorber = Absorber(Route(**way))
+    absorber.joined.wait(20)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vision:
+        said(frame, **way, sock=vision)
+        until(lambda: absorber.datagrams == 1)
+        count, before = 5000, resource.getrusage(resource.RUSAGE_SELF)
+        for i in range(count):
+            vision.sendto(frame, (way["group"], way["port"]))
+            if i % 50 == 49:
+                time.sleep(0.02)
+        until(lambda: absorber.datagrams >= count)
+        after = resource.getrusage(resource.RUSAGE_SELF)
+    spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
+    (sender,) = absorber.heard
+    absorber.close()
+    print(f"{count} detections of {len(frame)} bytes sent and heard by one process: {1e6 * spent / count:.0f} µs of "
+          f"processor time each, {sender.skipped} left unread; {560 * spent / count:.1%} of a core at 560 a second")
+
+
+if __name__ == "__main__":
+    for name in ("ssl", "brown-conrady"):
+        took = heard_after_activation(name)
+        assert model_of(name, 0).focal_px != model_of(name, 1).focal_px
+        print(f"{name}: activation to packet, {TIMES} times: median {np.median(took):.0f} ms, p95 "
+              f"{np.percentile(took, 95):.0f} ms, worst {max(took):.0f} ms")
+    weights()
+    listening()
