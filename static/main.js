@@ -30,12 +30,13 @@ import { FieldPanel, FieldSummary, PictureAdvice, PictureHelp } from "./panels/p
 import { LiveForm, LiveReport } from "./panels/live.js";
 import { Tour } from "./panels/tour.js";
 import { StraightForm, StraightReport } from "./panels/straight.js";
-import { Figures, Verdict } from "./panels/verdict.js";
+import { Figures } from "./panels/verdict.js";
 import { ComparePanel, VersionsPanel } from "./panels/versions.js";
 import { openFiles, startPair } from "./pair.js";
 import { pairStanding, startPairing } from "./pairing.js";
 import { loadLists, openFile } from "./pictures.js";
 import { startRanking } from "./ranking.js";
+import { startHovering } from "./residuals.js";
 import { opening, startRouter } from "./router.js";
 import { atLive, atPair, atStraight, camera, help, step } from "./state.js";
 import { current } from "./steps.js";
@@ -87,7 +88,7 @@ function Right() {
     case "camera": return html`<${PictureAdvice}/>`;
     case "picture": return html`<${PictureHelp}/>`;
     case "borders": case "model": return html`<${Figures}/>`;
-    default: return version.value && html`<${Verdict} report=${version.value.report}/>`;
+    default: return version.value && html`<${Figures} report=${version.value.report}/>`;
   }
 }
 
@@ -123,9 +124,10 @@ async function start() {
   startSaving();
   startRanking();
   startComparing();
+  startGrid();
+  startHovering();
   startHealth();
   startHeat();
-  startGrid();
   startArrows();
   startLenses();
   startPair();

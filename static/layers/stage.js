@@ -23,6 +23,7 @@ import { Corrected, OnRaw, Wipe, rawClip } from "./compare.js";
 import { ResidualArrows } from "./arrows.js";
 import { Heat } from "./heat.js";
 import { Loupe } from "./loupe.js";
+import { Hovered } from "./hovered.js";
 import { Overlay } from "./overlay.js";
 
 const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
@@ -54,7 +55,7 @@ export function Stage() {
           src=${address(`/snapshots/${shown.id}/image.png`)} style=${`transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`}/>
         <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k}/>
         <${ResidualArrows} frame="image" x=${tx} y=${ty} k=${k}/>
-        ${comparing.value ? html`<${OnRaw}/>` : html`<${Overlay}/>`}
+        ${comparing.value ? html`<${OnRaw}/>` : html`<${Overlay}/>`}<${Hovered}/>
       </div>
       ${comparing.value && html`<${Corrected}/><${Wipe}/>`}
       <${Loupe} picture=${picture}/>

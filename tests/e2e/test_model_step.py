@@ -14,14 +14,14 @@ def test_models_stand_in_the_order_of_their_error_and_the_recommended_one_is_a_c
     page.screenshot(path=tmp_path / "comparing.png")
     expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
     expect(page.get_by_test_id("comparing")).to_have_count(0)
-    shown = page.get_by_test_id("models").locator("em.value").all_inner_texts()
-    errors = [float(text.split()[0].replace("\u202f", "")) for text in shown if text != "–"]
+    shown = page.get_by_test_id("models").locator("td.value").all_inner_texts()
+    errors = [float(text.split()[0].replace("\u202f", "")) for text in shown if text not in ("", "–")]
     assert errors == sorted(errors)
     expect(page.get_by_test_id("no-distortion")).to_have_count(0)  # the lens is a strong one, whichever model has it
     page.screenshot(path=tmp_path / "ranked.png")
-    recommended = page.get_by_test_id("models").locator("li", has_text="Recommended")
+    recommended = page.get_by_test_id("models").locator("tbody", has_text="recommended")
     page.get_by_test_id("do-use-recommended").click()
-    expect(recommended.get_by_role("radio")).to_have_attribute("aria-checked", "true")
+    expect(recommended.get_by_role("button")).to_have_attribute("aria-pressed", "true")
     expect(page.get_by_test_id("do-use-recommended")).to_have_count(0)
     expect(page.get_by_test_id("model-details")).to_contain_text("Held out")
     assert operator.draft()["model"] != "polynomial"
