@@ -30,6 +30,7 @@ from app.api import (
     problems,
     publishing,
     reports,
+    rigs,
     settings_told,
     snapping,
     snapshots,
@@ -54,9 +55,11 @@ from app.store import Store
 from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
-             boards, lenses, judgement, reports, pairs, straightness, points, pictures, jobs, publishing, settings_told, snapping)
+             boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs,
+             publishing, settings_told, snapping)
 API = "/api/v1"
-MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task")  # whose functions jobs may be
+# whose functions jobs may be
+MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline")
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
 Pixels are [x, y] from the centre of the top-left pixel; field positions are [x, y] in mm from the field's centre.

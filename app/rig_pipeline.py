@@ -1,11 +1,11 @@
-"""A rig: cameras that share a field. How its calibrations stand to it, how well they agree, one picture of all.
+"""A rig: cameras that share a field. How its calibrations stand to it, how well they agree, how one is refitted.
 
 A rig here is plain JSON, {"name", "title", "field": a whole field, "rectangles": given ones, "cameras": [{"camera",
 "title", "region", "rotate", "calibration": whole or None, "picture": {"name", "path", "sha256"} or None}, …]}: what a
 job in another process needs. The shell makes the same one of files.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -20,7 +20,6 @@ from app.evaluate.rig_geometry import geometry
 from app.evaluate.rig_pictures import from_pictures
 from app.evaluate.rig_rectangles import Rectangles, common
 from app.field_reader import field_from_json
-from app.geometry import ImageSize
 from app.images import ImageDecoder
 from app.models import CameraModel, Progress, model_from_json, no_progress
 from app.pair_pipeline import judge_pair
@@ -36,7 +35,10 @@ MAX_CAMERAS = 16
 
 
 def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"rig", "matches": [{"a", "b", "points_a", "points_b", "z_mm"}, …]}; pictures are a stranger's."""
+    """A job: {"rig", "missing": cameras without a picture, "matches": [{"a", "b", "points_a", "points_b", "z_mm"}]}.
+
+    Pictures are a stranger's, and decoded as such.
+    """
     rig, pictures = spec["rig"], {}
     wanted = [c for c in rig["cameras"] if c["picture"] is not None]
     if wanted:
@@ -44,7 +46,8 @@ def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
             for number, camera in enumerate(wanted):
                 progress(READING * number / len(wanted), f"Reading the picture of {camera['title']}")
                 pictures[camera["camera"]] = decoder.frame_from_bytes(checked_bytes(**camera["picture"])).pixels
-    return check(rig, pictures, spec["matches"], part_of(progress, READING if wanted else 0.0, 1.0))
+    found = check(rig, pictures, spec["matches"], part_of(progress, READING if wanted else 0.0, 1.0))
+    return {**found, "missing": spec["missing"]}
 
 
 def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Sequence[Mapping[str, Any]] = (),
@@ -184,22 +187,17 @@ def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
     return {"made": made}
 
 
-def shown(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], asked: Callable[..., Any]) -> Any:
-    """asked(cameras, pictures): of those that have a calibration on the rig's field and a picture of its size."""
-    field, cameras, fine = field_from_json(rig["field"]), {}, {}
+def refuse_other_sizes(rig: Mapping[str, Any], pictures: Mapping[str, Pixels]) -> None:
+    """Conflict for a picture of another size than its camera's calibration."""
     for camera in rig["cameras"]:
-        name, calibration = camera["camera"], camera["calibration"]
-        if calibration is None or calibration["field"] != field.name or name not in pictures:
+        pixels, calibration = pictures.get(camera["camera"]), camera["calibration"]
+        if pixels is None or calibration is None:
             continue
-        known = Calibration.from_json(calibration)
-        size = ImageSize(pictures[name].shape[1], pictures[name].shape[0])
-        if size != known.image_size:
-            raise Conflict(f"The picture of {camera['title']} is {size.width} × {size.height} px; its calibration was "
-                           f"made for {known.image_size.width} × {known.image_size.height} px.",
-                           "Use pictures of that size, or calibrate it anew.", reason="size-mismatch")
-        region = field.region(camera["region"] or known.region)
-        cameras[name], fine[name] = (_model(known), known.image_size, region), pictures[name]
-    return asked(cameras, fine)
+        (height, width), wanted = pixels.shape[:2], calibration["image_size"]
+        if [width, height] != list(wanted):
+            raise Conflict(f"The picture of {camera['title']} is {width} × {height} px; its calibration was made for "
+                           f"{wanted[0]} × {wanted[1]} px.", "Use pictures of that size, or calibrate it anew.",
+                           reason="size-mismatch")
 
 
 def _model(calibration: Calibration) -> CameraModel:

@@ -7,7 +7,7 @@ A camera shows its region; beside it, it only fills what no other camera shows. 
 and `unseen` says so.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -20,7 +20,7 @@ from app.errors import BadInput, FitFailed
 from app.evaluate.rig_agreement import inside
 from app.field import Arc, Field, Region
 from app.geometry import ImageSize, Points
-from app.models import CameraModel, raw_from_field
+from app.models import CameraModel, model_from_json, raw_from_field
 
 MARGIN_MM = 300.0  # of carpet around the lines
 FEATHER_MM = 200.0  # of a seam between two regions, on either side
@@ -57,6 +57,11 @@ class FieldView:
     def field_from_view(self, points: Points) -> Points:
         corner = np.array([-self.field.length_mm / 2 - self.margin_mm, self.field.width_mm / 2 + self.margin_mm])
         return (points + 0.5) / [self.px_per_mm, -self.px_per_mm] + corner
+
+    def field_from_view_corner(self) -> list[list[float]]:
+        """The field's places at the picture's first and last pixel, mm."""
+        size = self.size
+        return self.field_from_view(np.array([[0.0, 0.0], [size.width - 1.0, size.height - 1.0]])).tolist()
 
     def overlay(self) -> list[dict[str, Any]]:
         """All that is painted, as polylines in view pixels."""
@@ -192,9 +197,14 @@ def _part(raw: Points, weight: NDArray[np.float32], size: ImageSize) -> Part | N
     return Part(window, maps, np.where(weight == 1, 255, 0).astype(np.uint8), seam, weight.ravel()[seam], size)
 
 
-def stitched(cameras: Mapping[str, tuple[CameraModel, ImageSize, Region]], pictures: Mapping[str, NDArray[np.uint8]],
-             view: FieldView) -> tuple[NDArray[np.uint8], Stitcher]:
-    """One picture of all cameras that have both, in the order of the rig."""
-    names = [name for name in cameras if name in pictures]
-    made = Stitcher.of([cameras[name] for name in names], view)
-    return made.stitch([pictures[name] for name in names]), made
+def stitcher_of(rig: Mapping[str, Any], names: Container[str], view: FieldView) -> tuple[Stitcher, list[str]]:
+    """For those of a rig's cameras (see rig_pipeline.py) that are calibrated on its field; and which these are."""
+    cameras, shown = [], []
+    for camera in rig["cameras"]:
+        calibration = camera["calibration"]
+        if camera["camera"] in names and calibration is not None and calibration["field"] == view.field.name:
+            model = model_from_json(calibration["model"]["name"], calibration["model"]["parameters"])
+            region = view.field.region(camera["region"] or calibration["region"])
+            cameras.append((model, ImageSize.of(calibration["image_size"]), region))
+            shown.append(camera["camera"])
+    return Stitcher.of(cameras, view), shown

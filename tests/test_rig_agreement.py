@@ -103,7 +103,7 @@ def test_along_a_line_that_both_share_nothing_is_claimed(models):
         found = judged(a, other, from_clicks(a, clicks[:1], regions[0], other, clicks[1:], regions[1], FIELD))
         assert not found["both_directions"]
         assert found["carpet"]["max_mm"] == pytest.approx(told, rel=0.1, abs=0.5)
-        assert "one direction" in of_pair("North", "South", found, "clicks")["sentence"]
+        assert "one direction only" in of_pair("North", "South", found, "clicks")["sentence"]
 
 
 def test_which_camera_it_was_is_told_by_the_fields_own_lines(models):

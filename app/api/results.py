@@ -21,7 +21,11 @@ def keepers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
         record = store.add_lens({**made, **about})
         return {"lens": record["id"], "record": record}
 
-    return {"calibration": calibration, "lens": lens}
+    def calibrations(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
+        return {"calibrations": [keep_version(store, Calibration.from_json(one), about["by"]).id
+                                 for one in made["made"]]}
+
+    return {"calibration": calibration, "calibrations": calibrations, "lens": lens}
 
 
 def keep_version(store: Store, made: Calibration, by: str) -> Calibration:

@@ -221,7 +221,7 @@ class TransformRequest(Strict):
                                                       "the calibration's")
 
 
-Purpose = Literal["picture", "board", "straight"]
+Purpose = Literal["picture", "board", "straight", "rig"]
 
 
 class CameraSnapshot(Strict):
@@ -232,7 +232,7 @@ class CameraSnapshot(Strict):
         1, description="more than 1: people and robots that move vanish, and the noise with them")
     over_s: Annotated[float, Field(ge=0, le=60)] | None = Field(
         None, description="over how long they are spread, s; a third of a second each when left out")
-    purpose: Purpose = Field("picture", description="what it is taken for: a field, a board, or straight edges")
+    purpose: Purpose = Field("picture", description="what it is taken for: a field, a board, straight edges, or a rig's check")
 
 
 class Problem(BaseModel):

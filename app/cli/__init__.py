@@ -9,6 +9,7 @@
     exports.py      export, import
     boards.py       board
     pairs.py        pair
+    rigs.py         rig check, rig stitch
     straight.py     straight
     archives.py     batch
     network.py      publish, absorb
@@ -22,7 +23,20 @@ from typing import Annotated
 import typer
 
 from app import __version__
-from app.cli import archives, boards, calibration, exports, judging, keeping, network, pairs, reports, server, straight
+from app.cli import (
+    archives,
+    boards,
+    calibration,
+    exports,
+    judging,
+    keeping,
+    network,
+    pairs,
+    reports,
+    rigs,
+    server,
+    straight,
+)
 from app.cli.words import EXIT_CODES, exit_code_of
 
 cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
@@ -43,6 +57,7 @@ cli.command()(network.publish)
 cli.command()(network.absorb)
 cli.command()(boards.board)
 cli.command()(pairs.pair)
+cli.add_typer(rigs.rig, name="rig")
 cli.command()(straight.straight)
 cli.command()(archives.batch)
 cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point

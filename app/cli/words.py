@@ -14,9 +14,9 @@ FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", 
                 "database-not-empty", "restore-unfinished", "no-archive", "no-interface", "no-route", "forbidden",
                 "network")
 EXIT_CODES = ("Exit codes: 0 done; 1 something broke that should not; 2 the command line is wrong; 3 the input was "
-              "refused (points, picture, field, settings); 4 a file, folder, port or network cannot be used; 5 report: "
-              "the verdict is below what is --enough. batch: 1 some pictures were judged bad or failed; 130 stopped by "
-              "Ctrl-C.")
+              "refused (points, picture, field, settings); 4 a file, folder, port or network cannot be used; 5 report, "
+              "rig check: the verdict is below what is --enough. batch: 1 some pictures were judged bad or failed; "
+              "130 stopped by Ctrl-C.")
 
 
 class FileTrouble(TouchlineError):

@@ -22,7 +22,7 @@ def of_pair(a: str, b: str, found: Mapping[str, Any], source: str) -> dict[str, 
                 f"{_mm(carpet['max_mm'])} at the worst place, ({x:.0f}, {y:.0f}) mm")
     sentence += f"; a robot's hat {_mm(hat['max_mm'])} at worst." if hat else "."
     if not found["both_directions"]:
-        sentence += " In one direction only: along the lines they share nobody can tell."
+        sentence += " Over most of it that is known in one direction only: along a line nobody can tell."
     fixes = []
     if level != "good":
         fixes.append(_cure(a, b, found))

@@ -1,0 +1,200 @@
+"""REST of rigs: kept by one hand at a time, checked, refitted alike, and seen as one picture."""
+
+import cv2
+import numpy as np
+import pytest
+from jobs_watched import accepted, ended
+from refusals import API, refusal
+from rig_over_field import FIELD, REGIONS, sim_source, sim_task
+from starlette.testclient import TestClient
+
+from app.exports import EXPORTS
+from app.images import encode
+from app.main import create_app
+from app.settings import Settings
+
+RIGS = f"{API}/rigs"
+HERE = "http://127.0.0.1:8000"
+ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=30"
+BODY = {"title": "Hall", "field": "ssl-div-b", "cameras": [
+    {"camera": "cam0", "region": "half-left"}, {"camera": "cam1", "region": "half-right"}]}
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory):
+    """Two simulated cameras over one field, calibrated from an operator's clicks and active; and one without."""
+    halves = ({"id": f"cam{n}", "name": f"Camera {n}", "source": ADDRESS.format(n), "field": "ssl-div-b"}
+              for n in (0, 1))
+    cameras = (*halves, {"id": "idle", "name": "Idle", "source": ADDRESS.format(0)})
+    settings = Settings(data=tmp_path_factory.mktemp("data"), cameras=cameras)
+    with TestClient(create_app(settings), base_url=HERE) as opened:
+        for number in (0, 1):
+            activate(opened, number)
+        yield opened
+
+
+def activate(client, number, model="brown-conrady", options=None):
+    task = sim_task(2, number, model=model, options=options)
+    data = EXPORTS["json"].write(task.record(task.run(cross_validate=False)))
+    made = client.post(f"{API}/calibrations/import", files={"file": data})
+    assert made.status_code == 201, made.text
+    answer = client.post(f"{API}/calibrations/{made.json()['id']}/activate")
+    assert answer.json()["camera"] == f"cam{number}"
+    return made.json()["id"]
+
+
+@pytest.fixture
+def rig(client):
+    """The name of one that is kept for a test."""
+    assert client.put(f"{RIGS}/hall", json=BODY).status_code == 201
+    yield f"{RIGS}/hall"
+    client.delete(f"{RIGS}/hall")
+
+
+def test_a_rig_is_made_read_changed_and_removed(client):
+    made = client.put(f"{RIGS}/hall", json=BODY)
+    assert made.status_code == 201 and made.headers["location"] == f"{RIGS}/hall"
+    read = client.get(f"{RIGS}/hall")
+    assert read.json() == made.json() and read.headers["etag"] == made.headers["etag"]
+    assert [rig["name"] for rig in client.get(RIGS).json()["items"]] == ["hall"]
+    changed = client.put(f"{RIGS}/hall", json={**BODY, "title": "Big hall"}, headers={"If-Match": read.headers["etag"]})
+    assert changed.status_code == 200 and changed.json()["title"] == "Big hall"
+    assert client.delete(f"{RIGS}/hall").status_code == 204
+    assert refusal(client.get(f"{RIGS}/hall"), 404)["type"].endswith("unknown-rig")
+
+
+def test_nobody_overwrites_anothers_rig(client, rig):
+    assert refusal(client.put(rig, json=BODY), 428)
+    etag = client.get(rig).headers["etag"]
+    assert client.put(rig, json={**BODY, "title": "theirs"}, headers={"If-Match": etag}).status_code == 200
+    slower = client.put(rig, json={**BODY, "title": "ours"}, headers={"If-Match": etag})
+    told = refusal(slower, 412)
+    assert told["current"]["title"] == "theirs" and slower.headers["etag"] == client.get(rig).headers["etag"]
+    assert refusal(client.delete(rig, headers={"If-Match": etag}), 412)
+    assert client.get(rig).json()["title"] == "theirs"
+    assert refusal(client.put(f"{RIGS}/other", json=BODY, headers={"If-Match": etag}), 412)
+
+
+@pytest.mark.parametrize(("change", "status"), [
+    ({"field": "nowhere"}, 404), ({"cameras": ["cam0", "nobody"]}, 404), ({"cameras": []}, 422),
+    ({"cameras": ["cam0", "cam0"]}, 422), ({"cameras": [{"camera": "cam0", "region": "nowhere"}]}, 404),
+    ({"w_max_rectangle_px": 100}, 422), ({"unknown": 1}, 422),
+    ({"w_max_rectangle_px": 9000, "h_max_rectangle_px": 9000, "n_rectangles_x": 900, "n_rectangles_y": 900}, 422),
+    ({"w_max_rectangle_px": 1e309, "h_max_rectangle_px": 1, "n_rectangles_x": 1, "n_rectangles_y": 1}, 422)])
+def test_what_is_no_rig_is_refused_with_what_to_do(client, change, status):
+    import json
+    answer = client.put(f"{RIGS}/bad", content=json.dumps({**BODY, **change}),
+                        headers={"Content-Type": "application/json"})
+    assert refusal(answer, status)["fix"]
+    assert client.get(f"{RIGS}/bad").status_code == 404
+
+
+def test_names_alone_do_for_its_cameras(client):
+    made = client.put(f"{RIGS}/short", json={"field": "ssl-div-b", "cameras": ["cam0", "idle"]}).json()
+    assert [c["region"] for c in made["cameras"]] == [None, None]
+    assert [t["reason"] for c in made["cameras"] for t in c["troubles"]] == ["not-calibrated"]
+    assert client.delete(f"{RIGS}/short").status_code == 204
+
+
+def test_a_check_by_live_pictures_says_in_plain_words_that_the_cameras_agree(client, rig):
+    job = ended(client, accepted(client.post(f"{rig}/check?job=true", json={})))
+    assert job["state"] == "done", job
+    (pair,) = job["result"]["pairs"]
+    assert pair["from"] == "pictures", (pair["notes"], job["result"]["missing"])
+    assert pair["failed"] is None and job["result"]["missing"] == []
+    told = pair["agreement"]
+    assert told["carpet"]["mean_mm"] < 6 and told["hat"]["mean_mm"] < 8
+    assert np.array(pair["fundamental"]["matrix"]).shape == (3, 3)
+    assert "Camera 0 and Camera 1" in pair["verdict"]["sentence"]
+    assert job["result"]["verdict"]["level"] in ("good", "fair")
+
+
+def test_a_check_by_matches_holds_them_against_the_foretold_geometry(client, rig):
+    places = np.random.default_rng(0).uniform([-200, -2800, 0], [200, 2800, 150], (40, 3))
+    a, b = (sim_source(2, n).camera.raw_from_field(places).tolist() for n in (1, 0))
+    answer = client.post(f"{rig}/check", json={"pictures": "none", "matches": [
+        {"a": "cam1", "b": "cam0", "points_a": [*a, None], "points_b": [*b, [1, 1]],
+         "z_mm": [*places[:, 2].tolist(), 0]}]})
+    assert answer.status_code == 200, answer.text
+    (pair,) = answer.json()["pairs"]
+    assert (pair["a"], pair["b"], pair["from"]) == ("cam0", "cam1", "matches")
+    assert pair["agreement"]["carpet"]["p95_mm"] < 6
+    assert pair["matches"]["calibrated"]["median_px"] < 1
+
+
+def test_a_check_by_clicks_says_what_it_cannot_see(client, rig):
+    (pair,) = client.post(f"{rig}/check", json={"pictures": "none"}).json()["pairs"]
+    assert pair["from"] == "clicks" and "Check with pictures" in pair["verdict"]["fix"]
+
+
+@pytest.mark.parametrize("body", [{"snapshots": {"nobody": "a" * 16}}, {"matches": [
+    {"a": "cam0", "b": "nobody", "points_a": [[1, 2]], "points_b": [[1, 2]]}], "pictures": "none"},
+    {"matches": [{"a": "cam0", "b": "cam1", "points_a": [[1, 2]], "points_b": [[1, 2], [3, 4]]}], "pictures": "none"}])
+def test_a_check_of_nonsense_is_refused(client, rig, body):
+    assert refusal(client.post(f"{rig}/check", json=body), 422)["fix"]
+
+
+def test_cameras_with_other_rectangles_are_told_and_refitted_but_never_activated(client, rig):
+    mine = {"w_max_rectangle_px": 90.0, "h_max_rectangle_px": 80.0, "n_rectangles_x": 9, "n_rectangles_y": 12}
+    etag = client.get(rig).headers["etag"]
+    told = client.put(rig, json={**BODY, **mine}, headers={"If-Match": etag}).json()
+    assert told["rectangles"] == mine and told["rectangles_from"] == "rig"
+    assert [c["troubles"][0]["reason"] for c in told["cameras"]] == ["other-rectangles"] * 2
+    before = [c["calibration"] for c in told["cameras"]]
+    job = ended(client, accepted(client.post(f"{rig}/refit", json={"cameras": ["cam1"]})))
+    assert job["state"] == "done", job
+    (made,) = job["result"]["calibrations"]
+    calibration = client.get(f"{API}/calibrations/{made}").json()
+    assert not calibration["active"] and calibration["parent"] == before[1] and calibration["camera"] == "cam1"
+    assert [c["calibration"] for c in client.get(rig).json()["cameras"]] == before
+    client.post(f"{API}/calibrations/{made}/activate")
+    cameras = client.get(rig).json()["cameras"]
+    assert cameras[1]["troubles"] == [] and cameras[1]["rectangles"] == mine and cameras[0]["troubles"]
+    client.post(f"{API}/calibrations/{before[1]}/activate")
+
+
+def test_nothing_is_refitted_where_all_agree(client, rig):
+    assert refusal(client.post(f"{rig}/refit", json={}), 409)["type"].endswith("nothing-to-refit")
+
+
+def test_the_stitched_picture_shows_the_lines_where_the_description_says(client, rig):
+    answer = client.get(f"{rig}/stitched.png?width=1500")
+    assert answer.status_code == 200 and answer.headers["x-rig-missing"] == "", answer.text
+    picture = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_GRAYSCALE).astype(float)
+    told = client.get(f"{rig}/stitched.json?width=1500").json()
+    assert (picture.shape[1], picture.shape[0]) == (told["width"], told["height"])
+    assert told["unseen"]["share"] == 0 and float(answer.headers["x-unseen-share"]) == 0
+    (line,) = [one for one in told["overlay"] if one["feature"] == "halfway-line"]
+    (x, y0), (_, y1) = line["points"]
+    rows = np.linspace(y0, y1, 40)[4:-4].round().astype(int)
+    brightest = [np.argmax(picture[row, round(x) - 6:round(x) + 7]) - 6 for row in rows]
+    assert abs(np.median(brightest)) <= 1  # px of 6.4 mm
+    jpeg = client.get(f"{rig}/stitched.jpg?width=300")
+    assert jpeg.headers["content-type"] == "image/jpeg"
+    assert cv2.imdecode(np.frombuffer(jpeg.content, np.uint8), cv2.IMREAD_COLOR).shape[1] == 300
+
+
+def test_it_is_stitched_from_snapshots_too_and_says_what_nobody_sees(client, rig):
+    frame = sim_source(2, 1).read().pixels
+    kept = client.post(f"{API}/snapshots", files={"file": encode(frame)}, data={"camera": "cam1"}).json()["id"]
+    answer = client.get(f"{rig}/stitched.png?width=600&snapshot={kept}")
+    assert answer.status_code == 200 and answer.headers["x-rig-missing"] == "cam0"
+    assert 0.15 < float(answer.headers["x-unseen-share"]) < 0.5
+    again = client.get(f"{rig}/stitched.png?width=600&snapshot=cam1:{kept}")
+    assert again.content == answer.content
+    assert refusal(client.get(f"{rig}/stitched.png?snapshot=idle:{kept}"), 422)["fix"]
+    assert refusal(client.get(f"{rig}/stitched.png?width=9"), 422)["fix"]
+    small = client.post(f"{API}/snapshots", files={"file": encode(frame[:500])}).json()["id"]
+    assert refusal(client.get(f"{rig}/stitched.png?snapshot=cam1:{small}"), 409)["type"].endswith("size-mismatch")
+
+
+def test_a_rig_of_which_nothing_can_be_shown_says_so(client):
+    client.put(f"{RIGS}/empty", json={"field": "ssl-div-b", "cameras": ["idle"]})
+    assert refusal(client.get(f"{RIGS}/empty/stitched.jpg"), 422)["type"].endswith("nothing-to-stitch")
+    found = client.post(f"{RIGS}/empty/check", json={}).json()
+    assert found["verdict"]["level"] is None and "Idle" in found["verdict"]["fix"]
+    client.delete(f"{RIGS}/empty")
+
+
+def test_regions_are_those_of_the_field():
+    assert set(REGIONS[4]) <= set(FIELD.regions)
