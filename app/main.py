@@ -11,6 +11,7 @@ from fastapi import APIRouter, FastAPI
 from app import __version__, serving
 from app.api import (
     archive,
+    board_capture,
     boards,
     calibrations,
     cameras,
@@ -56,7 +57,7 @@ from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
              boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs,
-             publishing, settings_told, snapping)
+             publishing, settings_told, snapping, board_capture)
 API = "/api/v1"
 # whose functions jobs may be
 MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline")

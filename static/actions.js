@@ -1,5 +1,6 @@
 // Everything an operator can do, in one table. Toolbar, shortcuts, the bright button and the list of keys read it.
 import { arrows, canArrow, drawn, magnify, magnifyBy } from "./arrows.js";
+import { automatic, findCaptured, look as looked, shown as captured, switchAutomatic, takeView, views } from "./capture.js";
 import { form, keepCamera, shown as liveShown, status as liveStatus, confirmCamera, tried, tryCamera, trying } from "./camera_desk.js";
 import { atBoard, findLens, found, openBoard, ready, search, useLens } from "./board.js";
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
@@ -10,6 +11,7 @@ import { comparison, compareModels, ranking, stopComparing, useModel } from "./r
 import { preview } from "./fitting.js";
 import { canHeat, differenceFrom, heat, others } from "./heat.js";
 import { chosen, openPair } from "./pair.js";
+import { backAddress, openPage, page } from "./page.js";
 import { AT_PAIR, pairArrow, showWorst } from "./pair_actions.js";
 import { basis, bases, by, worst } from "./pairing.js";
 import { closePicture, takePicture, watching } from "./pictures.js";
@@ -67,6 +69,14 @@ const TABLE = [
     enabled: () => atBoard.value && ready.value.length > 0 && search.value === null },
   { id: "stop-finding", label: "Stop finding the lens", short: "Stop", group: "Pictures", run: () => search.value?.stop.abort(), enabled: () => search.value !== null },
   { id: "use-lens", label: "Use this lens for a camera", group: "Pictures", run: () => { if (found.value) useLens(found.value); }, enabled: () => found.value !== null },
+  { id: "jobs", label: "Show long work", keys: ["j"], group: "Pages", run: () => openPage("jobs") },
+  { id: "versions", label: "Show all saved versions", keys: ["y"], group: "Pages", run: () => openPage("versions", snapshot.value?.camera ?? cameras.value[0]?.id ?? "") },
+  { id: "settings", label: "Show the settings", group: "Pages", run: () => openPage("settings") },
+  { id: "back", label: "Go back from a page", short: "Back", group: "Pages", run: () => { location.hash = backAddress(); }, enabled: () => page.value !== null },
+  { id: "watch-board", label: "Hold a board before this camera…", short: "Hold a board before it…", group: "Pictures", run: () => openPage("capture", liveShown.value?.id ?? ""), enabled: () => liveShown.value !== null },
+  { id: "capture", label: "Take views of the board by themselves, or stop that", keys: ["k"], group: "Pictures", run: switchAutomatic, enabled: () => captured.value !== null, pressed: () => automatic.value },
+  { id: "take-view", label: "Take this view of the board", short: "Take this view", keys: [" "], group: "Pictures", run: takeView, enabled: () => Boolean(looked.value?.quad) },
+  { id: "find-captured", label: "Find the lens from the views of the board", short: "Find the lens", group: "Pictures", run: () => void findCaptured(), enabled: () => views.value.length >= 3 },
   { id: "pair", label: "Compare two cameras…", group: "Pictures", run: () => { closePicture(); step.value = "camera"; void openPair(); } },
   { id: "worst-match", label: "Show the worst match of two cameras", short: "Show the worst", keys: ["x"], group: "Points", run: showWorst,
     enabled: () => atPair.value && worst.value >= 0 },

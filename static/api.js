@@ -1,5 +1,6 @@
 // The one way to the server: JSON in and out, refusals as Problem, a silent server as Away.
 import { signal } from "@preact/signals";
+import { headerName, operatorName } from "./operator.js";
 
 const ROOT = "/api/v1";
 const RETRY_MS = 2000;
@@ -33,7 +34,7 @@ export async function request(method, path, { json, body, headers = {}, keepaliv
     body = JSON.stringify(json);
     headers = { ...headers, "Content-Type": "application/json" };
   }
-  const options = { method, body, keepalive, signal: stop, headers: { Accept: "application/json", ...headers } };
+  const options = { method, body, keepalive, signal: stop, headers: { Accept: "application/json", ...(operatorName.value ? { "X-Operator": headerName() } : {}), ...headers } };
   let response;
   try {
     response = await fetch(ROOT + path, options);

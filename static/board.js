@@ -1,6 +1,6 @@
 // A lens from pictures of a board: which board, which pictures, the job that finds the lens, and what came of it.
 import { batch, computed, signal } from "@preact/signals";
-import { Away, call } from "./api.js";
+import { Away, call, online } from "./api.js";
 import { longWork, pictureList } from "./desks.js";
 import { change, doc, withModel } from "./document.js";
 import { many } from "./format.js";
@@ -12,7 +12,7 @@ const KEPT = "touchline.board"; // a reload goes on with the same board and pict
 
 /** @typedef {import("./types").LensRecord} LensRecord */
 
-const before = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
+const before = JSON.parse(localStorage.getItem(KEPT) ?? "{}"); // with `job`: the search that this page asked for
 /** Whether the page is at the board, not at a field. */
 export const atBoard = signal(false);
 /** What the pictures show, and which lens is looked for. */
@@ -50,17 +50,26 @@ export async function openBoard() {
   batch(() => { atBoard.value = true; atStraight.value = false; });
   await listLenses();
   try {
-    const running = (await call("GET", "/jobs")).items.find((/** @type {import("./types").Job} */ j) => j.kind === "board" && ["queued", "running"].includes(j.state));
-    if (running && !search.value) await work.watch((stop, told) => follow(running, stop, told), show);
+    if (before.job && !search.value) await goOn(before.job);
     else if (before.lens && !found.value) await showLens(before.lens);
   } catch (error) {
     if (!(error instanceof Away)) delete before.lens; // it was deleted meanwhile
   }
 }
 
+/** This page's own search, though the page was left or the server stopped meanwhile. @param {string} id */
+async function goOn(id) {
+  const job = await call("GET", `/jobs/${id}`).catch((error) => { if (error instanceof Away) throw error; return null; }); // none: forgotten by now
+  if (job) await work.watch((stop, told) => follow(job, stop, told), show);
+  else if (before.lens && !found.value) await showLens(before.lens);
+  if (search.value === null && online.value) keep({ job: undefined });
+}
+
 /** From a camera that looks at the board. */
 export const takeBoardPicture = list.take;
 export const removePicture = list.remove;
+/** One that was taken live, and where the board was in it. @param {string} id @param {string} camera @param {import("./types").Point[] | null} quad */
+export const addTaken = (id, camera, quad) => list.keep({ key: id, name: `View ${pictures.value.length + 1}`, state: "kept", id, why: "", camera, quad });
 
 export function removePictures() {
   found.value = null;
@@ -72,7 +81,10 @@ export function findLens() {
   const { model: name, note, kind, columns, rows, square_mm, marker_mm, dictionary, legacy } = wanted.value;
   const board = { kind, columns, rows, square_mm, ...(kind === "charuco" ? { marker_mm, dictionary, legacy } : {}) };
   const body = { snapshots: ready.value.map((p) => p.id), board, model: name, note };
-  return work.watch((stop, told) => workFor("/calibrations/board", body, stop, told), show);
+  return work.watch((stop, told) => workFor("/calibrations/board", body, stop, (job) => {
+    if (before.job !== job.id) keep({ job: job.id });
+    told(job);
+  }), show).finally(() => { if (online.value) keep({ job: undefined }); });
 }
 
 /** @param {{ record: LensRecord }} result */
@@ -115,8 +127,10 @@ export function seenIn({ id }) {
   return { view: view ?? null, why: why ? `${why.text} ${why.fix}` : view?.text ?? "" };
 }
 
-function keep() {
+/** @param {{ job?: string }} [more] */
+function keep(more = {}) {
+  Object.assign(before, more);
   try {
-    localStorage.setItem(KEPT, JSON.stringify({ wanted: wanted.value, pictures: pictures.value.filter((p) => p.state === "kept"), lens: found.value?.id }));
+    localStorage.setItem(KEPT, JSON.stringify({ wanted: wanted.value, pictures: pictures.value.filter((p) => p.state === "kept"), lens: found.value?.id, job: before.job }));
   } catch { /* a full or forbidden store: only a reload is the poorer */ }
 }

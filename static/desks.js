@@ -54,6 +54,8 @@ export function pictureList(before, purpose, changed) {
         tellError(error);
       }
     },
+    /** One that the server has already. @param {DeskPicture} picture */
+    keep: (picture) => set([...pictures.value, picture]),
     /** @param {string} key */
     remove: (key) => set(pictures.value.filter((p) => p.key !== key)),
     clear: () => set([]),

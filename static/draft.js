@@ -1,9 +1,9 @@
 // Keeps the document: on the server after every change, and in this browser until the server has it.
 import { batch, effect, signal, untracked } from "@preact/signals";
 import { Away, Problem, online, request } from "./api.js";
-import { EMPTY, change, doc, dragging, fromDraft, load, same } from "./document.js";
+import { EMPTY, change, doc, dragging, fromDraft, load, same, undo } from "./document.js";
 import { newestWins } from "./newest.js";
-import { snapshot, tellError } from "./state.js";
+import { snapshot, tell, tellError } from "./state.js";
 
 const PAUSE_MS = 250; // a nudge held down is one save, not thirty
 
@@ -15,7 +15,7 @@ export const draft = signal(/** @type {{ state: "none" | "saved" | "unsaved" | "
 
 /** What the server has, as far as we know. */
 let kept = /** @type {Kept | null} */ (null);
-let timer = 0;
+let timer = 0, saving = false;
 
 /** @param {string} id */
 const localKey = (id) => `touchline.draft.${id}`;
@@ -62,6 +62,7 @@ function conflict(theirs) {
 const save = newestWins(async (/** @type {string} */ id) => {
   const sending = doc.value;
   if (!kept || snapshot.value?.id !== id || same(sending, kept.doc)) return;
+  saving = true; // what is heard meanwhile may be this very save
   try {
     const saved = await read(await request("PUT", `/drafts/${id}`, { json: sending, headers: { "If-Match": kept.etag } }));
     if (snapshot.value?.id !== id) return;
@@ -75,7 +76,7 @@ const save = newestWins(async (/** @type {string} */ id) => {
     if (error instanceof Away) settle("away");
     else if (error instanceof Problem && error.status === 412) await somebodyWasFaster(id);
     else { settle("refused"); tellError(error); }
-  }
+  } finally { saving = false; }
 });
 
 /** @param {string} id */
@@ -132,18 +133,26 @@ function keep(id, document, isOnline) {
   if (isOnline) timer = setTimeout(() => void save(id), PAUSE_MS);
 }
 
-/** Another tab may have gone on with this picture: take its work if we have none of our own. */
-async function lookAgain() {
+/** Somebody else, or another tab, may have gone on with this picture: take their work if we have none of our own, and say so.
+ * @param {string} [etag] of what was just saved, where that is known @param {string} [by] who saved it */
+export async function lookAgain(etag, by) {
   const id = snapshot.value?.id;
-  if (!id || !kept || draft.value.state !== "saved") return;
+  if (!id || !kept || etag === bare(kept.etag) || draft.value.state !== "saved" || saving) return;
   try {
     const now = await fetchDraft(id);
-    const untouched = snapshot.value?.id === id && draft.value.state === "saved" && now.etag !== kept.etag;
+    const untouched = snapshot.value?.id === id && draft.value.state === "saved" && !dragging.value && now.etag !== kept.etag;
     if (!untouched) return;
     kept = now;
+    if (same(now.doc, doc.value)) return;
     change(now.doc);
+    if (etag) tell({ level: "info", text: `${by && !isAddress(by) ? by : "Somebody else"} changed this picture's draft.`, fix: "It is shown now; undo brings back what was here.", action: { label: "Undo", run: undo } });
   } catch { /* the next save will tell */ }
 }
+
+/** @param {string} etag */
+const bare = (etag) => etag.replace(/^W\//, "").replaceAll('"', "");
+/** Who gave no name is known by the machine's address. @param {string} by */
+const isAddress = (by) => /^[\d.:a-f]+$|^testclient$/i.test(by);
 
 /** @param {string} id */
 function writeLocal(id) {

@@ -3,8 +3,10 @@ import { computed, effect, signal } from "@preact/signals";
 import { render } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { filePicker } from "./actions.js";
+import { startJobs } from "./all_jobs.js";
 import { startArrows } from "./arrows.js";
 import { addPictures, atBoard, standing as boardStanding } from "./board.js";
+import { startCapture } from "./capture.js";
 import { liveStanding } from "./camera_desk.js";
 import { startSaving } from "./draft.js";
 import { startComparing } from "./comparing.js";
@@ -23,6 +25,7 @@ import { Header } from "./panels/header.js";
 import { Help } from "./panels/help.js";
 import { LensReport } from "./panels/lens_report.js";
 import { ModelPanel } from "./panels/model.js";
+import { pageDesk } from "./panels/pages.js";
 import { PairForm } from "./panels/pair.js";
 import { PairReport } from "./panels/pair_report.js";
 import { Notices } from "./panels/notices.js";
@@ -39,6 +42,8 @@ import { startRanking } from "./ranking.js";
 import { startHovering } from "./residuals.js";
 import { opening, startRouter } from "./router.js";
 import { atLive, atPair, atStraight, camera, help, step } from "./state.js";
+import { Presence } from "./panels/presence.js";
+import { startPresence } from "./presence.js";
 import { current } from "./steps.js";
 import { addEdgePictures, standing as straightStanding } from "./straight.js";
 import { version } from "./versions.js";
@@ -52,7 +57,7 @@ const DESKS = {
   live: { label: "Camera", standing: liveStanding, Form: LiveForm, Report: LiveReport, add: (/** @type {FileList} */ files) => openFile(files[0]) },
   pair: { label: "Two cameras", standing: pairStanding, Form: PairForm, Report: PairReport, add: openFiles },
 };
-const desk = computed(() => (atLive.value !== null ? DESKS.live : atBoard.value ? DESKS.board : atStraight.value ? DESKS.straight : atPair.value ? DESKS.pair : null));
+const desk = computed(() => (pageDesk() ?? (atLive.value !== null ? DESKS.live : atBoard.value ? DESKS.board : atStraight.value ? DESKS.straight : atPair.value ? DESKS.pair : null)));
 
 function App() {
   return html`<${Header}/><aside class="left" aria-label="This step"><${Guide}/><${Tour}/><${Left}/></aside>
@@ -65,7 +70,7 @@ function App() {
 function Guide() {
   if (opening.value) return null;
   const at = desk.value, { label, done, sentence } = at ? { ...at.standing.value, label: at.label } : current.value;
-  return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite">${(atPair.value || step.value !== "camera") && html`<h1 class="sr">${label} – Touchline</h1>`}<h2>${label}</h2><p data-testid="sentence">${sentence}</p></section>`;
+  return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite">${(atPair.value || step.value !== "camera") && html`<h1 class="sr">${label} – Touchline</h1>`}<h2>${label}</h2><p data-testid="sentence">${sentence}</p><${Presence}/></section>`;
 }
 
 function Left() {
@@ -126,6 +131,9 @@ async function start() {
   startComparing();
   startGrid();
   startHovering();
+  startJobs();
+  startPresence();
+  startCapture();
   startHealth();
   startHeat();
   startArrows();

@@ -1,9 +1,9 @@
 // Every model on the same clicks: asked for while the operator chooses one.
 import { effect, signal, untracked } from "@preact/signals";
-import { Away, online } from "./api.js";
+import { Away, call, online } from "./api.js";
 import { change, doc, dragging, withModel } from "./document.js";
 import { fitBody, preview, refused, stale } from "./fitting.js";
-import { Stopped, workFor } from "./jobs.js";
+import { Stopped, follow, workFor } from "./jobs.js";
 import { model, models, snapshot, step } from "./state.js";
 
 const PAUSE_MS = 400; // seven fits and their cross-validation are not asked for at pointer rate
@@ -33,17 +33,40 @@ async function compare(body) {
   comparison.value = { of, progress: 0, message: "", stop };
   notCompared.value = null;
   try {
-    const found = await workFor("/calibrations/compare?job=true", body, stop.signal, ({ progress, message }) => {
+    const told = (/** @type {import("./types").Job} */ { id, progress, message }) => {
+      ownJob.keep(of, id);
       if (comparison.value?.stop === stop) comparison.value = { of, progress, message, stop };
-    });
+    };
+    const before = await ownJob.of(of);
+    const found = await (before ? follow(before, stop.signal, told) : workFor("/calibrations/compare?job=true", body, stop.signal, told));
     if (!stop.signal.aborted) ranking.value = { ...found, of };
   } catch (error) {
     // When the server is away, the models are compared once it is back.
     if (!stop.signal.aborted && !(error instanceof Away)) notCompared.value = { of, why: error instanceof Stopped ? null : refused(error) };
+    if (!(error instanceof Away)) ownJob.forget();
   } finally {
     if (comparison.value?.stop === stop) comparison.value = null;
   }
 }
+
+/** The comparison that this tab asked for: a reload in the middle of it goes on watching it. */
+const ownJob = {
+  key: "touchline.comparison",
+  /** @param {string} of @param {string} job */
+  keep(of, job) {
+    try {
+      sessionStorage.setItem(this.key, JSON.stringify({ of, job }));
+    } catch { /* then a reload asks anew */ }
+  },
+  forget() { sessionStorage.removeItem(this.key); },
+  /** @param {string} of @returns {Promise<import("./types").Job | null>} the job on just these clicks, unless it was lost or stopped */
+  async of(of) {
+    const kept = JSON.parse(sessionStorage.getItem(this.key) ?? "null");
+    if (kept?.of !== of) return null;
+    const job = await call("GET", `/jobs/${kept.job}`).catch(() => null);
+    return job && job.state !== "cancelled" && job.state !== "failed" ? job : null;
+  },
+};
 
 /** Compare now, though it was stopped. */
 export function compareModels() { void compare(clicks()); }
@@ -80,5 +103,4 @@ export function startRanking() {
     void snapshot.value?.id;
     untracked(() => { ranking.value = null; notCompared.value = null; });
   });
-  addEventListener("pagehide", () => comparison.value?.stop.abort());
 }

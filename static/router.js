@@ -1,6 +1,7 @@
 // The address bar: #/SNAPSHOT/STEP, #/lens, #/live/CAMERA or #/pair/LEFT/RIGHT, so that a reload or a second tab goes on where this one stands.
 import { effect, signal } from "@preact/signals";
 import { atBoard, openBoard } from "./board.js";
+import { NAMES, addressOf, openPage, page } from "./page.js";
 import { openPair, pictures } from "./pair.js";
 import { closePicture, openById } from "./pictures.js";
 import { openLive } from "./camera_desk.js";
@@ -27,7 +28,7 @@ export async function startRouter() {
   opening.value = false;
   addEventListener("hashchange", () => void follow());
   effect(() => {
-    const wanted = snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atLive.value !== null ? `#/${LIVE}/${encodeURIComponent(atLive.value)}` : atBoard.value ? `#/${BOARD}` : atPair.value ? pairAddress() : atStraight.value ? `#/${STRAIGHT}` : "#/";
+    const wanted = page.value ? addressOf(page.value) : snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atLive.value !== null ? `#/${LIVE}/${encodeURIComponent(atLive.value)}` : atBoard.value ? `#/${BOARD}` : atPair.value ? pairAddress() : atStraight.value ? `#/${STRAIGHT}` : "#/";
     if (location.hash === wanted || (wanted === "#/" && !location.hash)) return;
     history.pushState(null, "", wanted);
   });
@@ -40,6 +41,13 @@ const pairAddress = () => {
 
 async function follow() {
   const { id, at } = read();
+  const there = NAMES.find((one) => one === id);
+  if (there) {
+    const argument = decodeURIComponent(location.hash.split("/")[2] ?? "");
+    if (page.value?.name !== there || page.value.argument !== argument) openPage(there, argument);
+    return;
+  }
+  page.value = null;
   if (id === BOARD || id === PAIR || id === STRAIGHT || id === LIVE) {
     closePicture();
     step.value = "camera";

@@ -5,6 +5,8 @@ import { liveStanding } from "./camera_desk.js";
 import { many } from "./format.js";
 import { BORDERS, doc, pointsOf } from "./document.js";
 import { preview, refusal, stale } from "./fitting.js";
+import { page } from "./page.js";
+import { pageStanding } from "./pages.js";
 import { pairStanding } from "./pairing.js";
 import { active, atLive, atPair, atStraight, camera, cameras, region, snapshot, step } from "./state.js";
 import { standing as straightStanding } from "./straight.js";
@@ -27,7 +29,6 @@ export const nextBorder = computed(() => {
   return turn.find((b) => pointsOf(doc.value, b).length < POINTS_ADVISED) ?? null;
 });
 
-const clicked = computed(() => BORDERS.every((b) => pointsOf(doc.value, b).length >= POINTS_ADVISED));
 const fitted = computed(() => preview.value !== null && refusal.value === null);
 
 /** @type {import("@preact/signals").ReadonlySignal<Step[]>} */
@@ -75,10 +76,7 @@ function activateState() {
 
 /** @param {StepId} id */
 function isOpen(id) {
-  if (id === "camera") return true;
-  if (id === "picture" || id === "borders") return snapshot.value !== null;
-  if (id === "model") return snapshot.value !== null && (fitted.value || clicked.value);
-  return version.value !== null;
+  return id === "camera" || snapshot.value !== null; // whatever is missing there is said there
 }
 
 export const current = computed(() => steps.value.find((s) => s.id === step.value) ?? steps.value[0]);
@@ -88,7 +86,8 @@ export const nextThing = computed(() => {
   /** @param {string} action @param {string} label @param {string} [missing] */
   const thing = (action, label, missing = "") => ({ action, label, missing });
   switch (step.value) {
-    case "camera": if (atLive.value !== null) return liveStanding.value;
+    case "camera": if (page.value) return pageStanding.value;
+      if (atLive.value !== null) return liveStanding.value;
       if (atBoard.value) return boardStanding.value;
       if (atStraight.value) return straightStanding.value;
       if (atPair.value) return pairStanding.value;

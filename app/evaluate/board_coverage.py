@@ -81,7 +81,7 @@ def next_view(fit: BoardFit) -> NextView | None:
     for (place, spot, nearer), gain in zip(tried, told, strict=True):
         after = _worst(sensitivity, np.linalg.pinv(information + gain, rcond=1e-15, hermitian=True))
         if np.isfinite(after) and (best is None or after < best.worst_after_px):
-            best = NextView(_words(place, nearer), (float(spot[0]), float(spot[1])),
+            best = NextView(view_words(place, nearer), (float(spot[0]), float(spot[1])),
                             NEXT_TILT_DEG if nearer else 0.0, nearer, before, after)
     return best
 
@@ -141,7 +141,8 @@ def lean(nearer: str) -> Array:
             "top": np.array([angle, 0, 0]), "bottom": np.array([-angle, 0, 0])}[nearer]
 
 
-def _words(place: str, nearer: str) -> str:
+def view_words(place: str, nearer: str) -> str:
+    """How to hold a board, in a sentence. place: such as "top left", "" in the middle; nearer: its edge, "" face on."""
     where = f"in the {place} of the picture" if place else "in the middle of the picture"
     how = f"tilted about {NEXT_TILT_DEG:.0f}° with its {nearer} edge nearer" if nearer else "facing the camera"
     return f"Hold the board {where}, filling about a third of its width, {how}."

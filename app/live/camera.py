@@ -181,6 +181,11 @@ class LiveCamera:
         raise Unavailable("No picture has come from this source.", "Check its address, its cable and its power.",
                           reason="camera-silent")
 
+    async def board(self, board: dict[str, Any], after: int) -> dict[str, Any]:
+        """Where the board is in a frame after that one: board_capture.look()."""
+        head, _ = await self._ask({"what": "board", "board": board, "after": after}, 10.0)
+        return head
+
     async def controls(self) -> list[dict[str, Any]]:
         head, _ = await self._ask({"what": "controls"}, 5.0)
         return head["controls"]

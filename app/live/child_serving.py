@@ -11,6 +11,7 @@ from app.field_reader import field_from_json
 from app.geometry import ImageSize
 from app.images import Limits, decode_inside
 from app.live import wire
+from app.live.board_capture import look
 from app.live.capture import Capture
 from app.live.channel import Channel
 from app.live.child import STATUS_S, Line, every
@@ -58,6 +59,7 @@ class Serving:
     def _answer(self, number: int, asked: dict[str, Any]) -> None:
         deeds: dict[str, Callable[[dict[str, Any]], tuple[dict[str, Any], bytes]]] = {
             "still": lambda a: still(self._capture, a["frames"], a["over_s"], a["timeout_s"]),
+            "board": lambda a: (look(self._capture, a["board"], a["after"]), b""),
             "controls": lambda a: ({"controls": [asdict(c) for c in self._capture.controls()]}, b""),
             "set": lambda a: ({"control": asdict(self._capture.set_control(a["name"], a["value"]))}, b""),
         }

@@ -12,7 +12,9 @@ import { BlinkLegend, GridLegend } from "../panels/compare_legends.js";
 import { HeatLegend } from "../panels/heat.js";
 import { Start } from "../panels/start.js";
 import { LiveDesk } from "../panels/live.js";
+import { PageMiddle } from "../panels/pages.js";
 import { StraightDesk } from "../panels/straight.js";
+import { page } from "../page.js";
 import { PairDesk } from "./pair_desk.js";
 import { Toolbar } from "../panels/toolbar.js";
 import { shown as heatMap, valueAt } from "../heat.js";
@@ -48,7 +50,7 @@ export function Stage() {
   const { k, tx, ty } = view.value;
   return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`} ref=${stage} data-testid="stage"
       tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab} onPointerMoveCapture=${inPane} onPointerDownCapture=${inPane}>
-    ${!shown && (atBoard.value ? html`<${BoardDesk}/>` : atLive.value !== null ? html`<${LiveDesk}/>` : atStraight.value ? html`<${StraightDesk}/>` : atPair.value ? html`<${PairDesk}/>` : html`<${Start}/>`)}
+    ${!shown && (page.value ? html`<${PageMiddle}/>` : atBoard.value ? html`<${BoardDesk}/>` : atLive.value !== null ? html`<${LiveDesk}/>` : atStraight.value ? html`<${StraightDesk}/>` : atPair.value ? html`<${PairDesk}/>` : html`<${Start}/>`)}
     ${shown && html`
       <div class="half" style=${rawClip.value}>
         <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}

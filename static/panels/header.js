@@ -6,6 +6,7 @@ import { draft } from "../draft.js";
 import { ago } from "../format.js";
 import { html } from "../html.js";
 import { both } from "../pair.js";
+import { JobsIndicator } from "./jobs.js";
 import { opening } from "../router.js";
 import { atPair, busy, camera, help, snapshot, step } from "../state.js";
 import { nextThing, steps } from "../steps.js";
@@ -23,7 +24,8 @@ export function Header() {
         aria-current=${id === step.value ? "step" : undefined} title=${sentence} onClick=${() => run(`step-${id}`)}>
         <span aria-hidden="true" class="mark">${id === step.value ? "●" : done ? "✓" : "○"}</span>${label}<span class="sr">${done ? ", done. " : ". "}${sentence}</span>
       </button></li>`)}</ol></nav>
-    <${Saved}/>
+    <${JobsIndicator}/><${Saved}/>
+    <a class="round as-button" href="#/settings" data-testid="to-settings" aria-label="Settings, long work, saved versions" title="Settings, long work, saved versions">⚙</a>
     <button type="button" class="round" data-testid="help" aria-label="Open help" aria-expanded=${help.value !== ""} onClick=${() => run(help.value ? "escape" : "manual")}>?</button>
     <${Next}/>
   </header>`;

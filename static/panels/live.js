@@ -36,7 +36,7 @@ export function LiveDesk() {
       : html`<${LiveView} key=${it.id} id=${it.id} name=${it.name} view=${can ? /** @type {"raw" | "corrected"} */ (view) : "raw"} width=${WIDTH} lines=${lines}/>`}
     ${watching.value && html`<div class="working" data-testid="watching"><div class="line"><progress max="1" value=${watching.value.share} aria-label="Watching"></progress><${ActionButton} id="stop-watching"/></div>
       <p class="reason">Watching for eight seconds, so that whoever walks by leaves the picture.</p></div>`}
-    <div class="line wrap"><${ActionButton} id="take-live"/><${ActionButton} id="take-still"/>
+    <div class="line wrap"><${ActionButton} id="take-live"/><${ActionButton} id="take-still"/><${ActionButton} id="watch-board"/>
       ${it.editable && html`<button type="button" data-testid="edit-camera" onClick=${() => void openForm(it)}>Change…</button>
         <button type="button" data-testid="remove-camera" onClick=${() => void removeCamera(it)}>Remove</button>`}</div>
   </div>`;

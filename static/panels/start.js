@@ -25,6 +25,7 @@ export function Start() {
         <b>${busy.value || "Open a picture…"}</b><small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small></button></section>
     <${ToBoard}/>
     <section aria-label="Two cameras"><h2>Do two cameras agree?</h2><${ActionButton} id="pair"/></section>
+    <section aria-label="Pages"><h2>What there is already</h2><div class="line"><${ActionButton} id="versions" label="Saved versions"/><${ActionButton} id="jobs" label="Long work"/><${ActionButton} id="settings" label="Settings"/></div></section>
     <${Network}/>
     ${snapshots.value.length > 0 && html`<section aria-label="Earlier pictures"><h2>Go on with an earlier picture</h2>
       <ul class="recent">${snapshots.value.map((s) => html`<li key=${s.id}>

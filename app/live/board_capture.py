@@ -1,0 +1,88 @@
+"""A board before a live camera: which of the frames that show it are worth a picture, by themselves.
+
+    seen → still for STILL_S → like none that was taken → take
+
+The camera's process looks for the board, on a thread that gives way to the picture; who holds the board is told what
+is seen, what is covered, and what is wanted next.
+"""
+
+import os
+import threading
+import time
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from app.board import Board
+from app.errors import Unavailable
+from app.evaluate.board_poses import Held, Pose, held
+from app.geometry import ImageSize
+from app.live.capture import Capture
+from app.vision.board_glimpse import glimpse
+
+WAIT_S = 2.0  # for the next frame
+STILL_S = 0.4  # longer than anybody's hand turns round in
+STILL_SHARE = 0.003  # of the picture's width, within STILL_S: 2 px of 640
+MOST_VIEWS = 100
+GIVE_WAY = 10  # niceness: the picture goes first
+
+
+def look(capture: Capture, board: dict[str, Any], after: int) -> dict[str, Any]:
+    """In the camera's process: the next frame's board, plain JSON. quad: None where none was found."""
+    with suppress(OSError, AttributeError):  # of this thread alone, on Linux; it ends with this answer
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), GIVE_WAY)
+    taken = capture.after(after, WAIT_S)
+    if taken is None:
+        raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
+                          reason="camera-silent")
+    begun, which = time.monotonic(), Board.from_json(board)
+    view = glimpse(taken.frame.pixels, which)
+    size = taken.frame.size
+    pose = None if view is None else Pose.of(view, which, size)
+    return {"seq": taken.seq, "time": taken.time, "width": size.width, "height": size.height,
+            "corners": [] if view is None else np.round(view.pixels, 1).tolist(),
+            "quad": None if pose is None else pose.quad.tolist(), "took_s": time.monotonic() - begun}
+
+
+@dataclass
+class Watched:
+    """What was seen so far of one board, in pictures of one size."""
+
+    board: Board
+    size: ImageSize
+    poses: list[Pose] = field(default_factory=list)
+    _before: list[tuple[float, Pose]] = field(default_factory=list)
+    _held: Held | None = None
+
+    def seen(self, quad: Any, now_s: float) -> dict[str, Any]:
+        """One look: whether it is still, whether it is new, and in words what hinders a picture ("" nothing)."""
+        pose = None if quad is None else Pose.from_points(quad, self.size)
+        if pose is None:
+            self._before.clear()
+            return {"still": False, "new": False, "hint": "No board is seen: show it whole, and in enough light."}
+        self._before = [(then, other) for then, other in self._before
+                        if pose.moved_px(other) <= STILL_SHARE * self.size.width]
+        still = bool(self._before) and now_s - self._before[0][0] >= STILL_S
+        self._before.append((now_s, pose))
+        new = not any(pose.is_like(other) for other in self.poses)
+        hint = "" if still and new else ("Hold it still." if new else "There is such a view already: move or tilt it.")
+        return {"still": still, "new": new, "hint": hint}
+
+    def took(self, quad: Any) -> None:
+        """That view was taken."""
+        if len(self.poses) < MOST_VIEWS:
+            self.poses.append(Pose.from_points(quad, self.size))
+        self._held = None
+        self._before.clear()
+
+    @property
+    def is_full(self) -> bool:
+        return len(self.poses) >= MOST_VIEWS
+
+    @property
+    def covered(self) -> Held:
+        if self._held is None:
+            self._held = held(self.poses, self.board, self.size)
+        return self._held

@@ -1,0 +1,61 @@
+// All long work on the server: heard on one line that is opened again whenever it breaks.
+import { computed, effect, signal } from "@preact/signals";
+import { address, call, online } from "./api.js";
+import { many } from "./format.js";
+import { tellError } from "./state.js";
+
+const AGAIN_MS = 2000;
+
+/** @typedef {import("./pages_types").JobInList} JobInList */
+
+/** Newest first; null before anything was heard. */
+export const jobs = signal(/** @type {JobInList[] | null} */ (null));
+/** Whether the list is of now: the line stands. */
+export const hearing = signal(false);
+
+/** @param {JobInList} job */
+export const isOver = (job) => job.state === "done" || job.state === "failed" || job.state === "cancelled";
+export const running = computed(() => (jobs.value ?? []).filter((job) => !isOver(job)));
+
+/** What a kind of work is called. @type {Record<string, string>} */
+export const KINDS = {
+  calibration: "Fitting a calibration", comparison: "Comparing the models", board: "Finding a lens from a board", straightness: "Judging straight edges",
+  pair: "Geometry of two cameras", auto: "Calibrating without clicks", batch: "A whole archive of pictures",
+};
+
+export const jobsStanding = computed(() => {
+  const now = running.value.length;
+  return { action: "back", label: "Back", missing: "", done: now === 0, sentence: !hearing.value ? "The server does not answer; this is what was known last."
+    : now ? `${many(now, "job")} at work or waiting. You may go on with anything else meanwhile.` : "Nothing is at work." };
+});
+
+/** Hear of all jobs from now on. */
+export function startJobs() {
+  /** @type {WebSocket | null} */
+  let line = null;
+  const open = () => {
+    if (line || !online.value) return;
+    const to = line = new WebSocket(address("/jobs/stream"));
+    to.addEventListener("message", ({ data }) => {
+      const told = JSON.parse(data);
+      if (!("items" in told)) return;
+      jobs.value = told.items;
+      hearing.value = true;
+    });
+    to.addEventListener("close", () => {
+      line = null;
+      hearing.value = false;
+      setTimeout(open, AGAIN_MS);
+    });
+  };
+  effect(() => { if (online.value) open(); });
+}
+
+/** @param {string} id */
+export async function cancelJob(id) {
+  try {
+    await call("DELETE", `/jobs/${id}`);
+  } catch (error) {
+    tellError(error);
+  }
+}

@@ -1,0 +1,11 @@
+// Where the operator stands on a page beside the steps, by its name; panels/pages.js draws them.
+import { computed } from "@preact/signals";
+import { jobsStanding } from "./all_jobs.js";
+import { captureStanding } from "./capture.js";
+import { page } from "./page.js";
+import { settingsStanding } from "./settings.js";
+import { shelfStanding } from "./version_shelf.js";
+
+const STANDINGS = { jobs: jobsStanding, settings: settingsStanding, versions: shelfStanding, capture: captureStanding };
+
+export const pageStanding = computed(() => /** @type {Record<string, import("@preact/signals").ReadonlySignal<any>>} */ (STANDINGS)[page.value?.name ?? "jobs"].value);

@@ -1,0 +1,19 @@
+// What a page beside the steps shows: left, in the middle, and on the right.
+import { html } from "../html.js";
+import { page } from "../page.js";
+import { pageStanding } from "../pages.js";
+import { CaptureForm, CapturePage, CaptureReport } from "./capture.js";
+import { JobsHelp, JobsPage } from "./jobs.js";
+import { PageMenu, SettingsHelp, SettingsPage } from "./settings.js";
+import { ShelfPage, ShelfReport } from "./version_shelf.js";
+
+const PAGES = {
+  jobs: { label: "Long work", Form: PageMenu, Main: JobsPage, Report: JobsHelp }, settings: { label: "Settings", Form: PageMenu, Main: SettingsPage, Report: SettingsHelp },
+  versions: { label: "Saved versions", Form: PageMenu, Main: ShelfPage, Report: ShelfReport }, capture: { label: "Board before the camera", Form: CaptureForm, Main: CapturePage, Report: CaptureReport },
+};
+
+/** As a desk is described in main.js. Files dropped there are of nothing. */
+export const pageDesk = () => (page.value ? { .../** @type {Record<string, any>} */ (PAGES)[page.value.name], standing: pageStanding, add: () => {} } : null);
+
+/** The middle of the page. */
+export const PageMiddle = () => (page.value ? html`<${/** @type {Record<string, any>} */ (PAGES)[page.value.name].Main}/>` : null);

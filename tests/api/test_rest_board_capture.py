@@ -1,0 +1,102 @@
+"""WS /cameras/{id}/board: a board before a live camera is seen, told about, and taken by itself."""
+
+import json
+import time
+from contextlib import contextmanager
+
+import pytest
+from board_film import BOARD, SIZE, film
+from refusals import API
+from starlette.testclient import TestClient
+
+from app.main import create_app
+from app.settings import Settings
+
+LONG_S = 90.0  # a loaded machine starts a camera's process slowly
+
+
+@pytest.fixture(scope="module")
+def films(tmp_path_factory):
+    """A server whose camera shows a film of a board in three poses, again and again; and one that shows none."""
+    folder = tmp_path_factory.mktemp("films")
+    film(folder / "board.avi", 3)
+    settings = Settings(data=folder / "data", pictures=folder, cameras=[
+        {"id": "held", "source": "video://board.avi"}, {"id": "bare", "source": "sim://table?size=320x256&fps=20"}])
+    with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
+        yield client
+
+
+def socket_to(client, camera):
+    return client.websocket_connect(f"{API}/cameras/{camera}/board", headers={"host": "127.0.0.1:8000"})
+
+
+@contextmanager
+def listening(client, camera, **first):
+    with socket_to(client, camera) as line:
+        line.send_text(json.dumps({"board": BOARD.to_json(), **first}))
+        yield line
+
+
+def until(line, wanted):
+    """The first that is told and wanted."""
+    end = time.monotonic() + LONG_S
+    while time.monotonic() < end:
+        told = line.receive_json()
+        if wanted(told):
+            return told
+    raise AssertionError("it was not told in time")
+
+
+def test_a_board_that_is_held_still_is_taken_by_itself_once_in_each_pose(films):
+    with listening(films, "held") as line:
+        taken = [until(line, lambda told: told["taken"]) for _ in range(3)]
+        for number, told in enumerate(taken, 1):
+            kept = films.get(f"{API}/snapshots/{told['taken']['id']}").json()
+            assert (kept["camera"], kept["width"], kept["height"]) == ("held", *SIZE)
+            assert told["count"] == number and len(told["corners"]) == 54 and len(told["quad"]) == 4
+        assert sum(map(sum, taken[-1]["cells"])) == 3 * 54 and taken[-1]["wanted"]["text"].startswith("Hold the board")
+        again = until(line, lambda told: told["still"] and not told["new"])
+        assert "already" in again["hint"] and again["taken"] is None and again["count"] == 3
+    assert len(films.get(f"{API}/snapshots?purpose=board").json()["items"]) == 3
+    assert films.get(f"{API}/snapshots?purpose=picture").json()["items"] == []
+
+
+def test_what_was_taken_before_is_not_taken_again_and_by_hand_it_is(films):
+    with listening(films, "held", automatic=False) as line:
+        seen = until(line, lambda told: told["still"] and told["new"])
+        assert seen["taken"] is None and not seen["automatic"]
+    with listening(films, "held", automatic=False, taken=[seen["quad"]]) as line:
+        assert until(line, lambda told: True)["count"] == 1
+        line.send_text(json.dumps({"take": True}))
+        assert until(line, lambda told: told["taken"])["count"] == 2
+        line.send_text(json.dumps({"automatic": True}))
+        assert until(line, lambda told: told["automatic"])
+
+
+def test_a_camera_before_which_there_is_no_board_says_so(films):
+    with listening(films, "bare") as line:
+        told = until(line, lambda told: True)
+    assert told["quad"] is None and told["corners"] == [] and told["hint"].startswith("No board is seen")
+    assert told["wanted"]["outline"] and told["count"] == 0
+
+
+@pytest.mark.parametrize("first", [
+    "no JSON", "{}", '{"board": {"kind": "cube"}}', "[1]", "null",
+    json.dumps({"board": BOARD.to_json(), "taken": [[1]]}),
+    json.dumps({"board": BOARD.to_json(), "taken": [[[0, 0]] * 4]})])
+def test_nonsense_is_refused_in_a_sentence_and_the_line_is_closed(films, first):
+    with socket_to(films, "bare") as line:
+        line.send_text(first)
+        problem = line.receive_json()
+        assert problem["status"] == 422 and problem["fix"]
+
+
+def test_a_camera_that_is_not_there_and_a_third_who_watches_are_refused(films):
+    with socket_to(films, "none") as line:
+        assert line.receive_json()["status"] == 404
+    with listening(films, "bare") as one, listening(films, "bare") as two:
+        for line in (one, two):
+            until(line, lambda told: True)
+        with socket_to(films, "bare") as third:
+            problem = third.receive_json()
+        assert problem["type"].endswith("board-watched") and problem["fix"]
