@@ -73,7 +73,7 @@ function Choice({ s }) {
     <div class="line">${cameras.value.map(({ id, name: camera }) => html`<button key=${id} type="button" data-testid=${`take-${s}-${id}`} disabled=${busy.value !== ""} onClick=${() => void takeFor(s, id)}>Take one with ${camera}</button>`)}</div>
     <button type="button" class="drop" data-testid=${`open-${s}`} disabled=${busy.value !== ""} onClick=${() => { filesFor.side = s; run("open"); }}><b>${busy.value || ACTIONS.get("open")?.label}</b><small>or drop it here, or paste it.</small></button>
     ${snapshots.value.length > 0 && html`<h2>Or one of the latest</h2><ul class="recent">${snapshots.value.slice(0, RECENT).map((p) => html`<li key=${p.id}>
-      <button type="button" data-testid=${`choose-${s}-${p.id}`} disabled=${pictures.value[s === "a" ? "b" : "a"]?.id === p.id} aria-label=${`Use the picture of ${dayAndTime(p.taken_at)} as the ${name} one`} onClick=${() => setPicture(s, p)}>
+      <button type="button" data-testid=${`choose-${s}-${p.id}`} disabled=${pictures.value[s === "a" ? "b" : "a"]?.id === p.id} onClick=${() => setPicture(s, p)}><span class="sr">Use as the ${name} picture: </span>
         <img loading="lazy" alt="" src=${address(`/snapshots/${p.id}/image.jpg`)}/><small>${cameras.value.find((c) => c.id === p.camera)?.name ?? "From a file"}<br/>${dayAndTime(p.taken_at)}</small></button></li>`)}</ul>`}
     ${pair.doc.value.matches.length > 0 && html`<p class="reason">The matches of the former pictures are kept; they come back with them.</p>`}</section>`;
 }

@@ -29,7 +29,7 @@ export function Start() {
     <${Network}/>
     ${snapshots.value.length > 0 && html`<section aria-label="Earlier pictures"><h2>Go on with an earlier picture</h2>
       <ul class="recent">${snapshots.value.map((s) => html`<li key=${s.id}>
-        <button type="button" data-testid=${`recent-${s.id}`} onClick=${() => void openById(s.id, "borders")} aria-label=${`Go on with the picture of ${dayAndTime(s.taken_at)}`}>
+        <button type="button" data-testid=${`recent-${s.id}`} onClick=${() => void openById(s.id, "borders")}><span class="sr">Go on with the picture of </span>
           <img loading="lazy" alt="" src=${address(`/snapshots/${s.id}/image.jpg`)}/><small>${dayAndTime(s.taken_at)}<br/>${s.width} × ${s.height} px</small>
         </button></li>`)}</ul></section>`}
   </div>`;

@@ -23,6 +23,6 @@ export function ActionButton({ id, label, withKey = false, kind = "" }) {
   return html`<button type="button" class=${kind} data-testid=${`do-${id}`} disabled=${!(action.enabled?.() ?? true)}
       aria-pressed=${action.pressed ? String(action.pressed()) : undefined} aria-label=${action.label.toLowerCase().includes(shown.toLowerCase()) || !/\w/.test(shown) ? action.label : `${shown}: ${action.label}`}
       aria-keyshortcuts=${key?.replace("ctrl", "Control").replace("shift", "Shift")} title=${key ? `${action.label} (${printed(key)})` : action.label} onClick=${() => run(id)}>
-    ${shown}${withKey && key && key.length === 1 && key >= "a" ? html` <kbd aria-hidden="true">${printed(key)}</kbd>` : ""}
+    ${shown}${withKey && key && key.length === 1 && key >= "a" ? html` <kbd aria-hidden="true" data-key=${printed(key)}></kbd>` : ""}
   </button>`;
 }

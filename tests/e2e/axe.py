@@ -20,7 +20,7 @@ def axe_path() -> Path:
             shutil.copyfile(ROOT / "static" / name, WORK / name)
         done = npm("ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
         if done.returncode:
-            pytest.fail(f"axe-core could not be fetched; npm ci needs npm's registry once:\n{done.stderr}", pytrace=False)
+            pytest.fail(f"axe-core is not there; npm ci needs npm's registry once:\n{done.stderr}", pytrace=False)
     return script
 
 

@@ -1,0 +1,89 @@
+"""The tour and the ways into the manual: real panels, real numbers, left and gone on with, by mouse, keyboard and finger."""
+
+import re
+
+from playwright.sync_api import expect
+
+SOON = 20_000
+
+
+def stops(page):
+    """Go on through all of them from here; {stop: what its numbers say}."""
+    seen = {}
+    while page.get_by_test_id("tour").count():
+        stop = page.get_by_test_id("tour").get_attribute("data-stop")
+        expect(page.get_by_test_id("tour-ring")).to_be_visible(timeout=SOON)
+        if stop in ("verdict", "distortion", "residuals"):
+            expect(page.get_by_test_id("tour-numbers")).not_to_contain_text("–", timeout=SOON)
+        seen[stop] = page.get_by_test_id("tour-numbers").inner_text()
+        page.get_by_test_id("tour-ahead").click()
+        expect(page.locator(f"[data-testid=tour][data-stop={stop}]")).to_have_count(0)
+    return seen
+
+
+def test_the_tour_tells_the_numbers_of_the_picture_that_is_open(clicked, server):
+    operator = clicked("brown-conrady", step="borders")
+    page, draft = operator.page, operator.draft()
+    body = {name: draft[name] for name in ("field", "region", "model", "options", "observations")}
+    saved = server.api("POST", "/calibrations", json=body | {"snapshot": operator.snapshot}).json()
+    page.reload()
+    expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=SOON)
+    page.keyboard.press("F2")
+    seen = stops(page)
+    assert len(seen) > 10
+    assert "Left\n7 points" in seen["borders"].replace("\t", "\n")
+    assert f"{saved['report']['verdict']['mm']:.1f} mm" in seen["verdict"]
+    assert f"{saved['report']['rms_px']:.2f} px" in seen["residuals"]
+    assert "1280 × 1024 px" in seen["picture"]
+    assert "%" in seen["distortion"]
+    expect(page.get_by_test_id("tour")).to_have_count(0)
+
+
+def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
+    page = operator.page
+    page.get_by_test_id("take-tour").click()
+    page.get_by_test_id("tour-ahead").click()
+    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
+    expect(page.get_by_test_id("tour-waits")).to_contain_text("Not open yet")  # no picture: it says so, and nothing is locked
+    page.get_by_test_id("tour-leave").click()
+    expect(page.get_by_test_id("tour")).to_have_count(0)
+    page.reload()
+    expect(page.get_by_test_id("take-tour")).to_contain_text(re.compile(r"Go on with the tour \(2 of \d+\)"))
+    page.keyboard.press("F2")
+    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
+    page.reload()
+    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")  # a reload does not end it
+    page.get_by_test_id("camera-overhead").click()  # nor does the work wait for it
+    expect(page.get_by_test_id("step-picture")).to_have_attribute("aria-current", "step", timeout=30_000)
+    expect(page.get_by_test_id("tour-ring")).to_be_visible()
+
+
+def test_a_question_mark_opens_the_manual_at_its_heading(clicked):
+    page = clicked("division", step="borders").page
+    page.get_by_test_id("explain-inside").focus()
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("manual")).to_have_attribute("data-page", "borders.md")
+    heading = page.locator("#manual-what-the-figures-say")
+    expect(heading).to_be_in_viewport()
+    expect(heading).to_be_focused()
+    page.get_by_test_id("manual").get_by_role("button", name="Show all pages").click()
+    page.get_by_test_id("manual").get_by_role("link", name="When it looks wrong").click()
+    expect(page.get_by_test_id("manual").get_by_role("heading", name="When it looks wrong")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("help-panel")).to_have_count(0)
+
+
+def test_by_finger_on_a_telephone_the_tour_stands_below_the_picture(browser, clicked, server):
+    operator = clicked("division", step="borders")
+    context = browser.new_context(viewport={"width": 360, "height": 740}, has_touch=True)
+    page = context.new_page()
+    page.goto(operator.page.url)
+    expect(page.get_by_test_id("borders")).to_be_attached(timeout=SOON)
+    page.get_by_test_id("help").tap()
+    page.get_by_test_id("take-tour").tap()
+    page.get_by_test_id("close-help").tap()
+    page.get_by_test_id("tour-ahead").tap()
+    expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
+    box = page.get_by_test_id("tour").bounding_box()
+    assert box["x"] >= 0 and box["x"] + box["width"] <= 360
+    context.close()
