@@ -53,17 +53,22 @@ class CameraShelf:
         """Of one that was added; None for the settings' own, which only its file changes."""
         return None if self._from_settings(id) else self._store.camera(id).etag
 
-    def add(self, camera: CameraSettings) -> CameraSettings:
+    def told(self, id: str) -> dict[str, str | None]:
+        """When one that was added was changed last, and by whom; the settings' own say neither."""
+        kept = None if self._from_settings(id) else self._store.camera(id)
+        return {"updated_at": kept.updated_at if kept else None, "updated_by": kept.updated_by if kept else None}
+
+    def add(self, camera: CameraSettings, by: str) -> CameraSettings:
         if self._from_settings(camera.id):
             raise Conflict(f"There is already a camera called {camera.id!r}.", "Choose another id.",
                            reason="camera-exists")
-        self._store.add_camera(camera.id, camera.model_dump(exclude={"id"}))
+        self._store.add_camera(camera.id, camera.model_dump(exclude={"id"}), by)
         return camera
 
-    def change(self, id: str, changes: Mapping[str, Any], etag: str) -> CameraSettings:
+    def change(self, id: str, changes: Mapping[str, Any], etag: str, by: str) -> CameraSettings:
         self._refuse_settings(id)
         camera = _read(id, {**self._store.camera(id).body, **changes})
-        self._store.save_camera(id, camera.model_dump(exclude={"id"}), etag)
+        self._store.save_camera(id, camera.model_dump(exclude={"id"}), etag, by)
         return camera
 
     def remove(self, id: str, etag: str | None) -> None:
@@ -101,9 +106,9 @@ class CameraShelf:
             evidence = self._store.camera_identity(calibration.snapshot)
         return calibration, Identity(**evidence) if evidence else None
 
-    def confirm(self, calibration: Calibration, identity: Identity) -> None:
-        """From now on the calibration is that camera's."""
-        self._store.confirm_identity(calibration.id, asdict(identity))
+    def confirm(self, calibration: Calibration, identity: Identity, by: str = "") -> None:
+        """From now on the calibration is that camera's. by: the operator who says so."""
+        self._store.confirm_identity(calibration.id, asdict(identity), by)
 
     def _from_settings(self, id: str) -> CameraSettings | None:
         return next((camera for camera in self._settings.cameras if camera.id == id), None)

@@ -10,6 +10,7 @@ from starlette.responses import Response
 from app.api import answer_schemas, schemas
 from app.api.answers import Json
 from app.api.camera_shelf import CameraShelf, tried
+from app.api.operator import operator
 from app.api.problems import problem, problem_of
 from app.api.schemas import Id
 from app.api.streams import live_camera
@@ -44,7 +45,7 @@ async def add_camera(request: Request, body: schemas.NewCamera) -> Json:
 def _added(request: Request, body: schemas.NewCamera) -> CameraSettings:
     camera = CameraSettings(**body.model_dump())
     _refuse_nonsense(request, camera)
-    return _shelf(request).add(camera)
+    return _shelf(request).add(camera, operator(request))
 
 
 @router.post("/test", response_model=answer_schemas.CameraTest)
@@ -103,7 +104,7 @@ def _changed(request: Request, id: str, body: schemas.CameraChanges, etag: str) 
     shelf = _shelf(request)
     changes = {name: value for name, value in body.model_dump(exclude_unset=True).items() if name != "source" or value}
     _refuse_nonsense(request, shelf.get(id).model_copy(update=changes))
-    return shelf.change(id, changes, etag)
+    return shelf.change(id, changes, etag, operator(request))
 
 
 @router.delete("/{id}", status_code=204)
@@ -143,7 +144,8 @@ async def confirm_camera(request: Request, id: Id) -> Json:
     if camera.calibration is None:
         raise Conflict("This camera has no active calibration.", "There is nothing to confirm.",
                        reason="not-calibrated")
-    await at_work(request, _shelf(request).confirm, camera.calibration, camera.identity)
+    await at_work(request, _shelf(request).confirm, camera.calibration, camera.identity,
+                  operator(request))
     request.app.state.live.refresh(id)
     return Json(camera.status())
 
@@ -158,7 +160,7 @@ def _described(request: Request, camera: CameraSettings) -> dict[str, Any]:
     ours = any(named.id == camera.id for named in request.app.state.settings.cameras)
     return {"id": camera.id, "name": camera.title, "field": camera.field, "region": camera.region,
             "source": without_password(camera.source), "editable": not ours,
-            "active_calibration": active.id if active else None}
+            "active_calibration": active.id if active else None, **_shelf(request).told(camera.id)}
 
 
 def _refuse_nonsense(request: Request, camera: CameraSettings) -> None:

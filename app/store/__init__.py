@@ -222,13 +222,13 @@ class Store:
         """One; NotFound."""
         return self._cameras.get(id)
 
-    def add_camera(self, id: str, body: Mapping[str, Any]) -> KeptCamera:
+    def add_camera(self, id: str, body: Mapping[str, Any], by: str = "") -> KeptCamera:
         """Keep a new one, plain JSON; Conflict where the id is taken."""
-        return self._cameras.add(id, body)
+        return self._cameras.add(id, body, by)
 
-    def save_camera(self, id: str, body: Mapping[str, Any], etag: str) -> KeptCamera:
+    def save_camera(self, id: str, body: Mapping[str, Any], etag: str, by: str = "") -> KeptCamera:
         """Save over the one with that ETag; Stale, with `current` and `etag` in its details, if that is old."""
-        return self._cameras.save(id, body, etag)
+        return self._cameras.save(id, body, etag, by)
 
     def remove_camera(self, id: str, etag: str | None = None) -> None:
         """Forget it; its calibrations stay."""
@@ -238,9 +238,9 @@ class Store:
         """The evidence of which physical camera an id was last confirmed to be, of any camera; None before that."""
         return self._identities.get(id)
 
-    def confirm_identity(self, id: str, evidence: Mapping[str, Any]) -> None:
-        """From now on the id means the camera with that evidence."""
-        self._identities.confirm(id, evidence)
+    def confirm_identity(self, id: str, evidence: Mapping[str, Any], by: str = "") -> None:
+        """From now on the id means the camera with that evidence. by: who says so; nobody where it was seen first."""
+        self._identities.confirm(id, evidence, by)
 
     # Cameras that share a field
 

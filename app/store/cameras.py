@@ -28,6 +28,7 @@ class KeptCamera:
     sequence: int
     revision: int
     updated_at: str
+    updated_by: str = ""
 
     @property
     def etag(self) -> str:
@@ -59,7 +60,7 @@ class Cameras(Shelf):
                            reason="unknown-camera")
         return self._read(row)
 
-    def add(self, id: str, body: Mapping[str, Any]) -> KeptCamera:
+    def add(self, id: str, body: Mapping[str, Any], by: str = "") -> KeptCamera:
         """A new one; Conflict where the id is taken."""
         check_name(id, "The camera")
         with self._database.writing("The camera") as rows:
@@ -67,16 +68,16 @@ class Cameras(Shelf):
                 raise Conflict(f"There is already a camera called {id!r}.", "Choose another id, or change that one.",
                                reason="camera-exists")
             place = 1 + (rows.scalar(select(func.max(CameraRow.place))) or 0)
-            camera = KeptCamera(id, dict(body), place, 1, stamp(self._clock))
+            camera = KeptCamera(id, dict(body), place, 1, stamp(self._clock), by)
             rows.add(camera_row(camera))
         return camera
 
-    def save(self, id: str, body: Mapping[str, Any], etag: str) -> KeptCamera:
+    def save(self, id: str, body: Mapping[str, Any], etag: str, by: str = "") -> KeptCamera:
         """In place of the one with that ETag; Stale where somebody else was faster."""
         self.get(id)  # a damaged one is told and not written over
         with self._database.writing("The camera") as rows:
             current = self._current(rows, id, etag)
-            camera = KeptCamera(id, dict(body), current.sequence, current.revision + 1, stamp(self._clock))
+            camera = KeptCamera(id, dict(body), current.sequence, current.revision + 1, stamp(self._clock), by)
             rows.merge(camera_row(camera))
         return camera
 
@@ -102,7 +103,8 @@ class Cameras(Shelf):
 
     def _read(self, row: CameraRow) -> KeptCamera:
         record = content(self.checked(row, row.id))
-        return KeptCamera(row.id, record["camera"], record["sequence"], record["revision"], record["updated_at"])
+        return KeptCamera(row.id, record["camera"], record["sequence"], record["revision"], record["updated_at"],
+                          record.get("updated_by", ""))  # once nobody asked who it was
 
 
 class Identities(Shelf):
@@ -142,7 +144,7 @@ def check_name(id: str, what: str) -> None:
 def camera_row(camera: KeptCamera) -> CameraRow:
     """A camera as the database has it."""
     record = {"sequence": camera.sequence, "revision": camera.revision, "updated_at": camera.updated_at,
-              "camera": dict(camera.body)}
+              "updated_by": camera.updated_by, "camera": dict(camera.body)}
     return sealed(CameraRow, record, "The camera", id=camera.id, revision=camera.revision, place=camera.sequence)
 
 

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import sqlite3
 import struct
 import time
 
@@ -57,11 +58,14 @@ def calibrated(client, task):
 def test_a_camera_is_added_changed_and_removed(client):
     added = client.post(f"{API}/cameras", json=SOUTH)
     assert added.status_code == 201 and added.headers["location"] == f"{API}/cameras/south"
-    assert added.json() == {**SOUTH, "editable": True, "active_calibration": None}
+    told = added.json()
+    assert told.pop("updated_at") and told.pop("updated_by") == "testclient"
+    assert told == {**SOUTH, "editable": True, "active_calibration": None}
     assert [camera["id"] for camera in client.get(f"{API}/cameras").json()["items"]] == ["north", "south"]
     etag = client.get(f"{API}/cameras/south").headers["etag"]
     changed = client.patch(f"{API}/cameras/south", json={"name": "South"}, headers={"If-Match": etag})
-    assert changed.status_code == 200 and changed.json() == {**added.json(), "name": "South"}
+    assert changed.status_code == 200 and changed.json() == {
+        **added.json(), "name": "South", "updated_at": changed.json()["updated_at"]}
     assert changed.headers["etag"] != etag
     stale = client.patch(f"{API}/cameras/south", json={"name": "slower"}, headers={"If-Match": etag})
     assert refusal(stale, 412, "stale-camera")["current"]["name"] == "South"
@@ -173,6 +177,32 @@ def test_a_calibration_stays_with_the_camera_whose_picture_it_was_made_on(settin
         assert client.post(f"{API}/cameras/north/confirm").status_code == 200
         until(lambda: status_of(client)["calibration_applied"])
         assert status_of(client)["state"] == "live"
+
+
+def test_who_added_changed_and_confirmed_a_camera_is_kept(client, task):
+    asked = f"{API}/cameras/south"
+    assert client.post(f"{API}/cameras", json=SOUTH, headers={"X-Operator": "Ada"}).json()["updated_by"] == "Ada"
+    first = client.get(asked)
+    assert first.json()["updated_by"] == "Ada"
+    seen = {"If-Match": first.headers["etag"], "X-Operator": "Bo"}
+    changed = client.patch(asked, json={"name": "South"}, headers=seen)
+    assert changed.json()["updated_by"] == "Bo" and changed.json()["updated_at"] >= first.json()["updated_at"]
+    settled = client.get(f"{API}/cameras/north").json()
+    assert settled["updated_by"] is None and settled["updated_at"] is None
+    made = calibrated(client, task)
+    client.post(f"{API}/calibrations/{made['id']}/activate")
+    until(lambda: status_of(client)["calibration_applied"])
+    assert client.post(f"{API}/cameras/north/confirm", headers={"X-Operator": "Cy"}).status_code == 200
+    with sqlite3.connect(next(client.app.state.settings.data.glob("*.db"))) as rows:
+        (body,) = rows.execute("SELECT body FROM identities WHERE camera = ?", (made["id"],)).fetchone()
+    rows.close()
+    assert json.loads(body)["confirmed_by"] == "Cy"
+
+
+def test_a_file_that_is_imported_says_who_brought_it(client, calibration):
+    data = client.get(f"{API}/calibrations/{calibration['id']}/export/json").content
+    brought = client.post(f"{API}/calibrations/import", files={"file": ("c.json", data)}, headers={"X-Operator": "Ada"})
+    assert brought.json()["made_by"] == "Ada"
 
 
 def test_confirming_without_a_calibration_is_refused(client):

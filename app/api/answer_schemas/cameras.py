@@ -27,6 +27,8 @@ class Camera(Answer):
     source: str
     editable: bool
     active_calibration: str | None
+    updated_at: str | None
+    updated_by: str | None
 
 
 class Cameras(Page):
