@@ -18,6 +18,7 @@ import { closePicture, takePicture, watching } from "./pictures.js";
 import {
   active, atStraight, atPair, cameras, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
 } from "./state.js";
+import { checkRig, makeRig, openNewRig, rig, search as rigSearch, stopRig } from "./rig.js";
 import { STEPS, nextThing, steps } from "./steps.js";
 import { isOfThese, judge, openStraight, ready as withEdges, search as judging, showStraight, shown } from "./straight.js";
 import { leaveTour, takeTour, tour } from "./tour.js";
@@ -72,6 +73,10 @@ const TABLE = [
   { id: "jobs", label: "Show long work", keys: ["j"], group: "Pages", run: () => openPage("jobs") },
   { id: "versions", label: "Show all saved versions", keys: ["y"], group: "Pages", run: () => openPage("versions", snapshot.value?.camera ?? cameras.value[0]?.id ?? "") },
   { id: "settings", label: "Show the settings", group: "Pages", run: () => openPage("settings") },
+  { id: "new-rig", label: "Make a rig of cameras that share a field…", short: "Make a rig…", group: "Pages", run: openNewRig },
+  { id: "make-rig", label: "Make the rig", group: "Pages", run: () => void makeRig(), enabled: () => page.value?.name === "rig" },
+  { id: "check-rig", label: "Check whether the rig's cameras agree", short: "Check the rig", group: "Pages", run: () => void checkRig(), enabled: () => rig.value !== null && rigSearch.value === null },
+  { id: "stop-rig", label: "Stop the rig's work", short: "Stop", group: "Pages", run: stopRig, enabled: () => rigSearch.value !== null },
   { id: "back", label: "Go back from a page", short: "Back", group: "Pages", run: () => { location.hash = backAddress(); }, enabled: () => page.value !== null },
   { id: "watch-board", label: "Hold a board before this camera…", short: "Hold a board before it…", group: "Pictures", run: () => openPage("capture", liveShown.value?.id ?? ""), enabled: () => liveShown.value !== null },
   { id: "capture", label: "Take views of the board by themselves, or stop that", keys: ["k"], group: "Pictures", run: switchAutomatic, enabled: () => captured.value !== null, pressed: () => automatic.value },

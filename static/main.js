@@ -40,6 +40,7 @@ import { pairStanding, startPairing } from "./pairing.js";
 import { loadLists, openFile } from "./pictures.js";
 import { startRanking } from "./ranking.js";
 import { startHovering } from "./residuals.js";
+import { startRig } from "./rig.js";
 import { opening, startRouter } from "./router.js";
 import { atLive, atPair, atStraight, camera, help, step } from "./state.js";
 import { Presence } from "./panels/presence.js";
@@ -140,6 +141,7 @@ async function start() {
   startLenses();
   startPair();
   startPairing();
+  startRig();
   await loadLists();
   await startRouter();
 }

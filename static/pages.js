@@ -3,9 +3,10 @@ import { computed } from "@preact/signals";
 import { jobsStanding } from "./all_jobs.js";
 import { captureStanding } from "./capture.js";
 import { page } from "./page.js";
+import { rigStanding } from "./rig.js";
 import { settingsStanding } from "./settings.js";
 import { shelfStanding } from "./version_shelf.js";
 
-const STANDINGS = { jobs: jobsStanding, settings: settingsStanding, versions: shelfStanding, capture: captureStanding };
+const STANDINGS = { jobs: jobsStanding, settings: settingsStanding, versions: shelfStanding, capture: captureStanding, rig: rigStanding };
 
 export const pageStanding = computed(() => /** @type {Record<string, import("@preact/signals").ReadonlySignal<any>>} */ (STANDINGS)[page.value?.name ?? "jobs"].value);

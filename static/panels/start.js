@@ -7,6 +7,7 @@ import { openById } from "../pictures.js";
 import { HeldNext, ToBoard } from "./board.js";
 import { Cameras } from "./cameras.js";
 import { Network } from "./network.js";
+import { Rigs } from "./rig.js";
 import { ActionButton } from "./toolbar.js";
 import { TourButton } from "./tour.js";
 import { opening } from "../router.js";
@@ -25,6 +26,7 @@ export function Start() {
         <b>${busy.value || "Open a picture…"}</b><small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small></button></section>
     <${ToBoard}/>
     <section aria-label="Two cameras"><h2>Do two cameras agree?</h2><${ActionButton} id="pair"/></section>
+    <${Rigs}/>
     <section aria-label="Pages"><h2>What there is already</h2><div class="line"><${ActionButton} id="versions" label="Saved versions"/><${ActionButton} id="jobs" label="Long work"/><${ActionButton} id="settings" label="Settings"/></div></section>
     <${Network}/>
     ${snapshots.value.length > 0 && html`<section aria-label="Earlier pictures"><h2>Go on with an earlier picture</h2>

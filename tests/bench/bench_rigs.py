@@ -1,0 +1,81 @@
+"""A rig's figures: the stitched picture against bare remaps, and what a check tells against the truth.
+
+    PYTHONPATH=.:tests python tests/bench/bench_rigs.py [stitch|check]
+"""
+
+import sys
+import time
+
+import cv2
+import numpy as np
+from rig_over_field import FIELD, sim_rig, sim_source
+
+from app.models import field_from_raw, model_from_json
+from app.rig_pipeline import check
+from app.rig_stitch import FieldView, stitcher_of
+
+WIDTH = 1600
+ROUNDS = 40
+KNOCK_MM = (18.0, 24.0)
+
+
+def stitch(count: int) -> None:
+    """Median time of a stitched picture over that of cv2.remap with each camera's fixed maps, for the same windows."""
+    rig = sim_rig(count)
+    names = [camera["camera"] for camera in rig["cameras"]]
+    pictures = [sim_source(count, number).read().pixels for number in range(count)]
+    begun = time.perf_counter()
+    made, _ = stitcher_of(rig, names, FieldView(FIELD, WIDTH))
+    maps_s = time.perf_counter() - begun
+    parts = [(part.map._fixed, pixels) for part, pixels in zip(made.parts, pictures, strict=True)]
+    ours, bare = [], []
+    for _ in range(ROUNDS):  # in turns, so that a busy machine is as busy for both
+        begun = time.perf_counter()
+        made.stitch(pictures)
+        between = time.perf_counter()
+        for fixed, pixels in parts:
+            cv2.remap(pixels, *fixed, interpolation=cv2.INTER_LINEAR)
+        bare.append(time.perf_counter() - between)
+        ours.append(between - begun)
+    ratio = np.median(np.array(ours) / np.array(bare))
+    print(f"{count} cameras, {WIDTH} px wide: {1e3 * np.median(ours):.1f} ms, {ratio:.2f} × the bare remaps "
+          f"({1e3 * np.median(bare):.1f} ms); maps once in {maps_s:.2f} s")
+
+
+def judge(count: int, seed: int, knocked: bool) -> None:
+    """Told and true disagreement, mm, over the map of every pair."""
+    rig = sim_rig(count, seed)
+    if knocked:
+        position = rig["cameras"][1]["calibration"]["model"]["parameters"]["position_mm"]
+        position[:2] = np.add(position[:2], KNOCK_MM).tolist()
+    cameras = {f"cam{number}": sim_source(count, number).camera for number in range(count)}
+    found = check(rig, {f"cam{n}": sim_source(count, n, seed + 1).read().pixels for n in range(count)})
+    models = {c["camera"]: model_from_json(c["calibration"]["model"]["name"], c["calibration"]["model"]["parameters"])
+              for c in rig["cameras"]}
+    told, true, named = [], [], 0
+    for pair in found["pairs"]:
+        if pair["agreement"] is None:
+            continue
+        cells = pair["agreement"]["carpet"]["map"]
+        mm = np.array(cells["mm"], float)
+        places = np.stack(np.meshgrid(cells["x"], cells["y"]), axis=-1)[np.isfinite(mm)]
+        at = [field_from_raw(models[name], cameras[name].raw_from_field(places)) for name in (pair["a"], pair["b"])]
+        told.append(mm[np.isfinite(mm)])
+        true.append(np.linalg.norm(at[1] - at[0], axis=1))
+        named += "It is Camera 1" in pair["verdict"]["fix"]
+    told, true = np.concatenate(told), np.concatenate(true)
+    print(f"{count} cameras, operator {seed}, {'one knocked by 30 mm' if knocked else 'as calibrated'}: told mean "
+          f"{told.mean():.1f}, worst {told.max():.1f} mm; true mean {true.mean():.1f}, worst {true.max():.1f} mm; "
+          f"named in {named} of {len(found['pairs'])} pairs")
+
+
+if __name__ == "__main__":
+    which = sys.argv[1:] or ["stitch", "check"]
+    if "stitch" in which:
+        for cameras_above in (2, 4):
+            stitch(cameras_above)
+    if "check" in which:
+        for cameras_above in (2, 4):
+            for operator in (0, 1):
+                for was_knocked in (False, True):
+                    judge(cameras_above, operator, was_knocked)

@@ -1,0 +1,88 @@
+"""A rig, by the page: made of two cameras, seen as one picture, checked, and told which camera was knocked."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from rig_over_field import sim_task
+
+from app.exports import EXPORTS
+
+SOON = 60_000  # ms, for live cameras and a check on a busy machine
+ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=10"
+KNOCK_MM = 50
+
+
+@pytest.fixture
+def two_cameras(server):
+    """Two live cameras over one field; the second was knocked after it was calibrated."""
+    ids, active = ("rig-north", "rig-south"), []
+    for number, id in enumerate(ids):
+        server.api("POST", "/cameras", json={"id": id, "name": id.title(), "source": ADDRESS.format(number),
+                                             "field": "ssl-div-b", "region": ("half-left", "half-right")[number]})
+        task = sim_task(2, number)
+        record = json.loads(EXPORTS["json"].write(task.record(task.run(cross_validate=False))))
+        where = record.get("calibration", record)
+        where["camera"] = id
+        if number == 1:
+            where["model"]["parameters"]["position_mm"][0] += KNOCK_MM
+        made = server.api("POST", "/calibrations/import", files={"file": json.dumps(record).encode()}).json()
+        server.api("POST", f"/calibrations/{made['id']}/activate")
+        active.append(made["id"])
+    yield ids
+    server.api("DELETE", "/rigs/hall")
+    for id in ids:
+        server.api("DELETE", f"/cameras/{id}")
+
+
+def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, server, two_cameras, tmp_path):
+    page.goto(server.url)
+    page.get_by_test_id("new-rig").click()
+    page.get_by_test_id("rig-name").fill("hall")
+    page.get_by_test_id("rig-field").select_option("ssl-div-b")
+    for box in page.locator("input[type=checkbox][data-testid^=with-]").all():
+        box.set_checked(box.get_attribute("data-testid") in [f"with-{id}" for id in two_cameras])
+    expect(page.get_by_test_id("part-rig-south")).to_have_value("half-right")
+    page.get_by_test_id("make-rig").click()
+    expect(page.get_by_test_id("rig-page")).to_be_visible(timeout=SOON)
+    assert page.url.endswith("#/rig/hall")
+    picture = page.get_by_test_id("stitched")
+    expect(picture).to_be_visible(timeout=SOON)
+    page.wait_for_function("() => document.querySelector('[data-testid=stitched]').naturalWidth === 1200", timeout=SOON)
+    expect(page.get_by_test_id("unseen")).to_contain_text("All of the field is seen")
+    assert page.locator("[data-testid=rig-overlay] .paint").count() >= 10
+    page.get_by_test_id("check-rig").click()
+    verdict = page.get_by_test_id("rig-verdict")
+    expect(verdict).to_have_attribute("data-level", "poor", timeout=2 * SOON)
+    expect(verdict).to_contain_text("It is Rig-South")
+    expect(page.get_by_test_id("rig-worst")).to_contain_text("worst:")
+    told = float(page.get_by_test_id("pair-max").inner_text().split(" ")[0])
+    assert told == pytest.approx(KNOCK_MM, rel=0.2)
+    assert page.locator("[data-testid=cells] rect").count() > 20
+    page.screenshot(path=tmp_path / "rig.png")
+    page.get_by_test_id("plane-hat").press("Enter")
+    expect(page.get_by_test_id("plane-hat")).to_have_attribute("aria-pressed", "true")
+    page.get_by_test_id("show-map").press("Enter")
+    expect(page.get_by_test_id("rig-worst")).to_have_count(0)
+    page.reload()
+    expect(page.get_by_test_id("rig-page")).to_be_visible(timeout=SOON)
+    page.goto(server.url)
+    expect(page.get_by_test_id("rig-hall")).to_be_visible(timeout=SOON)
+
+
+def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activated(page, server, two_cameras):
+    body = {"field": "ssl-div-b", "cameras": [{"camera": "rig-north"}], "w_max_rectangle_px": 90,
+            "h_max_rectangle_px": 80, "n_rectangles_x": 9, "n_rectangles_y": 12}
+    assert server.api("PUT", "/rigs/hall", json=body).status_code == 201
+    before = server.api("GET", "/cameras/rig-north").json()["active_calibration"]
+    page.goto(f"{server.url}/#/rig/hall")
+    expect(page.get_by_test_id("member-rig-north")).to_contain_text("Refit Rig-North", timeout=SOON)
+    page.get_by_test_id("refit-rig").click()
+    expect(page.get_by_text("1 new version with the rig's rectangles")).to_be_visible(timeout=2 * SOON)
+    versions = server.api("GET", "/calibrations?camera=rig-north").json()["items"]
+    assert versions[0]["parent"] == before and not versions[0]["active"]
+    assert server.api("GET", "/cameras/rig-north").json()["active_calibration"] == before
