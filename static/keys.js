@@ -30,7 +30,7 @@ export function startKeys() {
   });
 }
 
-const SHOWN = { ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", ctrl: "Ctrl", shift: "Shift", Delete: "Del", Escape: "Esc" };
+const SHOWN = { ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", ctrl: "Ctrl", shift: "Shift", Delete: "Del", Escape: "Esc", " ": "Space" };
 
 /** A key as the page prints it: "Ctrl Z". @param {string} key */
 export const printed = (key) => (key === "+" ? ["+"] : key.split("+"))

@@ -11,7 +11,7 @@ import { askSettings, chooseName, forgetPreferences, health, operatorName, told 
 
 const MB = 1e6;
 /** Where what can be changed while the server runs is changed. @type {Record<string, [string, string]>} */
-const CHANGE = { cameras: ["#/", "Add or change cameras"], network: ["#/network", "Change it"] };
+const CHANGE = { cameras: ["#/", "Add or change cameras"], network: ["#/", "Change it under Network on the start page"] };
 
 export function SettingsPage() {
   useEffect(() => { void askSettings(); }, []);
