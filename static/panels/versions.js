@@ -2,6 +2,7 @@
 import { address } from "../api.js";
 import { dayAndTime, mm, pct } from "../format.js";
 import { html } from "../html.js";
+import { addressOf } from "../page.js";
 import { camera } from "../state.js";
 import { activate, isSaved, version, versions } from "../versions.js";
 import { correctedAddress } from "../layers/compare.js";
@@ -40,6 +41,7 @@ export function VersionsPanel() {
         <small>${dayAndTime(v.created_at)}${v.note && `, ${v.note}`}</small>
         ${camera.value && !v.active && html`<button type="button" data-testid=${`activate-${v.version}`} onClick=${() => void activate(v.id)}>Activate</button>`}
       </li>`)}</ul>
+      <p><a data-testid="all-versions" href=${addressOf({ name: "versions", argument: camera.value?.id ?? "" })}>Show all versions, their history, notes and differences</a></p>
       ${camera.value === null && html`<p class="dim">The picture is a file, so there is no camera to activate it for. Download it, or use it over REST.</p>`}</section>
     <${Downloads}/>`;
 }
