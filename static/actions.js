@@ -19,6 +19,9 @@ import {
   active, atStraight, atPair, cameras, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
 } from "./state.js";
 import { checkRig, makeRig, openNewRig, rig, search as rigSearch, stopRig } from "./rig.js";
+import { SNAP_ACTIONS } from "./snap_actions.js";
+import { snapPoints, snapping } from "./snapping.js";
+import { discard, proposed } from "./ghost.js";
 import { STEPS, nextThing, steps } from "./steps.js";
 import { isOfThese, judge, openStraight, ready as withEdges, search as judging, showStraight, shown } from "./straight.js";
 import { leaveTour, takeTour, tour } from "./tour.js";
@@ -116,6 +119,7 @@ const TABLE = [
   { id: "clear", label: "Remove all points of this line", short: "Clear", group: "Points",
     run: () => remove(pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index }))),
     enabled: () => editing.value && pointsOf(doc.value, active.value).length > 0 },
+  ...SNAP_ACTIONS,
   { id: "undo", label: "Undo", keys: ["ctrl+z"], group: "Points", run: undo, enabled: () => past.value.length > 0 },
   { id: "redo", label: "Redo", keys: ["ctrl+y", "ctrl+shift+z"], group: "Points", run: redo, enabled: () => future.value.length > 0 },
 
@@ -164,7 +168,7 @@ const TABLE = [
   { id: "manual", label: "Open the manual", short: "Manual", keys: ["F1"], group: "Help", run: () => { help.value = help.value === "manual" ? "" : "manual"; } },
   { id: "tour", label: "Take the tour, or leave it", short: "Tour", keys: ["F2"], group: "Help", run: () => { if (tour.value.on) leaveTour(); else takeTour(); } },
   { id: "escape", label: "Close help, or deselect", keys: ["Escape"], group: "Help",
-    run: () => { if (help.value) help.value = ""; else { selection.value = []; chosen.value = null; } } },
+    run: () => { if (proposed.value) discard(); else if (help.value) help.value = ""; else { selection.value = []; chosen.value = null; } } },
 ];
 
 /** @type {Map<string, Action>} */
@@ -188,6 +192,7 @@ function addPoint() {
   const { next, pick } = withAdded(doc.value, active.value, x, y);
   change(next);
   select([pick]);
+  if (snapping.value) void snapPoints([pick]);
 }
 
 /** @param {KeyboardEvent} [event] */

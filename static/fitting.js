@@ -27,6 +27,11 @@ export const fitBody = (d) => ({
   observations: d.observations, ...(d.rotate === null ? {} : { rotate: d.rotate }),
 });
 
+/** The present fit, as the server takes it back. */
+export const givenFit = () => (preview.value && !refusal.value ? {
+  model: { name: preview.value.model.name, parameters: preview.value.model.parameters },
+  field: doc.value.field, region: doc.value.region, ...(doc.value.rotate === null ? {} : { rotate: doc.value.rotate }) } : null);
+
 /** @param {Border} border */
 function borderAsker(border) {
   return newestWins(async (/** @type {{ picture: string, body: Record<string, any> }} */ { picture, body }) => {
@@ -67,11 +72,11 @@ function askCurves(picture, document) {
   }
 }
 
-const askPreview = newestWins(async (/** @type {import("./types").Doc} */ asking) => {
+const askPreview = newestWins(async (/** @type {{ asking: import("./types").Doc, held: boolean }} */ { asking, held }) => {
   const picture = snapshot.value?.id;
   let answer = null, why = null;
   try {
-    answer = await call("POST", "/fit/preview", fitBody(asking));
+    answer = held ? await call("POST", `/fit/preview?quick=${knowsItsError()}`, quickBody(asking)) : await call("POST", "/fit/preview", fitBody(asking));
   } catch (error) {
     if (error instanceof Away) return;
     why = refused(error);
@@ -79,8 +84,17 @@ const askPreview = newestWins(async (/** @type {import("./types").Doc} */ asking
   if (snapshot.value?.id !== picture) return;
   preview.value = answer;
   refusal.value = why;
-  stale.value = !same(asking, doc.value);
+  stale.value = !(held && dragging.value) && !same(asking, doc.value);
 });
+
+/** Whether the fit tells an error without holding points out: what holding them out would cost is saved while a point is dragged. */
+const knowsItsError = () => Boolean(preview.value?.report.sigma_mm);
+
+/** While a point is dragged the lens keeps the terms it has: choosing them is most of a lens fit's time. @param {import("./types").Doc} asking */
+function quickBody(asking) {
+  const body = fitBody(asking), terms = preview.value?.report.terms;
+  return terms && (asking.options.terms ?? "auto") === "auto" ? { ...body, options: { ...body.options, terms } } : body;
+}
 
 /** What the server refused, to be shown; any other error goes on. @param {unknown} error @returns {Refusal} */
 export function refused(error) {
@@ -105,9 +119,15 @@ export function startFitting() {
       const hasClicks = picture && document.field && document.region && document.observations.length;
       if (!isOnline) lastPreview = "";
       stale.value = question !== lastPreview;
-      if (!isOnline || held || !stale.value) return;
+      if (!isOnline || !stale.value) return;
+      if (held) { // seen at once, if not quite up to date; asked anew when it is released
+        stale.value = false;
+        lastPreview = "";
+        if (hasClicks && preview.value && !refusal.value) void askPreview({ asking: document, held });
+        return;
+      }
       lastPreview = question;
-      if (hasClicks) return void askPreview(document);
+      if (hasClicks) return void askPreview({ asking: document, held });
       preview.value = null;
       refusal.value = null;
       stale.value = false;

@@ -53,6 +53,10 @@ export interface Curve {
   degree: number; degree_reason: string; rms_px: number; loo_rms_px: number | null; residuals_px: number[];
   outliers: number[]; curve: Point[]; distortion_pct: number; kind: string | null; points: Point[];
 }
+/** What POST /snapshots/{id}/snap says of one point: drawn to a line's middle, or kept, and why. */
+export interface SnapAnswer {
+  state: "snapped" | "kept"; point: Point; moved_px?: number; width_px?: number; direction_deg?: number; sigma_px?: number; confidence?: number; reason?: string; what?: string;
+}
 export interface Refusal { detail: string; fix: string; title?: string; reason?: string; feature?: string | null; index?: number | null }
 export interface Warning { reason: string; text: string; fix: string; feature: string | null; index: number | null }
 export interface Feature { feature: string; kind: string; points: (Point | null)[] }
@@ -69,6 +73,7 @@ export interface Report {
   degree?: Record<string, { degree: number; reason: string }>;
   per_feature: { feature: string | Point; n: number; used: boolean; rms_px: number | null; rms_mm: number | null; max_mm: number | null; residuals: Residual[] }[];
   verdict: { mm: number | null; level: "good" | "fair" | "poor" | "unknown"; sentence: string };
+  terms?: string[];
   sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number; z_mm: number } } | null;
   next_click?: { feature: string; point: Point; worst_mm: number; worst_mm_then: number } | null;
   warnings: Warning[];
@@ -122,7 +127,7 @@ export interface Job {
   id: string; kind: string; state: "queued" | "running" | "done" | "failed" | "cancelled"; progress: number; message: string;
   result: any; problem: Record<string, any> | null; attempt: number;
 }
-export interface Preview { report: Report; corrected_size: Point; overlay: Feature[] }
+export interface Preview { model: { name: string; parameters: Record<string, unknown> }; report: Report; corrected_size: Point; overlay: Feature[] }
 export interface Calibration {
   id: string; version: number; camera: string | null; field: string; region: string; rotate: number; snapshot: string | null;
   image_size: Point; model: { name: string }; options: Record<string, unknown>; observations: Observation[]; report: Report;

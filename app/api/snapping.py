@@ -77,7 +77,14 @@ def _snapped(request: Request, id: str, body: SnapRequest) -> list[dict[str, Any
     if body.fit is not None and body.feature is not None:
         model, field, region = _fit(request, body.fit, frame)
         told = hints(model, field.feature(body.feature, region), field, region, points, body.reach_px)
-    return [_told(point, snap(frame.pixels, point, hint)) for point, hint in zip(points.tolist(), told, strict=True)]
+    return [_told(point, _beside(frame, point, hint)) for point, hint in zip(points.tolist(), told, strict=True)]
+
+
+def _beside(frame: Frame, point: list[float], hint: Hint) -> Snapped | Unsnapped:
+    """With what is known of the line; a poor fit that knows wrongly must not hide a line that is there."""
+    found = snap(frame.pixels, point, hint)
+    blank = Hint(hint.reach_px)
+    return snap(frame.pixels, point, blank) if isinstance(found, Unsnapped) and hint != blank else found
 
 
 @router.post("/along", response_model=answer_schemas.SnappedPoints)

@@ -4,11 +4,13 @@ import { doc, pointsOf } from "../document.js";
 import { curves, isCurve } from "../fitting.js";
 import { html } from "../html.js";
 import { editing, picked, pointer, step, tool } from "../state.js";
+import { ahead } from "../snapping.js";
 import { stageSize, toStage, view } from "../view.js";
 import { colour, path } from "./drawing.js";
 
 export const SIZE_PX = 156;
 const LEAST = 8; // screen pixels for one of the picture's: single pixels must be seen
+const SNAP = "#fff", EDGE_PX = 6, FRESH_PX = 3; // a look ahead from farther away is an old one
 const FINGER_PX = 120; // so far above a finger
 
 /** What the loupe looks at: the point that is held or selected, else the pointer. */
@@ -34,7 +36,16 @@ export function Loupe({ picture }) {
   if (!at) return null;
   const lines = Object.entries(curves.value).flatMap(([border, curve]) => (isCurve(curve) ? [{ points: curve.curve, colour: colour(border) }] : []));
   const rings = doc.value.observations.flatMap(({ feature, points }) => points.map((point) => ({ point, colour: colour(String(feature)) })));
-  return html`<${Glass} picture=${picture} at=${at} place=${place(at)} k=${view.value.k} lines=${lines} rings=${rings}/>`;
+  const there = ahead.value?.state === "snapped" && Math.hypot(ahead.value.of[0] - at.x, ahead.value.of[1] - at.y) < FRESH_PX ? ahead.value : null;
+  return html`<${Glass} picture=${picture} at=${at} place=${place(at)} k=${view.value.k} lines=${there ? [...lines, ...edges(there)] : lines}
+    rings=${there ? [...rings, { point: there.point, colour: SNAP }] : rings}/>`;
+}
+
+/** Both edges of the line that a point would snap to. @param {import("../types").SnapAnswer} snap @returns {Line[]} */
+function edges({ point: [x, y], width_px = 0, direction_deg = 0 }) {
+  const turn = (direction_deg * Math.PI) / 180, ux = Math.cos(turn), uy = Math.sin(turn);
+  return [-0.5, 0.5].map((side) => ({ colour: SNAP, points: [-EDGE_PX, EDGE_PX].map((along) => (
+    /** @type {import("../types").Point} */ ([x + along * ux - side * width_px * uy, y + along * uy + side * width_px * ux]))) }));
 }
 
 /** @typedef {{ points: (import("../types").Point | null)[], colour: string }} Line @typedef {{ point: import("../types").Point, colour: string }} Ring */

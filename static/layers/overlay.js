@@ -7,6 +7,7 @@ import { html } from "../html.js";
 import { active, box, editing, picked, showLines, snapshot } from "../state.js";
 import { stageSize, toStage, view } from "../view.js";
 import { colour, path, placed } from "./drawing.js";
+import { Ghost } from "./ghost.js";
 
 const WORTH = 0.95; // a gain smaller than a twentieth is not worth a click
 const LABEL_PX = 230; // room for the words beside it
@@ -17,6 +18,7 @@ export function Overlay() {
   return html`<svg class="overlay" aria-hidden="true">
     ${showLines.value && picture && html`<${FieldLines} name="on-raw" size=${[picture.width, picture.height]} features=${preview.value?.overlay ?? []}
       transform=${placed(view.value.tx, view.value.ty, view.value.k)}/>`}
+    ${editing.value && html`<${Ghost}/>`}
     <${Curves}/>
     ${editing.value && html`<${NextClick}/><${Points}/><${Box}/>`}
   </svg>`;

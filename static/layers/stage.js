@@ -18,6 +18,7 @@ import { page } from "../page.js";
 import { PairDesk } from "./pair_desk.js";
 import { Toolbar } from "../panels/toolbar.js";
 import { shown as heatMap, valueAt } from "../heat.js";
+import { said } from "../snapping.js";
 import { atLive, atPair, atStraight, comparing, editing, pointer, snapshot, step, tool } from "../state.js";
 import { listen } from "../tools/pointer.js";
 import { fit, main, stageSize, view } from "../view.js";
@@ -95,6 +96,7 @@ function ReadOut() {
     <span>${at ? html`${name} <b>${number(x)}, ${number(y)}</b>` : html`<span class="dim">Point at the picture for its position</span>`}</span>
     ${on && html`<span>Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b></span>`}
     ${on && map && html`<span>${map.what === "expected" ? "Expected error" : "Difference"} there <b>${there === null ? "–" : `${mm(there)} mm`}</b></span>`}
+    ${editing.value && html`<span role="status" data-testid="snap-said">${said.value}</span>`}
     <span class="zoom">${number(view.value.k * 100, 0)} %</span>
   </div>`;
 }

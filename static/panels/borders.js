@@ -4,6 +4,7 @@ import { BORDERS, change, doc, pointsOf } from "../document.js";
 import { activateFeature } from "../editing.js";
 import { curves, isCurve, preview, stale } from "../fitting.js";
 import { many, mm, number, words } from "../format.js";
+import { canPropose, proposed } from "../ghost.js";
 import { html } from "../html.js";
 import { printed } from "../keys.js";
 import { colour } from "../layers/drawing.js";
@@ -21,6 +22,7 @@ export function BordersPanel() {
     <section aria-label="Lines inside"><${Title} of="inside">Lines inside, to check the fit<//>
       <ul class="features">${inside.map((feature) => html`<${InsideRow} key=${feature} feature=${feature}/>`)}</ul>
       <${AddInside}/></section>
+    <${Along}/>
     <div class="line"><${ActionButton} id="clear" label=${`Clear ${words(active.value).toLowerCase()}`}/></div>`;
 }
 
@@ -43,6 +45,13 @@ function InsideRow({ feature }) {
     <i class="chip" style=${`--colour:${colour(feature)}`}>+</i><span>${words(feature)}</span>
     <em>${many(pointsOf(doc.value, feature).length, "point")}</em><em class="value">${row ? `${mm(row.rms_mm)} mm` : "–"}</em>
     ${row && html`<small>${row.used ? "Used by the fit" : "Checks the fit"}</small>`}</button></li>`;
+}
+
+/** Points all along the active line: looked for, shown, and added when the operator says so. */
+function Along() {
+  const it = proposed.value, name = words(active.value).toLowerCase();
+  if (it) return html`<div class="line along" data-testid="proposal"><${ActionButton} id="propose" label=${`Add ${many(it.points.length, "point")}`} kind="go"/><${ActionButton} id="discard"/></div>`;
+  return canPropose.value && html`<div class="line along"><${ActionButton} id="propose" label=${`Find points along ${name}`}/></div>`;
 }
 
 /** Any line, arc or landmark that is painted. */

@@ -9,7 +9,7 @@ import { isSaved, version } from "../versions.js";
 const KEYS = {
   camera: [["O", "open a picture"], ["?", "all keys"]],
   picture: [["T", "turn the field"], ["Enter", "next"], ["?", "all keys"]],
-  borders: [["click", "add"], ["drag", "move"], ["←↑→↓", "nudge"], ["1–4", "border"], ["Ctrl Z", "undo"], ["?", "all keys"]],
+  borders: [["click", "add"], ["drag", "move"], ["Alt", "no snap"], ["←↑→↓", "nudge"], ["F", "find points"], ["Ctrl Z", "undo"], ["?", "all keys"]],
   model: [["Ctrl S", "save and compare"], ["Ctrl Z", "undo"], ["?", "all keys"]],
   compare: [["R", "raw"], ["W", "wipe"], ["C", "corrected"], ["S", "side"], ["K", "blink"], ["L", "lines"], ["G", "grid"], ["E", "error"], ["?", "all keys"]],
   activate: [["Enter", "next"], ["?", "all keys"]],

@@ -49,6 +49,6 @@ function Keys() {
   return html`<div class="keys" data-testid="keys">${[...new Set(listed.map((a) => a.group))].map((group) => html`<h3 key=${group}>${group}</h3>
     <dl>${listed.filter((a) => a.group === group).map((a) => html`<div key=${a.id}><dt>${a.label}</dt>
       <dd>${(a.keys ?? []).slice(0, a.id === "nudge" ? 4 : 2).map((key) => html`<kbd key=${key}>${printed(key)}</kbd> `)}</dd></div>`)}</dl>`)}
-    <h3>Mouse and fingers</h3><dl>${[["Add a point", "click, tap"], ["Move a point", "drag; the loupe shows raw pixels"], ["Select several", "Shift drag, Ctrl click"],
+    <h3>Mouse and fingers</h3><dl>${[["Add a point", "click, tap"], ["Move a point", "drag; the loupe shows raw pixels"], ["Place a point freely", "hold Alt, or switch Snap off"], ["Choose a line", "click it where the fit draws it"], ["Select several", "Shift drag, Ctrl click"],
       ["Zoom", "wheel, two fingers"], ["Pan", "Space drag, middle button, two fingers"]].map(([what, how]) => html`<div key=${what}><dt>${what}</dt><dd>${how}</dd></div>`)}</dl></div>`;
 }

@@ -4,7 +4,7 @@ import { html } from "../html.js";
 import { printed } from "../keys.js";
 import { comparing, step } from "../state.js";
 
-const EDIT = ["pick", "pan", "|", "undo", "redo", "delete", "|", "zoom-out", "zoom-in", "zoom-fit", "lines", "heat", "arrows"];
+const EDIT = ["pick", "pan", "snap", "|", "undo", "redo", "delete", "|", "zoom-out", "zoom-in", "zoom-fit", "lines", "heat", "arrows"];
 const COMPARE = ["raw", "wipe", "corrected", "side", "blink", "|", "lines", "grid", "heat", "arrows", "|", "zoom-out", "zoom-in", "zoom-fit"];
 const LOOK = ["zoom-out", "zoom-in", "zoom-fit"];
 

@@ -1,16 +1,18 @@
 // The pick tool: press on a point to drag it, press beside one to add one; Shift and drag selects a box.
 import { cancelDrag, doc, endDrag, showWhileDragging } from "../document.js";
 import { isOnPicture, select, withAdded, withMoved } from "../editing.js";
+import { featureAt } from "../ghost.js";
+import { snapPoints, snapping } from "../snapping.js";
 import { active, box, picked, selection } from "../state.js";
 import { toPicture, toStage } from "../view.js";
 
-/** @typedef {import("../types").Pick} Pick @typedef {{ x: number, y: number, touch: boolean, shift: boolean, ctrl: boolean }} At stage pixels */
+/** @typedef {import("../types").Pick} Pick @typedef {{ x: number, y: number, touch: boolean, shift: boolean, ctrl: boolean, alt: boolean }} At stage pixels; alt: placed freely */
 
 const REACH_PX = 11, REACH_TOUCH_PX = 22; // how near a press must be to hold a point
 const OTHERS = 0.5; // of that for points of other lines: where lines cross, a press means the active one
 const STILL_PX = 3; // a press that moves less is a click: hands shake
 
-/** @type {{ before: import("../types").Doc, from: At, picks: Pick[], added: boolean, moved: boolean } | null} */
+/** @type {{ before: import("../types").Doc, from: At, picks: Pick[], added: boolean, moved: boolean, last: At } | null} */
 let drag = null;
 
 /** The nearest point within reach. @param {At} at @returns {Pick | null} */
@@ -39,12 +41,13 @@ function down(at) {
     const picks = picked.value.some((p) => isSame(p, hit)) ? picked.value : [hit];
     selection.value = picks;
     active.value = hit.feature;
-    drag = { before, from: at, picks, added: false, moved: false };
+    drag = { before, from: at, picks, added: false, moved: false, last: at };
   } else if (isOnPicture(...toPicture(at.x, at.y))) {
+    if (!at.alt) active.value = featureAt(toPicture(at.x, at.y), at.touch);
     const { next, pick } = withAdded(before, active.value, ...toPicture(at.x, at.y));
     showWhileDragging(next);
     selection.value = [pick];
-    drag = { before, from: at, picks: [pick], added: true, moved: false };
+    drag = { before, from: at, picks: [pick], added: true, moved: false, last: at };
   }
 }
 
@@ -53,6 +56,7 @@ function move(at) {
   if (box.value) box.value = { ...box.value, x1: at.x, y1: at.y };
   if (!drag) return;
   const { before, from, picks, added } = drag;
+  drag.last = at;
   if (!drag.moved && Math.hypot(at.x - from.x, at.y - from.y) < STILL_PX) return;
   drag.moved = true;
   const [x0, y0] = toPicture(from.x, from.y), [x, y] = toPicture(at.x, at.y);
@@ -66,8 +70,12 @@ function up() {
     box.value = null;
     select(within(Math.min(x0, x1), Math.min(y0, y1), Math.max(x0, x1), Math.max(y0, y1)));
   }
-  if (drag && (drag.moved || drag.added)) endDrag(drag.before);
+  const done = drag;
   drag = null;
+  if (!done || !(done.moved || done.added)) return;
+  endDrag(done.before);
+  // Several that are moved together keep their places to each other.
+  if (snapping.value && !done.last.alt && done.picks.length === 1) void snapPoints(done.picks, done.last.touch);
 }
 
 /** A second finger, or Escape: as if nothing had been pressed. */

@@ -26,7 +26,7 @@ export function listen(stage, ground = MAIN) {
   const at = (e) => {
     const { left, top } = stage.getBoundingClientRect();
     return { x: e.clientX - left, y: e.clientY - top, touch: "pointerType" in e && e.pointerType === "touch",
-      shift: e.shiftKey, ctrl: e.ctrlKey || e.metaKey };
+      shift: e.shiftKey, ctrl: e.ctrlKey || e.metaKey, alt: e.altKey };
   };
 
   /** @param {PointerEvent} e */

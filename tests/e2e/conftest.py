@@ -95,7 +95,9 @@ class Operator:
     def __init__(self, page: Page, server: Server) -> None:
         self.page, self.server = page, server
 
-    def visit(self) -> "Operator":
+    def visit(self, snap: bool = False) -> "Operator":
+        """snap: whether clicks are drawn to lines. Most tests mean the very pixels that they click."""
+        self.page.add_init_script(f"localStorage.setItem('touchline.snap', '{'on' if snap else 'off'}')")
         self.page.goto(self.server.url)
         expect(self.page.get_by_test_id("camera-overhead")).to_be_visible()
         return self

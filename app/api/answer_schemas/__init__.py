@@ -48,6 +48,6 @@ __all__ = [
     "Answer", "Arrows", "Border", "Calibration", "CalibrationReport", "Calibrations", "Camera", "CameraStatus",
     "CameraTest", "Cameras", "Controls", "Difference", "Draft", "Drawn", "Field", "Fields", "FittedModel",
     "Format", "Formats", "FoundCameras", "Health", "Job", "Jobs", "Lens", "LensInShort", "Lenses", "Model",
-    "Models", "Option", "Overlay", "Page", "Pair", "PairLines", "Preview", "Ranking", "Report", "SnappedPoints", "Snapshot",
-    "Snapshots", "Sources", "Straightness", "Transformed", "Uncertainty",
+    "Models", "Option", "Overlay", "Page", "Pair", "PairLines", "Preview", "Ranking", "Report", "SnappedPoints",
+    "Snapshot", "Snapshots", "Sources", "Straightness", "Transformed", "Uncertainty",
 ]

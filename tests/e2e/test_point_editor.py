@@ -1,0 +1,186 @@
+"""The point editor on painted lines: snapping, the ghost of the field, points along a line, and all of it undone."""
+
+import re
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+MIDDLE = 80.0  # x of the drawn frame's left side
+
+
+@pytest.fixture
+def snapping(operator, straight_picture):
+    """Before a drawn frame, its left border next, clicks drawn to lines."""
+    return operator.visit(snap=True).open(straight_picture, "table", "full")
+
+
+@pytest.fixture
+def fitted(snapping, frame_points):
+    """All four borders clicked a few px off and snapped, so that there is a fit; the field's lines lie where they may."""
+    for border, points in frame_points.items():
+        snapping.page.get_by_test_id(f"border-{border}").click()
+        for x, y in points:
+            snapping.page.mouse.click(*snapping.spot(x + 2, y + 2))
+            said(snapping.page, re.compile(r"^Snapped 2\.0 px$"))
+    expect(snapping.page.get_by_test_id("verdict").locator(".big")).not_to_contain_text("–", timeout=20_000)
+    return snapping
+
+
+def left(operator, *expected, within=0.5, feature="left"):
+    """The feature's points, once they are as expected: what is drawn and saved follows a moment later."""
+    for _ in range(100):
+        points = operator.points(feature)
+        if len(points) == len(expected) and (not points or np.abs(np.array(points) - expected).max() < within):
+            return points
+        operator.page.wait_for_timeout(100)
+    raise AssertionError(f"{feature} has {points}, not {expected}")
+
+
+def said(page, text):
+    expect(page.get_by_test_id("snap-said")).to_have_text(text, timeout=10_000)
+
+
+def test_a_click_beside_a_line_lands_on_its_middle_and_says_how_far(snapping, tmp_path):
+    page = snapping.page
+    page.mouse.move(*snapping.spot(83, 200))
+    expect(page.get_by_test_id("loupe")).to_be_visible()
+    page.wait_for_timeout(300)
+    page.screenshot(path=tmp_path / "ahead.png")
+    page.mouse.click(*snapping.spot(83, 200))
+    said(page, re.compile(r"^Snapped [23]\.\d px$"))
+    page.screenshot(path=tmp_path / "snapped.png")
+    [[x, _]] = left(snapping, (MIDDLE, 200))
+    assert x == pytest.approx(MIDDLE, abs=0.1)
+
+
+def test_undo_takes_a_snapped_point_back_to_where_it_was_put(snapping):
+    page = snapping.page
+    page.mouse.click(*snapping.spot(83, 200))
+    said(page, re.compile("^Snapped"))
+    page.keyboard.press("Control+z")
+    left(snapping, (83, 200))
+    page.keyboard.press("Control+z")
+    left(snapping)
+    page.keyboard.press("Control+y")
+    left(snapping, (83, 200))
+    page.keyboard.press("Control+y")
+    [[x, _]] = left(snapping, (MIDDLE, 200))
+    assert abs(x - MIDDLE) < 0.1
+
+
+def test_with_alt_a_point_stays_where_it_is_put(snapping):
+    page = snapping.page
+    page.keyboard.down("Alt")
+    page.mouse.click(*snapping.spot(84, 200))
+    page.keyboard.up("Alt")
+    page.wait_for_timeout(400)
+    left(snapping, (84, 200))
+
+
+def test_away_from_lines_a_point_stays_and_the_reason_is_said(snapping):
+    snapping.page.mouse.click(*snapping.spot(300, 250))
+    said(snapping.page, "Not snapped: no line within reach")
+    left(snapping, (300, 250))
+
+
+def test_a_drag_shows_the_free_point_and_snaps_when_it_is_let_go(snapping):
+    page = snapping.page
+    page.mouse.click(*snapping.spot(82, 200))
+    said(page, re.compile("^Snapped"))
+    page.mouse.move(*snapping.spot(80, 200))
+    page.mouse.down()
+    page.mouse.move(*snapping.spot(88, 240), steps=5)
+    x = float(re.search(r"translate\(([\d.]+)", page.locator("[data-point='left:0']").get_attribute("transform"))[1])
+    stage = page.get_by_test_id("stage").bounding_box()["x"]
+    assert x + stage == pytest.approx(snapping.spot(88, 240)[0], abs=1.5)
+    page.mouse.move(*snapping.spot(83, 240))
+    page.mouse.up()
+    said(page, re.compile("^Snapped"))
+    [[x, _]] = left(snapping, (MIDDLE, 240))
+    assert abs(x - MIDDLE) < 0.1
+
+
+def test_points_that_were_placed_freely_snap_by_a_key_and_come_back_by_undo(snapping):
+    page = snapping.page
+    page.keyboard.press("s")
+    expect(page.get_by_test_id("do-snap")).to_have_attribute("aria-pressed", "false")
+    for y in (120, 200, 280):
+        page.mouse.click(*snapping.spot(82.5, y))
+    placed = left(snapping, (82.5, 120), (82.5, 200), (82.5, 280), within=0.6)
+    page.keyboard.press("Control+a")
+    page.keyboard.press("j")
+    said(page, re.compile(r"^Snapped 3 of 3 points, at most 2\.\d px$"))
+    snapped = left(snapping, (MIDDLE, 120), (MIDDLE, 200), (MIDDLE, 280), within=0.6)
+    assert np.abs(np.array(snapped)[:, 0] - MIDDLE).max() < 0.1
+    page.keyboard.press("Control+z")
+    left(snapping, *placed, within=0.01)
+
+
+def test_the_keyboard_alone_puts_a_point_on_the_line(snapping):
+    page = snapping.page
+    page.mouse.move(*snapping.spot(82, 150))
+    page.keyboard.press("a")
+    said(page, re.compile("^Snapped"))
+    [[x, _]] = left(snapping, (MIDDLE, 150))
+    assert abs(x - MIDDLE) < 0.1
+
+
+def test_a_line_that_the_fit_sees_is_chosen_by_clicking_it(fitted, tmp_path):
+    page = fitted.page
+    page.get_by_test_id("border-left").click()
+    ghost = page.locator("[data-ghost='halfway-line']")
+    expect(ghost).to_be_attached()
+    middle = ghost.evaluate("g => { const p = g.getPointAtLength(g.getTotalLength() * 0.3); return [p.x, p.y]; }")
+    page.mouse.move(*fitted.spot(middle[0] + 1, middle[1]))
+    expect(page.get_by_test_id("ghost-over")).to_have_text("Halfway line")
+    page.screenshot(path=tmp_path / "ghost.png")
+    page.mouse.click(*fitted.spot(middle[0] + 1, middle[1]))
+    left(fitted, middle, within=2, feature="halfway-line")
+    expect(page.get_by_test_id("inside-halfway-line")).to_have_attribute("aria-pressed", "true")
+    expect(page.get_by_test_id("field-halfway-line")).to_have_class(re.compile("clicked"))
+
+
+def test_points_along_a_line_are_proposed_and_added_as_one_change(fitted, tmp_path):
+    page = fitted.page
+    page.get_by_test_id("border-top").click()
+    page.keyboard.press("Control+a")
+    page.keyboard.press("Delete")
+    for x in (100, 550):
+        page.mouse.click(*fitted.spot(x, 61))
+        said(page, re.compile("^Snapped"))
+    expect(page.get_by_test_id("do-propose")).to_be_enabled(timeout=20_000)
+    page.keyboard.press("f")
+    expect(page.locator("[data-proposed]").first).to_be_visible(timeout=10_000)
+    page.screenshot(path=tmp_path / "proposed.png")
+    expect(page.locator("[data-point^='top:']")).to_have_count(2)
+    count = page.locator("[data-proposed]").count()
+    assert count >= 5
+    page.keyboard.press("f")
+    said(page, f"{count} points added")
+    expect(page.locator("[data-point^='top:']")).to_have_count(2 + count)
+    page.wait_for_timeout(500)
+    added = fitted.points("top")
+    assert len(added) == 2 + count
+    assert np.abs(np.array(added)[:, 1] - 60).max() < 0.15
+    page.keyboard.press("Control+z")
+    expect(page.locator("[data-point^='top:']")).to_have_count(2)
+
+
+def test_proposals_are_discarded_by_escape(fitted):
+    page = fitted.page
+    page.get_by_test_id("border-left").click()
+    page.keyboard.press("f")
+    expect(page.get_by_test_id("proposal")).to_be_visible(timeout=10_000)
+    before = fitted.points("left")
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("proposal")).to_have_count(0)
+    assert fitted.points("left") == before
+
+
+def test_the_little_field_says_what_has_been_done(fitted):
+    page = fitted.page
+    expect(page.get_by_test_id("field-left")).to_have_attribute("aria-label", re.compile("6 points, used by the fit"))
+    expect(page.get_by_test_id("field-halfway-line")).to_have_attribute("aria-label", "Click Halfway line")
+    page.get_by_test_id("field-centre").click(force=True)
+    expect(page.get_by_test_id("inside-centre")).to_have_attribute("aria-pressed", "true")
