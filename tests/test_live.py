@@ -245,6 +245,11 @@ def test_raw_and_corrected_stand_side_by_side(tmp_path):
     small = cv2.resize(frame, (318, 254), interpolation=cv2.INTER_AREA)
     top = (pixels.shape[0] - 254) // 2
     assert np.abs(pixels[top:top + 254, :318].astype(int) - small).mean() < 4
+    raw, corrected = head["halves"]["raw"], head["halves"]["corrected"]
+    assert raw == {"x": 0, "y": top, "width": 318, "height": 254}
+    assert (corrected["x"], corrected["width"]) == (322, 318) and head["halves"]["margin_px"] > 0
+    natural = [side + 2 * head["halves"]["margin_px"] for side in calibration.corrected_size]
+    assert corrected["height"] == round(318 * natural[1] / natural[0])
 
 
 def test_a_corrected_view_needs_a_calibration_and_says_so():
