@@ -5,6 +5,7 @@ import { atBoard, holdLens } from "./board.js";
 import { doc, load } from "./document.js";
 import { closeDraft, fetchDraft, openDraft } from "./draft.js";
 import { active, atLive, atStraight, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "./state.js";
+import { importFile, isCalibrationFile } from "./imports.js";
 import { findVersion, forgetVersion } from "./versions.js";
 import { fit } from "./view.js";
 
@@ -37,8 +38,9 @@ async function fetchLists() {
   ]);
 }
 
-/** Upload a file and work on it. @param {Blob & { name?: string }} file */
+/** Upload a file and work on it; what holds a calibration is kept as a version. @param {Blob & { name?: string }} file */
 export async function openFile(file) {
+  if (isCalibrationFile(file)) return importFile(file);
   const body = new FormData();
   body.append("file", file, file.name || "picture");
   await bring(`Opening ${file.name || "the picture"}…`, async () => (await request("POST", "/snapshots", { body })).json());

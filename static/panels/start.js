@@ -6,6 +6,7 @@ import { html } from "../html.js";
 import { openById } from "../pictures.js";
 import { HeldNext, ToBoard } from "./board.js";
 import { Cameras } from "./cameras.js";
+import { Import } from "./imports.js";
 import { Network } from "./network.js";
 import { Rigs } from "./rig.js";
 import { ActionButton } from "./toolbar.js";
@@ -24,6 +25,7 @@ export function Start() {
     <section aria-label="Open a picture"><h2>${cameras.value.length ? "Or use a picture you have" : "Use a picture you have"}</h2>
       <button type="button" class="drop" data-testid="drop" disabled=${busy.value !== ""} onClick=${() => run("open")}>
         <b>${busy.value || "Open a picture…"}</b><small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small></button></section>
+    <${Import}/>
     <${ToBoard}/>
     <section aria-label="Two cameras"><h2>Do two cameras agree?</h2><${ActionButton} id="pair"/></section>
     <${Rigs}/>

@@ -1,0 +1,32 @@
+"""What the server says of itself reaches the operator: damage stands above the picture, and stops nothing."""
+
+import json
+import sqlite3
+
+from playwright.sync_api import expect
+
+
+def test_a_damaged_version_is_a_banner_with_what_to_do_and_the_page_goes_on(page, own_server, tmp_path):
+    api = own_server.api
+    lens = {"resolution": {"width": 640, "height": 480}, "distCoeffs": {"rows": 1, "cols": 5, "type": 6,
+            "data": [-0.2, 0.03, 0, 0, 0]}, "cameraIntrinsics": {"rows": 3, "cols": 3, "type": 6,
+            "data": [620, 0, 319.5, 0, 620, 239.5, 0, 0, 1]}}
+    kept = api("POST", "/calibrations/import", files={"file": ("lens.photon.json", json.dumps(lens))})
+    assert kept.status_code == 201, kept.text
+    own_server.stop()
+    (database,) = own_server.data.glob("*.sqlite*") if list(own_server.data.glob("*.sqlite")) else [
+        path for path in own_server.data.iterdir() if path.suffix in (".db", ".sqlite3")]
+    with sqlite3.connect(database) as rows:
+        assert rows.execute("UPDATE lenses SET body = replace(body, '640', '641')").rowcount == 1
+    rows.close()
+    own_server.start()
+    (damage,) = api("GET", "/health").json()["damaged"]
+    page.goto(own_server.url)
+    notice = page.get_by_test_id("notice")
+    expect(notice).to_contain_text("Something kept was damaged", timeout=60_000)
+    expect(notice).to_contain_text(damage["file"])
+    expect(notice).to_contain_text(damage["note"] or "Restore it from a backup")
+    page.screenshot(path=tmp_path / "damaged.png")
+    expect(page.get_by_test_id("drop")).to_be_enabled()
+    notice.get_by_role("button", name="Dismiss").click()
+    expect(notice).to_have_count(0)

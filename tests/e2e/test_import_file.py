@@ -1,0 +1,68 @@
+"""Calibrations that exist already, by the page: chosen or dropped, kept as new versions, or refused with a cure."""
+
+import json
+
+import pytest
+from conftest import CLICKS
+from playwright.sync_api import expect
+
+SOON = 60_000
+
+
+@pytest.fixture
+def exported(server):
+    """The bytes of a kept calibration in a format."""
+    task = json.loads((CLICKS / "ssl_2008_half.json").read_text())
+    it = server.api("POST", "/calibrations", json={**task, "model": "brown-conrady"}).json()
+    return lambda format: server.api("GET", f"/calibrations/{it['id']}/export/{format}").content
+
+
+def start(page, server):
+    page.goto(server.url + "/#/")
+    expect(page.get_by_test_id("import-file")).to_be_enabled(timeout=SOON)
+
+
+def file_of(name, data, kind="application/octet-stream"):
+    return {"name": name, "mimeType": kind, "buffer": data}
+
+
+def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_activated(exported, server, page, tmp_path):
+    data = exported("opencv")
+    start(page, server)
+    page.get_by_text("What the file does not say").click()
+    page.get_by_test_id("import-camera").select_option("overhead")
+    page.get_by_test_id("import-file").focus()
+    with page.expect_file_chooser() as chooser:
+        page.keyboard.press("Enter")
+    chooser.value.set_files(file_of("north.yml", data))
+    expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=SOON)
+    kept = server.api("GET", "/calibrations?camera=overhead&limit=1").json()["items"][0]
+    assert "Imported from" in kept["note"] and kept["made_by"]
+    expect(page.get_by_test_id("imported")).to_contain_text(f"Version {kept['version']} for")
+    page.screenshot(path=tmp_path / "imported.png")
+    page.get_by_test_id("import-activate").click()
+    expect(page.get_by_text(f"Version {kept['version']} is active now.")).to_be_visible(timeout=SOON)
+    assert server.api("GET", f"/calibrations/{kept['id']}").json()["active"]
+
+
+def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(exported, server, page, tmp_path):
+    data = exported("json")
+    start(page, server)
+    drop(page, "cal.json", data.decode())
+    expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=SOON)
+    drop(page, "broken.json", '{"format": "nonsense"')
+    expect(page.get_by_test_id("import-refusal")).to_contain_text("broken.json: ", timeout=SOON)
+    expect(page.get_by_test_id("imported")).to_have_count(0)
+    page.screenshot(path=tmp_path / "refused.png")
+    record = json.loads(data)
+    page.get_by_test_id("import-file").set_input_files(
+        file_of("other.json", json.dumps({**record, "corrected_size": [100, 100]}).encode()))
+    expect(page.get_by_test_id("import-refusal")).to_contain_text("disagree", timeout=SOON)
+
+
+def drop(page, name, text):
+    page.evaluate("""([name, text]) => {
+      const data = new DataTransfer();
+      data.items.add(new File([text], name, { type: "application/json" }));
+      dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+    }""", [name, text])
