@@ -145,7 +145,7 @@ export function worstCure() {
   const height = it.warnings.find((w) => w.reason === "height-unknown"), next = it.next_click;
   if (heat.value.atHats && height) return { text: height.fix, cures: curesOf(height) };
   if (next && next.worst_mm_then < next.worst_mm) {
-    return { text: `One more click on the ${words(next.feature).toLowerCase()} makes the worst place ${next.worst_mm.toFixed(1)} → ${next.worst_mm_then.toFixed(1)} mm at hat height.`, cures: [nextClick()].filter((c) => c !== null) };
+    return { text: `One more click on the ${words(next.feature).toLowerCase()} makes the worst place ${next.worst_mm.toFixed(1)} → ${next.worst_mm_then.toFixed(1)} mm${next.z_mm ? " at hat height" : ""}.`, cures: [nextClick()].filter((c) => c !== null) };
   }
   return { text: "More clicks near it, or a lens known from a board, make it better.", cures: [click(fewest()), board()].filter((c) => c !== null) };
 }

@@ -75,7 +75,7 @@ export interface Report {
   verdict: { mm: number | null; level: "good" | "fair" | "poor" | "unknown"; sentence: string };
   terms?: string[];
   sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number; z_mm: number } } | null;
-  next_click?: { feature: string; point: Point; worst_mm: number; worst_mm_then: number } | null;
+  next_click?: { feature: string; point: Point; worst_mm: number; worst_mm_then: number; z_mm?: number } | null;
   warnings: Warning[];
 }
 /** One model among all, on the same clicks. field_mm: what it would miss inside the field. */

@@ -42,7 +42,7 @@ export function LiveCompare({ id, name }) {
   const size = it?.corrected_size.map((side) => side + 2 * liveMargin.value) ?? [4, 3], wrong = problem ?? (status?.problem && { detail: status.problem.what, fix: status.problem.fix });
   const isLive = state === "live" || state === "mismatch";
   return html`<div class="live-compare"><div class=${`live compared${isLive ? "" : " not-live"}`} ref=${stage} tabindex="0" data-testid=${`live-${id}`} data-state=${state} data-seq=${head?.seq ?? 0} data-compared=${it && laid.value ? seen.value : ""}
-      aria-label=${`${name}, ${STATES[state].toLowerCase()}, raw and corrected. Arrow keys pan, plus and minus zoom.`} style=${`aspect-ratio:${(isSide ? 2 : 1) * width}/${height}`}
+      role="group" aria-label=${`${name}, ${STATES[state].toLowerCase()}, raw and corrected. Arrow keys pan, plus and minus zoom.`} style=${`aspect-ratio:${(isSide ? 2 : 1) * width}/${height}`}
       onPointerMoveCapture=${inPane} onPointerDownCapture=${inPane}>
     <div class="half" style=${rawClip.value}><div class="sheet" ref=${raw} data-testid="live-raw" style=${`width:${width}px;height:${height}px;transform:translate(${tx}px,${ty}px) scale(${k})`}></div><${OnRaw}/></div>
     <div class="half" style=${it && at ? correctedClip.value : "visibility:hidden"}><div class="sheet" ref=${corrected} data-testid="live-corrected"
