@@ -1,4 +1,4 @@
-"""The manual explains what the page shows: every model, option, warning and refusal, and no link of it leads nowhere."""
+"""The manual explains what the page shows: every model, option, warning and refusal; no link of it leads nowhere."""
 
 import ast
 import re

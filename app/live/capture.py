@@ -2,6 +2,9 @@
 
 A source that says it is off is opened anew after 0.5 s, then after twice as long each time, up to 5 s, for ever. One
 that hangs is not noticed here: the server sees that no frame comes, and kills the whole process.
+
+A source that makes its pictures itself rests while nobody needs them: one a second is made, to be looked at for light
+and focus. A real camera never rests: what it would not be asked for piles up, and the next picture would be an old one.
 """
 
 import threading
@@ -18,6 +21,8 @@ from app.sources import Control, Source, Surroundings, source_from_url
 RETRY_S, LONGEST_RETRY_S = 0.5, 5.0
 ENDED = "source-ended"
 RECENT = 20  # frames from which the rate is told
+REST_S = 1.0  # between two frames that nobody needs
+RESTS_AFTER_S = 10.0  # unneeded for so long: whoever comes back soon finds it awake
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +49,8 @@ class Capture:
         self._since = time.monotonic()
         self._identity: dict[str, Any] | None = None
         self._reopened = 0
+        self._watched = self._can_rest = False
+        self._awake_until = 0.0
         self._asked: list[tuple[Callable[[Source], Any], dict[str, Any], threading.Event]] = []
 
     def start(self) -> None:
@@ -55,13 +62,35 @@ class Capture:
         with self._changed:
             newest = self._newest
             return {"state": self._state, "problem": self._problem, "since_s": now - self._since, "seq": self._seq,
-                    "interval_s": self._interval_s(), "identity": self._identity, "reopened": self._reopened,
+                    "interval_s": max(self._interval_s(), REST_S if self.resting else 0.0), "identity": self._identity, "reopened": self._reopened,
                     "age_s": now - newest.moment if newest else None,
                     "size": list(newest.frame.size) if newest else None}
 
-    def after(self, seq: int, timeout_s: float) -> Taken | None:
-        """The newest frame if it is newer than seq, or the next one; None when none comes in time."""
+    @property
+    def resting(self) -> bool:
+        """Whether frames are made only once in a while, because nobody needs them."""
+        return self._can_rest and not self._watched and time.monotonic() >= self._awake_until
+
+    def watch(self, watched: bool) -> None:
+        """Whether somebody watches from now on."""
         with self._changed:
+            self._watched = watched
+            self._wake()
+
+    def _wake(self) -> None:
+        if self.resting:
+            self._moments.clear()  # the rate while it rested is not the camera's
+        self._awake_until = time.monotonic() + RESTS_AFTER_S
+        self._changed.notify_all()
+
+    def after(self, seq: int, timeout_s: float, in_passing: bool = False) -> Taken | None:
+        """The newest frame if it is newer than seq, or the next one; None when none comes in time.
+
+        in_passing: a source that rests may go on resting.
+        """
+        with self._changed:
+            if not in_passing:
+                self._wake()
             self._changed.wait_for(lambda: self._newest is not None and self._seq > seq, timeout_s)
             return self._newest if self._newest is not None and self._seq > seq else None
 
@@ -77,6 +106,7 @@ class Capture:
         done = threading.Event()
         with self._changed:
             self._asked.append((deed, answer, done))
+            self._wake()
         if not done.wait(timeout_s):
             with self._changed:  # it may not be done any more: nobody would know
                 self._asked = [one for one in self._asked if one[2] is not done]
@@ -109,12 +139,17 @@ class Capture:
         try:
             with self._changed:
                 self._identity, self._reopened = asdict(source.identity()), self._reopened + 1
+                self._can_rest = getattr(source, "CAN_REST", False)
+                self._wake()
             while True:
                 frame = source.read()
                 self._keep(frame)
                 came = True
                 while self._asked:
                     self._answer(source)
+                with self._changed:
+                    if self.resting:
+                        self._changed.wait_for(lambda: not self.resting, REST_S)
         except TouchlineError as error:
             self._fail(error)
         except Exception as error:

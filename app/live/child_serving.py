@@ -47,6 +47,7 @@ class Serving:
             if kind == wire.WATCH:
                 self._encoder.watch({one["number"]: (Channel(**one["channel"]), one["interval_s"])
                                      for one in head["channels"]})
+                self._capture.watch(bool(head["channels"]))
             elif kind == wire.SHOW:
                 self._encoder.show(_shown(head["calibration"]))
             elif kind == wire.ASK:

@@ -42,10 +42,10 @@ class Inspector:
     def _run(self) -> None:
         seq, due = 0, time.monotonic()
         while True:
-            if time.monotonic() >= due:
+            if time.monotonic() >= due and not self._capture.resting:
                 self._flicker = self._burst(seq) or self._flicker
                 due = time.monotonic() + FLICKER_EVERY_S
-            taken = self._capture.after(seq, EVERY_S)
+            taken = self._capture.after(seq, EVERY_S, in_passing=True)
             if taken is not None:
                 seq = taken.seq
                 pixels = taken.frame.pixels
@@ -72,7 +72,7 @@ class Inspector:
         times, rows = [], []
         end = time.monotonic() + BURST_S
         while len(times) < BURST and time.monotonic() < end:
-            taken = self._capture.after(seq, EVERY_S)
+            taken = self._capture.after(seq, EVERY_S, in_passing=True)
             if taken is None:
                 break
             seq = taken.seq

@@ -1,4 +1,4 @@
-"""The tour and the ways into the manual: real panels, real numbers, left and gone on with, by mouse, keyboard and finger."""
+"""The tour and the ways into the manual: real panels, real numbers, left and gone on with; by mouse, key and finger."""
 
 import re
 
@@ -44,7 +44,7 @@ def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     page.get_by_test_id("take-tour").click()
     page.get_by_test_id("tour-ahead").click()
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")
-    expect(page.get_by_test_id("tour-waits")).to_contain_text("Not open yet")  # no picture: it says so, and nothing is locked
+    expect(page.get_by_test_id("tour-waits")).to_contain_text("Not open yet")  # and nothing is locked
     page.get_by_test_id("tour-leave").click()
     expect(page.get_by_test_id("tour")).to_have_count(0)
     page.reload()

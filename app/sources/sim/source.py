@@ -41,6 +41,7 @@ class SimSource:
     TITLE: ClassVar = "Simulated camera"
     HELP: ClassVar = "A field seen through a real lens model, with robots and a ball; nothing to plug in."
     TARGET: ClassVar = "the field's name"
+    CAN_REST: ClassVar = True  # each picture is work of our own: none is made for nobody
     OPTIONS: ClassVar = (
         Option("camera", "int", 0, "Which of the cameras above the field this is.", (0, 7)),
         Option("cameras", "choice", "1", "How many cameras share the field.", choices=tuple(CAMERAS)),
