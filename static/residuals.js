@@ -61,6 +61,12 @@ function ordered(feature, bars) {
 /** @param {Point[]} points @returns {Point} */
 const mean = (points) => /** @type {Point} */ ([0, 1].map((i) => points.reduce((sum, p) => sum + p[i], 0) / Math.max(1, points.length)));
 
+/** These are pointed at now. @param {Pick[]} picks */
+export function pointAt(picks) {
+  const before = hovered.peek();
+  if (picks.length !== before.length || picks.some((p, i) => !isSame(p, before[i]))) hovered.value = picks;
+}
+
 /** @param {Pick} a @param {Pick} b */
 export const isSame = (a, b) => a.feature === b.feature && a.index === b.index;
 
@@ -69,7 +75,7 @@ export function startHovering() {
   effect(() => {
     const at = pointer.value, isRaw = at !== null && (editing.value || (comparing.value && asked.value?.from === "image")), { k } = view.peek();
     untracked(() => {
-      if (!at || at.down || !isRaw) { if (hovered.value.length) hovered.value = []; return; }
+      if (!at || at.down || !isRaw) return pointAt([]);
       let near = null, reach = REACH_PX / k;
       for (const { feature, points } of editing.value ? doc.value.observations : version.value?.observations ?? []) {
         if (typeof feature !== "string") continue;
@@ -78,8 +84,7 @@ export function startHovering() {
           if (far <= reach) { reach = far; near = { feature, index }; }
         }
       }
-      const before = hovered.value[0];
-      if (near ? !before || !isSame(before, near) : before) hovered.value = near ? [near] : [];
+      pointAt(near ? [near] : []);
     });
   });
 }

@@ -39,13 +39,14 @@ export function Plot({ of, name, label, height, options, data, draw, across, spa
     system.addEventListener("change", repaint);
     return () => { wide.disconnect(); theme.disconnect(); system.removeEventListener("change", repaint); it.destroy(); made.current = null; };
   }, [of, height]);
-  useEffect(() => { made.current?.setData(data); }, [data]);
+  const figures = JSON.stringify([data, across, span]); // the same figures are not drawn again, however often they come
+  useEffect(() => { made.current?.setData(data); }, [figures]);
   useEffect(() => { // the line goes where something else points
     const it = made.current;
     if (!it) return;
     it.setCursor(at < 0 ? { left: -10, top: -10 } : { left: it.valToPos(Number(data[0][at]), "x"), top: 0 }, false);
     it.redraw(false, false);
-  }, [at, data]);
+  }, [at, figures]);
 
   /** @param {KeyboardEvent} e */
   const key = (e) => {

@@ -5,7 +5,7 @@ import { stale } from "../fitting.js";
 import { many, mm, number, words } from "../format.js";
 import { html } from "../html.js";
 import { colour } from "../layers/drawing.js";
-import { binned, groups, hovered, isSame, plot, valueOf } from "../residuals.js";
+import { binned, groups, hovered, isSame, plot, pointAt, valueOf } from "../residuals.js";
 import { comparing, editing, picked } from "../state.js";
 import { reveal } from "../view.js";
 import { Plot, ink } from "./plot.js";
@@ -83,7 +83,7 @@ function Along() {
     data=${[xs, values]} at=${shown} options=${() => ({
       axes: [{ ...axis(), splits: () => lines.map((_, i) => i + 0.5), values: () => lines.map((l) => (lines.length > 5 ? l.feature[0].toUpperCase() : words(l.feature))), grid: { show: false } }, { ...axis(), size: 40 }],
     })} draw=${draw} across=${[0, lines.length]} span=${[-1.15 * most, 1.15 * most]} say=${(/** @type {number} */ i) => (bars[i] ? `${words(bars[i].feature)}, point ${bars[i].index + 1}: ${signed(bars[i].px, 2)} px` : "")}
-    point=${(/** @type {number} */ i) => { hovered.value = bars[i] ? [{ feature: bars[i].feature, index: bars[i].index }] : []; }} take=${(/** @type {number} */ i) => { if (bars[i]) take(bars[i]); }}/>`;
+    point=${(/** @type {number} */ i) => pointAt(bars[i] ? [{ feature: bars[i].feature, index: bars[i].index }] : [])} take=${(/** @type {number} */ i) => { if (bars[i]) take(bars[i]); }}/>`;
 }
 
 /** @param {{ bars: Bar[] }} props */
@@ -115,7 +115,7 @@ function Histogram({ bars }) {
     data=${[xs, bins.map((bin) => bin.length)]} at=${shown} options=${() => ({
       axes: [{ ...axis(), grid: { show: false }, space: 44 }, { ...axis(), size: 34, incrs: [1, 2, 5, 10, 20, 50, 100, 500, 1000] }],
     })} draw=${draw} across=${[from - width / 2, from + (bins.length - 0.5) * width]} span=${[0, 1.15 * Math.max(2, ...bins.map((bin) => bin.length))]} say=${(/** @type {number} */ i) => (bins[i] ? `${many(bins[i].length, "point")} about ${signed(xs[i], 2)} ${plot.value.unit}` : "")}
-    point=${(/** @type {number} */ i) => { hovered.value = (bins[i] ?? []).map(({ feature, index }) => ({ feature, index })); }} take=${(/** @type {number} */ i) => { if (bins[i]?.length) { if (comparing.value) take(bins[i][0]); else select(bins[i].map(({ feature, index }) => ({ feature, index }))); } }}/>
+    point=${(/** @type {number} */ i) => pointAt((bins[i] ?? []).map(({ feature, index }) => ({ feature, index })))} take=${(/** @type {number} */ i) => { if (bins[i]?.length) { if (comparing.value) take(bins[i][0]); else select(bins[i].map(({ feature, index }) => ({ feature, index }))); } }}/>
     <p class="reason">The line is what a hand of σ ${number(sigma, 2)} ${plot.value.unit} alone would give: bars far outside it are a bend that the model has not, or a line clicked twice. Strays are not counted.</p>`;
 }
 
