@@ -1,0 +1,198 @@
+"""The pages beside the steps: long work, versions, settings, and a board before a live camera."""
+
+import json
+import os
+import signal
+import time
+
+import pytest
+from board_film import film
+from conftest import Operator
+from playwright.sync_api import expect
+
+from app.field import BORDERS
+
+LONG = 120_000  # ms, for work on a busy machine
+
+
+def kill(server):
+    """As a power cut does: nothing is said, nothing is closed."""
+    os.kill(server.process.pid, signal.SIGKILL)
+    server.process.wait(20)
+
+
+def comparison(server, clicks):
+    """Work of some seconds that was asked for by somebody else."""
+    return server.api("POST", "/calibrations/compare?job=true", json=clicks("ssl_2008_half")).json()["id"]
+
+
+def job(page, id):
+    return page.locator(f"[data-testid=job][data-id='{id}']")
+
+
+@pytest.fixture
+def versions(server, clicks):
+    """Three versions of the camera "table", the newest last, none active; deleted in the end as far as that can be."""
+    task = {**clicks("ssl_2008_half"), "camera": "table", "model": "polynomial"}
+    made = [server.api("POST", "/calibrations", json={**task, "options": {"degree": degree}}).json()
+            for degree in (1, 2, 3)]
+    yield made
+    for version in made:
+        server.api("DELETE", f"/calibrations/{version['id']}")
+
+
+def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operator, server, clicks, tmp_path):
+    page, id = operator.page, comparison(server, clicks)
+    expect(page.get_by_test_id("at-work")).to_be_visible(timeout=LONG)
+    page.get_by_test_id("at-work").click()
+    expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG)
+    expect(job(page, id).get_by_test_id("job-message")).to_contain_text("%")
+    page.screenshot(path=tmp_path / "jobs.png")
+    job(page, id).get_by_test_id("cancel-job").click()
+    expect(job(page, id)).to_have_attribute("data-state", "cancelled", timeout=LONG)
+    expect(page.get_by_test_id("at-work")).to_have_count(0, timeout=LONG)
+    assert server.api("GET", f"/jobs/{id}").json()["state"] == "cancelled"
+
+    snapshot = server.api("POST", "/snapshots", json={"camera": "overhead"}).json()
+    body = {**clicks("ssl_2008_half"), "snapshot": snapshot["id"], "image_size": None, "model": "homography"}
+    made = server.api("POST", "/calibrations?job=true", json={k: v for k, v in body.items() if v}).json()["id"]
+    expect(job(page, made)).to_have_attribute("data-state", "done", timeout=LONG)
+    job(page, made).get_by_test_id("show-made").click()
+    expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step", timeout=LONG)
+    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG)
+
+
+def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, server):
+    page = clicked("division").page
+    expect(page.get_by_test_id("comparing")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("comparing").locator(".reason")).not_to_contain_text("Asking", timeout=LONG)
+    before = server.api("GET", "/jobs").json()["items"][0]
+    assert (before["kind"], before["state"]) == ("comparison", "running")
+    page.reload()
+    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
+    newest = server.api("GET", "/jobs").json()["items"][0]
+    assert (newest["id"], newest["state"]) == (before["id"], "done")
+
+
+def test_work_goes_on_when_the_server_was_killed_in_the_middle_of_it(page, own_server, clicks, tmp_path):
+    Operator(page, own_server).visit()
+    page.goto(f"{own_server.url}/#/jobs")
+    id = comparison(own_server, clicks)
+    expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG)
+    kill(own_server)
+    expect(page.get_by_test_id("jobs-page").get_by_text("this is what was known last")).to_be_visible(timeout=LONG)
+    own_server.start()
+    expect(job(page, id).get_by_test_id("job-attempt")).to_contain_text("Attempt 2", timeout=LONG)
+    page.screenshot(path=tmp_path / "again.png")
+    expect(job(page, id)).to_have_attribute("data-state", "done", timeout=LONG)
+
+
+def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, tmp_path):
+    page = operator.page
+    page.get_by_test_id("to-settings").click()
+    expect(page.get_by_test_id("taken-pictures")).to_contain_text("of 2.0 GB")
+    expect(page.get_by_test_id("newest-backup")).not_to_be_empty()
+    expect(page.get_by_test_id("setting-token")).to_contain_text("not set")
+    page.get_by_test_id("section-jobs").locator("summary").click()
+    expect(page.get_by_test_id("setting-jobs.workers")).to_contain_text("Long jobs done at once")
+    page.screenshot(path=tmp_path / "settings.png")
+    page.get_by_test_id("operator-name").fill("Ada")
+    page.get_by_test_id("operator-name").press("Enter")
+    page.reload()
+    expect(page.get_by_test_id("operator-name")).to_have_value("Ada")
+    snapshot = server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]
+    operator.go_on(snapshot, {"field": "ssl-div-b", "region": "half", "model": "polynomial", "options": {},
+                              "observations": []}, "borders")
+    operator.click("left", [[100, 100]])
+    assert operator.draft()["updated_by"] == "Ada"
+
+
+def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, server, versions, tmp_path):
+    page = operator.page
+    page.goto(f"{server.url}/#/versions/table")
+    row = lambda version: page.locator(f"[data-testid=shelf-version][data-version='{version['version']}']")  # noqa: E731
+    first, second, _ = versions
+    for version in (first, second):
+        row(version).get_by_test_id("shelf-activate").click()
+        expect(row(version)).to_have_attribute("data-active", "true")
+    expect(row(second).get_by_test_id("shelf-delete")).to_be_disabled()
+    page.get_by_test_id("do-roll-back").click()
+    expect(row(first)).to_have_attribute("data-active", "true")
+    assert server.api("GET", "/cameras/table").json()["active_calibration"] == first["id"]
+    expect(page.get_by_test_id("history").locator("li")).to_have_count(3)
+
+    row(second).get_by_test_id("shelf-note").fill("after the lens was cleaned")
+    row(second).get_by_test_id("shelf-note").press("Tab")
+    page.reload()
+    expect(row(second).get_by_test_id("shelf-note")).to_have_value("after the lens was cleaned")
+
+    for version in (first, second):
+        row(version).get_by_test_id("shelf-compare").check()
+    expect(page.get_by_test_id("apart-worst")).to_contain_text("mm", timeout=LONG)
+    apart = server.api("GET", f"/calibrations/{first['id']}/difference/{second['id']}.json").json()
+    shown = float(page.get_by_test_id("apart-worst").text_content().split()[0].replace("\u202f", ""))
+    assert shown == pytest.approx(apart["max_mm"], abs=0.6)
+    page.screenshot(path=tmp_path / "versions.png")
+
+
+def test_a_version_that_was_deleted_is_put_back(operator, server, versions):
+    page, gone = operator.page, versions[2]
+    page.goto(f"{server.url}/#/versions/table")
+    row = page.locator(f"[data-testid=shelf-version][data-version='{gone['version']}']")
+    row.get_by_test_id("shelf-delete").click()
+    expect(row).to_have_count(0)
+    page.get_by_role("button", name="Put it back").click()
+    expect(row).to_be_visible()
+    assert server.api("GET", f"/calibrations/{gone['id']}").json()["version"] == gone["version"]
+
+
+def test_a_page_is_left_to_the_picture_it_was_opened_from(operator, straight_picture, frame_points):
+    page = operator.open(straight_picture, "table", "full").click("left", frame_points["left"]).page
+    operator.draft()
+    snapshot = operator.snapshot
+    page.get_by_test_id("stage").focus()
+    page.keyboard.press("j")
+    expect(page.get_by_test_id("jobs-page")).to_be_visible()
+    page.keyboard.press("Delete")  # nothing unseen is changed
+    page.get_by_test_id("next").click()
+    expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step")
+    assert operator.snapshot == snapshot and operator.points("left") == frame_points["left"]
+
+
+def test_every_step_can_be_looked_at_and_says_what_is_missing(operator, straight_picture):
+    page = operator.open(straight_picture, "table", "full").page
+    for step, missing in (("model", "Click"), ("compare", "Nothing is saved"), ("activate", "Save a version first"),
+                          ("picture", "640 × 480")):
+        page.get_by_test_id(f"step-{step}").click()
+        expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step")
+        expect(page.get_by_test_id("sentence")).to_contain_text(missing)
+    assert not [border for border in BORDERS if operator.points(border)]
+
+
+def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operator, server, tmp_path):
+    page, folder = operator.page, server.data / "shown"
+    folder.mkdir(exist_ok=True)
+    film(folder / "board.avi", 6)
+    server.api("POST", "/cameras", json={"id": "film", "name": "Film of a board", "source": "video://board.avi"})
+    page.goto(f"{server.url}/#/live/film")
+    page.reload()  # the list of cameras is the page's own
+    page.get_by_test_id("do-watch-board").click()
+    views = page.get_by_test_id("captured-view")
+    expect(views).to_have_count(2, timeout=LONG)
+    expect(page.locator(".captured circle")).to_have_count(54, timeout=LONG)  # the corners, over the live picture
+    expect(page.locator(".captured .wanted polygon")).to_be_visible()
+    expect(page.get_by_test_id("sentence")).to_contain_text("Hold the board")
+    page.screenshot(path=tmp_path / "held.png")
+    page.reload()
+    expect(views.nth(1)).to_be_visible(timeout=LONG)
+    expect(views).to_have_count(6, timeout=LONG)  # each pose once, those before the reload as well
+    page.keyboard.press("k")
+    expect(page.get_by_test_id("do-capture")).to_contain_text("Take by itself")
+    time.sleep(3)  # a whole pose goes by
+    expect(views).to_have_count(6)
+    page.get_by_test_id("next").click()
+    expect(page.get_by_test_id("lens-verdict")).to_be_visible(timeout=LONG)
+    kept = json.loads(page.evaluate("localStorage.getItem('touchline.board')"))
+    assert [p["camera"] for p in kept["pictures"]] == ["film"] * 6
+    page.screenshot(path=tmp_path / "lens.png")
+    server.api("DELETE", "/cameras/film")
