@@ -75,6 +75,11 @@ class VideoSource(PlainSource):
             self._pace.wait_for(self._rounds_s + self._moment_s)
         return frame
 
+    @property
+    def moment_s(self) -> float:
+        """When the newest frame was filmed, from where the reading began."""
+        return self._rounds_s + self._moment_s
+
     def close(self) -> None:
         if self._capture is not None:
             self._capture.release()
