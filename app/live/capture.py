@@ -60,10 +60,10 @@ class Capture:
         """What the server needs to judge it by; ages in s on this process' clock."""
         now = time.monotonic()
         with self._changed:
-            newest = self._newest
+            newest, least_s = self._newest, REST_S if self.resting else 0.0
             return {"state": self._state, "problem": self._problem, "since_s": now - self._since, "seq": self._seq,
-                    "interval_s": max(self._interval_s(), REST_S if self.resting else 0.0), "identity": self._identity, "reopened": self._reopened,
-                    "age_s": now - newest.moment if newest else None,
+                    "interval_s": max(self._interval_s(), least_s), "identity": self._identity,
+                    "reopened": self._reopened, "age_s": now - newest.moment if newest else None,
                     "size": list(newest.frame.size) if newest else None}
 
     @property
