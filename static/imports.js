@@ -32,6 +32,7 @@ export async function importFile(file) {
   } catch (error) {
     const { message, fix = "Check that the server runs, then choose the file again." } = /** @type {Error & { fix?: string }} */ (error);
     imported.value = { name, kept: null, why: { detail: `${name}: ${message}`, fix } };
+    tell({ level: "warn", text: `${name}: ${message}`, fix }); // the file may have been dropped far from the button
   } finally {
     busy.value = "";
   }

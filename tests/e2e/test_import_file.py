@@ -53,6 +53,7 @@ def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(exp
     drop(page, "broken.json", '{"format": "nonsense"')
     expect(page.get_by_test_id("import-refusal")).to_contain_text("broken.json: ", timeout=SOON)
     expect(page.get_by_test_id("imported")).to_have_count(0)
+    expect(page.get_by_test_id("notice").filter(has_text="broken.json: ")).to_be_in_viewport()
     page.screenshot(path=tmp_path / "refused.png")
     record = json.loads(data)
     page.get_by_test_id("import-file").set_input_files(
