@@ -15,7 +15,8 @@ const now = signal(Date.now());
 setInterval(() => { now.value = Date.now(); }, 1000);
 
 export function Header() {
-  return html`<a class="skip" href="#/" onClick=${toStage}>Skip to the picture</a><header>
+  return html`<header>
+    <a class="skip" href="#/" onClick=${toStage}>Skip to the picture</a>
     <a class="brand" href="#/" aria-label="Touchline, start page"><${Logo}/><span>Touchline</span></a>
     ${snapshot.value && html`<span class="pill" title="Where the picture comes from">${camera.value?.name ?? "Picture from a file"}
       <small>${snapshot.value.width} × ${snapshot.value.height} px</small></span>`}

@@ -7,14 +7,14 @@ import { help } from "../state.js";
 import { steps } from "../steps.js";
 import { STOPS, go, leaveTour, stop, takeTour, tour } from "../tour.js";
 
-const LOOK_MS = 250, ROUND_PX = 4;
+const LOOK_MS = 250, ROUND_PX = 4, NARROW_PX = 720; // up to there the card lies over the lower part of the page
 
 export function Tour() {
   const { on, at } = tour.value, it = stop.value, place = steps.value.find((s) => s.id === it.step);
   useEffect(() => {
     if (!on) return;
     run(`step-${it.step}`); // as far as it is open
-    const soon = setTimeout(() => find(it.at)?.scrollIntoView({ block: "nearest" }), LOOK_MS);
+    const soon = setTimeout(() => find(it.at)?.scrollIntoView({ block: innerWidth <= NARROW_PX ? "start" : "nearest" }), LOOK_MS);
     return () => clearTimeout(soon);
   }, [on, at, place?.open]);
   if (!on) return null;
