@@ -1,9 +1,9 @@
 // Keeps the document: on the server after every change, and in this browser until the server has it.
 import { batch, effect, signal, untracked } from "@preact/signals";
 import { Away, Problem, online, request } from "./api.js";
-import { EMPTY, change, doc, dragging, fromDraft, load, same, undo } from "./document.js";
+import { EMPTY, change, doc, dragging, fromDraft, load, same } from "./document.js";
 import { newestWins } from "./newest.js";
-import { snapshot, tell, tellError } from "./state.js";
+import { snapshot, tellError } from "./state.js";
 
 const PAUSE_MS = 250; // a nudge held down is one save, not thirty
 
@@ -15,6 +15,10 @@ export const draft = signal(/** @type {{ state: "none" | "saved" | "unsaved" | "
 
 /** What the server has, as far as we know. */
 let kept = /** @type {Kept | null} */ (null);
+/** Who has changed the draft while we looked on; told beside the step, where it covers nothing. */
+export const changedBy = signal(/** @type {{ name: string, etag: string } | null} */ (null));
+/** Whether what is shown is still just what they made of it. */
+export const isTheirs = () => changedBy.value !== null && draft.value.state === "saved" && kept?.etag === changedBy.value.etag;
 let timer = 0, saving = false;
 
 /** @param {string} id */
@@ -39,6 +43,7 @@ export function openDraft(id, server) {
 
 export function closeDraft() {
   kept = null;
+  changedBy.value = null;
   draft.value = { state: "none", at: 0, theirs: null };
   load(EMPTY);
 }
@@ -145,7 +150,7 @@ export async function lookAgain(etag, by) {
     kept = now;
     if (same(now.doc, doc.value)) return;
     change(now.doc);
-    if (etag) tell({ level: "info", text: `${by && !isAddress(by) ? by : "Somebody else"} changed this picture's draft.`, fix: "It is shown now; undo brings back what was here.", action: { label: "Undo", run: undo } });
+    changedBy.value = { name: by && !isAddress(by) ? by : "Somebody else", etag: now.etag };
   } catch { /* the next save will tell */ }
 }
 
