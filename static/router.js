@@ -49,13 +49,13 @@ async function follow() {
   }
   page.value = null;
   if (id === BOARD || id === PAIR || id === STRAIGHT || id === LIVE) {
-    closePicture();
+    const asked = location.hash, names = asked.split("/").slice(2).map(decodeURIComponent), name = names[0] ?? "";
+    closePicture(); // which writes another address for a moment
     step.value = "camera";
-    const name = decodeURIComponent(location.hash.split("/")[2] ?? "");
     if (id === LIVE) { if (atLive.value !== name) openLive(name); }
     else if (id === BOARD && !atBoard.value) void openBoard();
     else if (id === STRAIGHT && !atStraight.value) void openStraight();
-    else if (id === PAIR && !(atPair.value && location.hash === pairAddress())) await openPair(...location.hash.split("/").slice(2).map(decodeURIComponent));
+    else if (id === PAIR && !(atPair.value && asked === pairAddress())) await openPair(...names);
     return;
   }
   atLive.value = null;
