@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app import cv, pipeline
 from app.errors import FitFailed
 from app.evaluate.field_proof import Proof
-from app.field import Field, Region
+from app.field import BORDERS, Arc, Field, Line, Region
 from app.geometry import ImageSize, Points
 from app.models import MODELS, Progress, no_progress, parameters_json
 from app.models.brown_conrady import BrownConrady
@@ -36,6 +36,7 @@ POINTS = 240  # in all: more cost time and tell nothing new
 APART_PX = 6.0  # at least, from one to the next
 CAPTURE_PX = 4.0  # about the expected place, in a picture of 1280 px
 CLEAR_PX = 4.0  # of other paint
+STRAY_SPREADS, STRAY_PX = 4.5, 1.5
 LEAST_OF_ONE = 3  # points of a marking that are worth naming it
 LONG = 0.05  # of the diagonal: a line of that length on the carpet wants an explanation
 ON_LINE_PX = 5.0
@@ -64,7 +65,10 @@ class Seen:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """observations: points on each marking. state: the camera that named them. hits: where a line was as expected."""
+    """observations: points on each marking. state: the camera that named them. hits: where a line was as expected.
+
+    rms_px: of the points about the field as that camera sees it.
+    """
 
     observations: Observations
     state: RayState
@@ -72,6 +76,7 @@ class Found:
     expected: Expected
     hits: NDArray[np.bool_]
     pattern: FieldPattern
+    rms_px: float
 
 
 def look(pixels: NDArray[np.uint8]) -> Seen:
@@ -98,12 +103,12 @@ def find(seen: Seen, field: Field, region: Region, rough: Rough = Rough(),  # no
     if finer is not None:
         state = finer.state
     pattern = FieldPattern.of(field, field.length_mm * FINE_MM_SHARE)
-    return _measured(seen, state, pattern, searched), searched
+    return _measured(seen, state, pattern, region, searched), searched
 
 
-def _measured(seen: Seen, state: RayState, pattern: FieldPattern, searched: Searched) -> Found | None:
+def _measured(seen: Seen, state: RayState, pattern: FieldPattern, region: Region, searched: Searched) -> Found | None:
     size = seen.size
-    scale = max(size.width / 1280, 0.6)
+    scale = max(size.width / 1280, 0.8)
     places = expected(state.project, pattern, size, APART_PX, CLEAR_PX)
     apart = max(APART_PX, float(places.length_px[places.clear].sum()) / POINTS)
     places = expected(state.project, pattern, size, apart, CLEAR_PX)
@@ -112,15 +117,30 @@ def _measured(seen: Seen, state: RayState, pattern: FieldPattern, searched: Sear
     profiles = across_lines(seen.gray, places.places, places.normals, places.width_px, places.marking,
                             CAPTURE_PX * scale)
     hits = profiles.found & places.clear
+    if hits.any():
+        spread = 1.4826 * float(np.median(np.abs(profiles.middle[hits])))
+        hits &= np.abs(profiles.middle) < max(STRAY_SPREADS * spread, STRAY_PX)  # a robot's edge, a shoe
     points = places.places + np.where(hits, profiles.middle, 0.0)[:, None] * places.normals
     observations = []
     for number, marking in enumerate(pattern.markings):
         of = hits & (places.marking == number)
         if of.sum() >= LEAST_OF_ONE:
-            observations.append(Observation(marking.name, "line", points[of]))
+            observations.append(Observation(border_under(marking, region), "line", points[of]))
         else:
             hits = hits & ~of
-    return Found(tuple(observations), state, searched, places, hits, pattern) if observations else None
+    rms_px = float(np.sqrt(np.mean(profiles.middle[hits] ** 2))) if hits.any() else np.inf
+    return Found(tuple(observations), state, searched, places, hits, pattern, rms_px) if observations else None
+
+
+def border_under(marking: Line | Arc, region: Region) -> str:
+    """The marking's name, or that of the region's border along it, which every model knows what to do with."""
+    if isinstance(marking, Line):
+        for name in BORDERS:
+            ends = np.array([region.border(name).start, region.border(name).end])
+            low, high = np.minimum(marking.start, marking.end), np.maximum(marking.start, marking.end)
+            if np.abs(marking.nearest(ends) - ends).max() < 1 and (ends >= low - 1).all() and (ends <= high + 1).all():
+                return name
+    return marking.name
 
 
 def calibrated(found: Found, field: Field, region: Region, size: ImageSize, model: str, options: Mapping[str, Any],
@@ -148,23 +168,16 @@ def _start(state: RayState, name: str, region: Region, size: ImageSize) -> dict[
     return parameters_json(begin) if begin.plausible() else None
 
 
-def proof_of(found: Found, seen: Seen, field: Field, region: Region,
-             done: Calibrated) -> Proof:
-    """What the fitted camera expects, and what is there; strays of the fit count as not found."""
-    hits = found.hits.copy()
-    inliers = {str(o.feature): fine for o, fine in zip(found.observations, done.fit.inliers, strict=True)}
-    for number, marking in enumerate(found.pattern.markings):
-        of = np.flatnonzero(found.hits & (found.expected.marking == number))
-        if marking.name in inliers:
-            hits[of] = inliers[marking.name]
+def proof_of(found: Found, seen: Seen, field: Field, region: Region) -> Proof:
+    """What the camera expects, and what is there; whatever model is fitted to the points afterwards."""
     count = len(found.pattern.markings)
     length = np.where(found.expected.clear, found.expected.length_px, 0.0)
     wanted = np.bincount(found.expected.marking, weights=length, minlength=count)
-    there = np.bincount(found.expected.marking, weights=length * hits, minlength=count)
+    there = np.bincount(found.expected.marking, weights=length * found.hits, minlength=count)
     explained, unexplained = _explained(found, seen, field)
     best, *others = found.searched.candidates
     return Proof(tuple(m.name for m in found.pattern.markings), wanted, there, explained, unexplained,
-                 float(done.report["rms_px"]), _rival(best, others, region), float(np.hypot(*seen.size)))
+                 found.rms_px, _rival(best, others, region), float(np.hypot(*seen.size)))
 
 
 def _rival(best: Candidate, others: list[Candidate], region: Region) -> float:

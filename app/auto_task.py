@@ -83,16 +83,17 @@ class AutoTask:
             refusal = auto_pipeline.nothing_seen(seen, searched)
             return {**told, "doubts": [_doubt(refusal)], "verdict": verdict_of([_doubt(refusal)], None, None)}, None
         told["observations"] = [o.to_json() for o in found.observations]
+        proof = auto_pipeline.proof_of(found, seen, self.field, self.region)
+        doubts, done = [*proof.doubts()], None
         try:
             done = auto_pipeline.calibrated(found, self.field, self.region, frame.size, self.model, self.options,
                                             part_of(progress, 0.6, 1.0))
         except FitFailed as refusal:
-            return {**told, "doubts": [_doubt(refusal)], "verdict": verdict_of([_doubt(refusal)], None, None)}, None
-        proof = auto_pipeline.proof_of(found, seen, self.field, self.region, done)
-        doubts = proof.doubts()
-        verdict = verdict_of(doubts, proof, done.report["verdict"])
-        told |= {"doubts": list(doubts), "verdict": verdict, "proof": proof.to_json(), "report": done.report}
-        return told, self._record(found, done, frame) if verdict["level"] == "good" else None
+            doubts.append(_doubt(refusal))
+        report = None if done is None else done.report
+        told |= {"doubts": doubts, "verdict": verdict_of(doubts, proof, report and report["verdict"]),
+                 "proof": proof.to_json(), "report": report}
+        return told, self._record(found, done, frame) if done is not None and not doubts else None
 
     def _record(self, found: auto_pipeline.Found, done: Calibrated, frame: Frame) -> Calibration:
         task = Task(found.observations, self.field, self.region, frame.size, self.model, self.options, self.camera,
@@ -122,13 +123,13 @@ def one_picture(reads: Sequence[Callable[[], Frame]], progress: Progress = no_pr
 
 
 def run_auto(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"task", "pictures": [{"path", "sha256"}, …]}; they are a stranger's, and decoded as such."""
+    """A job: {"task", "pictures": [{"name", "path", "sha256"}, …], "keep"}; they are a stranger's, decoded as such."""
     task = AutoTask.from_json(spec["task"])
     with ImageDecoder(workers=1) as decoder:
         reads = [lambda p=p: decoder.frame_from_bytes(checked_bytes(**p)) for p in spec["pictures"]]
         frame = one_picture(reads, part_of(progress, 0.0, 0.1))
     told, made = task.answer(frame, part_of(progress, 0.1, 1.0))
-    return {"told": told, "made": None if made is None else made.to_json()}
+    return {"told": told, "made": made.to_json() if made is not None and spec["keep"] else None}
 
 
 __all__ = ["AutoTask", "one_picture", "rough_from", "run_auto"]

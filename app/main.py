@@ -11,6 +11,7 @@ from fastapi import APIRouter, FastAPI
 from app import __version__, serving
 from app.api import (
     archive,
+    auto,
     board_capture,
     boards,
     calibrations,
@@ -57,10 +58,10 @@ from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
              boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs,
-             publishing, settings_told, snapping, board_capture)
+             snapping, publishing, settings_told, board_capture, auto)
 API = "/api/v1"
 # whose functions jobs may be
-MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline")
+MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline", "app.auto_task")
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
 Pixels are [x, y] from the centre of the top-left pixel; field positions are [x, y] in mm from the field's centre.

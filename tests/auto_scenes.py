@@ -114,15 +114,16 @@ def scene_of(spec: SceneSpec) -> SeenScene:
     return SeenScene(spec, shown.frame_at(0, time_s), camera, field, region, hidden)
 
 
-def carpet_error_mm(found_field_from_raw, scene: SeenScene, rings: tuple[int, int] = (12, 9)) -> tuple[float, float]:
-    """Root mean square and greatest error, mm, over a grid of the region's carpet that the picture shows.
+def carpet_error_mm(found_field_from_raw, scene: SeenScene, rings: tuple[int, int] = (12, 9),
+                    height_mm: float = 0.0) -> tuple[float, float]:
+    """Root mean square and greatest error, mm, over a grid of the region, on the carpet or above, that is in sight.
 
-    found_field_from_raw: raw px (n, 2) to field mm.
+    found_field_from_raw: raw px (n, 2) to field mm, at that height.
     """
     (x0, x1), (y0, y1) = scene.region.x_mm, scene.region.y_mm
     x, y = np.meshgrid(np.linspace(x0, x1, rings[0]), np.linspace(y0, y1, rings[1]))
     places = np.stack([x, y], axis=-1).reshape(-1, 2)
-    raw = scene.camera.raw_from_field(places)
+    raw = scene.camera.raw_from_field(np.concatenate([places, np.full((len(places), 1), height_mm)], axis=1))
     seen = scene.camera.sees(raw)
     off = np.linalg.norm(found_field_from_raw(raw[seen]) - places[seen], axis=1)
     off = np.where(np.isfinite(off), off, 1e6)

@@ -25,7 +25,11 @@ def keepers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
         return {"calibrations": [keep_version(store, Calibration.from_json(one), about["by"]).id
                                  for one in made["made"]]}
 
-    return {"calibration": calibration, "calibrations": calibrations, "lens": lens}
+    def found_lines(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
+        kept = made["made"] and keep_version(store, Calibration.from_json(made["made"]), about["by"])
+        return {"calibration": kept.id if kept else None, **made["told"]}
+
+    return {"calibration": calibration, "calibrations": calibrations, "lens": lens, "found-lines": found_lines}
 
 
 def keep_version(store: Store, made: Calibration, by: str) -> Calibration:

@@ -42,7 +42,7 @@ async def keep_snapshot(request: Request) -> Json:
         snapshot = await at_work(request, _kept, request, data, told["camera"] or None, told["purpose"] or "picture")
     elif kind == "application/json":
         asked = await json_body(request, CameraSnapshot)
-        snapshot = await _taken(request, asked)
+        snapshot = await take_snapshot(request, asked)
     else:
         raise BadInput("This is neither a form with a file nor JSON.", 'Send multipart/form-data with the picture as '
                        '"file", or JSON {"camera": id}.', reason="wrong-content-type")
@@ -61,7 +61,7 @@ def _kept(request: Request, data: bytes, camera: str | None, purpose: str) -> Sn
     return state.store.add_snapshot(data, frame.size, screen(data, state.decoder.limits).format, camera, purpose)
 
 
-async def _taken(request: Request, asked: CameraSnapshot) -> Snapshot:
+async def take_snapshot(request: Request, asked: CameraSnapshot) -> Snapshot:
     """With the evidence of which camera it is from, so that its calibration is not applied to another."""
     camera = await live_camera(request, asked.camera)
     over_s = SPREAD_S * (asked.frames - 1) if asked.over_s is None else asked.over_s

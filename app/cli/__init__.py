@@ -11,6 +11,8 @@
     pairs.py        pair
     rigs.py         rig check, rig stitch
     straight.py     straight
+    motion.py       motion
+    auto.py         auto
     archives.py     batch
     network.py      publish, absorb
     server.py       serve, demo
@@ -25,11 +27,13 @@ import typer
 from app import __version__
 from app.cli import (
     archives,
+    auto,
     boards,
     calibration,
     exports,
     judging,
     keeping,
+    motion,
     network,
     pairs,
     reports,
@@ -59,6 +63,8 @@ cli.command()(boards.board)
 cli.command()(pairs.pair)
 cli.add_typer(rigs.rig, name="rig")
 cli.command()(straight.straight)
+cli.command()(motion.motion)
+cli.command()(auto.auto)
 cli.command()(archives.batch)
 cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point
 

@@ -24,6 +24,7 @@ WIDTHS_PX = np.geomspace(0.8, 28.0, 12)
 GROUND_PX = 3.0  # bare ground on either side of the bar that takes part
 FADE_PX = 0.7  # the window's edge is soft, so that nothing jumps as it moves
 STEPS = 3
+TELLING = 12  # profiles of a marking that tell how wide it is painted
 ENOUGH = 16  # profiles of one marking, for a step that they share
 LEAST_CONTRAST = 4.0  # grey levels
 CONTRAST_NOISES = 4.0
@@ -47,26 +48,31 @@ def across_lines(gray: NDArray[np.uint8], places: Points, normals: Points, width
     for name in np.unique(group):
         of = np.flatnonzero(group == name)
         nominal = float(np.median(width_px[of]))
-        best: tuple[float, NDArray, NDArray, NDArray] | None = None
-        reach = capture_px + max(nominal, 2.0) + GROUND_PX
+        reach = capture_px + 2 * max(nominal, 2.0) + GROUND_PX
         away = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
         rows = _profiles(gray, places[of], normals[of], away)
-        noise = _noise(rows)
-        for width in _widths(nominal, reach):
-            m, c, explained = _bars(rows, away, width, capture_px)
-            good = (explained > CLEAN) & (c > max(LEAST_CONTRAST, CONTRAST_NOISES * noise)) & (np.abs(m) < capture_px)
-            worth = float(np.sum(np.where(good, explained, 0.0)))
-            if best is None or worth > best[0]:
-                best = (worth, m, c, good)
-        if best is not None:
-            _, middle[of], contrast[of], found[of] = best
+        least = max(LEAST_CONTRAST, CONTRAST_NOISES * _noise(rows))
+        some = rows[np.unique(np.linspace(0, len(rows) - 1, TELLING).round().astype(int))]
+        widths = _widths(nominal, reach)
+        width = widths[np.argmax([_worth(some, away, w, capture_px, least) for w in widths])]
+        middle[of], contrast[of], explained = _bars(rows, away, width, capture_px)
+        found[of] = _good(middle[of], contrast[of], explained, capture_px, least)
     return Profiles(middle, contrast, found)
 
 
+def _worth(rows: NDArray, away: NDArray, width: float, capture: float, least: float) -> float:
+    middle, contrast, explained = _bars(rows, away, width, capture)
+    return float(np.sum(np.where(_good(middle, contrast, explained, capture, least), explained, 0.0)))
+
+
+def _good(middle: NDArray, contrast: NDArray, explained: NDArray, capture: float, least: float) -> NDArray[np.bool_]:
+    return (explained > CLEAN) & (contrast > least) & (np.abs(middle) < capture)
+
+
 def _widths(nominal: float, reach: float) -> NDArray:
-    """The expected width and others within a factor of 2.5: paint is not always as the rules want it."""
+    """The expected width and others: paint is not always as the rules want it."""
     factor = WIDTHS_PX / nominal
-    near = WIDTHS_PX[(factor > 0.4) & (factor < 2.5) & (reach > WIDTHS_PX)]
+    near = WIDTHS_PX[(factor > 0.4) & (factor < 6.0) & (reach > 1.4 * WIDTHS_PX)]
     return np.unique(np.concatenate([[max(nominal, WIDTHS_PX[0])], near]))
 
 

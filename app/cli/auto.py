@@ -1,0 +1,92 @@
+"""auto: a calibration from the field's own lines, without a click."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from app.cli.tasks import (
+    FieldName,
+    HeightMm,
+    HeightSigmaMm,
+    LensFile,
+    LensSigma,
+    Options,
+    OwnFields,
+    Rotate,
+    options_from,
+)
+
+
+def auto(
+    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES…", help="Of one camera; from several, what moves "
+                                                   "vanishes.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write, "
+                                                "where nothing speaks against it.")] = None,
+    field: FieldName = None,
+    region: Annotated[str, typer.Option("--region", help="Part of the field that is seen.")] = "full",
+    rotate: Rotate = None,
+    model: Annotated[str, typer.Option("--model", help="Camera model.")] = "brown-conrady",
+    option: Options = None, lens: LensFile = None, lens_sigma: LensSigma = None, height_mm: HeightMm = None,
+    height_sigma_mm: HeightSigmaMm = None,
+    turn_deg: Annotated[float | None, typer.Option("--turn", help="Roughly how far the region is turned in the "
+                                                   "picture, clockwise.")] = None,
+    points: Annotated[Path | None, typer.Option("--points", metavar="POINTS.json", help="Write the points that were "
+                                                "found, as calibrate reads them; also where it declines.")] = None,
+    note: Annotated[str, typer.Option("--note", help="Kept with the calibration.")] = "",
+    fields: OwnFields = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything that was found as JSON.")] = False,
+) -> None:
+    """Find the field's lines in a picture and calibrate from them; decline where they do not prove it."""
+    from app.auto_task import AutoTask, one_picture
+    from app.cli import files
+    from app.cli.words import progress_bar
+    from app.errors import BadInput, FitFailed
+    from app.images import ImageDecoder
+    from app.pipeline import part_of
+    from app.settings import Settings
+    from app.store.field_shelf import FieldShelf
+
+    if field is None:
+        raise BadInput("No field is named.", "Give --field.", reason="no-field")
+    seen = FieldShelf(fields or Settings().own_fields)[field]
+    options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
+    rough = {name: value for name, value in (("height_mm", height_mm), ("turn_deg", turn_deg)) if value is not None}
+    task = AutoTask(seen, seen.region(region, rotate), model, options, rough, note=note)
+    with progress_bar("Looking for lines") as progress, ImageDecoder(workers=1) as decoder:
+        reads = [lambda path=path: decoder.frame_from_bytes(files.read_bytes(path)) for path in pictures]
+        frame = one_picture(reads, part_of(progress, 0.0, 0.1))
+        told, made = task.answer(frame, part_of(progress, 0.1, 1.0))
+    if points is not None:
+        files.write_bytes(points, json.dumps(_points_file(told), allow_nan=False).encode())
+    if output is not None and made is not None:
+        files.write_calibration(output, made)
+    if as_json:
+        print(json.dumps(told, allow_nan=False))
+    elif made is not None:
+        print(_summary(told, output))
+    if made is None:
+        verdict = told["verdict"]
+        raise FitFailed(verdict["sentence"], verdict["fix"], reason=verdict["reason"])
+
+
+def _points_file(told: dict[str, Any]) -> dict[str, Any]:
+    return {key: told[key] for key in ("field", "region", "rotate", "model", "image_size", "observations")}
+
+
+def _summary(told: dict[str, Any], output: Path | None) -> str:
+    """The verdict first, then what it rests on."""
+    report, proof = told["report"], told["proof"]
+    count = sum(len(o["points"]) for o in told["observations"])
+    best = told["candidates"][0]
+    lines = [told["verdict"]["sentence"],
+             f"{count} points on {len(told['observations'])} markings; {100 * proof['unexplained_share']:.0f} % of the "
+             "lines seen on the carpet belong to none.",
+             f"Camera {best['height_mm'] / 1000:.2f} m above the carpet as first found, the region turned by "
+             f"{best['turn_deg']:.0f}° in the picture."]
+    lines += [f"Not seen: {', '.join(proof['missing'])}."] if proof["missing"] else []
+    lines += ["The field turned by 180° would be seen alike; it is taken to stand as the region does."
+              ] if any(c["turned"] for c in told["candidates"]) else []
+    lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in report["warnings"]]
+    return "\n".join([*lines, *([f"Written to {output}."] if output is not None else [])])
