@@ -1,0 +1,240 @@
+"""Raw against corrected on a still: side by side under one view, blinking, under a grid of field millimetres."""
+
+import re
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+KNOWN_HEIGHT = {"value": 3000.0, "sigma": 30.0}
+
+
+@pytest.fixture
+def compared(clicked):
+    """The compare step of a saved version, its pictures in sight."""
+    operator = clicked("brown-conrady", height_mm=KNOWN_HEIGHT).next("compare")
+    expect(operator.page.get_by_test_id("corrected")).to_be_visible(timeout=20_000)
+    expect(operator.page.get_by_test_id("wipe")).to_be_visible(timeout=20_000)
+    return operator
+
+
+def boxes(page):
+    return [page.get_by_test_id(name).bounding_box() for name in ("picture", "corrected")]
+
+
+def middle(box):
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def test_side_by_side_both_pictures_go_together_when_zoomed_and_panned(compared, tmp_path):
+    page = compared.page
+    page.keyboard.press("s")
+    expect(page.get_by_test_id("side-names")).to_be_visible()
+    stage = page.get_by_test_id("stage").bounding_box()
+    half = stage["width"] / 2
+    raw, corrected = boxes(page)
+    assert raw["x"] + raw["width"] <= stage["x"] + half  # each in its own half
+    assert corrected["x"] >= stage["x"] + half
+    page.screenshot(path=tmp_path / "side.png")
+
+    apart = [b - a for a, b in zip(middle(raw), middle(corrected), strict=True)]
+    spot = stage["x"] + half + 0.3 * half, stage["y"] + 0.4 * stage["height"]  # over the corrected one
+    share = (spot[0] - corrected["x"]) / corrected["width"], (spot[1] - corrected["y"]) / corrected["height"]
+    page.mouse.move(*spot)
+    page.mouse.wheel(0, -600)
+    zoomed_raw, zoomed = boxes(page)
+    assert zoomed["width"] > 1.5 * corrected["width"]
+    assert zoomed_raw["width"] / raw["width"] == pytest.approx(zoomed["width"] / corrected["width"], rel=1e-3)
+    there = zoomed["x"] + share[0] * zoomed["width"], zoomed["y"] + share[1] * zoomed["height"]
+    assert there == pytest.approx(spot, abs=0.5)  # what was under the pointer still is
+
+    page.mouse.down()
+    page.mouse.move(spot[0] + 60, spot[1] + 25, steps=4)
+    page.mouse.up()
+    for before, after in zip((zoomed_raw, zoomed), boxes(page), strict=True):
+        assert (after["x"] - before["x"], after["y"] - before["y"]) == pytest.approx((60, 25), abs=0.5)
+    page.keyboard.press("0")
+    fitted = [middle(box) for box in boxes(page)]
+    assert [b - a for a, b in zip(*fitted, strict=True)] == pytest.approx(apart, abs=0.5)
+
+
+def test_side_by_side_the_pointers_place_is_marked_in_the_other_picture(compared, server):
+    page = compared.page
+    page.keyboard.press("s")
+    expect(page.get_by_test_id("side-names")).to_be_visible()
+    saved = compared.saved()
+    place = saved["report"]["sigma_mm"]["worst_place"]
+    seen = {to: server.api("POST", f"/calibrations/{saved['id']}/transform", json={
+        "from": "field", "to": to, "points": [place]}).json()["points"][0] for to in ("image", "corrected")}
+    corrected = boxes(page)[1]
+    width, height = saved["corrected_size"]
+    on_raw = compared.spot(*seen["image"])
+    on_corrected = (corrected["x"] + (seen["corrected"][0] + 40.5) / (width + 80) * corrected["width"],
+                    corrected["y"] + (seen["corrected"][1] + 40.5) / (height + 80) * corrected["height"])
+    for pointed, marked, name in ((on_raw, on_corrected, "corrected"), (on_corrected, on_raw, "image")):
+        page.mouse.move(*pointed)
+        mark = page.get_by_test_id(f"counterpart-{name}")
+        expect(mark).to_be_visible(timeout=10_000)
+        expect(page.get_by_test_id("read-out")).to_contain_text("Field")
+        page.wait_for_timeout(300)
+        assert middle(mark.bounding_box()) == pytest.approx(marked, abs=1.5)
+
+
+def test_a_stage_that_is_higher_than_wide_has_the_two_one_above_the_other(compared, tmp_path):
+    page = compared.page
+    page.set_viewport_size({"width": 1000, "height": 1250})
+    page.keyboard.press("s")
+    expect(page.get_by_test_id("side-names")).to_have_class(re.compile("stacked"))
+    raw, corrected = boxes(page)
+    assert corrected["y"] > raw["y"] + 0.8 * raw["height"]
+    assert corrected["x"] < raw["x"] + raw["width"]
+    page.screenshot(path=tmp_path / "stacked.png")
+
+
+def showing(page):
+    return page.get_by_test_id("blink-legend").get_attribute("data-showing")
+
+
+def changes(page, for_ms):
+    """How often another picture was shown."""
+    return page.get_by_test_id("blink-legend").evaluate("""(e, ms) => new Promise((done) => {
+      let count = 0;
+      const watch = new MutationObserver(() => count++);
+      watch.observe(e, { attributeFilter: ["data-showing"] });
+      setTimeout(() => { watch.disconnect(); done(count); }, ms);
+    })""", for_ms)
+
+
+def test_blinking_swaps_by_itself_at_two_a_second_at_most_and_pauses(compared, tmp_path):
+    page = compared.page
+    page.keyboard.press("k")
+    expect(page.get_by_test_id("blink-legend")).to_be_visible()
+    page.get_by_test_id("blink-2").click()
+    first = showing(page)
+    expect(page.get_by_test_id("blink-legend")).not_to_have_attribute("data-showing", first, timeout=5_000)
+    assert changes(page, 2000) <= 5  # two a second, and one for the edge
+    page.keyboard.press("u")
+    expect(page.get_by_test_id("blink-pause")).to_have_attribute("aria-pressed", "true")
+    assert changes(page, 1500) == 0
+    stopped = showing(page)
+    page.keyboard.press("j")
+    expect(page.get_by_test_id("blink-legend")).not_to_have_attribute("data-showing", stopped)
+    page.screenshot(path=tmp_path / "blink.png")
+
+
+def test_who_asks_for_less_motion_swaps_by_hand(compared):
+    page = compared.page
+    page.emulate_media(reduced_motion="reduce")
+    page.keyboard.press("k")
+    expect(page.get_by_test_id("calm")).to_be_visible()
+    before = showing(page)
+    assert changes(page, 2500) == 0
+    page.get_by_test_id("blink-swap").click()
+    expect(page.get_by_test_id("blink-legend")).not_to_have_attribute("data-showing", before)
+
+
+def test_a_held_key_or_button_shows_the_other_picture_until_it_is_let_go(compared):
+    page = compared.page
+    page.keyboard.press("r")
+    expect(page.get_by_test_id("corrected-half")).to_be_hidden()
+    page.keyboard.down("f")
+    expect(page.get_by_test_id("corrected-half")).to_be_visible()
+    expect(page.get_by_test_id("picture")).to_be_hidden()
+    page.keyboard.up("f")
+    expect(page.get_by_test_id("picture")).to_be_visible()
+    page.keyboard.press("k")
+    page.keyboard.press("u")
+    before = showing(page)
+    page.get_by_test_id("blink-hold").hover()
+    page.mouse.down()
+    expect(page.get_by_test_id("blink-legend")).not_to_have_attribute("data-showing", before)
+    page.mouse.up()
+    expect(page.get_by_test_id("blink-legend")).to_have_attribute("data-showing", before)
+
+
+def drawn(page, picture, line):
+    """A grid line's corners on the screen."""
+    found = page.get_by_test_id(f"grid-{picture}").locator(f'path[data-line="{line}"]').evaluate("""path => {
+      const matrix = path.getScreenCTM();
+      return path.getAttribute("d").slice(1).split("L").map((pair) => {
+        const [x, y] = pair.split(" ").map(Number), at = new DOMPoint(x, y).matrixTransform(matrix);
+        return [at.x, at.y];
+      });
+    }""")
+    return np.array(found)
+
+
+def bend(points):
+    """How far the corners lie from the straight line between the ends, in parts of its length."""
+    chord = points[-1] - points[0]
+    across = np.abs(np.cross(points - points[0], chord)) / np.linalg.norm(chord)
+    return across.max() / np.linalg.norm(chord)
+
+
+def test_the_grid_of_field_millimetres_is_straight_when_corrected_and_bent_in_the_raw_picture(compared, server,
+                                                                                            tmp_path):
+    page = compared.page
+    page.keyboard.press("g")
+    expect(page.get_by_test_id("grid-legend")).to_contain_text("Grid, 500 mm")
+    expect(page.get_by_test_id("grid-corrected")).to_be_visible(timeout=10_000)
+    page.keyboard.press("l")
+    page.screenshot(path=tmp_path / "grid.png")
+    saved = compared.saved()
+    region = saved["field_definition"]["regions"][saved["region"]]
+    for line in ("x 500", "y 2500"):
+        axis, at = line.split()
+        raw, corrected = drawn(page, "raw", line), drawn(page, "corrected", line)
+        assert bend(corrected) < 1e-3, line
+        assert bend(raw) > 5e-3, line
+        ends = [[float(at), y] if axis == "x" else [y, float(at)] for y in region["y" if axis == "x" else "x"]]
+        told = server.api("POST", f"/calibrations/{saved['id']}/transform",
+                          json={"from": "field", "to": "image", "points": ends}).json()["points"]
+        on_screen = [compared.spot(*pixel) for pixel in told]
+        assert np.abs(raw[[0, -1]] - on_screen).max() < 0.5, line
+
+    page.get_by_test_id("grid-spacing").select_option("1000")
+    expect(page.get_by_test_id("grid-legend")).to_contain_text("1\u202f000 mm")
+    expect(page.get_by_test_id("grid-raw").locator('path[data-line="x 500"]')).to_have_count(0, timeout=10_000)
+    page.get_by_test_id("stage").focus()
+    page.keyboard.press("g")
+    expect(page.get_by_test_id("grid-corrected")).to_have_count(0)
+
+
+def test_the_worst_place_says_what_to_do_there_and_the_button_goes_to_do_it(compared, tmp_path):
+    page = compared.page
+    page.keyboard.press("e")
+    cure = page.get_by_test_id("worst-cure")
+    expect(cure).to_contain_text("One more click", timeout=20_000)
+    page.keyboard.press("c")
+    page.get_by_test_id("do-worst-place").click()
+    stage = page.get_by_test_id("stage").bounding_box()
+    worst = page.get_by_test_id("worst-corrected").locator("circle").first.bounding_box()
+    assert middle(worst) == pytest.approx(middle(stage), abs=2)
+    page.screenshot(path=tmp_path / "worst.png")
+    next_click = compared.saved()["report"]["next_click"]
+    page.get_by_test_id("cure-next-click").click()
+    expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step")
+    compared.wait_for_picture()
+    assert compared.spot(*next_click["point"]) == pytest.approx(middle(stage), abs=2)
+
+
+def test_two_fingers_zoom_both_pictures(compared):
+    page = compared.page
+    page.keyboard.press("s")
+    expect(page.get_by_test_id("side-names")).to_be_visible()
+    before = boxes(page)
+    client = page.context.new_cdp_session(page)
+    stage = page.get_by_test_id("stage").bounding_box()
+    x, y = stage["x"] + 0.25 * stage["width"], stage["y"] + 0.5 * stage["height"]
+
+    def touch(kind, *spread):
+        client.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
+            {"x": x + s * d, "y": y, "id": i} for d in spread for i, s in enumerate((-1, 1))]})
+
+    touch("touchStart", 30)
+    for spread in (40, 50, 60):
+        touch("touchMove", spread)
+    touch("touchEnd")
+    after = boxes(page)
+    assert after[0]["width"] == pytest.approx(2 * before[0]["width"], rel=0.05)
+    assert after[1]["width"] / before[1]["width"] == pytest.approx(after[0]["width"] / before[0]["width"], rel=1e-3)

@@ -1,0 +1,113 @@
+"""Residuals in plots: what is pointed at there is ringed in the picture, and the other way round."""
+
+import pytest
+from playwright.sync_api import expect
+
+
+@pytest.fixture
+def astray(clicked):
+    """Division model on the demo's camera, clicked by a hand; the fifth click on the left border is 30 px off."""
+    operator = clicked("division", "borders")
+    draft = operator.draft()
+    next(o for o in draft["observations"] if o["feature"] == "left")["points"][4][0] += 30
+    kept = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
+    snapshot = operator.snapshot
+    operator.page.goto(f"{operator.server.url}/#/")
+    expect(operator.page.get_by_test_id("camera-overhead")).to_be_visible()
+    operator.go_on(snapshot, kept, "borders")
+    expect(operator.page.get_by_test_id("residuals")).to_be_visible(timeout=20_000)
+    expect(operator.page.get_by_test_id("residual-said")).to_contain_text("1 stray", timeout=20_000)
+    expect(operator.page.locator('[data-reason="stray-click"]')).to_be_visible(timeout=20_000)  # the whole fit is there
+    return operator
+
+
+def said(page):
+    return page.get_by_test_id("residual-said")
+
+
+def test_what_is_pointed_at_in_the_plot_is_ringed_in_the_picture_and_a_click_selects_it(astray, tmp_path):
+    page = astray.page
+    plot = page.get_by_test_id("residuals")
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
+    page.mouse.move(box["x"] + 0.55 * box["width"], box["y"] + 0.5 * box["height"])
+    ring = page.get_by_test_id("hovered").locator("circle")
+    expect(ring).to_have_count(1)
+    feature, index = ring.get_attribute("data-of").split(":")
+    expect(said(page)).to_contain_text(f"{feature.capitalize()}, point {int(index) + 1}")
+    x, y = astray.spot(*astray.points(feature)[int(index)])
+    on_screen = ring.bounding_box()
+    centre = on_screen["x"] + on_screen["width"] / 2, on_screen["y"] + on_screen["height"] / 2
+    assert centre == pytest.approx((x, y), abs=1)
+    page.screenshot(path=tmp_path / "pointed.png")
+    page.mouse.down()
+    page.mouse.up()
+    expect(page.locator(f'[data-point="{feature}:{index}"]')).to_have_class("point picked")
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] - 60)
+    expect(ring).to_have_count(0)
+
+
+def test_what_is_pointed_at_in_the_picture_stands_in_the_plot(astray):
+    page = astray.page
+    x, y = astray.spot(*astray.points("top")[2])
+    page.mouse.move(x + 3, y + 2)
+    expect(said(page)).to_contain_text("Top, point 3")
+    assert int(page.get_by_test_id("residuals").get_attribute("data-at")) == 7 + 7 + 2  # left and right come before
+    page.mouse.move(x, y + 120)
+    expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", "-1")
+
+
+def test_the_keyboard_goes_from_click_to_click_and_selects(astray):
+    page = astray.page
+    page.get_by_test_id("residuals").focus()
+    page.keyboard.press("Home")
+    first = page.get_by_test_id("residuals").get_attribute("aria-valuetext")
+    page.keyboard.press("ArrowRight")
+    expect(page.get_by_test_id("residuals")).not_to_have_attribute("aria-valuetext", first)
+    of = page.get_by_test_id("hovered").locator("circle").get_attribute("data-of")
+    page.keyboard.press("Enter")
+    expect(page.locator(f'[data-point="{of}"]')).to_have_class("point picked")
+
+
+def test_residuals_are_told_in_px_and_in_mm_as_the_server_has_them(astray):
+    page = astray.page
+    draft = astray.draft()
+    body = {key: draft[key] for key in ("field", "region", "model", "options", "observations")}
+    report = astray.server.api("POST", "/fit/preview", json={**body, "snapshot": astray.snapshot}).json()["report"]
+    right = next(f for f in report["per_feature"] if f["feature"] == "right")["residuals"]
+    x, y = astray.spot(*astray.points("right")[1])
+    page.mouse.move(x, y)
+    mm = right[1]["mm"]
+    told = f"{mm:.0f}" if mm >= 10 else f"{mm:.1f}"
+    expect(said(page)).to_contain_text(f"{right[1]['px']:.2f} px, {told} mm")
+    page.get_by_test_id("unit-mm").click()
+    expect(page.get_by_role("region", name="Residuals").get_by_role("heading")).to_have_text("Residuals, mm")
+
+
+def test_the_histogram_counts_every_click_but_strays_and_rings_those_of_a_bar(astray, tmp_path):
+    page = astray.page
+    page.get_by_test_id("plot-histogram").click()
+    plot = page.get_by_test_id("histogram")
+    plot.focus()
+    page.keyboard.press("Home")
+    counted = 0
+    for _ in range(int(plot.get_attribute("aria-valuemax"))):
+        count = int(plot.get_attribute("aria-valuetext").split()[0])
+        expect(page.get_by_test_id("hovered").locator("circle")).to_have_count(count)
+        counted += count
+        before = plot.get_attribute("data-at")
+        page.keyboard.press("ArrowRight")
+        if plot.get_attribute("data-at") == before and count == 0:
+            page.keyboard.press("ArrowRight")
+    assert counted == 4 * 7 - 1
+    page.screenshot(path=tmp_path / "histogram.png")
+
+
+def test_a_saved_versions_residuals_and_distortion_stand_in_the_compare_step(astray):
+    operator = astray.next("model").next("compare")
+    page = operator.page
+    expect(page.get_by_test_id("residuals")).to_be_visible(timeout=20_000)
+    before = operator.saved()["report"]["distortion"]["per_border"]["left"]["before_pct"]
+    shown = page.get_by_test_id("distortion-left").locator("em").inner_text()
+    assert float(shown.split()[0].replace("−", "-")) == pytest.approx(before, abs=0.006)
+    expect(page.get_by_test_id("distortion-left").locator(".band")).to_be_visible()
