@@ -2,6 +2,7 @@
 import { arrows, canArrow, drawn, magnify, magnifyBy } from "./arrows.js";
 import { automatic, findCaptured, look as looked, shown as captured, switchAutomatic, takeView, views } from "./capture.js";
 import { form, keepCamera, shown as liveShown, status as liveStatus, confirmCamera, tried, tryCamera, trying } from "./camera_desk.js";
+import { AUTO_ACTIONS } from "./auto.js";
 import { atBoard, findLens, found, openBoard, ready, search, useLens } from "./board.js";
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
@@ -45,10 +46,10 @@ const PAN_PX = 40;
 const NUDGE_PX = 0.1, SHIFT_PX = 1, CTRL_PX = 10;
 const STILL_FRAMES = 25;
 const has = () => snapshot.value !== null;
-const isLive = () => liveStatus.value?.state === "live" || liveStatus.value?.state === "mismatch";
 const canZoom = () => has() || record.value !== null;
 /** The picture's whole size, of a live one that of its calibration. */
 const whole = () => snapshot.value ?? (record.value && { width: record.value.image_size[0], height: record.value.image_size[1] });
+const isLive = () => liveStatus.value?.state === "live" || liveStatus.value?.state === "mismatch";
 
 /** The page's one file input; a browser opens its picker only from a click. */
 export const filePicker = { open: () => {} };
@@ -120,6 +121,7 @@ const TABLE = [
     run: () => remove(pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index }))),
     enabled: () => editing.value && pointsOf(doc.value, active.value).length > 0 },
   ...SNAP_ACTIONS,
+  ...AUTO_ACTIONS,
   { id: "undo", label: "Undo", keys: ["ctrl+z"], group: "Points", run: undo, enabled: () => past.value.length > 0 },
   { id: "redo", label: "Redo", keys: ["ctrl+y", "ctrl+shift+z"], group: "Points", run: redo, enabled: () => future.value.length > 0 },
 

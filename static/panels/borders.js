@@ -10,13 +10,14 @@ import { printed } from "../keys.js";
 import { colour } from "../layers/drawing.js";
 import { active, field, model } from "../state.js";
 import { lineUnder } from "./field_drawing.js";
+import { FindLines } from "./auto.js";
 import { ActionButton } from "./toolbar.js";
 import { Title } from "./title.js";
 
 export function BordersPanel() {
   const clicked = doc.value.observations.map((o) => o.feature).filter((f) => typeof f === "string" && !BORDERS.includes(/** @type {any} */ (f)));
   const inside = [...new Set([...clicked, ...(BORDERS.includes(/** @type {any} */ (active.value)) ? [] : [active.value])])];
-  return html`<section aria-label="Borders"><${Title} of="borders">Borders<//>
+  return html`<${FindLines}/><section aria-label="Borders"><${Title} of="borders">Borders<//>
       <ul class="features" data-testid="borders">${BORDERS.map((border) => html`<${BorderRow} key=${border} border=${border}/>`)}</ul>
       <${Degree}/></section>
     <section aria-label="Lines inside"><${Title} of="inside">Lines inside, to check the fit<//>
