@@ -28,7 +28,7 @@ function Manual() {
     const at = /** @type {HTMLElement | undefined} */ (all.find((it) => it.id === `manual-${heading}`) ?? all[0]);
     if (!at) return;
     at.tabIndex = -1; // so that reading goes on there
-    if (asked > 1) at.focus({ preventScroll: true });
+    if (heading || asked > 1) at.focus({ preventScroll: true });
     (heading ? at : at.closest("aside") ?? at).scrollIntoView({ block: "start" });
     if (!heading) at.closest("aside")?.scrollTo(0, 0);
   }, [text, heading, asked]);
