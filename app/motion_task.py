@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from app.errors import BadInput, Conflict, Unavailable
+from app.errors import BadInput, Conflict, NotFound, Unavailable
 from app.geometry import ImageSize
+from app.images import frame_from_bytes
 from app.models import Progress, model_from_json, no_progress
 from app.motion_pipeline import Rolling
 from app.sources import Surroundings
@@ -22,7 +23,7 @@ def rolls_in_film(path: Path, model: Mapping[str, Any] | None = None, progress: 
 
     BadInput for what is no film, Conflict where the model is of pictures of another size.
     """
-    film = VideoSource.open(path.name, OPTIONS, Surroundings(pictures=path.parent))
+    film = _film(path)
     rolling, judged = Rolling(), None
     try:
         for number in range(MOST_FRAMES):
@@ -50,6 +51,12 @@ def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
     return rolls_in_film(Path(spec["path"]), spec["model"], progress)
 
 
+def _film(path: Path) -> VideoSource:
+    if not path.is_file():
+        raise NotFound(f"There is no film {path.name!r}.", "Correct the path.", reason="unknown-video")
+    return VideoSource.open(path.name, OPTIONS, Surroundings(decode=frame_from_bytes, pictures=path.parent))
+
+
 def _model(told: Mapping[str, Any], size: ImageSize) -> Any:
     wanted = ImageSize.of(told["image_size"])
     if wanted != size:
@@ -63,7 +70,7 @@ def _model(told: Mapping[str, Any], size: ImageSize) -> Any:
 
 def last_frame(path: Path) -> Any:
     """The pixels of a film's last frame."""
-    film, pixels = VideoSource.open(path.name, OPTIONS, Surroundings(pictures=path.parent)), None
+    film, pixels = _film(path), None
     try:
         while True:
             pixels = film.read().pixels
