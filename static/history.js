@@ -1,7 +1,7 @@
 // A document with a history: undo is an earlier copy. A drag is shown while it lasts and becomes one change at its end.
 import { batch, signal } from "@preact/signals";
 
-const MAX_HISTORY = 500; // copies of a few kB each
+const MAX_HISTORY = 5000; // a copy shares all with the one before it but the line that was changed
 
 /** @param {unknown} a @param {unknown} b */
 export const same = (a, b) => a === b || JSON.stringify(a) === JSON.stringify(b);

@@ -71,6 +71,12 @@ def test_the_width_is_found():
     assert snap(picture, MIDDLE + 2).width_px == pytest.approx(5, abs=0.3)
 
 
+def test_a_width_that_was_told_wrongly_hides_no_line():
+    answer = snap(painted([straight(MIDDLE, np.pi / 2, 5)], blur_px=0.3), MIDDLE + 2, Hint(width_px=1.75))
+    assert isinstance(answer, Snapped)
+    assert answer.point[0] == pytest.approx(MIDDLE[0], abs=PX)
+
+
 def test_the_direction_is_found():
     picture = painted([straight(MIDDLE, 2.0, 3)])
     assert snap(picture, MIDDLE + 2).angle_rad == pytest.approx(2.0, abs=0.01)

@@ -155,6 +155,8 @@ def _fit(patch: NDArray, away: NDArray, angle: float, start: tuple[float, float]
     if not inner.any():
         return None
     levels = [np.median(grey[where]) for where in (before, inner, after)]
+    if told_px is not None and not 0.5 <= told_px / max(width, 1.0) <= 2:
+        told_px = None  # what is seen is plainly wider, or thinner: tape is not always what the rules say
     state = np.array([start[0], 0.0, 0.0, told_px or width, np.log(BLUR_PX), *levels, 0.0])
     prior = state.copy()
     spread = np.array([np.inf, np.inf, BEND / 2, 0.4 * told_px if told_px else 0.5 * width + 0.5, np.log(BLUR_RATIO),

@@ -10,7 +10,7 @@ import { colour, path } from "./drawing.js";
 
 export const SIZE_PX = 156;
 const LEAST = 8; // screen pixels for one of the picture's: single pixels must be seen
-const SNAP = "#fff", EDGE_PX = 6, FRESH_PX = 3; // a look ahead from farther away is an old one
+const SNAP = "#00a86b", EDGE_PX = 6, FRESH_PX = 3; // a look ahead from farther away is an old one
 const FINGER_PX = 120; // so far above a finger
 
 /** What the loupe looks at: the point that is held or selected, else the pointer. */

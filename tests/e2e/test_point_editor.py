@@ -17,7 +17,7 @@ def snapping(operator, straight_picture):
 
 @pytest.fixture
 def fitted(snapping, frame_points):
-    """All four borders clicked a few px off and snapped, so that there is a fit; the field's lines lie where they may."""
+    """All four borders clicked a few px off and snapped, so that there is a fit."""
     for border, points in frame_points.items():
         snapping.page.get_by_test_id(f"border-{border}").click()
         for x, y in points:
@@ -109,7 +109,7 @@ def test_points_that_were_placed_freely_snap_by_a_key_and_come_back_by_undo(snap
         page.mouse.click(*snapping.spot(82.5, y))
     placed = left(snapping, (82.5, 120), (82.5, 200), (82.5, 280), within=0.6)
     page.keyboard.press("Control+a")
-    page.keyboard.press("j")
+    page.keyboard.press("q")
     said(page, re.compile(r"^Snapped 3 of 3 points, at most 2\.\d px$"))
     snapped = left(snapping, (MIDDLE, 120), (MIDDLE, 200), (MIDDLE, 280), within=0.6)
     assert np.abs(np.array(snapped)[:, 0] - MIDDLE).max() < 0.1
@@ -146,25 +146,25 @@ def test_points_along_a_line_are_proposed_and_added_as_one_change(fitted, tmp_pa
     page.get_by_test_id("border-top").click()
     page.keyboard.press("Control+a")
     page.keyboard.press("Delete")
-    for x in (100, 550):
+    for x in (100, 330, 550):
         page.mouse.click(*fitted.spot(x, 61))
         said(page, re.compile("^Snapped"))
     expect(page.get_by_test_id("do-propose")).to_be_enabled(timeout=20_000)
     page.keyboard.press("f")
     expect(page.locator("[data-proposed]").first).to_be_visible(timeout=10_000)
     page.screenshot(path=tmp_path / "proposed.png")
-    expect(page.locator("[data-point^='top:']")).to_have_count(2)
+    expect(page.locator("[data-point^='top:']")).to_have_count(3)
     count = page.locator("[data-proposed]").count()
     assert count >= 5
     page.keyboard.press("f")
     said(page, f"{count} points added")
-    expect(page.locator("[data-point^='top:']")).to_have_count(2 + count)
+    expect(page.locator("[data-point^='top:']")).to_have_count(3 + count)
     page.wait_for_timeout(500)
     added = fitted.points("top")
-    assert len(added) == 2 + count
+    assert len(added) == 3 + count
     assert np.abs(np.array(added)[:, 1] - 60).max() < 0.15
     page.keyboard.press("Control+z")
-    expect(page.locator("[data-point^='top:']")).to_have_count(2)
+    expect(page.locator("[data-point^='top:']")).to_have_count(3)
 
 
 def test_proposals_are_discarded_by_escape(fitted):

@@ -1,0 +1,117 @@
+"""From a drag to what it changes on the screen, in a real Chromium with 130 points clicked.
+
+Command: python tests/bench/bench_drag.py [MODEL …]     (half a minute for each model)
+
+Each move of the mouse counts, also those that no request was sent for: from its event to the frame in which the curve
+(and the verdict) was drawn from a question that was asked at this move or later.
+"""
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from playwright.sync_api import sync_playwright
+
+HERE = Path(__file__).parents[1]
+sys.path.insert(0, str(HERE))
+sys.path.insert(0, str(HERE / "e2e"))
+from chromium import ARGUMENTS, chromium_path
+from conftest import Operator, Server
+
+from app.cli.server import DEMO_CAMERAS
+from app.field_reader import field_from_json
+from app.sources import Surroundings, source_from_url
+from app.sources.sim.clicks import border_clicks
+
+MOVES = 150
+PACE_S = 1 / 60
+PER_BORDER = 34  # and without the corners 128, with the model's own 32 a border
+WATCH = """
+window.watched = { moves: [], border: [], preview: [], now: 0 };
+const original = window.fetch;
+addEventListener("pointermove", (e) => watched.moves.push(e.timeStamp), { capture: true });
+window.fetch = async (...asked) => {
+  const kind = ["border", "preview"].find((name) => String(asked[0]).includes("/fit/" + name));
+  if (!kind) return original(...asked);
+  const at = watched.moves.length - 1, response = await original(...asked), json = response.json.bind(response);
+  response.json = async () => {
+    const answer = await json();
+    requestAnimationFrame(() => setTimeout(() => watched[kind].push([at, performance.now()])));  // once it is painted
+    return answer;
+  };
+  return response;
+};
+"""
+
+
+def late(watched: dict, kind: str) -> np.ndarray:
+    """ms from each move to the first frame that knows of it."""
+    draws = watched[kind]
+    found = []
+    for i, moved in enumerate(watched["moves"]):
+        known = [drawn for at, drawn in draws if at >= i]
+        if known:
+            found.append(min(known) - moved)
+    return np.array(found)
+
+
+def told(ms: np.ndarray, draws: int) -> str:
+    return (f"p50 {np.percentile(ms, 50):.0f}, p95 {np.percentile(ms, 95):.0f}, worst {ms.max():.0f} ms "
+            f"({len(ms)} moves, {draws} times drawn)") if len(ms) else "never drawn"
+
+
+def dragged(operator: Operator, server: Server, model: str) -> dict:
+    """Drag the middle point of the left border about for a while."""
+    settings = DEMO_CAMERAS[0]
+    field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
+    camera = source_from_url(settings["source"], Surroundings(fields={field.name: field})).camera
+    region = field.region(settings["region"])
+    clicks = border_clicks(camera, region, PER_BORDER, 0.3)
+    snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]
+    operator.go_on(snapshot, {"field": field.name, "region": region.name, "model": model, "options": {}, "observations": [
+        {"feature": n, "kind": "line", "points": p[1:-1].tolist()} for n, p in clicks.items()]}, "borders")
+    page = operator.page
+    page.get_by_test_id("curve-left").wait_for(state="attached", timeout=60_000)
+    page.get_by_test_id("rms-px").wait_for(timeout=60_000)
+    page.keyboard.press("v")  # arrows are drawn too
+    page.wait_for_timeout(1500)
+    x, y = operator.spot(*clicks["left"][PER_BORDER // 2])
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 4, y)
+    page.wait_for_timeout(500)
+    page.evaluate("() => { for (const list of ['moves', 'border', 'preview']) watched[list].length = 0; }")
+    for i in range(MOVES):
+        begun = time.perf_counter()
+        page.mouse.move(x + 4 + 3 * np.sin(i / 8), y + 2 * np.cos(i / 8))
+        time.sleep(max(0.0, PACE_S - (time.perf_counter() - begun)))
+    page.wait_for_timeout(1000)
+    watched = page.evaluate("watched")
+    page.mouse.up()
+    return {**watched, "points": sum(len(p) - 2 for p in clicks.values())}
+
+
+def main() -> None:
+    models = sys.argv[1:] or ["polynomial", "division", "brown-conrady"]
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        server = Server(Path(folder))
+        browser = playwright.chromium.launch(executable_path=chromium_path(), args=ARGUMENTS)
+        try:
+            for model in models:
+                page = browser.new_page(viewport={"width": 1280, "height": 800})
+                page.add_init_script(WATCH)
+                operator = Operator(page, server).visit()
+                watched = dragged(operator, server, model)
+                print(f"{model}, {watched['points']} points")
+                for kind, what in (("border", "curve"), ("preview", "arrows, distortion and verdict")):
+                    print(f"  {what}: {told(late(watched, kind), len(watched[kind]))}")
+                page.close()
+        finally:
+            browser.close()
+            server.stop()
+
+
+if __name__ == "__main__":
+    main()
