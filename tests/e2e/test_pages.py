@@ -75,6 +75,7 @@ def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, ser
 
 
 def test_work_goes_on_when_the_server_was_killed_in_the_middle_of_it(page, own_server, clicks, tmp_path):
+    page.set_default_navigation_timeout(LONG)
     Operator(page, own_server).visit()
     page.goto(f"{own_server.url}/#/jobs")
     id = comparison(own_server, clicks)

@@ -1,0 +1,131 @@
+"""Stories that do not go smoothly: two operators, a server that is killed in the middle, a camera that is dead."""
+
+import os
+import signal
+
+import pytest
+from conftest import Operator
+from playwright.sync_api import expect
+
+from app.field import BORDERS
+
+SLOW = 90_000  # ms, on a busy machine
+
+
+@pytest.fixture(autouse=True)
+def patience():
+    """What a person waits for: a loaded machine may need a while."""
+    expect.set_options(timeout=SLOW)
+    yield
+    expect.set_options(timeout=5_000)
+
+
+def kill(server):
+    """As a power cut does: nothing is said, nothing is closed."""
+    os.kill(server.process.pid, signal.SIGKILL)
+    server.process.wait(20)
+
+
+@pytest.fixture
+def two(browser, server):
+    """Ada at a workstation and Grace at a tablet, each in a browser of their own."""
+    operators = {}
+    for name, size in (("Ada", (1280, 800)), ("Grace", (1024, 768))):
+        context = browser.new_context(viewport=dict(zip(("width", "height"), size, strict=True)), color_scheme="dark")
+        context.add_init_script(f"localStorage.setItem('touchline.operator', '{name}')")
+        context.set_default_navigation_timeout(SLOW)
+        operators[name] = Operator(context.new_page(), server).visit()
+    yield operators
+    for operator in operators.values():
+        operator.page.context.close()
+
+
+def test_two_operators_see_each_other_and_each_others_clicks_at_once(two, straight_picture, frame_points, tmp_path):
+    ada, grace = two["Ada"], two["Grace"]
+    ada.open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
+    ada.draft()
+    grace.page.goto(ada.page.url)
+    grace.wait_for_picture()
+    expect(grace.page.get_by_test_id("border-left")).to_contain_text("3 points")
+    expect(grace.page.get_by_test_id("presence")).to_contain_text("Ada has this picture open too")
+    expect(ada.page.get_by_test_id("presence")).to_contain_text("Grace has this picture open too")
+    ada.page.bring_to_front()
+    grace.click("top", frame_points["top"])
+    expect(ada.page.get_by_test_id("border-top")).to_contain_text("6 points")
+    expect(ada.page.get_by_test_id("changed-by")).to_contain_text("Grace changed the draft")
+    ada.page.screenshot(path=tmp_path / "ada.png")
+    grace.page.screenshot(path=tmp_path / "grace.png")
+    for border, points in (("left", frame_points["left"][3:]), *((b, frame_points[b]) for b in ("right", "bottom"))):
+        ada.click(border, points)
+    expect(grace.page.get_by_test_id("border-bottom")).to_contain_text("6 points")
+    assert {border: grace.points(border) for border in BORDERS} == {border: frame_points[border] for border in BORDERS}
+    expect(ada.page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
+    ada.next("model").next("compare")
+    assert ada.saved()["made_by"] == "Ada"
+    ada.page.close()
+    expect(grace.page.get_by_test_id("presence")).to_have_count(0)
+
+
+def test_what_the_other_did_is_taken_back_by_one_undo(two, straight_picture, frame_points):
+    ada, grace = two["Ada"], two["Grace"]
+    ada.open(straight_picture, "table", "full").click("left", frame_points["left"])
+    ada.draft()
+    grace.page.goto(ada.page.url)
+    grace.wait_for_picture()
+    expect(grace.page.get_by_test_id("presence")).to_be_visible()
+    grace.page.get_by_test_id("border-left").click()
+    grace.page.get_by_test_id("stage").focus()
+    grace.page.keyboard.press("Control+a")
+    grace.page.keyboard.press("Delete")
+    expect(ada.page.get_by_test_id("border-left")).not_to_contain_text("6 points")
+    ada.page.get_by_test_id("undo-theirs").click()
+    assert ada.points("left") == frame_points["left"]
+    expect(grace.page.get_by_test_id("border-left")).to_contain_text("6 points")
+
+
+def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, frame_points, straight_picture,
+                                                             tmp_path):
+    page.set_default_navigation_timeout(SLOW)
+    operator = Operator(page, own_server).visit()
+    operator.open(straight_picture, "table", "full").click("left", frame_points["left"])
+    operator.draft()
+    kill(own_server)
+    operator.click("right", frame_points["right"])
+    expect(page.get_by_test_id("away")).to_be_visible(timeout=10_000)
+    operator.click("top", frame_points["top"])
+    page.screenshot(path=tmp_path / "away.png")
+    own_server.start()
+    expect(page.get_by_test_id("away")).to_have_count(0)
+    operator.click("bottom", frame_points["bottom"])
+    assert {border: operator.points(border) for border in BORDERS} == {b: frame_points[b] for b in BORDERS}
+    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
+    operator.next("model").next("compare")
+    kept = operator.saved()
+    kill(own_server)
+    own_server.start()
+    page.reload()
+    expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step")
+    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=30_000)
+    assert operator.saved()["report"] == kept["report"]
+    page.screenshot(path=tmp_path / "back.png")
+
+
+def test_a_dead_camera_says_its_cure_and_the_rest_goes_on(operator, server, tmp_path):
+    """Its picture is gone, as a network camera's may be."""
+    answer = server.api("POST", "/cameras", json={"id": "dead", "name": "Dead camera", "source": "picture://gone.png"})
+    assert answer.status_code == 201
+    page = operator.page
+    page.reload()
+    expect(page.get_by_test_id("live-dead")).to_have_attribute("data-state", "offline")
+    page.get_by_test_id("camera-dead").click()
+    expect(page.get_by_test_id("notice")).to_contain_text("gone.png")
+    page.screenshot(path=tmp_path / "dead.png")
+    page.get_by_test_id("look-at-dead").click()
+    expect(page.get_by_test_id("camera-problem")).to_be_visible(timeout=20_000)
+    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "true")
+    page.get_by_test_id("do-watch-board").click()
+    expect(page.get_by_test_id("capture-hint")).to_contain_text("gone.png")
+    page.goto(server.url)
+    operator.take().click("left", [[100, 100]])
+    assert len(operator.points("left")) == 1
+    server.api("DELETE", "/cameras/dead")

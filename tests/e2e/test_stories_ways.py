@@ -1,0 +1,126 @@
+"""The whole way to an active calibration: by mouse on a real picture, by keyboard alone, by finger on a telephone."""
+
+import pytest
+from conftest import Operator
+from playwright.sync_api import expect
+
+from app.field import BORDERS
+
+SLOW = 90_000  # ms, on a busy machine
+REAL = "fields/ssl_2008/ssl-field-2008.jpg"
+
+
+@pytest.fixture(autouse=True)
+def patience():
+    """What a person waits for: a loaded machine may need a while."""
+    expect.set_options(timeout=SLOW)
+    yield
+    expect.set_options(timeout=5_000)
+
+
+def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server, clicks, real_data, tmp_path):
+    picture, given, page = real_data(REAL), clicks("ssl_2008_half"), operator.page
+    shown = server.data / "shown"
+    shown.mkdir(exist_ok=True)
+    (shown / "hall.jpg").write_bytes(picture.read_bytes())
+    server.api("POST", "/cameras", json={"id": "hall", "name": "Hall", "source": "picture://hall.jpg",
+                                         "field": given["field"], "region": given["region"]})
+    page.reload()
+    operator.take("hall").click_all(given["observations"])
+    assert operator.draft()["observations"] == [{**o, "z_mm": 0} for o in given["observations"]]
+    page.screenshot(path=tmp_path / "1-borders.png")
+    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
+    operator.next("model").next("compare")
+    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=20_000)
+    page.screenshot(path=tmp_path / "2-compare.png")
+    operator.next("activate")
+    page.get_by_test_id("next").click()
+    expect(page.get_by_test_id("sentence")).to_contain_text("is active")
+    page.screenshot(path=tmp_path / "3-active.png")
+    kept = operator.saved()
+    assert kept["active"] and server.api("GET", "/cameras/hall").json()["active_calibration"] == kept["id"]
+    page.goto(f"{server.url}/#/live/hall")
+    page.reload()
+    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=20_000)
+    page.get_by_test_id("look-corrected").click()
+    page.wait_for_timeout(1500)
+    page.screenshot(path=tmp_path / "4-live.png")
+    server.api("DELETE", "/cameras/hall")
+
+
+def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_one_before(operator, server, tmp_path):
+    page = operator.page
+    for turn in (1, 2):
+        page.keyboard.press("Escape")
+        page.get_by_test_id("camera-east").focus()
+        page.keyboard.press("Enter")
+        expect(page.get_by_test_id("next")).to_have_text("Next: borders")
+        page.get_by_test_id("next").focus()
+        page.keyboard.press("Enter")
+        operator.wait_for_picture()
+        page.get_by_test_id("stage").focus()
+        # A point lands in the middle of the stage: pan to a border, then along it.
+        for key, towards, along in (("1", "ArrowLeft", "ArrowDown"), ("2", "ArrowRight", "ArrowDown"),
+                                    ("3", "ArrowUp", "ArrowRight"), ("4", "ArrowDown", "ArrowRight")):
+            for pressed in ("Escape", "0", key, *[towards] * 5, *["a", "Escape", along] * (4 + turn)):
+                page.keyboard.press(pressed)
+        expect(page.get_by_test_id("next")).to_have_text("Next: model")
+        expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
+        page.keyboard.press("Enter")
+        expect(page.get_by_test_id("next")).to_have_text("Save and compare")
+        page.keyboard.press("Control+s")
+        expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step")
+        expect(page.get_by_test_id("next")).to_have_text("Next: activate")
+        page.keyboard.press("Enter")
+        expect(page.get_by_test_id("next")).to_contain_text("Activate version")
+        page.keyboard.press("Enter")
+        expect(page.get_by_test_id("sentence")).to_contain_text(f"Version {turn} is active")
+        page.screenshot(path=tmp_path / f"active-{turn}.png")
+        page.keyboard.press("Enter")
+        expect(page.get_by_test_id("step-camera")).to_have_attribute("aria-current", "step")
+    page.keyboard.press("y")
+    page.get_by_test_id("shelf-east").focus()
+    page.keyboard.press("Enter")
+    page.get_by_test_id("do-roll-back").focus()
+    page.keyboard.press("Enter")
+    expect(page.locator("[data-testid=shelf-version][data-version='1']")).to_have_attribute("data-active", "true")
+    page.screenshot(path=tmp_path / "rolled-back.png")
+
+
+@pytest.mark.parametrize("size", [(390, 844), (820, 1180)], ids=["telephone", "tablet"])
+def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_points, tmp_path, size):
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, has_touch=True, color_scheme="dark")
+    context.set_default_navigation_timeout(SLOW)
+    page = context.new_page()
+    operator = Operator(page, server).visit()
+    page.get_by_test_id("file").set_input_files(straight_picture)
+    page.get_by_test_id("field").select_option("table")
+    page.get_by_test_id("region").select_option("full")
+    page.get_by_test_id("next").tap()
+    expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step")
+    operator.wait_for_picture()
+    taps = {border: frame_points[border][:5] for border in BORDERS}  # a finger near a corner takes hold of its point
+    for border in BORDERS:
+        page.get_by_test_id(f"border-{border}").tap()
+        for x, y in taps[border]:
+            page.get_by_test_id("stage").scroll_into_view_if_needed()
+            page.touchscreen.tap(*operator.spot(x, y))
+    page.screenshot(path=tmp_path / "borders.png")
+    for border in BORDERS:
+        assert operator.points(border) == [pytest.approx(point, abs=1.0) for point in taps[border]]
+    for step in ("model", "compare", "activate"):
+        expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
+        page.get_by_test_id("next").tap()
+        expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step")
+        page.wait_for_timeout(800)  # for the picture that is looked at
+        page.screenshot(path=tmp_path / f"{step}.png")
+    assert operator.saved()["report"]["verdict"]["mm"] is not None
+    wide = page.evaluate("[...document.querySelectorAll('body, aside')].filter(e => e.scrollWidth > innerWidth + 1)"
+                         ".map(e => e.tagName)")
+    assert wide == []
+    for name in ("settings", "jobs", "versions"):
+        page.goto(f"{server.url}/#/{name}")
+        expect(page.get_by_test_id(f"{name}-page")).to_be_visible()
+        page.wait_for_timeout(500)
+        page.screenshot(path=tmp_path / f"{name}.png")
+    context.close()
