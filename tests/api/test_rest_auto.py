@@ -1,0 +1,95 @@
+"""REST of calibration without clicks: a job; a version where the lines prove it, and the points in any case."""
+
+import cv2
+import numpy as np
+import pytest
+from auto_scenes import SceneSpec, scene_of
+from jobs_watched import accepted, ended
+from pictures import encoded, gradient
+from refusals import API, refusal
+
+AUTO = f"{API}/calibrations/auto"
+SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
+
+
+@pytest.fixture(scope="module")
+def seen():
+    return scene_of(SPEC)
+
+
+@pytest.fixture(scope="module")
+def picture(standing, seen):
+    return kept(standing, seen.pixels)
+
+
+def kept(client, pixels):
+    return client.post(f"{API}/snapshots", files={"file": encoded("png", pixels)}).json()["id"]
+
+
+def found(client, **body):
+    return ended(client, accepted(client.post(AUTO, json=body)))
+
+
+@pytest.fixture(scope="module")
+def made(standing, picture):
+    return found(standing, snapshot=picture, field="ssl-div-b", note="by itself")
+
+
+def test_a_version_is_made_without_a_click(standing, made, picture):
+    assert made["state"] == "done" and made["kind"] == "auto", made
+    result = made["result"]
+    version = standing.get(f"{API}/calibrations/{result['calibration']}").json()
+    assert version["snapshot"] == picture and version["note"] == "by itself"
+    assert version["observations"] == result["observations"] and version["report"]["verdict"]["level"] == "good"
+    assert result["proof"]["found_share"] > 0.9 and not result["doubts"] and result["candidates"]
+
+
+def test_what_was_found_fits_as_clicks_do(standing, made, picture):
+    result = made["result"]
+    answer = standing.post(f"{API}/fit/preview", json={
+        "snapshot": picture, "field": "ssl-div-b", "region": "full", "model": "division",
+        "observations": result["observations"]})
+    assert answer.status_code == 200 and answer.json()["report"]["rms_px"] < 0.5
+
+
+def test_nothing_is_kept_where_only_the_lines_are_wanted(standing, picture):
+    before = standing.get(f"{API}/calibrations").json()["items"]
+    result = found(standing, snapshot=picture, field="ssl-div-b", keep=False)["result"]
+    assert result["calibration"] is None and result["observations"] and result["verdict"]["level"] == "good"
+    assert standing.get(f"{API}/calibrations").json()["items"] == before
+
+
+def test_a_picture_without_lines_is_declined_with_the_reason_and_no_version(standing):
+    result = found(standing, snapshot=kept(standing, gradient(640, 480)), field="ssl-div-b")["result"]
+    assert result["calibration"] is None and result["verdict"]["level"] in ("nothing", "unsure")
+    assert result["doubts"][0]["reason"] and result["doubts"][0]["fix"]
+
+
+def test_several_pictures_of_one_size_are_wanted(standing, picture, seen):
+    small = kept(standing, cv2.resize(seen.pixels, (408, 341)))
+    job = found(standing, snapshots=[picture, small], field="ssl-div-b")
+    assert job["state"] == "failed" and job["problem"]["type"].endswith("size-mismatch")
+
+
+@pytest.mark.parametrize("change, status", [
+    ({"snapshot": None}, 422), ({"camera": "north"}, 422), ({"snapshots": []}, 422), ({"field": "moon"}, 404),
+    ({"region": "nowhere"}, 404), ({"model": "magic"}, 422), ({"rotate": 45}, 422), ({"rough": {"height_mm": 0}}, 422),
+    ({"rough": {"colour": 1}}, 422), ({"frames": 1000}, 422), ({"surprise": 1}, 422), ({"snapshot": "none-such"}, 404),
+    ({"options": {"lens": "none-such"}}, 404), ({"rough": {"turn_deg": "left"}}, 422),
+])
+def test_what_cannot_be_meant_is_refused_at_once(standing, picture, change, status):
+    answer = standing.post(AUTO, json={"snapshot": picture, "field": "ssl-div-b", **change})
+    assert answer.status_code in (status, 404, 422), answer.text
+    assert refusal(answer)["fix"]
+
+
+def test_a_camera_takes_the_pictures_itself(standing):
+    job = found(standing, camera="north", frames=3, field="table")
+    assert job["state"] == "done", job
+    assert job["result"]["image_size"] == [320, 256]
+    taken = standing.get(f"{API}/snapshots").json()["items"]
+    assert any(s["camera"] == "north" for s in taken)
+
+
+def test_numbers_are_plain_json(made):
+    assert np.isfinite(made["result"]["proof"]["rms_px"])
