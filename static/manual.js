@@ -23,9 +23,14 @@ export const EXPLAINED = {
 /** The end of a heading's address: "What the figures say" → "what-the-figures-say". @param {string} text */
 export const slug = (text) => text.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "");
 
+let newest = 0; // of what was asked for: the last one wins, whichever answer comes first
+
+/** Whether nobody has asked for a page yet. */
+export const isUnread = () => newest === 0;
+
 /** Open a page, "models.md" or "models.md#division", beside the work. @param {string} to */
 export async function openPage(to) {
-  const [name, heading = ""] = to.split("#"), asked = page.value.asked + 1;
+  const [name, heading = ""] = to.split("#"), asked = ++newest;
   help.value = "manual";
   if (name === page.value.name) { page.value = { ...page.value, heading, asked }; return; }
   let text;
@@ -35,5 +40,5 @@ export async function openPage(to) {
   } catch {
     text = "The manual cannot be read while the server does not answer.";
   }
-  if (page.value.asked < asked) page.value = { name, text, heading, asked };
+  if (asked === newest) page.value = { name, text, heading, asked };
 }

@@ -4,12 +4,12 @@ import { useEffect, useRef } from "preact/hooks";
 import { ACTIONS, run } from "../actions.js";
 import { html } from "../html.js";
 import { printed } from "../keys.js";
-import { CONTENTS, openPage, page, slug } from "../manual.js";
+import { CONTENTS, isUnread, openPage, page, slug } from "../manual.js";
 import { help } from "../state.js";
 import { TourButton } from "./tour.js";
 
 export function Help() {
-  useEffect(() => { if (help.value === "manual" && !page.value.text) void openPage(CONTENTS); }, [help.value]);
+  useEffect(() => { if (help.value === "manual" && isUnread()) void openPage(CONTENTS); }, [help.value]);
   return html`<section class="help" aria-label="Help" data-testid="help-panel">
     <div class="line help-head"><div class="tabs" role="tablist" aria-label="Help"><${Tab} id="manual" label="Manual"/><${Tab} id="keys" label="Keys"/></div>
       <button type="button" class="close" data-testid="close-help" onClick=${() => run("escape")}>Close</button></div>
