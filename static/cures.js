@@ -44,7 +44,10 @@ const CURES = {
 };
 
 /** What can be done about it by a button. @param {Trouble} trouble @returns {Cure[]} */
-export const curesOf = (trouble) => (CURES[trouble.reason ?? ""]?.(trouble) ?? []).filter((cure) => cure !== null);
+export const curesOf = (trouble) => (CURES[trouble.reason ?? ""]?.({ ...trouble, feature: named(trouble.feature) }) ?? []).filter((cure) => cure !== null);
+
+/** A feature by its name, where a refusal says "the left border". @param {string | null | undefined} feature */
+const named = (feature) => BORDERS.find((border) => feature === `the ${border} border`) ?? feature;
 
 /** @param {string | null | undefined} feature @returns {Cure | null} */
 const click = (feature) => (feature ? { label: `Click the ${words(feature).toLowerCase()}${isBorder(feature) ? " border" : ""}`, test: "cure-click", run: () => clickOn(feature) } : null);

@@ -1,6 +1,7 @@
 // Where a picture lies on its stage: screen = translation + scale · (pixel + ½), as pixel (0, 0) is a centre.
 import { computed, signal } from "@preact/signals";
 
+const NARROW = 0.04; // of its width: a small pane has no more to spare beside its picture
 const SMALLEST = 0.05, LARGEST = 64;
 const MARGIN = { top: 68, side: 28, bottom: 48 }; // room for the toolbar and the read-out
 export const MARGIN_PX = 40; // carpet shown around the corrected picture, in its own pixels
@@ -49,7 +50,7 @@ export function createView(margin) {
   function fit(picture) {
     if (!picture) return;
     const { width, height } = pane.value;
-    const w = Math.max(50, width - 2 * margin.side), h = Math.max(50, height - margin.top - margin.bottom);
+    const w = Math.max(50, width - 2 * Math.min(margin.side, NARROW * width)), h = Math.max(50, height - margin.top - margin.bottom);
     const k = Math.min(w / picture.width, h / picture.height);
     view.value = { k, tx: (width - k * picture.width) / 2, ty: margin.top + (h - k * picture.height) / 2, fitted: true };
   }

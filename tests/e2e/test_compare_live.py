@@ -1,0 +1,80 @@
+"""Raw against corrected on a live camera: both of the very same frame, under one view, lines and grid over both."""
+
+import pytest
+from playwright.sync_api import expect
+
+from app.cli.server import DEMO_CAMERAS
+
+LONG = 30_000  # ms; a camera that slept starts a process
+
+
+@pytest.fixture
+def live(clicked, server):
+    """The live page of the demo's first camera, with an active calibration."""
+    operator = clicked("brown-conrady", height_mm={"value": 3000.0, "sigma": 30.0}).next("compare")
+    saved = operator.saved()["id"]
+    server.api("POST", f"/calibrations/{saved}/activate")
+    camera = DEMO_CAMERAS[0]["id"]
+    operator.page.goto(f"{server.url}/#/live/{camera}")  # from a picture, by its address alone
+    operator.camera = camera
+    expect(operator.page.get_by_test_id("look-wipe")).to_be_enabled(timeout=LONG)
+    return operator
+
+
+def compared(operator, mode):
+    page = operator.page
+    page.get_by_test_id(f"look-{mode}").click()
+    expect(page.get_by_test_id(f"live-{operator.camera}")).not_to_have_attribute("data-compared", "", timeout=LONG)
+    return page
+
+
+def drawn(page, which):
+    """How large what is drawn of one picture is, px."""
+    return page.get_by_test_id(f"live-{which}").locator("canvas").evaluate("c => [c.width, c.height]")
+
+
+def test_live_pictures_stand_side_by_side_and_zoom_together(live, tmp_path):
+    page = compared(live, "side")
+    names = ("live-raw", "live-corrected")
+    before = [page.get_by_test_id(name).bounding_box() for name in names]
+    stage = page.get_by_test_id(f"live-{live.camera}").bounding_box()
+    assert before[0]["x"] + before[0]["width"] <= stage["x"] + stage["width"] / 2 + 1
+    assert before[1]["x"] >= stage["x"] + stage["width"] / 2 - 1
+    assert drawn(page, "raw")[0] == drawn(page, "corrected")[0] == 798  # half of 1600, and the gap
+    page.mouse.move(stage["x"] + 0.75 * stage["width"], stage["y"] + 0.5 * stage["height"])
+    page.mouse.wheel(0, -500)
+    after = [page.get_by_test_id(name).bounding_box() for name in names]
+    assert after[0]["width"] > 1.5 * before[0]["width"]
+    assert after[0]["width"] / before[0]["width"] == pytest.approx(after[1]["width"] / before[1]["width"], rel=1e-3)
+    expect(page.get_by_test_id("counterpart-image")).to_be_visible(timeout=10_000)
+    expect(page.get_by_test_id("live-read-out")).to_contain_text("Corrected pixel")
+    page.screenshot(path=tmp_path / "side.png")
+    page.keyboard.press("0")
+    fitted = page.get_by_test_id("live-raw").bounding_box()
+    assert fitted["width"] == pytest.approx(before[0]["width"], abs=1)
+
+
+def test_live_pictures_are_wiped_with_field_lines_and_grid_over_both(live, tmp_path):
+    page = compared(live, "wipe")
+    page.get_by_test_id("look-lines").click()
+    page.keyboard.press("g")
+    expect(page.get_by_test_id("grid-raw")).to_be_visible(timeout=10_000)
+    expect(page.get_by_test_id("grid-corrected")).to_be_visible()
+    expect(page.get_by_test_id("field-lines")).to_have_count(2)
+    before = int(page.get_by_test_id(f"live-{live.camera}").get_attribute("data-seq"))
+    expect(page.get_by_test_id(f"live-{live.camera}")).not_to_have_attribute("data-seq", str(before), timeout=LONG)
+    bar = page.get_by_test_id("wipe")
+    bar.focus()
+    share = int(bar.get_attribute("aria-valuenow"))
+    page.keyboard.press("ArrowRight")
+    expect(bar).to_have_attribute("aria-valuenow", str(share + 2))
+    page.screenshot(path=tmp_path / "wipe.png")
+
+
+def test_live_pictures_blink(live):
+    page = compared(live, "blink")
+    first = page.get_by_test_id("blink-legend").get_attribute("data-showing")
+    expect(page.get_by_test_id("blink-legend")).not_to_have_attribute("data-showing", first, timeout=10_000)
+    page.keyboard.press("r")  # the same keys as on a still
+    expect(page.get_by_test_id("look-raw")).to_have_attribute("aria-pressed", "true")
+    expect(page.get_by_test_id("blink-legend")).to_have_count(0)

@@ -1,0 +1,54 @@
+"""The table of models: sorted as one likes, in plain words, the recommended one marked and explained."""
+
+import pytest
+from playwright.sync_api import expect
+
+LONG = 60_000  # ms, for seven models on a busy machine
+LEVELS = {"good": "Good", "fair": "Fair", "poor": "Poor", "unknown": "Not known inside"}
+
+
+@pytest.fixture
+def ranked(clicked):
+    operator = clicked("division", height_mm={"value": 3000.0, "sigma": 30.0})
+    expect(operator.page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
+    return operator
+
+
+def column(page, number):
+    table = page.get_by_test_id("models")
+    cells = table.locator(f"tbody > tr:first-child > td:nth-of-type({number})").all_inner_texts()
+    return [float(text.split()[0].replace("\u202f", "")) for text in cells if text.strip() not in ("", "–")]
+
+
+def test_a_click_on_a_heading_sorts_and_another_turns_it_round(ranked, tmp_path):
+    page = ranked.page
+    assert column(page, 2) == sorted(column(page, 2))  # by error on the field, unasked
+    for name, number in (("held_out_mm", 1), ("parameters", 3)):
+        head = page.get_by_test_id(f"sort-{name}")
+        head.click()
+        expect(head.locator("xpath=..")).to_have_attribute("aria-sort", "ascending")
+        assert column(page, number) == sorted(column(page, number))
+        head.focus()
+        page.keyboard.press("Enter")
+        expect(head.locator("xpath=..")).to_have_attribute("aria-sort", "descending")
+        assert column(page, number) == sorted(column(page, number), reverse=True)
+    page.get_by_test_id("sort-title").click()
+    names = [text.strip("●○ \n") for text in page.get_by_test_id("models").locator("tbody th").all_inner_texts()]
+    assert names == sorted(names, key=str.casefold)
+    page.screenshot(path=tmp_path / "by-name.png")
+
+
+def test_every_models_worth_stands_in_the_servers_figures_and_in_a_plain_word(ranked):
+    page, server = ranked.page, ranked.server
+    draft = ranked.draft()
+    body = {key: draft[key] for key in ("field", "region", "observations")}
+    told = server.api("POST", "/calibrations/compare", json={
+        **body, "snapshot": ranked.snapshot, "model": "division", "options": draft["options"]}).json()
+    assert told["recommended"] is not None
+    for row in told["ranking"]:
+        shown = page.locator(f'[data-row="{row["model"]}"]')
+        expect(shown).to_contain_text(LEVELS[row["verdict"]["level"]])
+        held_out = row["held_out_mm"]
+        expect(shown.locator("td").first).to_contain_text(f"{held_out:.0f}" if held_out >= 10 else f"{held_out:.1f}")
+        assert ("recommended" in shown.inner_text()) == (row["model"] == told["recommended"])
+    expect(page.get_by_test_id("ranking")).to_contain_text("Recommended:")
