@@ -82,7 +82,8 @@ def test_a_border_whose_end_is_a_guess_is_clicked_there(changed):
 def test_an_inside_that_nobody_clicked_takes_the_operator_to_a_line_inside(clicked):
     page = clicked("polynomial", "borders").page
     warning = page.locator('[data-reason="inside-not-checked"]')
-    expect(warning).to_be_visible(timeout=20_000)
+    page.get_by_text("more warning").click(timeout=20_000)
+    expect(warning).to_be_visible()
     warning.get_by_test_id("cure-click").click()
     expect(page.get_by_test_id("inside-centre-circle")).to_have_attribute("aria-pressed", "true")
 
