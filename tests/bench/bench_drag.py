@@ -14,9 +14,8 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-HERE = Path(__file__).parents[1]
-sys.path.insert(0, str(HERE))
-sys.path.insert(0, str(HERE / "e2e"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "e2e"))
 from chromium import ARGUMENTS, chromium_path
 from conftest import Operator, Server
 
@@ -70,8 +69,9 @@ def dragged(operator: Operator, server: Server, model: str) -> dict:
     region = field.region(settings["region"])
     clicks = border_clicks(camera, region, PER_BORDER, 0.3)
     snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]
-    operator.go_on(snapshot, {"field": field.name, "region": region.name, "model": model, "options": {}, "observations": [
-        {"feature": n, "kind": "line", "points": p[1:-1].tolist()} for n, p in clicks.items()]}, "borders")
+    seen = [{"feature": n, "kind": "line", "points": p[1:-1].tolist()} for n, p in clicks.items()]
+    operator.go_on(snapshot, {"field": field.name, "region": region.name, "model": model, "options": {},
+                              "observations": seen}, "borders")
     page = operator.page
     page.get_by_test_id("curve-left").wait_for(state="attached", timeout=60_000)
     page.get_by_test_id("rms-px").wait_for(timeout=60_000)

@@ -70,7 +70,8 @@ def rendered_fields() -> None:
         camera = SimCamera.above(region, ImageSize(1280, 1024), LENSES[lens], height_mm=6500, tilt_deg=tilt)
         errors, left = [], 0
         for seed in range(4):
-            shown = Rendering.of(camera, field, region, Play(robots=0), Light(), Sensor(blur_px=0.8, noise=2.0)).frame(seed)
+            sensor = Sensor(blur_px=0.8, noise=2.0)
+            shown = Rendering.of(camera, field, region, Play(robots=0), Light(), sensor).frame(seed)
             rng = np.random.default_rng(seed)
             for marking in (*field.lines.values(), *field.arcs.values()):
                 places = camera.raw_from_field(marking.sample(13)[1:-1])
@@ -99,7 +100,8 @@ def real_pictures(folder: Path | None) -> None:
         apart, tiles, left = [], [], 0
         for observation in json.loads((CLICKS / f"{name}.json").read_text())["observations"]:
             for point in np.array(observation["points"]):
-                spots = [snap(picture, point + OFF_PX * np.array([np.cos(t), np.sin(t)])) for t in rng.uniform(0, 6.28, 4)]
+                turns = rng.uniform(0, 2 * np.pi, 4)
+                spots = [snap(picture, point + OFF_PX * np.array([np.cos(t), np.sin(t)])) for t in turns]
                 found = [s for s in spots if isinstance(s, Snapped)]
                 left += len(spots) - len(found)
                 if len(found) > 1:

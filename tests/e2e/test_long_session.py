@@ -7,7 +7,10 @@ EDITS = 1000
 
 # Edits as the tools make them, chosen by a small generator with a seed; after each the document as text.
 EDIT = """async ([seed, count]) => {
-  const { BORDERS, change, doc, past, pointsOf, undo, redo, future, withPoints, showWhileDragging, endDrag } = await import("/document.js");
+  const page = await import("/document.js");
+  const { BORDERS, change, doc, past, pointsOf, undo, redo, future, load, withPoints } = page;
+  const { showWhileDragging, endDrag } = page;
+  load(doc.value);  // choosing the field was a change as well
   const { nudge, remove, withAdded, withMoved } = await import("/editing.js");
   const { selection } = await import("/state.js");
   let state = seed;
