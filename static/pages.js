@@ -9,4 +9,4 @@ import { shelfStanding } from "./version_shelf.js";
 
 const STANDINGS = { jobs: jobsStanding, settings: settingsStanding, versions: shelfStanding, capture: captureStanding, rig: rigStanding };
 
-export const pageStanding = computed(() => /** @type {Record<string, import("@preact/signals").ReadonlySignal<any>>} */ (STANDINGS)[page.value?.name ?? "jobs"].value);
+export const pageStanding = computed(() => STANDINGS[page.value?.name ?? "jobs"].value);

@@ -15,7 +15,7 @@ const PAGES = {
 };
 
 /** As a desk is described in main.js. Files dropped there are of nothing. */
-export const pageDesk = () => (page.value ? { .../** @type {Record<string, any>} */ (PAGES)[page.value.name], standing: pageStanding, add: () => {} } : null);
+export const pageDesk = () => (page.value ? { ...PAGES[page.value.name], standing: pageStanding, add: () => {} } : null);
 
 /** The middle of the page. */
-export const PageMiddle = () => (page.value ? html`<${/** @type {Record<string, any>} */ (PAGES)[page.value.name].Main}/>` : null);
+export const PageMiddle = () => (page.value ? html`<${PAGES[page.value.name].Main}/>` : null);
