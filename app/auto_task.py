@@ -21,6 +21,8 @@ from app.store.snapshots import checked_bytes
 from app.task import Task
 from app.vision.background import Background
 
+AUTO = "auto"
+LADDER = ("brown-conrady", "fisheye", "division")  # the first that can be fitted: very wide lenses need the second
 ROUGH_KEYS = {"height_mm": (100.0, 100_000.0), "turn_deg": (-360.0, 360.0)}
 
 
@@ -43,7 +45,7 @@ class AutoTask:
 
     field: Field
     region: Region
-    model: str = "brown-conrady"
+    model: str = AUTO
     options: Mapping[str, Any] = member(default_factory=dict)
     rough: Mapping[str, Any] = member(default_factory=dict)
     camera: str | None = None
@@ -51,8 +53,13 @@ class AutoTask:
     note: str = ""
 
     def __post_init__(self) -> None:
-        MODELS[self.model]
+        for name in self.models:
+            MODELS[name]
         rough_from(self.rough)
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        return LADDER if self.model == AUTO else (self.model,)
 
     def to_json(self) -> dict[str, Any]:
         return {"field": self.field.to_json(), "region": self.region.name, "rotate": self.region.rotate_deg,
@@ -84,19 +91,23 @@ class AutoTask:
             return {**told, "doubts": [_doubt(refusal)], "verdict": verdict_of([_doubt(refusal)], None, None)}, None
         told["observations"] = [o.to_json() for o in found.observations]
         proof = auto_pipeline.proof_of(found, seen, self.field, self.region)
-        doubts, done = [*proof.doubts()], None
-        try:
-            done = auto_pipeline.calibrated(found, self.field, self.region, frame.size, self.model, self.options,
-                                            part_of(progress, 0.6, 1.0))
-        except FitFailed as refusal:
-            doubts.append(_doubt(refusal))
+        doubts, done, refused = [*proof.doubts()], None, []
+        for name in self.models:
+            try:
+                done = auto_pipeline.calibrated(found, self.field, self.region, frame.size, name, self.options,
+                                                part_of(progress, 0.6, 1.0))
+                told["model"] = name
+                break
+            except FitFailed as refusal:
+                refused.append(_doubt(refusal))
         report = None if done is None else done.report
+        doubts += refused[:1] if done is None else []
         told |= {"doubts": doubts, "verdict": verdict_of(doubts, proof, report and report["verdict"]),
                  "proof": proof.to_json(), "report": report}
-        return told, self._record(found, done, frame) if done is not None and not doubts else None
+        return told, self._record(found, done, frame, told["model"]) if done is not None and not doubts else None
 
-    def _record(self, found: auto_pipeline.Found, done: Calibrated, frame: Frame) -> Calibration:
-        task = Task(found.observations, self.field, self.region, frame.size, self.model, self.options, self.camera,
+    def _record(self, found: auto_pipeline.Found, done: Calibrated, frame: Frame, model: str) -> Calibration:
+        task = Task(found.observations, self.field, self.region, frame.size, model, self.options, self.camera,
                     self.snapshot, frame.sha256 or None, self.note)
         return task.record(done)
 

@@ -5,7 +5,7 @@ import { change, doc } from "./document.js";
 import { workFor } from "./jobs.js";
 import { region, rotation, snapshot } from "./state.js";
 
-const MODEL = "brown-conrady"; // only to judge what is found: which model the draft has is the operator's
+const MODEL = "auto"; // only to judge what is found: which model the draft has is the operator's
 
 /** @typedef {{ level: string, sentence: string, fix: string, reason: string }} Verdict @typedef {{ verdict: Verdict, observations: import("./types").Observation[] }} FoundLines */
 

@@ -41,7 +41,7 @@ class AutoRequest(Strict):
     field: Name
     region: Name = "full"
     rotate: Rotate | None = None
-    model: Name = "brown-conrady"
+    model: Name = Field("auto", description="auto: Brown–Conrady, or the first of others that can be fitted")
     options: Annotated[dict[str, OptionValue], Field(max_length=50)] = Field({}, description="as for a fit")
     rough: Rough | None = None
     keep: bool = Field(True, description="false: find the lines, and save no version")

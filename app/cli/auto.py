@@ -27,7 +27,8 @@ def auto(
     field: FieldName = None,
     region: Annotated[str, typer.Option("--region", help="Part of the field that is seen.")] = "full",
     rotate: Rotate = None,
-    model: Annotated[str, typer.Option("--model", help="Camera model.")] = "brown-conrady",
+    model: Annotated[str, typer.Option("--model", help="Camera model; auto: Brown–Conrady, or the first "
+                                      "of others that can be fitted.")] = "auto",
     option: Options = None, lens: LensFile = None, lens_sigma: LensSigma = None, height_mm: HeightMm = None,
     height_sigma_mm: HeightSigmaMm = None,
     turn_deg: Annotated[float | None, typer.Option("--turn", help="Roughly how far the region is turned in the "

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 LEAST_FOUND = 0.68  # of the expected length; a fifth may be hidden
 MARKING_FOUND = 0.3  # of a marking: below it, it counts as missing
 MOST_MISSING = 0.2  # of the expected length, in markings that are missing
-MOST_UNEXPLAINED = 0.22  # of the length that was seen on the field
+MOST_UNEXPLAINED = 0.13  # of the length that was seen on the field
 LEAST_AHEAD = 0.05  # of the next best camera's share
 MOST_RMS = 0.002  # of the diagonal, of the points about the drawn field: 1.5 px of 640 × 480; fields are made by hand
 LEAST_MARKINGS = 4
