@@ -1,4 +1,4 @@
-"""One button finds the field's lines: what is found stands in the draft, beside the clicks, and one undo takes it back."""
+"""One button finds the field's lines: they stand in the draft, beside the clicks, and one undo takes them back."""
 
 import cv2
 import numpy as np
