@@ -112,7 +112,13 @@ const picture = () => (camera.value ?? cameras.value[0] ? { label: "Take a new p
 function recommended() {
   const name = ranking.value?.recommended, it = models.value.find((m) => m.name === name);
   if (it && name && name !== doc.value.model) return { label: `Use ${it.title}`, test: "cure-model", run: () => { step.value = "model"; useModel(name); } };
-  return { label: "Compare the models", test: "cure-compare", run: () => { step.value = "model"; compareModels(); } };
+  return { label: "Compare the models", test: "cure-compare", run: compareThere };
+}
+
+/** To the models; they are compared by themselves when one comes there. */
+export function compareThere() {
+  if (step.value === "model") compareModels();
+  else step.value = "model";
 }
 
 /** The report whose figures are in sight. */

@@ -1,6 +1,6 @@
 // The words beside a map of millimetres: its scale, its figures, what else it can show, and why there is none.
 import { ACTIONS, run } from "../actions.js";
-import { worstCure } from "../cures.js";
+import { compareThere, worstCure } from "../cures.js";
 import { arrows } from "../arrows.js";
 import { dayAndTime, mm, number } from "../format.js";
 import { differenceFrom, hatMm, heat, isHot, notShown, others, shown } from "../heat.js";
@@ -19,7 +19,7 @@ export function HeatLegend() {
     <h2>${what === "expected" ? "Expected error" : `Version ${version.value?.version} from version ${numberOf(heat.value.other)}`}</h2>
     ${map && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${map.top} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
       <div>${[0, 0.5, 1].map((share) => html`<span key=${share}>${tick(share * map.top)}${share === 1 ? " mm" : ""}</span>`)}</div></div>`}
-    ${why ? html`<p data-testid="no-map"><b>${why.detail}</b> ${why.fix} <button type="button" data-testid="no-map-cure" onClick=${() => { run("step-model"); run("compare-models"); }}>Compare the models</button></p>` : !map && html`<p class="dim">The server computes it…</p>`}
+    ${why ? html`<p data-testid="no-map"><b>${why.detail}</b> ${why.fix} <button type="button" data-testid="no-map-cure" onClick=${compareThere}>Compare the models</button></p>` : !map && html`<p class="dim">The server computes it…</p>`}
     ${what === "expected" && html`<div class="switch" role="group" aria-label="Where"><${Height} atHats=${false} label="Carpet"/><${Height} atHats=${true} label=${`Hats, ${hatMm.value} mm`}/></div>`}
   </section>`;
 }
