@@ -3,11 +3,12 @@ import { effect, signal, untracked } from "@preact/signals";
 import { Away, Problem, call, online } from "./api.js";
 import { BORDERS, doc, dragging, pointsOf, same } from "./document.js";
 import { newestWins } from "./newest.js";
-import { snapshot } from "./state.js";
+import { model, snapshot } from "./state.js";
 
 /** @typedef {import("./types").Border} Border @typedef {import("./types").Curve} Curve @typedef {import("./types").Refusal} Refusal */
 
 const AXIS = { left: "x_of_y", right: "x_of_y", top: "y_of_x", bottom: "y_of_x" };
+const PAUSE_MS = 50; // between two fits while a point is dragged: its curve goes first
 const FEWEST = 2; // two points make a line; the server says what more is needed
 
 /** Each border's curve, or why there is none. */
@@ -80,11 +81,13 @@ const askPreview = newestWins(async (/** @type {{ asking: import("./types").Doc,
   } catch (error) {
     if (error instanceof Away) return;
     why = refused(error);
+    if (held && dragging.value) return; // what stands is drawn on; the release will tell
   }
   if (snapshot.value?.id !== picture) return;
   preview.value = answer;
   refusal.value = why;
   stale.value = !(held && dragging.value) && !same(asking, doc.value);
+  if (held && dragging.value) await new Promise((done) => setTimeout(done, PAUSE_MS));
 });
 
 /** Whether the fit tells an error without holding points out: what holding them out would cost is saved while a point is dragged. */
@@ -92,8 +95,8 @@ const knowsItsError = () => Boolean(preview.value?.report.sigma_mm);
 
 /** While a point is dragged the lens keeps the terms it has: choosing them is most of a lens fit's time. @param {import("./types").Doc} asking */
 function quickBody(asking) {
-  const body = fitBody(asking), terms = preview.value?.report.terms;
-  return terms && (asking.options.terms ?? "auto") === "auto" ? { ...body, options: { ...body.options, terms } } : body;
+  const body = fitBody(asking), terms = preview.value?.report.terms?.chosen, canChoose = model.value?.options.some((o) => o.name === "terms");
+  return canChoose && terms && (asking.options.terms ?? "auto") === "auto" ? { ...body, options: { ...body.options, terms } } : body;
 }
 
 /** What the server refused, to be shown; any other error goes on. @param {unknown} error @returns {Refusal} */

@@ -73,7 +73,7 @@ export interface Report {
   degree?: Record<string, { degree: number; reason: string }>;
   per_feature: { feature: string | Point; n: number; used: boolean; rms_px: number | null; rms_mm: number | null; max_mm: number | null; residuals: Residual[] }[];
   verdict: { mm: number | null; level: "good" | "fair" | "poor" | "unknown"; sentence: string };
-  terms?: string[];
+  terms?: { chosen: string[] };
   sigma_mm: { rms: number; max: number; hat?: { rms: number; max: number; z_mm: number } } | null;
   next_click?: { feature: string; point: Point; worst_mm: number; worst_mm_then: number; z_mm?: number } | null;
   warnings: Warning[];

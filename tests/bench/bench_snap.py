@@ -23,8 +23,8 @@ from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
 from app.vision.line_snap import Snapped, snap
 
-SEEDS = 8
-PER_SEED = 12
+SEEDS = 3
+PER_SEED = 16
 OFF_PX = 4.0
 GROUNDS = {"white on green": (200, (80, 80)), "white on black": (250, (15, 15)), "dark on light": (40, (200, 200)),
            "carpet beside wood": (220, (120, 40))}

@@ -178,6 +178,27 @@ def test_proposals_are_discarded_by_escape(fitted):
     assert fitted.points("left") == before
 
 
+@pytest.mark.parametrize("model", ["polynomial", "division", "brown-conrady"])
+def test_the_fit_follows_a_point_while_it_is_dragged(clicked, model):
+    operator = clicked(model, "borders")
+    page = operator.page
+    verdict = page.get_by_test_id("rms-px")
+    expect(verdict).to_have_text(re.compile(r"\d px"), timeout=30_000)
+    page.wait_for_timeout(1000)
+    x, y = operator.spot(*next(o["points"][4] for o in operator.draft()["observations"] if o["feature"] == "left"))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 4, y, steps=2)
+    for step in range(5, 8):  # the figures of a stray stay: that it is fitted at all is what counts
+        with page.expect_response(re.compile(r"/fit/preview\?quick="), timeout=20_000) as answer:
+            page.mouse.move(x + step, y)
+        assert answer.value.status == 200, answer.value.text()
+    expect(verdict).to_have_text(re.compile(r"\d px"))
+    with page.expect_response(re.compile(r"/fit/preview$"), timeout=20_000) as answer:
+        page.mouse.up()
+    assert answer.value.status == 200
+
+
 def test_the_little_field_says_what_has_been_done(fitted):
     page = fitted.page
     expect(page.get_by_test_id("field-left")).to_have_attribute("aria-label", re.compile("6 points, used by the fit"))
