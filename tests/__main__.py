@@ -30,7 +30,7 @@ def main() -> int:
     if chromium is None:
         return first or 1
     say("2 of 2: the page in a real browser")
-    second = pytest("e2e and not long", environment)
+    second = pytest("e2e and not long", environment, at_once())
     return first or second
 
 
