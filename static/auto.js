@@ -1,13 +1,14 @@
 // The field's own lines, found by the server: the job that looks for them, and its points in the draft in one step.
 import { signal } from "@preact/signals";
 import { longWork } from "./desks.js";
-import { change, doc } from "./document.js";
+import { change, doc, withModel } from "./document.js";
 import { workFor } from "./jobs.js";
-import { region, rotation, snapshot } from "./state.js";
+import { model, models, region, rotation, snapshot } from "./state.js";
 
-const MODEL = "auto"; // only to judge what is found: which model the draft has is the operator's
+const MODEL = "auto"; // judged by the first model that fits; a draft in which nobody has clicked yet takes that model too
 
-/** @typedef {{ level: string, sentence: string, fix: string, reason: string }} Verdict @typedef {{ verdict: Verdict, observations: import("./types").Observation[] }} FoundLines */
+/** @typedef {{ level: string, sentence: string, fix: string, reason: string }} Verdict
+ * @typedef {{ verdict: Verdict, observations: import("./types").Observation[], model: string, report: unknown }} FoundLines */
 
 const work = longWork();
 /** How far the search is, and why it was refused. */
@@ -23,8 +24,10 @@ export async function findLines() {
   lastFound.value = null;
   await work.watch((stop, told) => workFor("/calibrations/auto", body, stop, told), (/** @type {FoundLines} */ found) => {
     if (snapshot.value?.id !== picture.id) return; // another picture by now: its draft is not ours
-    const added = beside(found.observations);
-    if (added.length) change({ ...doc.value, observations: [...doc.value.observations, ...added] });
+    const added = beside(found.observations), untouched = !doc.value.observations.some((o) => o.points.length);
+    const fits = untouched && found.report ? models.value.find((m) => m.name === found.model) : null;
+    const next = fits ? withModel(doc.value, fits, model.value) : doc.value;
+    if (added.length) change({ ...next, observations: [...next.observations, ...added] });
     lastFound.value = { picture: picture.id, verdict: found.verdict, points: added.reduce((sum, o) => sum + o.points.length, 0) };
   });
 }

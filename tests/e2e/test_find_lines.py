@@ -32,6 +32,17 @@ def test_found_lines_stand_in_the_draft_beside_the_clicks_and_one_undo_takes_the
         c["snapshot"] for c in operator.server.api("GET", "/calibrations").json()["items"]}
 
 
+def test_where_nobody_has_clicked_the_model_that_fits_comes_with_the_lines_and_goes_with_them(operator, picture):
+    operator.open(picture, "ssl-div-b", "full")
+    page, before = operator.page, operator.draft()["model"]
+    page.get_by_test_id("do-find-lines").click()
+    expect(page.get_by_test_id("lines-found")).to_be_visible(timeout=LONG_MS)
+    assert operator.draft()["model"] == "brown-conrady" != before
+    expect(page.get_by_test_id("verdict")).to_contain_text("Good", timeout=LONG_MS)
+    page.keyboard.press("Control+z")
+    assert (operator.draft()["observations"], operator.draft()["model"]) == ([], before)
+
+
 def test_a_picture_without_lines_is_declined_in_words_and_changes_nothing(operator, tmp_path):
     path = tmp_path / "blank.png"
     cv2.imwrite(str(path), np.full((480, 640, 3), 90, np.uint8))
