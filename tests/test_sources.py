@@ -1,6 +1,7 @@
 """Laws over every source, and what an address must be."""
 
 import time
+from contextlib import closing
 
 import cv2
 import numpy as np
@@ -59,13 +60,11 @@ def test_frames_come_one_after_the_other_and_are_alike_in_size(name, source):
 @every_source
 def test_a_source_waits_for_its_next_frame(name, around):
     with address_of(name, around.pictures, fps=10) as url:
-        slow = source_from_url(url, around)
-        slow.read()
         start = time.monotonic()
-        slow.read()
-        slow.read()
-        assert 0.12 < time.monotonic() - start < 1.5
-        slow.close()
+        with closing(source_from_url(url, around)) as slow:
+            for _ in range(5):  # from the opening on: a busy machine may be late for one and then in time for the next
+                slow.read()
+            assert 0.3 < time.monotonic() - start < 20
 
 
 @every_source
