@@ -30,6 +30,13 @@ def test_exact_points_of_its_degree_are_met_exactly(degree):
     assert fit.curve.degree == degree
 
 
+@pytest.mark.parametrize("degree", [1, 3, "auto"])
+def test_a_border_that_is_exactly_straight_keeps_its_degree(degree):
+    """Its higher coefficients may be exactly nought: a fit with the degree that was found must still be one."""
+    fit = fit_curve(np.linspace(60, 400, 7), np.zeros(7), degree, (0, 479), "left border")
+    assert fit.curve.degree == (1 if degree == "auto" else degree)
+
+
 def test_the_plain_coefficients_are_the_same_curve():
     curve = Curve((300.0, -20.0, 35.0, 4.0, -2.0), 511.5, 512.0)
     plain = np.polynomial.Polynomial(curve.plain_coefficients())

@@ -106,7 +106,9 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
         inliers = _inliers(t, value, degree) if robust else np.ones(t.size, bool)
         reason = "Chosen by you."
     solved = _solve(t[inliers], value[inliers], degree)
-    curve = Curve(tuple(float(c) for c in chebyshev.cheb2poly(solved.coefficients)), float(centre), float(scale))
+    plain = chebyshev.cheb2poly(solved.coefficients)
+    plain = np.pad(plain, (0, degree + 1 - len(plain)))  # numpy drops coefficients that are exactly nought
+    curve = Curve(tuple(float(c) for c in plain), float(centre), float(scale))
     residuals = value - curve(position)
     held_out = residuals.copy()  # a stray is not in the fit: its residual is held out already
     held_out[inliers] = _held_out(solved)

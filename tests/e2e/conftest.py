@@ -1,4 +1,7 @@
-"""The real thing: `touchline demo` on a free port and a data folder of its own, and a real Chromium before it."""
+"""The real thing: a server with the demo's cameras on a free port and a data folder of its own, and a real Chromium.
+
+Its cameras film slowly: drawing their pictures would take most of a small machine.
+"""
 
 import json
 import queue
@@ -18,6 +21,7 @@ from app.field_reader import field_from_json
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_clicks
 
+FPS = 3
 START_S = 60  # a loaded machine imports OpenCV for many seconds
 CLICKS = Path(__file__).parents[1] / "clicks"
 
@@ -43,7 +47,7 @@ def browser_context_args(browser_context_args):
 
 
 class Server:
-    """A `touchline demo` that can be stopped and started again on the same port and data."""
+    """A server with the demo's cameras that can be stopped and started again on the same port and data."""
 
     def __init__(self, data: Path) -> None:
         self.data, self.port = data, 0
@@ -51,7 +55,11 @@ class Server:
 
     def start(self) -> None:
         touchline = Path(sys.executable).parent / "touchline"
-        command = [str(touchline), "demo", "--port", str(self.port), "--data", str(self.data)]
+        settings = self.data / "e2e.yaml"
+        cameras = [{**camera, "source": camera["source"].replace("fps=10", f"fps={FPS}")} for camera in DEMO_CAMERAS]
+        settings.write_text(json.dumps({"cameras": cameras}))  # JSON is YAML
+        command = [str(touchline), "serve", "--config", str(settings), "--port", str(self.port),
+                   "--data", str(self.data)]
         self.process = subprocess.Popen(command, cwd=self.data, stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, text=True)
         lines: queue.Queue[str] = queue.Queue()
@@ -61,7 +69,7 @@ class Server:
             try:
                 said += lines.get(timeout=START_S)
             except queue.Empty:
-                pytest.fail(f"touchline demo did not start within {START_S} s; it said:\n{said}", pytrace=False)
+                pytest.fail(f"touchline serve did not start within {START_S} s; it said:\n{said}", pytrace=False)
         self.port = int(found[1])
         self.url = found[0]
 
