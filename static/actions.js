@@ -74,7 +74,7 @@ const TABLE = [
     enabled: () => atBoard.value && ready.value.length > 0 && search.value === null },
   { id: "stop-finding", label: "Stop finding the lens", short: "Stop", group: "Pictures", run: () => search.value?.stop.abort(), enabled: () => search.value !== null },
   { id: "use-lens", label: "Use this lens for a camera", group: "Pictures", run: () => { if (found.value) useLens(found.value); }, enabled: () => found.value !== null },
-  { id: "jobs", label: "Show long work", keys: ["j"], group: "Pages", run: () => openPage("jobs") },
+  { id: "jobs", label: "Show long work", keys: ["i"], group: "Pages", run: () => openPage("jobs") },
   { id: "versions", label: "Show all saved versions", keys: ["y"], group: "Pages", run: () => openPage("versions", snapshot.value?.camera ?? cameras.value[0]?.id ?? "") },
   { id: "settings", label: "Show the settings", group: "Pages", run: () => openPage("settings") },
   { id: "new-rig", label: "Make a rig of cameras that share a field…", short: "Make a rig…", group: "Pages", run: openNewRig },

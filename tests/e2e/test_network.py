@@ -69,7 +69,7 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
             port = said(packet_of(spoken([example("ssl", 1)], Plan())), **way, sock=stranger)
             told = page.get_by_test_id("contradiction")
-            expect(told).to_contain_text("127.0.0.1 also publishes camera 0, which is overhead")
+            expect(told).to_contain_text("127.0.0.1 also publishes camera 0, which is overhead", timeout=30_000)
             shot(page, "two")
             page.get_by_test_id(f"take-over-127.0.0.1-{port}-0").click()
             notice = page.get_by_test_id("notice").filter(has_text="is kept as version 2 of overhead")

@@ -152,7 +152,7 @@ def test_a_page_is_left_to_the_picture_it_was_opened_from(operator, straight_pic
     operator.draft()
     snapshot = operator.snapshot
     page.get_by_test_id("stage").focus()
-    page.keyboard.press("j")
+    page.keyboard.press("i")
     expect(page.get_by_test_id("jobs-page")).to_be_visible()
     page.keyboard.press("Delete")  # nothing unseen is changed
     page.get_by_test_id("next").click()

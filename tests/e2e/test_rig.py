@@ -41,6 +41,7 @@ def two_cameras(server):
 
 def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, server, two_cameras, tmp_path):
     page.goto(server.url)
+    expect(page.get_by_test_id("camera-overhead")).to_be_visible(timeout=30_000)  # the lists are there
     page.get_by_test_id("new-rig").click()
     page.get_by_test_id("rig-name").fill("hall")
     page.get_by_test_id("rig-field").select_option("ssl-div-b")
