@@ -26,7 +26,7 @@ def main() -> int:
         say(f"Browser for the tests of the page: {chromium}{version_of(chromium)}")
     environment = {**os.environ, **({"TOUCHLINE_CHROMIUM": chromium} if chromium else {})}
     say("1 of 2: everything without a browser")
-    first = pytest("not e2e and not long", environment, at_once())
+    first = pytest("not e2e and not long", environment, at_once(spare=1))
     if chromium is None:
         return first or 1
     say("2 of 2: the page in a real browser")
@@ -101,11 +101,14 @@ def version_of(path: str) -> str:
     return ", " + subprocess.run([path, "--version"], capture_output=True, text=True).stdout.strip()
 
 
-def at_once() -> list[str]:
-    """Files side by side, one for each core, unless an argument says otherwise; a failing one names its worker."""
+def at_once(spare: int = 0) -> list[str]:
+    """Files side by side, one for each core, unless an argument says otherwise; a failing one names its worker.
+
+    spare: so many more, where tests wait for sockets and processes most of the time.
+    """
     if any(argument.startswith("-n") for argument in sys.argv[1:]):
         return []
-    return ["-n", str(min(4, os.cpu_count() or 1)), "--dist", "loadfile"]
+    return ["-n", str(min(4, (os.cpu_count() or 1) + spare)), "--dist", "loadfile"]
 
 
 def pytest(marker: str, environment: dict[str, str], more: Sequence[str] = ()) -> int:
