@@ -46,11 +46,6 @@ def rolls_in_film(path: Path, model: Mapping[str, Any] | None = None, progress: 
     return rolling.report(judged, None if model is None else model["id"])
 
 
-def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"path": of the film, "model": as above or null}."""
-    return rolls_in_film(Path(spec["path"]), spec["model"], progress)
-
-
 def _film(path: Path) -> VideoSource:
     if not path.is_file():
         raise NotFound(f"There is no film {path.name!r}.", "Correct the path.", reason="unknown-video")

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterable, AsyncIterator, Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Annotated, Any, TypeVar
 
 from fastapi import APIRouter, Depends, Request, WebSocket
@@ -71,7 +71,7 @@ async def stream_jobs(socket: WebSocket) -> None:
     """All jobs for a page: {"items": […]}, newest first, now and after every change; without results but for `made`."""
     async def lists() -> AsyncIterator[dict[str, Any]]:
         async for now in changes(socket.app.state.jobs, lambda jobs: jobs.all()):
-            yield {"items": [{**described(job), "result": None, "made": made_by(job)} for job in now]}
+            yield {"items": [{**described(replace(job, result=None)), "made": made_by(job)} for job in now]}
     await tell(socket, lists())
 
 

@@ -118,7 +118,8 @@ class Book:
         """Its worker is alive; asked often, written now and then."""
         with self._lock:
             job = self._jobs.get(id)
-            if job is None or job.state != "running" or monotonic() < self._beaten.get(id, MANY**2) + BEAT_S:
+            if job is None or job.state != "running" or id not in self._beaten or (
+                    monotonic() < self._beaten[id] + BEAT_S):
                 return
             self._beaten[id] = monotonic()
         with self._changing:

@@ -66,11 +66,6 @@ def straight_runs(frames: NDArray[np.int64], points: Points, diagonal_px: float)
     return runs
 
 
-def fit_run(frames: NDArray[np.int64], points: Points) -> Run | None:
-    """One run of all these points but those that stand out; None where they are no straight run."""
-    return _run(frames, points)
-
-
 def _pieces(points: Points, first: int, last: int) -> Sequence[tuple[int, int]]:
     """Cut where it is bent most, until every piece is an arc; then join neighbours that are one."""
     if last - first < LEAST_POINTS:

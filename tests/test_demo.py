@@ -1,0 +1,26 @@
+"""`touchline demo`, the first command of the README: it starts, says where, and has cameras to calibrate."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import requests
+
+from app.cli.server import DEMO_CAMERAS
+
+
+def test_the_demo_starts_says_where_and_shows_its_cameras(tmp_path):
+    touchline = Path(sys.executable).parent / "touchline"
+    server = subprocess.Popen([str(touchline), "demo", "--port", "0", "--data", str(tmp_path / "data")], cwd=tmp_path,
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    try:
+        url = re.search(r"http://127\.0\.0\.1:\d+", server.stdout.readline())[0]
+        cameras = requests.get(f"{url}/api/v1/cameras", timeout=30).json()["items"]
+        assert [(camera["id"], camera["source"]) for camera in cameras] == [
+            (camera["id"], camera["source"]) for camera in DEMO_CAMERAS]
+        frame = requests.get(f"{url}/api/v1/cameras/{DEMO_CAMERAS[0]['id']}/frame.jpg", timeout=60)
+        assert frame.status_code == 200 and frame.content.startswith(b"\xff\xd8")
+    finally:
+        server.terminate()
+        server.wait(timeout=20)
