@@ -14,7 +14,7 @@ from starlette.websockets import WebSocketDisconnect
 from app.api.answers import json_bytes
 from app.api.mjpeg import TAKE_S
 from app.api.schemas import Number, Strict
-from app.api.sockets import refuse
+from app.api.sockets import refuse, until_either
 from app.api.streams import first_picture, live_camera
 from app.api.work import at_work
 from app.board import Board
@@ -59,16 +59,9 @@ async def watch_board(socket: WebSocket, id: str) -> None:
             camera = await live_camera(socket, id)
             first = _read(await asyncio.wait_for(socket.receive_text(), FIRST_WORD_S))
             session = Session(socket, camera, Board.from_json(first.board), first)
-            hearing, telling = asyncio.create_task(session.hear()), asyncio.create_task(session.tell())
-            try:
-                await asyncio.wait((hearing, telling), return_when=asyncio.FIRST_COMPLETED)
-            finally:
-                for task in (hearing, telling):
-                    task.cancel()
-                ended = await asyncio.gather(hearing, telling, return_exceptions=True)
-        for error in ended:
-            if isinstance(error, TouchlineError):
-                raise error
+            error = await until_either(session.hear(), session.tell())
+        if error is not None:
+            await refuse(socket, error)
     except TouchlineError as error:
         await refuse(socket, error)
     except (TimeoutError, WebSocketDisconnect, RuntimeError):

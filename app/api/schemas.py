@@ -232,7 +232,8 @@ class CameraSnapshot(Strict):
         1, description="more than 1: people and robots that move vanish, and the noise with them")
     over_s: Annotated[float, Field(ge=0, le=60)] | None = Field(
         None, description="over how long they are spread, s; a third of a second each when left out")
-    purpose: Purpose = Field("picture", description="what it is taken for: a field, a board, straight edges, or a rig's check")
+    purpose: Purpose = Field("picture", description="what it is taken for: a field, a board, straight edges,"
+                             " or a rig's check")
 
 
 class Problem(BaseModel):

@@ -1,7 +1,7 @@
 """WebSockets that tell: whoever listens hears each newest state; a refusal is a problem in a text, then the end."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Coroutine
 from contextlib import suppress
 from typing import Any
 
@@ -25,18 +25,23 @@ async def refuse(socket: WebSocket, error: TouchlineError) -> None:
 async def tell(socket: WebSocket, values: AsyncIterator[Any]) -> None:
     """Send each value as JSON until there is no more, or nobody who listens; then close."""
     await socket.accept()
-    telling, hearing = asyncio.create_task(_tell(socket, values)), asyncio.create_task(_until_gone(socket))
-    try:
-        await asyncio.wait((telling, hearing), return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        for task in (telling, hearing):
-            task.cancel()
-        ended = await asyncio.gather(telling, hearing, return_exceptions=True)
-    for error in ended:
-        if isinstance(error, TouchlineError):
-            return await refuse(socket, error)
+    error = await until_either(_tell(socket, values), _until_gone(socket))
+    if error is not None:
+        return await refuse(socket, error)
     with suppress(RuntimeError, WebSocketDisconnect):
         await socket.close()
+
+
+async def until_either(*doing: Coroutine[Any, Any, None]) -> TouchlineError | None:
+    """Do both until one has ended, and stop the other; a refusal by one of them, any other error is the line's end."""
+    tasks = [asyncio.create_task(each) for each in doing]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        ended = await asyncio.gather(*tasks, return_exceptions=True)
+    return next((error for error in ended if isinstance(error, TouchlineError)), None)
 
 
 async def _tell(socket: WebSocket, values: AsyncIterator[Any]) -> None:

@@ -15,7 +15,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from app.api.mjpeg import BOUNDARY, NO_STORE, TAKE_S, Mjpeg
 from app.api.schemas import Id
-from app.api.sockets import refuse
+from app.api.sockets import refuse, until_either
 from app.api.work import at_work
 from app.correction import View as CorrectedView
 from app.errors import BadInput, Conflict, TouchlineError, Unavailable
@@ -108,17 +108,10 @@ async def stream_frames(socket: WebSocket, id: str, view: str = "raw", width: in
         await refuse(socket, error)
         return
     with camera.watching(channel, fps) as viewer:
-        hearing = asyncio.create_task(_heard(socket, acks := asyncio.Semaphore(1)))
-        sending = asyncio.create_task(_sent(socket, viewer, acks if ack else None))
-        try:
-            await asyncio.wait((hearing, sending), return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            for task in (hearing, sending):
-                task.cancel()
-            ended = await asyncio.gather(hearing, sending, return_exceptions=True)
-    for error in ended:
-        if isinstance(error, TouchlineError):
-            await refuse(socket, error)
+        acks = asyncio.Semaphore(1)
+        error = await until_either(_heard(socket, acks), _sent(socket, viewer, acks if ack else None))
+    if error is not None:
+        await refuse(socket, error)
 
 
 async def _sent(socket: WebSocket, viewer: Any, acks: asyncio.Semaphore | None) -> None:

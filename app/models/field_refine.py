@@ -135,15 +135,9 @@ def _priors(start: RayState, size: ImageSize) -> tuple[Prior, ...]:
 
 
 def _least(task: Task, start: RayState, sigma: float) -> RayState | None:
-    names = list(task.names)
-
     def evaluate(state: RayState) -> tuple[Array, Array]:
         r, j = task.problem.residuals(state)
-        values = state.values()
-        known = np.array([(values[p.name] - p.value) / p.sigma for p in task.priors])
-        by = np.zeros((len(task.priors), len(names)))
-        for row, p in enumerate(task.priors):
-            by[row, names.index(p.name)] = 1 / p.sigma
+        known, by = task.known(state)
         # A point whose foot is out of sight says nothing, here; it must not stop the search.
         fine = np.isfinite(r) & np.isfinite(j).all(axis=1)
         r, j = np.where(fine, r, 0.0), np.where(fine[:, None], j, 0.0)
@@ -151,4 +145,4 @@ def _least(task: Task, start: RayState, sigma: float) -> RayState | None:
 
     found = minimise(start, evaluate, lambda state, delta: state.moved(delta, task.free),
                      robust_rows=rows_of(task.problem), max_steps=STEPS, tolerance=1e-3)
-    return replace(found.state) if np.isfinite(found.cost) else None
+    return found.state if np.isfinite(found.cost) else None

@@ -42,6 +42,18 @@ class Task:
         """What the clicks themselves have to tell."""
         return int(self.free.sum()) - (len(self.joint.names) if self.joint else 0)
 
+    def known(self, state: RayState) -> tuple[Array, Array]:
+        """What is known beforehand as further residuals, in σ, and their Jacobian (rows, all parameters)."""
+        values, names = state.values(), list(self.names)
+        known = np.array([(values[p.name] - p.value) / p.sigma for p in self.priors])
+        by = np.zeros((len(self.priors), len(names)))
+        for row, p in enumerate(self.priors):
+            by[row, names.index(p.name)] = 1 / p.sigma
+        if self.joint:
+            known = np.concatenate([known, self.joint.residuals(values)])
+            by = np.concatenate([by, self.joint.jacobian(names)])
+        return known, by
+
 
 @dataclass(frozen=True, eq=False)
 class Found:
@@ -143,18 +155,9 @@ def covariance_of(jacobian: Array) -> Array:
 
 
 def _minimise(task: Task, start: RayState, sigma: float, robust_rows: int, steps: int = 60) -> Minimum[RayState]:
-    names = list(task.names)
-
     def evaluate(state: RayState) -> tuple[Array, Array]:
         r, j = task.problem.residuals(state)
-        values = state.values()
-        known = np.array([(values[p.name] - p.value) / p.sigma for p in task.priors])
-        by = np.zeros((len(task.priors), len(names)))
-        for row, p in enumerate(task.priors):
-            by[row, names.index(p.name)] = 1 / p.sigma
-        if task.joint:
-            known = np.concatenate([known, task.joint.residuals(values)])
-            by = np.concatenate([by, task.joint.jacobian(names)])
+        known, by = task.known(state)
         return np.concatenate([r / sigma, known]), np.concatenate([j / sigma, by])[:, task.free]
 
     return minimise(start, evaluate, lambda state, delta: state.moved(delta, task.free),
