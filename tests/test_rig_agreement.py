@@ -132,7 +132,7 @@ def test_what_is_seen_by_nobody_or_tells_nothing_is_refused(models):
 def test_a_smooth_field_of_any_degree_comes_back_from_its_own_values():
     places = rng(2).uniform(-1000, 1000, (60, 2))
     x, y = (places / 1000).T
-    true = np.stack([3 + 5 * x - 2 * y + 4 * x * y, -1 + 2 * x**2], axis=1)
+    true = np.stack([3 + 5 * x - 2 * y + 2 * x * x + 4 * x * y, -1 + y + 2 * x * y + 4 * y * y], axis=1)
     found = offsets(Evidence.of_places(places, places + true))
     assert found.degree == 2 and np.abs(found.at(places + true / 2)[0] - true).max() < 0.05
 

@@ -1,6 +1,10 @@
 """The disagreement of two cameras as a smooth vector field over the carpet, from what was measured here and there.
 
-    d(p) = Σ c_k q_k(p),   q of degree 0 (one shift), 1 (and a turn, a scale) or 2,   d(p_i) · n_i = offset_i
+    d(p) = Σ c_k q_k(p),   d(p_i) · n_i = offset_i,   q_k the small motions of a plane's picture:
+
+of degree 0 a shift; of degree 1 also a turn and a scale, as of a camera that was turned or raised; of degree 2 also a
+stretch, a shear and two tilts: a small homography, 8 in all. Free polynomials would say more than is known: lines tell
+of one direction, and what they tell of it must hold for the other one too.
 
 The lowest degree is taken whose error on points left out is within chance of the least. Stray measures count little
 (Tukey's biweight). A weak prior keeps unknown what was not measured: where and in which direction d is known is told by
@@ -27,7 +31,7 @@ ROUNDS = 10
 
 @dataclass(frozen=True, eq=False)
 class Offsets:
-    """d(p). coefficients (2 k,), covariance (2 k, 2 k); good (n,): measures that were believed."""
+    """d(p). coefficients (k,), covariance (k, k); good (n,): measures that were believed."""
 
     middle: Array
     scale_mm: float
@@ -39,11 +43,8 @@ class Offsets:
 
     def at(self, places: Points) -> tuple[Points, Array]:
         """(…, 2) mm and its covariance (…, 2, 2); NaN where places are."""
-        q = _basis((places - self.middle) / self.scale_mm, self.degree)
-        k = q.shape[-1]
-        blocks = self.covariance.reshape(2, k, 2, k)
-        return (np.stack([q @ self.coefficients[:k], q @ self.coefficients[k:]], axis=-1),
-                np.einsum("...k,akbl,...l->...ab", q, blocks, q))
+        q = _motions((places - self.middle) / self.scale_mm, self.degree)
+        return q @ self.coefficients, q @ self.covariance @ np.swapaxes(q, -1, -2)
 
     def known_mm(self, places: Points) -> tuple[Array, Array]:
         """(…,) mm: how far apart, as far as it is known, NaN where not; and in how many directions it is, 0 to 2."""
@@ -69,16 +70,21 @@ def offsets(evidence: Evidence) -> Offsets:
     return Offsets(middle, scale, degree, coefficients, covariance, good, residual)
 
 
-def _basis(at: Points, degree: int) -> Array:
+def _motions(at: Points, degree: int) -> Array:
+    """(…, 2, k): the shift of places (…, 2) by each small motion."""
     x, y = at[..., 0], at[..., 1]
-    return np.stack([np.ones_like(x), *((x, y) if degree > 0 else ()), *((x * x, x * y, y * y) if degree > 1 else ())],
-                    axis=-1)
+    one, none = np.ones_like(x), np.zeros_like(x)
+    both = [(one, none), (none, one)]
+    if degree > 0:
+        both += [(-y, x), (x, y)]
+    if degree > 1:
+        both += [(x, -y), (y, x), (x * x, x * y), (x * y, y * y)]
+    return np.stack([np.stack(pair, axis=-1) for pair in both], axis=-1)
 
 
 def _fitted(at: Points, evidence: Evidence, degree: int) -> tuple[float, Array, Array, Array, float]:
     """(error on points left out, coefficients, covariance, good, rms residual), mm."""
-    q = _basis(at, degree)
-    rows = np.concatenate([q * evidence.normals[:, :1], q * evidence.normals[:, 1:]], axis=1)
+    rows = np.einsum("nd,ndk->nk", evidence.normals, _motions(at, degree))
     value, n = evidence.offset_mm, len(evidence)
     prior = np.eye(rows.shape[1]) / PRIOR_MM**2
     scale = max(1.4826 * float(np.median(np.abs(value - np.median(value)))), NOISE_MM) if n > 3 else KNOWN_MM / 2

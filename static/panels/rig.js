@@ -87,7 +87,7 @@ function OnePair({ p }) {
   const at = p.agreement?.[plane.value];
   if (p.failed) return html`<p class="reason"><b>${p.failed.what}</b> ${p.failed.fix}</p>`;
   return html`${p.verdict?.level && html`<p><b class=${`level ${p.verdict.level}`}>${LEVEL[p.verdict.level]}.</b> ${p.verdict.sentence}</p>`}${p.verdict?.fix && html`<p class="fix">${p.verdict.fix}</p>`}
-    ${at && html`<dl class="details"><div><dt>mean</dt><dd>${mm(at.mean_mm)} mm</dd></div><div><dt>95 % below</dt><dd>${mm(at.p95_mm)} mm</dd></div><div><dt>worst</dt><dd data-testid="pair-max">${mm(at.max_mm)} mm at ${number(at.where[0], 0)}, ${number(at.where[1], 0)}</dd></div></dl>`}
+    ${at && html`<dl class="details"><div><dt>mean</dt><dd data-testid="pair-mean">${mm(at.mean_mm)} mm</dd></div><div><dt>95 % below</dt><dd>${mm(at.p95_mm)} mm</dd></div><div><dt>worst</dt><dd data-testid="pair-max">${mm(at.max_mm)} mm at ${number(at.where[0], 0)}, ${number(at.where[1], 0)}</dd></div></dl>`}
     ${p.from && html`<p class="reason">${BY[p.from]}: ${p.agreement?.believed} of ${p.agreement?.n} measures; both see ${number(p.agreement?.overlap_m2, 1)} m².</p>`}
     ${p.fundamental && html`<details class="more"><summary>Show the fundamental matrix</summary><pre>${p.fundamental.matrix.map((row) => row.map((v) => v.toExponential(5).padStart(13)).join(" ")).join("\n")}</pre><p class="reason">Foretold by the calibrations, in ideal pixels; ${number(p.fundamental.baseline_mm, 0)} mm apart.</p></details>`}`;
 }

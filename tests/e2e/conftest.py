@@ -22,8 +22,10 @@ from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_clicks
 
 FPS = 3
+SOON_MS = 20_000  # what is there at once on a quiet machine
 START_S = 60  # a loaded machine imports OpenCV for many seconds
 CLICKS = Path(__file__).parents[1] / "clicks"
+expect.set_options(timeout=SOON_MS)
 
 
 def pytest_collection_modifyitems(items):
