@@ -1,4 +1,4 @@
-"""What is kept: snapshots, drafts, calibrations, lenses, cameras, rigs, jobs in a database; pictures as files by it.
+"""What is kept: snapshots, drafts, calibrations, lenses, cameras, rigs, rolls, jobs in a database; pictures by it.
 
 What a Store answers is a contract; that it is SQLite or PostgreSQL is not. Every row and every picture carries its
 checksum and is checked whenever it is read; a damaged one is put into quarantine/ and named in `damaged`. What a call
@@ -12,7 +12,7 @@ has returned survives a killed process and a power cut. One process at a time ho
 
     opening.py     check, restore or refuse; schema.py and migrations/ bring the tables to their newest form
     database.py    one writer and many readers, on SQLite or PostgreSQL; tables.py is what they hold, sealed.py its seal
-    a shelf each   snapshots, drafts, calibrations, lenses, cameras, rigs, jobs; shelf.py is what they share
+    a shelf each   snapshots, drafts, calibrations, lenses, cameras, rigs, rolls, jobs; shelf.py is what they share
     backups.py     copies of the database; healing.py takes rows back from them
     space.py       how much of the disk pictures may take; room.py says how much everything takes
     archive.py     everything as one zip, and back; restoring.py fills an empty folder with it
@@ -44,6 +44,7 @@ from app.store.opening import FILE, open_postgresql, open_sqlite
 from app.store.quarantine import Damage, DamagedFile, Quarantine
 from app.store.restoring import refuse_unfinished
 from app.store.rigs import KeptRig, Rigs
+from app.store.rolls import Rolls
 from app.store.room import Room, room_of
 from app.store.shelf import Clock, Page, utc_now
 from app.store.snapshots import Snapshot, Snapshots
@@ -90,6 +91,7 @@ class Store:
             self._cameras = Cameras(*shared)
             self._identities = Identities(*shared)
             self._rigs = Rigs(*shared)
+            self.rolls = Rolls(*shared)
             self.jobs = JobRows(self._database, clock)
             if self._backups is not None:
                 self._backups.start()

@@ -9,7 +9,7 @@ from sqlalchemy import Engine, inspect, text
 
 from app.errors import Unavailable
 
-HEAD = "0002"
+HEAD = "0003"
 MIGRATIONS = Path(__file__).parent / "migrations"
 
 

@@ -124,6 +124,15 @@ class RigRow(Sealed, Base):
     place: Mapped[int]  # in the list
 
 
+class RollRow(Counted, Base):
+    """A straight roll of a ball before a live camera."""
+
+    __tablename__ = "rolls"
+    __table_args__ = ({"sqlite_autoincrement": True},)
+
+    camera: Mapped[str] = mapped_column(String(64), index=True)
+
+
 class JobRow(Base):
     """Long work: the row is the truth about it, whoever computes."""
 
@@ -159,5 +168,5 @@ class LedgerRow(Base):
 
 # What is checked, archived and restored, in an order in which a row's references come before it.
 KEPT: tuple[type[Base], ...] = (SnapshotRow, DraftRow, CalibrationRow, ActiveRow, ActivationRow, LensRow, CameraRow,
-                                IdentityRow, RigRow)
+                                IdentityRow, RigRow, RollRow)
 SEALED: tuple[type[Sealed], ...] = tuple(table for table in KEPT if issubclass(table, Sealed))
