@@ -9,20 +9,21 @@ ROOT = Path(__file__).parents[1]
 
 FLOORS = [
     ["errors", "geometry", "records", "registry", "field", "field_reader", "board", "wording", "cv",
-     "strict_yaml", "wire"],                                                       # 0 words
+     "strict_yaml", "wire", "options", "detections", "colour_profile", "butterfly"],   # 0 words
     ["models", "vision"],                                                          # 1 numbers
     ["correction", "evaluate", "heatmap"],                                                    # 2 numbers about models
     ["sources", "exports", "images", "store", "publish", "child_line"],                          # 3 edges
     ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "plumb_task", "jobs",
      "live", "settings", "interchange", "report", "batch", "rig_pipeline", "rig_stitch",
-     "auto_pipeline", "auto_task", "motion_pipeline", "motion_task"],                                                           # 4 work
+     "auto_pipeline", "auto_task", "check_pipeline", "motion_pipeline", "motion_task"],                                                           # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors
     ["main"],                                                                      # 6 wiring
 ]
 # Words may use each other; a family's parts are one room; a door may open the whole (the command line starts the
 # server); settings are read by whoever wires.
 SIDEWAYS = {("cli", "main"), ("task", "pipeline"), ("auto_pipeline", "pipeline"), ("auto_task", "auto_pipeline"),
-            ("auto_task", "pipeline"), ("auto_task", "task"),
+            ("auto_task", "pipeline"), ("auto_task", "task"), ("check_pipeline", "auto_pipeline"),
+            ("check_pipeline", "auto_task"), ("check_pipeline", "pipeline"),
             ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline"),
             ("live", "pipeline"), ("interchange", "task"), ("report", "pipeline"), ("rig_pipeline", "pipeline"),
             ("rig_pipeline", "pair_pipeline"), ("rig_pipeline", "task"), ("publish", "exports"),

@@ -4,6 +4,7 @@ from math import cos, sin
 
 import numpy as np
 
+from app.butterfly import DOT_MM, DOTS_MM, GREEN, TEAM_DOT_MM
 from app.field import Field, Region
 from app.sources.sim import play as who
 from app.sources.sim.play import PersonTruth, Play, RobotTruth
@@ -14,8 +15,9 @@ PINK, LIME = (190.0, 92.0, 250.0), (92.0, 232.0, 110.0)
 ORANGE = (30.0, 112.0, 250.0)
 HULL, HAT = (34.0, 33.0, 32.0), (20.0, 20.0, 20.0)
 WHITE, SKIN, HAIR, JEANS = (215.0, 220.0, 222.0), (140.0, 170.0, 214.0), (28.0, 34.0, 42.0), (96.0, 66.0, 48.0)
-# The four outer dots of the butterfly, mm ahead and to the left of the hat's middle.
-DOTS = ((35.0, 54.8), (-54.8, 35.0), (-54.8, -35.0), (35.0, -54.8))
+# What a small robot wears beside its team's colour, by its number.
+PURPLE, CYAN, RED = (214.0, 52.0, 120.0), (222.0, 214.0, 60.0), (44.0, 30.0, 222.0)
+OWN_COLOURS = (LIME, PINK, CYAN, PURPLE, RED)
 _STRIDE_MM = 1300.0  # two steps
 
 
@@ -47,14 +49,14 @@ def _robot(robot: RobotTruth, size: dict[str, float]) -> Tall:
     spot = _beside(at, robot.angle)
     if radius < 70:
         half = radius / float(np.sqrt(2))
-        mine = PINK if robot.number % 2 else LIME
+        mine = OWN_COLOURS[robot.number % len(OWN_COLOURS)]
         patches = ((Box(spot(0, half / 2), (0.85 * half, 0.36 * half), robot.angle), team),
                    (Box(spot(0, -half / 2), (0.85 * half, 0.36 * half), robot.angle), mine))
         return Tall(robot.name, Box(at, (half, half), robot.angle), at, radius, 2, robot.z_mm, HAT, HULL, patches, 0.35)
     scale = radius / 90
-    dots = [(Disc(at, 25 * scale), team)]
-    for i, (ahead, left) in enumerate(DOTS):  # the number's bits choose the colours
-        dots.append((Disc(spot(ahead * scale, left * scale), 20 * scale), LIME if robot.number >> i & 1 else PINK))
+    dots = [(Disc(at, TEAM_DOT_MM / 2 * scale), team)]
+    for (ahead, left), green in zip(DOTS_MM, GREEN[robot.number % len(GREEN)], strict=True):
+        dots.append((Disc(spot(ahead * scale, left * scale), DOT_MM / 2 * scale), LIME if green else PINK))
     body = CutDisc(at, radius, robot.angle, 0.8 * radius)
     return Tall(robot.name, body, at, radius, 3, robot.z_mm, HAT, HULL, tuple(dots), 0.4)
 

@@ -26,6 +26,7 @@ class Play:
     """robots: of both teams together. people: who walk about and hide lines, at walk_mm_s; at 0 they stand at the edge.
 
     speed_mm_s: of the robots; a tenth of the region's diagonal a second if None. The ball is three times as fast.
+    shuffled: numbers are drawn out of 0 to 15 for each team, not counted from 0.
     """
 
     robots: int = 8
@@ -33,6 +34,7 @@ class Play:
     seed: int = 1
     speed_mm_s: float | None = None
     walk_mm_s: float = 1200.0
+    shuffled: bool = False
 
     def speed_in(self, region: Region) -> float:
         return 0.1 * hypot(region.width_mm, region.height_mm) if self.speed_mm_s is None else self.speed_mm_s
@@ -109,8 +111,19 @@ def robots_at(play: Play, field: Field, region: Region, time_s: float) -> list[R
     at, to = region.field_from_region(place), region.field_from_region(place + speed)
     moves = to - at
     angle = np.where(np.hypot(*moves.T) > 0, np.arctan2(moves[:, 1], moves[:, 0]), phase % (2 * pi))
-    return [RobotTruth("yellow" if i % 2 else "blue", i // 2, *map(float, (*at[i], angle[i])), size["height_mm"],
+    numbers = _numbers(play)
+    return [RobotTruth("yellow" if i % 2 else "blue", numbers[i], *map(float, (*at[i], angle[i])), size["height_mm"],
                        *map(float, moves[i])) for i in range(play.robots)]
+
+
+@lru_cache(maxsize=16)
+def _numbers(play: Play) -> tuple[int, ...]:
+    """Of each robot; they take turns between the teams."""
+    if not play.shuffled:
+        return tuple(i // 2 for i in range(play.robots))
+    rng = np.random.default_rng([play.seed, 9])
+    drawn = [rng.permutation(16) for _ in range(2)]
+    return tuple(int(drawn[i % 2][i // 2 % 16]) for i in range(play.robots))
 
 
 def robot_size(field: Field) -> dict[str, float]:
