@@ -6,10 +6,16 @@
     edge_joining.py   pieces of one edge put together across what interrupts it
     line_search.py   which painted line a click means
     line_snap.py     that line's middle beside the click, from both its edges
+    line_patches.py   how far lines have moved across themselves since they were seen first
     light.py     what is burnt out or black, and how evenly the carpet is lit
     sharpness.py   how wide edges are in each of nine zones
     flicker.py   lamps that flicker, from a short series of frames
     zones.py     the nine zones, and what they are called
+    stages/      what plays on the field, step by step: noise, colours, blobs, robots, ball, places
+    sight.py     a plan of those stages, run on frame after frame
+    views.py     pixels to places at a height, as stages ask for it
+    colour_table.py, colour_learning.py, colour_automatic.py, colour_health.py   which colour a pixel is
+    runs.py, blob_features.py, dots.py   patches of one colour, and dots around a middle
     background.py   one clean picture of many frames, in which people and robots vanish
 
 Members take a picture (height, width) or (height, width, 3) uint8 and give arrays or frozen records; what is not there

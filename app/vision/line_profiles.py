@@ -19,6 +19,7 @@ from app.geometry import Points
 
 STEP_PX = 0.5
 ALONG_PX = (-1.5, -0.5, 0.5, 1.5)  # profiles side by side are averaged
+GREY_OF_BGR = (0.114, 0.587, 0.299)
 BLUR_PX = 0.9
 WIDTHS_PX = np.geomspace(0.8, 28.0, 12)
 GROUND_PX = 3.0  # bare ground on either side of the bar that takes part
@@ -50,7 +51,7 @@ def across_lines(gray: NDArray[np.uint8], places: Points, normals: Points, width
         nominal = float(np.median(width_px[of]))
         reach = capture_px + 2 * max(nominal, 2.0) + GROUND_PX
         away = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
-        rows = _profiles(gray, places[of], normals[of], away)
+        rows = brightness_across(gray, places[of], normals[of], away)
         least = max(LEAST_CONTRAST, CONTRAST_NOISES * _noise(rows))
         some = rows[np.unique(np.linspace(0, len(rows) - 1, TELLING).round().astype(int))]
         widths = _widths(nominal, reach)
@@ -76,13 +77,18 @@ def _widths(nominal: float, reach: float) -> NDArray:
     return np.unique(np.concatenate([[max(nominal, WIDTHS_PX[0])], near]))
 
 
-def _profiles(gray: NDArray, places: Points, normals: Points, away: NDArray) -> NDArray:
-    """(n, k) brightness across each place, averaged over a few pixels along it."""
+def brightness_across(picture: NDArray[np.uint8], places: Points, normals: Points, away: NDArray) -> NDArray:
+    """(n, k) grey levels at so many px (k,) across each place, averaged over a few pixels along it.
+
+    picture: (height, width), or (height, width, 3) BGR, of which nothing else is touched.
+    """
     along = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
-    total = np.zeros((len(places), len(away)), np.float32)
+    total = np.zeros((len(places), len(away), *picture.shape[2:]), np.float32)
     for shift in ALONG_PX:
         at = ((places + shift * along)[:, None] + away[:, None] * normals[:, None]).astype(np.float32)
-        total += cv2.remap(gray, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        total += cv2.remap(picture, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    if picture.ndim == 3:
+        total = total @ np.float32(GREY_OF_BGR)
     return total.astype(np.float64) / len(ALONG_PX)
 
 
