@@ -1,0 +1,100 @@
+"""What a stage of seeing is, and the table of those there are.
+
+A frame goes through a few stages in the order of a plan (configs/stages/*.yaml); each adds what it found:
+
+    pixels ─noise─▶ clean ─colours─▶ labels ─blobs─▶ blobs ─butterfly, tags, markers, ball─▶ found ─places─▶
+              └─────edges─▶ sharpness ───────┘
+
+A stage is made once for a camera and a picture size, and keeps what it must remember from frame to frame; run() takes
+a Seeing and gives one back with its own part filled in; picture() draws that part, when somebody looks. To add one:
+write app/vision/stages/NAME.py with a class that follows Stage, and add its line to STAGES. Everything works on the raw
+picture: points are corrected, the picture is not.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.colour_profile import ColourProfile
+from app.detections import Detection
+from app.geometry import ImageSize
+from app.options import Option
+from app.registry import Registry
+from app.vision.blob_features import Blobs
+from app.vision.views import View
+
+Picture = NDArray[np.uint8]  # (height, width, 3) BGR
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What stays the same from frame to frame.
+
+    view: from pixels to places, at any height. robot_z_mm: of the robots' patterns above the carpet.
+    """
+
+    image_size: ImageSize
+    profile: ColourProfile
+    view: View
+    robot_z_mm: float = 150.0
+    ball_radius_mm: float = 21.5
+
+
+@dataclass(frozen=True, eq=False)
+class Seeing:
+    """One frame on its way through the stages.
+
+    clean: the picture without noise. labels: (height, width) the number of each pixel's colour in `colours`, counted
+    from 1; 0 is anything else. sharpness: (height, width) how steep the picture is there, grey levels a pixel.
+    """
+
+    pixels: Picture
+    clean: Picture
+    colours: tuple[str, ...] = ()
+    labels: NDArray[np.uint8] | None = None
+    sharpness: NDArray[np.uint8] | None = None
+    blobs: Blobs | None = None
+    found: tuple[Detection, ...] = ()
+    notes: tuple[str, ...] = ()  # what somebody should know of this frame
+
+    @classmethod
+    def of(cls, pixels: Picture) -> "Seeing":
+        return cls(pixels, pixels)
+
+    def with_found(self, *more: Detection) -> "Seeing":
+        return replace(self, found=(*self.found, *more))
+
+
+@runtime_checkable
+class Stage(Protocol):
+    """One step of seeing. One thread at a time: it may remember the frame before."""
+
+    NAME: ClassVar[str]
+    TITLE: ClassVar[str]
+    HELP: ClassVar[str]
+    OPTIONS: ClassVar[tuple[Option, ...]]
+
+    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+        """options: as read_options gave them."""
+
+    def run(self, seeing: Seeing) -> Seeing:
+        """The same frame with this stage's part filled in."""
+
+    def picture(self, seeing: Seeing) -> Picture:
+        """What this stage made of the frame that run() gave back, as a picture of its size."""
+
+
+STAGES = Registry("stage", {
+    "noise": "app.vision.stages.noise:Noise",  # less grain: median, bilateral, or over time
+    "colours": "app.vision.stages.colours:Colours",  # each pixel's colour from a lookup table
+    "edges": "app.vision.stages.edges:Edges",  # how steep the picture is
+    "blobs": "app.vision.stages.blobs:FindBlobs",  # patches of one colour: where, how large, of what form
+    "butterfly": "app.vision.stages.butterfly:Butterfly",  # robots by the Small Size League's five dots
+    "tags": "app.vision.stages.tags:Tags",  # robots by a team's colour beside their own
+    "markers": "app.vision.stages.markers:Markers",  # patches of a team's colour, and no more
+    "ball": "app.vision.stages.ball:FindBall",  # the ball
+    "places": "app.vision.stages.places:Places",  # pixels to field mm, at each thing's own height
+})

@@ -1,0 +1,86 @@
+"""Patches of one colour: where to a fraction of a pixel, how large, and of what form."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import cv2
+import numpy as np
+
+from app.colour_profile import NAMES
+from app.options import Option
+from app.vision.blob_features import Blobs, fine_middles
+from app.vision.runs import runs_of
+from app.vision.stages import Picture, Seeing, Setting
+
+_FLOOD = 0.04  # of the picture: a colour that covers more is the background, or badly learned
+
+
+class FindBlobs:
+    NAME: ClassVar = "blobs"
+    TITLE: ClassVar = "Blobs"
+    HELP: ClassVar = "Joins pixels of one colour to patches and measures them."
+    OPTIONS: ClassVar = (
+        Option("least_px", "float", 6.0, "Smaller patches are noise.", (1, 10_000), "px"),
+        Option("least_mm2", "float", 250.0, "Smaller patches are noise, by the calibration.", (0, 1e6), "mm²"),
+        Option("most_mm2", "float", 40_000.0, "Larger patches are none of ours.", (10, 1e8), "mm²"),
+        Option("join_px", "int", 0, "Close gaps of so many pixels between pixels of one colour.", (0, 3), "px"),
+    )
+
+    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+        self._options, self._view = options, setting.view
+
+    def run(self, seeing: Seeing) -> Seeing:
+        labels, notes = self._without_floods(seeing)
+        if self._options["join_px"]:
+            labels = _joined(labels, self._options["join_px"])
+        blobs = Blobs.of(runs_of(labels))
+        blobs = blobs.only(blobs.area >= self._options["least_px"])
+        if len(blobs):
+            size = blobs.area * self._view.scale(blobs.middle) ** 2
+            blobs = blobs.only((size >= self._options["least_mm2"]) & (size <= self._options["most_mm2"]))
+        if len(blobs):
+            blobs = replace(blobs, middle=fine_middles(seeing.clean, blobs), sharpness=_rims(seeing, blobs))
+        return replace(seeing, blobs=blobs, notes=seeing.notes + notes)
+
+    def _without_floods(self, seeing: Seeing) -> tuple[np.ndarray, tuple[str, ...]]:
+        """A thinned look first: a colour that is all over the picture would take seconds to join, and mean nothing."""
+        thin = np.bincount(seeing.labels[::8, ::8].ravel(), minlength=len(seeing.colours) + 1)
+        flooded = np.flatnonzero(thin[1:] > _FLOOD * max(1, thin.sum())) + 1
+        if not flooded.size:
+            return seeing.labels, ()
+        keep = np.arange(256, dtype=np.uint8)
+        keep[flooded] = 0
+        notes = tuple(f"The colour {seeing.colours[i - 1]} covers {100 * thin[i] / thin.sum():.0f} % of the picture "
+                      "and is left out: learn it again." for i in flooded)
+        return cv2.LUT(seeing.labels, keep), notes
+
+    def picture(self, seeing: Seeing) -> Picture:
+        """Each patch's box in its colour, and its middle."""
+        drawn = seeing.clean // 2
+        blobs = seeing.blobs
+        for colour, (x0, y0, x1, y1), (x, y) in zip(blobs.colour, blobs.box.tolist(), blobs.middle, strict=True):
+            paint = NAMES[seeing.colours[colour - 1]]
+            cv2.rectangle(drawn, (x0 - 2, y0 - 2), (x1 + 2, y1 + 2), paint, 1)
+            cv2.circle(drawn, (round(16 * x), round(16 * y)), 16, paint, -1, cv2.LINE_AA, 4)
+        return drawn
+
+
+def _joined(labels: np.ndarray, gap: int) -> np.ndarray:
+    """A pixel without a colour takes the highest number beside it, and gives it back at the outer rim."""
+    window = cv2.getStructuringElement(cv2.MORPH_RECT, (2 * gap + 1,) * 2)
+    closed = cv2.morphologyEx(labels, cv2.MORPH_CLOSE, window)
+    return np.where(labels > 0, labels, closed)
+
+
+def _rims(seeing: Seeing, blobs: Blobs) -> np.ndarray:
+    """(n,) mean steepness along each box's ellipse; NaN without the stage of edges."""
+    if seeing.sharpness is None:
+        return blobs.sharpness
+    turn = np.linspace(0, 2 * np.pi, 16, endpoint=False)
+    half = (blobs.box[:, 2:] - blobs.box[:, :2] + 1) / 2
+    middle = (blobs.box[:, :2] + blobs.box[:, 2:]) / 2
+    ring = middle[:, None] + half[:, None] * np.stack([np.cos(turn), np.sin(turn)], -1)
+    h, w = seeing.sharpness.shape
+    x, y = np.clip(np.rint(ring[..., 0]), 0, w - 1).astype(int), np.clip(np.rint(ring[..., 1]), 0, h - 1).astype(int)
+    return seeing.sharpness[y, x].mean(axis=1)

@@ -1,0 +1,81 @@
+"""Each pixel's colour from a lookup table, which follows the light.
+
+Only colours that are looked for everywhere go into the labels; the others are read where a robot is.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import cv2
+import numpy as np
+
+from app.colour_profile import NAMES, Bgr
+from app.options import Option
+from app.vision.colour_learning import light_of
+from app.vision.colour_table import in_light, table_of
+from app.vision.stages import Picture, Seeing, Setting
+
+_EVERY = 5  # frames; lamps and clouds are slower
+_NEW = 0.25  # of a fresh measure of the light, in what is believed
+_STEP = 1.04  # a table is made anew when the light has changed by that
+_MOST, _LEAST = 2.5, 0.4  # beyond that, the picture shows something else
+
+
+class Colours:
+    NAME: ClassVar = "colours"
+    TITLE: ClassVar = "Colours"
+    HELP: ClassVar = "Names each pixel's colour by a lookup table that is learned from a few clicks."
+    OPTIONS: ClassVar = (
+        Option("everywhere", "names", ("orange", "yellow", "blue"), "Colours that are looked for in all the picture.",
+               choices=tuple(NAMES)),
+        Option("follow", "bool", True, "Follow slow changes of the light."),
+    )
+
+    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+        self._follow = options["follow"]
+        self._learned_in = setting.profile.light
+        self._table, self._names = table_of(setting.profile)
+        wanted = np.array([False] + [name in options["everywhere"] for name in self._names])
+        self._wanted = np.where(wanted[self._table], self._table, 0).astype(np.uint8)
+        self._gain: np.ndarray = np.ones(3)
+        self._gain_of_table = np.ones(3)
+        self._now = self._wanted
+        self._frames = 0
+
+    @property
+    def light(self) -> Bgr:
+        """How much brighter it is than when the colours were learned, in blue, green and red."""
+        return tuple(float(v) for v in self._gain)
+
+    def run(self, seeing: Seeing) -> Seeing:
+        if self._follow and self._learned_in is not None:
+            self._measure(seeing.pixels)
+        codes = _codes(seeing.clean)
+        labels = np.empty(codes.shape, np.uint8)
+        np.take(self._now, codes, out=labels, mode="clip")
+        return replace(seeing, labels=labels, colours=self._names)
+
+    def _measure(self, pixels: Picture) -> None:
+        first = self._frames == 0
+        self._frames += 1
+        if not first and self._frames % _EVERY:
+            return
+        seen = np.array(light_of(pixels)) + 1
+        fresh = np.clip(seen / (np.array(self._learned_in) + 1), _LEAST, _MOST)
+        self._gain = fresh if first else self._gain * (fresh / self._gain) ** _NEW
+        change = self._gain / self._gain_of_table
+        if max(change.max(), 1 / change.min()) > _STEP:
+            self._gain_of_table = self._gain.copy()
+            self._now = in_light(self._wanted, tuple(self._gain))
+
+    def picture(self, seeing: Seeing) -> Picture:
+        """All colours of the table, those too that are not looked for everywhere, on a dim picture."""
+        named = in_light(self._table, tuple(self._gain_of_table))[_codes(seeing.clean)]
+        paint = np.array([(0, 0, 0)] + [NAMES[name] for name in self._names], np.uint8)
+        return np.where(named[..., None] > 0, paint[named], seeing.clean // 3)
+
+
+def _codes(pixels: Picture) -> np.ndarray:
+    """(height, width) uint16: where each pixel stands in the table."""
+    return cv2.cvtColor(pixels, cv2.COLOR_BGR2BGR565).view(np.uint16).reshape(pixels.shape[:2])

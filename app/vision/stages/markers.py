@@ -1,0 +1,43 @@
+"""Patches of a team's colour, and no more: for leagues whose robots carry other patterns."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from app.colour_profile import NAMES
+from app.detections import Detection
+from app.options import Option
+from app.vision.stages import Picture, Seeing, Setting
+from app.vision.stages.butterfly import drawn_robots
+
+
+class Markers:
+    NAME: ClassVar = "markers"
+    TITLE: ClassVar = "Team markers"
+    HELP: ClassVar = "Tells each patch of a team's colour with its place."
+    OPTIONS: ClassVar = (
+        Option("teams", "names", ("yellow", "blue"), "The teams' colours.", choices=tuple(NAMES)),
+        Option("least_mm2", "float", 500.0, "Smaller patches are none.", (0, 1e6), "mm²"),
+        Option("most_mm2", "float", 8000.0, "Larger ones neither.", (10, 1e6), "mm²"),
+        Option("least_roundness", "float", 0.15, "1 is a disc or a square, 0 a line.", (0, 1)),
+    )
+
+    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+        self._options, self._setting = options, setting
+
+    def run(self, seeing: Seeing) -> Seeing:
+        teams = {seeing.colours.index(name) + 1: name for name in self._options["teams"] if name in seeing.colours}
+        blobs = seeing.blobs.only(np.isin(seeing.blobs.colour, list(teams))
+                                  & (seeing.blobs.roundness >= self._options["least_roundness"]))
+        if not len(blobs):
+            return seeing
+        z_mm = self._setting.robot_z_mm
+        mm2 = blobs.area * np.abs(np.linalg.det(np.nan_to_num(self._setting.view.spread(blobs.middle, z_mm)[1])))
+        good = np.flatnonzero((mm2 >= self._options["least_mm2"]) & (mm2 <= self._options["most_mm2"]))
+        return seeing.with_found(*(Detection(
+            "marker", (float(blobs.middle[i, 0]), float(blobs.middle[i, 1])), teams[int(blobs.colour[i])], z_mm=z_mm,
+            confidence=float(blobs.roundness[i]), area_px=float(blobs.area[i])) for i in good))
+
+    def picture(self, seeing: Seeing) -> Picture:
+        return drawn_robots(seeing, self._setting)

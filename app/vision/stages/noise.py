@@ -1,0 +1,56 @@
+"""Less grain before colours are told: the median of 3 × 3, a bilateral filter, or the same pixel over time."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import cv2
+
+from app.options import Option
+from app.vision.stages import Picture, Seeing, Setting
+
+
+class Noise:
+    """Over time, a pixel that has changed by less than `still` is a mixture of what it was and what it is."""
+
+    NAME: ClassVar = "noise"
+    TITLE: ClassVar = "Noise reduction"
+    HELP: ClassVar = "Takes the grain out of the picture before colours are told."
+    OPTIONS: ClassVar = (
+        Option("method", "choice", "none", "How: not at all, the median of 3 × 3, bilateral, or over time.",
+               choices=("none", "median", "bilateral", "temporal")),
+        Option("strength", "float", 0.6, "Over time: how much of the past is kept.", (0, 0.95)),
+        Option("still", "float", 18.0, "Over time: what changes by more is moving and is taken as it is.", (1, 255),
+               "grey levels"),
+    )
+
+    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+        self._options = options
+        self._before: Picture | None = None
+
+    def run(self, seeing: Seeing) -> Seeing:
+        method, pixels = self._options["method"], seeing.pixels
+        if method == "none":
+            return seeing
+        if method == "median":
+            return replace(seeing, clean=cv2.medianBlur(pixels, 3))
+        if method == "bilateral":
+            return replace(seeing, clean=cv2.bilateralFilter(pixels, 5, 25, 2))
+        return replace(seeing, clean=self._over_time(pixels))
+
+    def _over_time(self, pixels: Picture) -> Picture:
+        if self._before is None or self._before.shape != pixels.shape:
+            self._before = pixels.copy()
+            return self._before
+        share = self._options["strength"]
+        mixed = cv2.addWeighted(self._before, share, pixels, 1 - share, 0)
+        change = cv2.absdiff(pixels, self._before)
+        # A pixel moves as a whole: no channel lags behind the others.
+        most = cv2.max(cv2.max(change[..., 0], change[..., 1]), change[..., 2])
+        moving = cv2.compare(most, self._options["still"], cv2.CMP_GT)
+        cv2.copyTo(pixels, moving, mixed)
+        self._before = mixed
+        return mixed
+
+    def picture(self, seeing: Seeing) -> Picture:
+        return seeing.clean
