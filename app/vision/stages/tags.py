@@ -32,7 +32,8 @@ class Tags:
         Option("apart_mm", "float", 37.0, "From the middle of the team's patch to the middle of its own.", (5, 200),
                "mm"),
         Option("slack", "float", 0.45, "How far from that it may be, as a share.", (0.05, 1)),
-        Option("front_deg", "float", 90.0, "The front, counter-clockwise from the way to its own patch.", (-180, 180), "°"),
+        Option("front_deg", "float", 90.0, "The front, counter-clockwise from the way to its own patch.", (-180, 180),
+               "°"),
     )
 
     def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
