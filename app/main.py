@@ -33,6 +33,8 @@ from app.api import (
     publishing,
     reports,
     rigs,
+    scene_proxy,
+    scenes,
     settings_told,
     snapping,
     snapshots,
@@ -52,13 +54,14 @@ from app.api.schemas import PROBLEMS
 from app.api.work import open_workplaces
 from app.images import ImageDecoder, Limits
 from app.jobs import Jobs
+from app.scene.theatre import Theatre
 from app.settings import LOOPBACK, Settings, shipped
 from app.store import Store
 from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
              boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs,
-             snapping, publishing, settings_told, board_capture, auto)
+             snapping, publishing, settings_told, board_capture, auto, scenes)
 API = "/api/v1"
 # whose functions jobs may be
 MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline", "app.auto_task")
@@ -82,8 +85,8 @@ def create_app(settings: Settings) -> FastAPI:
             app.state.jobs = work
             work.open(store.jobs)  # and go on with what a stop has cut short
             app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.picture(id)))
-            async with aclosing(live_cameras(app)) as live:
-                app.state.live = live
+            async with aclosing(live_cameras(app)) as live, aclosing(Theatre()) as theatre:
+                app.state.live, app.state.theatre = live, theatre
                 with closing(app.state.publishing.publishing) as network:
                     network.start()
                     yield
@@ -130,6 +133,7 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
     token = settings.token.get_secret_value() if settings.token else None
     app.include_router(login_router(token))
     app.include_router(docs.docs_router(static))
+    app.include_router(scene_proxy.router)
     app.frontend("/", directory=static, fallback=None)
     pages = [page.read_text(encoding="utf-8") for page in static.glob("*.html")] + [docs.PAGE]
     hosts = () if token else (*LOOPBACK, settings.server.host, *settings.server.allowed_hosts)

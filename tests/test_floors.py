@@ -15,7 +15,7 @@ FLOORS = [
     ["sources", "exports", "images", "store", "publish", "child_line"],                          # 3 edges
     ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "plumb_task", "jobs",
      "live", "settings", "interchange", "report", "batch", "rig_pipeline", "rig_stitch",
-     "auto_pipeline", "auto_task", "check_pipeline", "motion_pipeline", "motion_task"],                                                           # 4 work
+     "auto_pipeline", "auto_task", "check_pipeline", "motion_pipeline", "motion_task", "space"],                                                           # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors
     ["main"],                                                                      # 6 wiring
 ]
@@ -28,7 +28,8 @@ SIDEWAYS = {("cli", "main"), ("task", "pipeline"), ("auto_pipeline", "pipeline")
             ("live", "pipeline"), ("interchange", "task"), ("report", "pipeline"), ("rig_pipeline", "pipeline"),
             ("rig_pipeline", "pair_pipeline"), ("rig_pipeline", "task"), ("publish", "exports"),
             ("motion_task", "motion_pipeline"),
-            ("motion_pipeline", "plumb_pipeline"), ("batch", "task"), ("batch", "plumb_pipeline"), ("batch", "jobs"), ("batch", "report")}
+            ("motion_pipeline", "plumb_pipeline"), ("batch", "task"), ("batch", "plumb_pipeline"), ("batch", "jobs"), ("batch", "report"),
+            ("space", "pipeline"), ("api", "scene"), ("cli", "scene")}
 PURE = 3  # floors below this compute: no clock, file, socket, thread, process or web
 IMPURE = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile", "socket", "threading", "subprocess",
           "multiprocessing", "concurrent", "asyncio", "logging", "sqlite3", "fastapi", "starlette", "uvicorn",

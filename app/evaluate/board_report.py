@@ -47,6 +47,7 @@ def board_report(fit: BoardFit) -> dict[str, Any]:
 
 def _views(fit: BoardFit, lengths: np.ndarray, degrees: np.ndarray, leans: tuple[str, ...]) -> list[dict[str, Any]]:
     reasons = {out.index: out for out in fit.left_out}
+    quads = _quads(fit)
     places = iter(range(len(lengths)))
     told = []
     for index, view in enumerate(fit.views):
@@ -55,11 +56,19 @@ def _views(fit: BoardFit, lengths: np.ndarray, degrees: np.ndarray, leans: tuple
             k = next(places)
             entry |= {"rms_px": float(np.sqrt(np.nanmean(lengths[k] ** 2))), "strays": int(fit.strays[k].sum()),
                       "tilt_deg": float(degrees[k]), "nearer": leans[k],
-                      "distance_mm": float(np.linalg.norm(fit.state.shifts_mm[k]))}
+                      "distance_mm": float(np.linalg.norm(fit.state.shifts_mm[k])), "quad_mm": quads[k].tolist()}
         else:
             entry |= {"reason": reasons[index].reason, "text": reasons[index].text}
         told.append(entry)
     return told
+
+
+def _quads(fit: BoardFit) -> np.ndarray:
+    """(used views, 4, 3) mm in the camera's frame: where the board's outermost corners were held, one way round."""
+    places = fit.sights.places[fit.sights.present]
+    (x0, y0), (x1, y1) = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
+    outline = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
+    return outline @ fit.state.rotations.transpose(0, 2, 1) + fit.state.shifts_mm[:, None]
 
 
 def _bow(fit: BoardFit) -> dict[str, Any] | None:

@@ -18,12 +18,13 @@ class FeatureResiduals:
     """One observation's residuals, point by point; NaN where the model does not reach.
 
     foot: (n, 2) raw px, where the nearest place of the feature is seen. to_place_mm: (n, 2) field mm, from where the
-    model puts the point to that place. px, mm: (n,) the distances.
+    model puts the point, place_mm (n, 2), to that place. px, mm: (n,) the distances.
     """
 
     observation: Observation
     foot: Points
     to_place_mm: Points
+    place_mm: Points
 
     @property
     def px(self) -> NDArray[np.float64]:
@@ -48,7 +49,7 @@ def feature_residuals(model: CameraModel, observation: Observation, field: Field
     else:
         place = np.full(observation.points.shape, np.nan)
     nearest = feature.nearest(place)
-    return FeatureResiduals(observation, _seen(model, nearest, z_mm), nearest - place)
+    return FeatureResiduals(observation, _seen(model, nearest, z_mm), nearest - place, place)
 
 
 def _seen(model: CameraModel, places: Points, z_mm: float) -> Points:

@@ -1,0 +1,68 @@
+"""In a scene's process: what the server asks for, done."""
+
+from collections.abc import Callable
+from typing import Any
+
+import cv2
+import numpy as np
+
+from app.errors import TouchlineError
+from app.live import wire as form
+from app.live.child import Line
+from app.live.child_serving import problem_of
+from app.scene import wire
+from app.scene.export import whole_page
+from app.scene.locked import LockedViser
+from app.scene.room import Room
+
+
+class Serving:
+    """One line, one scene."""
+
+    def __init__(self, line: Line) -> None:
+        self._line = line
+        kind, _, body = line.receive()
+        if kind != wire.KEY:
+            raise RuntimeError("the server began with something else")
+        server = LockedViser(form.parts(body)[0]["key"])
+        self._room = Room(server, lambda told: self._send(wire.CLICKED, told))
+        server.on_client_connect(lambda _: self._viewers())
+        server.on_client_disconnect(lambda _: self._viewers())
+        self._send(wire.READY, {"port": server.get_port()})
+
+    def run(self) -> None:
+        deeds: dict[int, Callable[[dict[str, Any], bytes], Any]] = {
+            wire.SHOW: lambda head, _: self._answer(head, lambda: (self._room.show(head), b"")),
+            wire.EXPORT: lambda head, _: self._answer(head, lambda: ({}, self._exported(head))),
+            wire.SET: lambda head, _: self._room.set(head),
+            wire.PICTURE: lambda head, jpeg: self._picture(head["key"], jpeg),
+            wire.THINGS: lambda head, _: self._room.things(head["things"]),
+        }
+        while True:
+            kind, _, body = self._line.receive()
+            head, payload = form.parts(body)
+            deeds[kind](head, bytes(payload))
+
+    def _picture(self, key: str, jpeg: bytes) -> None:
+        """A JPEG that our own server or a camera's process has encoded."""
+        raw = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+        if raw is not None:
+            self._room.picture(key, raw)
+
+    def _exported(self, head: dict[str, Any]) -> bytes:
+        html = self._room.server.scene.as_html(dark_mode=head["dark"])
+        return whole_page(html, head["title"]).encode("utf-8", "replace")
+
+    def _answer(self, head: dict[str, Any], deed: Callable[[], tuple[dict[str, Any], bytes]]) -> None:
+        try:
+            told, payload = deed()
+        except TouchlineError as error:
+            self._send(wire.ANSWER, {"number": head["number"], "problem": problem_of(error)})
+        else:
+            self._send(wire.ANSWER, {"number": head["number"], "told": told}, payload)
+
+    def _viewers(self) -> None:
+        self._send(wire.VIEWERS, {"count": len(self._room.server.get_clients())})
+
+    def _send(self, kind: int, head: dict[str, Any], payload: bytes = b"") -> None:
+        self._line.send(kind, 0, form.message(head, payload))

@@ -1,0 +1,30 @@
+"""A camera alone, and where a board was held before it: each view an outline, and what of the picture they covered."""
+
+import numpy as np
+import viser
+
+from app.scene import METRES
+from app.space.boards import BoardViews
+
+CAMERA, BOARD, EDGE = (255, 160, 40), (70, 160, 255), (20, 60, 120)
+EDGE_MM = 3.0
+FACES = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def draw_boards(scene: viser.SceneApi, boards: BoardViews) -> None:
+    """Under /boards; the world is the camera's frame."""
+    depth = boards.depth_mm * METRES
+    scene.add_camera_frustum("/boards/camera", fov=boards.fov_rad, aspect=boards.aspect, color=CAMERA,
+                             scale=float(depth * np.cbrt(boards.half[0] * boards.half[1] / 3)),
+                             image=boards.coverage(), format="png", thickness=2 * EDGE_MM * METRES, cast_shadow=False,
+                             receive_shadow=False)
+    vertices = (boards.quads * METRES).reshape(-1, 3).astype(np.float32)
+    first = 4 * np.arange(len(boards.quads))[:, None, None]
+    scene.add_mesh_simple("/boards/views", vertices, (FACES + first).reshape(-1, 3), color=BOARD, opacity=0.35,
+                          side="double", cast_shadow=False, receive_shadow=False)
+    edges = np.stack([boards.quads, np.roll(boards.quads, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+    scene.add_line_segments("/boards/edges", (edges * METRES).astype(np.float32), colors=EDGE,
+                            thickness=EDGE_MM * METRES)
+    for number, quad in enumerate(boards.quads):
+        scene.add_label(f"/boards/name-{number}", boards.names[number] or str(number + 1),
+                        position=tuple(float(v) for v in quad[0] * METRES), font_screen_scale=0.7)
