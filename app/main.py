@@ -16,6 +16,7 @@ from app.api import (
     boards,
     calibrations,
     cameras,
+    checks,
     docs,
     drafts,
     fields,
@@ -26,6 +27,7 @@ from app.api import (
     judgement,
     lenses,
     models,
+    motion,
     pairs,
     pictures,
     points,
@@ -33,6 +35,7 @@ from app.api import (
     publishing,
     reports,
     rigs,
+    rolls,
     scene_proxy,
     scenes,
     settings_told,
@@ -61,10 +64,11 @@ from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
              boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs,
-             snapping, publishing, settings_told, board_capture, auto, scenes)
+             snapping, publishing, settings_told, board_capture, rolls, motion, auto, scenes, checks)
 API = "/api/v1"
 # whose functions jobs may be
-MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline", "app.auto_task")
+MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline", "app.auto_task",
+           "app.motion_task", "app.check_pipeline")
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
 Pixels are [x, y] from the centre of the top-left pixel; field positions are [x, y] in mm from the field's centre.

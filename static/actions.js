@@ -3,6 +3,7 @@ import { arrows, canArrow, drawn, magnify, magnifyBy } from "./arrows.js";
 import { automatic, findCaptured, look as looked, shown as captured, switchAutomatic, takeView, views } from "./capture.js";
 import { form, keepCamera, shown as liveShown, status as liveStatus, confirmCamera, tried, tryCamera, trying } from "./camera_desk.js";
 import { AUTO_ACTIONS } from "./auto.js";
+import { CHECK_ACTIONS } from "./checking.js";
 import { atBoard, findLens, found, openBoard, ready, search, useLens } from "./board.js";
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
@@ -122,6 +123,7 @@ const TABLE = [
     enabled: () => editing.value && pointsOf(doc.value, active.value).length > 0 },
   ...SNAP_ACTIONS,
   ...AUTO_ACTIONS,
+  ...CHECK_ACTIONS,
   { id: "undo", label: "Undo", keys: ["ctrl+z"], group: "Points", run: undo, enabled: () => past.value.length > 0 },
   { id: "redo", label: "Redo", keys: ["ctrl+y", "ctrl+shift+z"], group: "Points", run: redo, enabled: () => future.value.length > 0 },
 

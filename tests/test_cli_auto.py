@@ -37,3 +37,17 @@ def test_auto_declines_with_the_reason_and_writes_no_calibration(touchline, seen
                                          (("frame.png", "--field", "table", "--height-mm", "-5"), 3)])
 def test_what_cannot_be_meant_is_refused(touchline, seen, words, code):
     assert touchline("auto", *words)[0] == code
+
+
+def test_check_says_whether_it_still_holds_and_ends_with_5_where_it_does_not(touchline, seen, tmp_path):
+    assert touchline("auto", "frame.png", "--field", "ssl-div-b", "-o", "cal.json")[0] == 0
+    code, out, err = touchline("check", "cal.json", "frame.png", "--drawn", "drawn.png", "--enough", "good")
+    assert (code, err) == (0, "") and out.startswith("The calibration still holds: ")
+    assert "touch-line-top" in out and cv2.imread(str(tmp_path / "drawn.png")).shape == (682, 816, 3)
+    cv2.imwrite(str(tmp_path / "knocked.png"), np.roll(cv2.imread(str(tmp_path / "frame.png")), 3, axis=1))
+    code, out, err = touchline("check", "cal.json", "knocked.png")
+    assert (code, err) == (5, "") and out.startswith("The calibration no longer holds: ") and "has moved" in out
+    code, out, _ = touchline("check", "cal.json", "knocked.png", "--enough", "any", "--json")
+    assert code == 0 and json.loads(out)["verdict"]["reason"] == "moved"
+    code, _, err = touchline("check", "cal.json", "blank.png")
+    assert code == 3 and "640 × 480" in err and "fix: " in err

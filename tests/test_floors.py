@@ -25,9 +25,10 @@ SIDEWAYS = {("cli", "main"), ("task", "pipeline"), ("auto_pipeline", "pipeline")
             ("auto_task", "pipeline"), ("auto_task", "task"), ("check_pipeline", "auto_pipeline"),
             ("check_pipeline", "auto_task"), ("check_pipeline", "pipeline"),
             ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline"),
-            ("live", "pipeline"), ("interchange", "task"), ("report", "pipeline"), ("rig_pipeline", "pipeline"),
+            ("live", "pipeline"), ("live", "motion_pipeline"), ("interchange", "task"), ("report", "pipeline"), ("rig_pipeline", "pipeline"),
             ("rig_pipeline", "pair_pipeline"), ("rig_pipeline", "task"), ("publish", "exports"),
-            ("motion_task", "motion_pipeline"),
+            ("motion_task", "motion_pipeline"), ("motion_task", "plumb_pipeline"), ("motion_task", "pipeline"),
+            ("motion_task", "task"),
             ("motion_pipeline", "plumb_pipeline"), ("batch", "task"), ("batch", "plumb_pipeline"), ("batch", "jobs"), ("batch", "report"),
             ("space", "pipeline"), ("api", "scene"), ("cli", "scene")}
 PURE = 3  # floors below this compute: no clock, file, socket, thread, process or web

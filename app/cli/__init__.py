@@ -13,6 +13,7 @@
     straight.py     straight
     motion.py       motion
     auto.py         auto
+    checking.py     check
     archives.py     batch
     network.py      publish, absorb
     server.py       serve, demo
@@ -30,6 +31,7 @@ from app.cli import (
     auto,
     boards,
     calibration,
+    checking,
     exports,
     judging,
     keeping,
@@ -65,6 +67,7 @@ cli.add_typer(rigs.rig, name="rig")
 cli.command()(straight.straight)
 cli.command()(motion.motion)
 cli.command()(auto.auto)
+cli.command()(checking.check)
 cli.command()(archives.batch)
 cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point
 

@@ -11,6 +11,7 @@ import { STATES, follow } from "../live.js";
 import { liveRecord } from "../live_compare.js";
 import { watching } from "../pictures.js";
 import { fields } from "../state.js";
+import { CheckReport, CheckWorking, CheckedPicture } from "./checking.js";
 import { ActionButton } from "./toolbar.js";
 import { Title } from "./title.js";
 
@@ -36,9 +37,10 @@ export function LiveDesk() {
       : html`<${LiveView} key=${it.id} id=${it.id} name=${it.name} view=${can ? /** @type {"raw" | "corrected"} */ (view) : "raw"} width=${WIDTH} lines=${lines}/>`}
     ${watching.value && html`<div class="working" data-testid="watching"><div class="line"><progress max="1" value=${watching.value.share} aria-label="Watching"></progress><${ActionButton} id="stop-watching"/></div>
       <p class="reason">Watching for eight seconds, so that whoever walks by leaves the picture.</p></div>`}
-    <div class="line wrap"><${ActionButton} id="take-live"/><${ActionButton} id="take-still"/><${ActionButton} id="watch-board"/>
+    <div class="line wrap"><${ActionButton} id="take-live"/><${ActionButton} id="take-still"/><${ActionButton} id="check-calibration"/><${ActionButton} id="watch-board"/>
       ${it.editable && html`<button type="button" data-testid="edit-camera" onClick=${() => void openForm(it)}>Change…</button>
         <button type="button" data-testid="remove-camera" onClick=${() => void removeCamera(it)}>Remove</button>`}</div>
+    <${CheckWorking}/><${CheckedPicture}/>
   </div>`;
 }
 
@@ -75,8 +77,8 @@ function Look() {
 export function LiveReport() {
   const at = controls.value;
   if (form.value) return html`<${Tried}/>`;
-  if (!at?.items.length) return html`<section><${Title} of="controls">Settings<//><p class="reason">This source has nothing that can be set while it runs.</p></section>`;
-  return html`<section aria-label="Camera settings"><${Title} of="controls">Settings<//>${at.items.map((c) => html`<${Setting} key=${c.name} control=${c}/>`)}
+  if (!at?.items.length) return html`<${CheckReport}/><section><${Title} of="controls">Settings<//><p class="reason">This source has nothing that can be set while it runs.</p></section>`;
+  return html`<${CheckReport}/><section aria-label="Camera settings"><${Title} of="controls">Settings<//>${at.items.map((c) => html`<${Setting} key=${c.name} control=${c}/>`)}
     <p class="reason">As the camera says they are. A calibration holds for one size: setting another leaves it without.</p></section>`;
 }
 

@@ -93,3 +93,24 @@ def test_a_camera_takes_the_pictures_itself(standing):
 
 def test_numbers_are_plain_json(made):
     assert np.isfinite(made["result"]["proof"]["rms_px"])
+
+
+def test_a_version_is_checked_against_today_and_nothing_is_made_or_activated_by_it(standing, made, seen):
+    id, knocked = made["result"]["calibration"], kept(standing, np.roll(seen.pixels, 3, axis=1))
+    before = standing.get(f"{API}/calibrations").json()
+    same = standing.post(f"{API}/calibrations/{id}/check", json={"snapshot": kept(standing, seen.pixels)})
+    assert same.status_code == 200 and same.json()["verdict"]["level"] == "good", same.text
+    asked = standing.post(f"{API}/calibrations/{id}/check?job=true", json={"snapshots": [knocked]})
+    job = ended(standing, accepted(asked))
+    assert job["result"]["verdict"]["reason"] == "moved" and job["result"]["snapshot"] == knocked
+    assert job["result"]["lines"] and job["result"]["points"] and job["result"]["carpet"]["mean_mm"] > 15
+    assert standing.get(f"{API}/calibrations").json() == before
+
+
+@pytest.mark.parametrize("body, status, reason", [
+    ({"snapshot": "none"}, 404, None), ({"snapshot": "a", "camera": "b"}, 422, "bad-request"),
+    ({}, 422, "no-camera"), ({"camera": "nobody"}, 404, None), ({"frames": 0}, 422, None)])
+def test_a_check_that_cannot_be_done_is_refused(standing, made, body, status, reason):
+    answer = standing.post(f"{API}/calibrations/{made['result']['calibration']}/check", json=body)
+    assert answer.status_code == status and answer.json()["fix"]
+    assert reason is None or answer.json()["type"].endswith(reason)

@@ -1,5 +1,7 @@
 """Raw against corrected on a live camera: both of the very same frame, under one view, lines and grid over both."""
 
+import re
+
 import pytest
 from playwright.sync_api import expect
 
@@ -78,3 +80,19 @@ def test_live_pictures_blink(live):
     page.keyboard.press("r")  # the same keys as on a still
     expect(page.get_by_test_id("look-raw")).to_have_attribute("aria-pressed", "true")
     expect(page.get_by_test_id("blink-legend")).to_have_count(0)
+
+
+def test_the_active_calibration_is_checked_against_the_picture_of_now_by_one_key(live, tmp_path):
+    page = live.page
+    expect(page.get_by_test_id("do-check-calibration")).to_be_enabled(timeout=LONG)
+    page.keyboard.press("r")
+    verdict = page.get_by_test_id("check-verdict")
+    expect(verdict).to_have_attribute("data-reason", re.compile("holds|moved|lens|as-made"), timeout=4 * LONG)
+    expect(page.get_by_test_id("line-touch-line-top")).to_contain_text("%")
+    expect(page.get_by_test_id("checked-picture").locator("circle.expected").first).to_be_attached()
+    page.wait_for_function("() => document.querySelector('[data-testid=checked-picture] img').naturalWidth === 1280",
+                           timeout=LONG)
+    page.get_by_test_id("checked-picture").scroll_into_view_if_needed()
+    page.screenshot(path=tmp_path / "checked.png")
+    page.get_by_test_id("close-check").click()
+    expect(verdict).to_have_count(0)

@@ -1,0 +1,74 @@
+"""check: whether yesterday's calibration still holds in today's picture."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from app.cli.reports import ACCEPTED, POOR, Enough, EnoughOption
+
+GOOD_COLOUR, POOR_COLOUR, HERE = (80, 220, 80), (60, 60, 255), (255, 255, 255)  # BGR
+POOR_MM = 15.0
+
+
+def check(
+    calibration: Annotated[Path, typer.Argument(metavar="CAL.json", help="As calibrate wrote it, or exported as "
+                                                "json.")],
+    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES…", help="What the camera sees now; from "
+                                                   "several, what moves vanishes.")],
+    drawn: Annotated[Path | None, typer.Option("--drawn", metavar="PICTURE", help="Write the picture with the lines as "
+                                               "expected and as found.")] = None,
+    enough: EnoughOption = Enough.fair,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+) -> None:
+    """How far the field's lines lie from where a calibration has them; 0 if that is good enough."""
+    from app.auto_task import one_picture
+    from app.check_pipeline import check as judged
+    from app.cli import files
+    from app.cli.words import progress_bar
+    from app.images import ImageDecoder
+    from app.pipeline import part_of
+
+    known = files.read_calibration(calibration)
+    with progress_bar("Checking the calibration") as progress, ImageDecoder(workers=1) as decoder:
+        reads = [lambda path=path: decoder.frame_from_bytes(files.read_bytes(path)) for path in pictures]
+        frame = one_picture(reads, part_of(progress, 0.0, 0.4))
+        found = judged(known, frame.pixels, part_of(progress, 0.4, 1.0))
+    if drawn is not None:
+        files.write_picture(drawn, _drawn(frame.pixels, found))
+    print(json.dumps(found, allow_nan=False) if as_json else _in_words(found))
+    if (found["verdict"]["level"] or "unknown") not in ACCEPTED[enough]:
+        raise typer.Exit(POOR)
+
+
+def _in_words(found: dict[str, Any]) -> str:
+    """The verdict, then a row a line."""
+    verdict = found["verdict"]
+    rows = [f"{verdict['sentence']} {verdict['fix']}".strip()]
+    width = max((len(line["feature"]) for line in found["lines"]), default=4)
+    rows.append(f"{'line':<{width}}  found     mm  worst mm    px")
+    for line in found["lines"]:
+        figures = "     –         –     –" if line["rms_mm"] is None else (
+            f"{line['rms_mm']:6.1f}  {line['worst_mm']:8.1f}  {line['rms_px']:4.1f}")
+        rows.append(f"{line['feature']:<{width}}  {100 * line['found_share']:3.0f} %  {figures}")
+    if found["carpet"] is not None:
+        x, y = found["carpet"]["where"]
+        rows.append(f"On the carpet {found['carpet']['max_mm']:.1f} mm off at most, at ({x:.0f}, {y:.0f}) mm." + (
+            f" At hat height {found['hat']['max_mm']:.1f} mm." if found["hat"] else ""))
+    return "\n".join(rows)
+
+
+def _drawn(pixels: Any, found: dict[str, Any]) -> Any:
+    """White where the calibration has the lines, green or red where they are."""
+    import cv2
+    import numpy as np
+
+    canvas = pixels.copy()
+    for point in found["points"]:
+        expected, there = (tuple(np.round(point[key]).astype(int).tolist()) for key in ("expected", "found"))
+        cv2.circle(canvas, expected, 2, HERE, -1, cv2.LINE_AA)
+        colour = GOOD_COLOUR if abs(point["off_mm"]) <= POOR_MM else POOR_COLOUR
+        cv2.line(canvas, expected, there, colour, 1, cv2.LINE_AA)
+        cv2.circle(canvas, there, 2, colour, -1, cv2.LINE_AA)
+    return canvas
