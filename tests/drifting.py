@@ -8,7 +8,6 @@ from live_seen import FIELDS
 from app.evaluate.drift import Reference
 from app.models import CameraModel
 from app.sources import Surroundings, source_from_url
-from app.sources.sim.camera import _plain, _turn
 from app.sources.sim.clicks import border_observations
 from app.sources.sim.render import Rendering
 from app.task import Task
@@ -33,10 +32,8 @@ def followed(url: str, model: str = "brown-conrady") -> tuple[Rendering, Referen
 
 def bumped(rendering: Rendering, tilt_deg: float = 0.0, pan_deg: float = 0.0, roll_deg: float = 0.0) -> Rendering:
     """The same camera, turned a little about its own axes."""
-    turned = _turn(tilt_deg, pan_deg, roll_deg) @ np.array(rendering.camera.camera_from_field)
-    camera = replace(rendering.camera, camera_from_field=_plain(turned))
-    return Rendering.of(camera, rendering.field, rendering.region, rendering.play, sensor=rendering.sensor,
-                        lamps=rendering.lamps)
+    return Rendering.of(rendering.camera.turned(tilt_deg, pan_deg, roll_deg), rendering.field, rendering.region,
+                        rendering.play, sensor=rendering.sensor, lamps=rendering.lamps)
 
 
 def moved_by(one: Rendering, other: Rendering) -> tuple[float, float]:
@@ -61,5 +58,4 @@ def knocked(rendering: Rendering, by: str, rng: np.random.Generator) -> tuple[Re
 
 def replace_camera(rendering: Rendering, axis_deg: np.ndarray) -> Rendering:
     """Bumped, without its picture: only to measure how far."""
-    turned = _turn(*axis_deg) @ np.array(rendering.camera.camera_from_field)
-    return replace(rendering, camera=replace(rendering.camera, camera_from_field=_plain(turned)))
+    return replace(rendering, camera=rendering.camera.turned(*axis_deg))

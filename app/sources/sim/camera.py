@@ -1,6 +1,6 @@
 """A simulated camera: exact both ways between field millimetres and raw pixels, at any height."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -52,6 +52,10 @@ class SimCamera:
             focal_px = camera._focal_that_shows(region, fill)
         return cls(image_size, (focal_px, focal_px), image_size.centre, lens, camera.camera_from_field,
                    camera.position_mm)
+
+    def turned(self, tilt_deg: float = 0.0, pan_deg: float = 0.0, roll_deg: float = 0.0) -> Self:
+        """The same camera where it stands, turned about its own axes as for above()."""
+        return replace(self, camera_from_field=_plain(_turn(tilt_deg, pan_deg, roll_deg) @ self._rotation))
 
     def _focal_that_shows(self, region: Region, fill: float) -> float:
         edge = np.concatenate([region.border(name).sample(65) for name in BORDERS])

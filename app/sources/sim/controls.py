@@ -1,4 +1,7 @@
-"""What can be set on a simulated camera, as on a real one: exposure, gain, white balance, resolution, frame rate."""
+"""What can be set on a simulated camera, as on a real one: exposure, gain, white balance, resolution, frame rate.
+
+And what happens to a real one by itself: a knock, and a lens that is turned out of focus.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,6 +16,7 @@ BINNINGS = (1, 2, 4)
 NEUTRAL_K = 5000.0
 AUTO_LEVEL = 110.0  # mean grey level that an automatic exposure aims at
 MIN_EXPOSURE_US, MAX_GAIN_DB, RATES_HZ, KELVINS = 20.0, 24.0, (0.1, 240.0), (2500.0, 10_000.0)
+KNOCKS_PX, SOFTER_PX = (-200.0, 200.0), (0.0, 5.0)
 
 
 @dataclass
@@ -26,6 +30,8 @@ class Settings:
     gain_db: float = 0.0
     white_balance_k: float = NEUTRAL_K
     binning: int = 1
+    knock_px: float = 0.0
+    softer_px: float = 0.0
 
     def shot(self, level: Callable[[Shot], float]) -> Shot:
         """What a frame is taken with. level: the mean grey level that a shot would come to."""
@@ -48,6 +54,8 @@ class Settings:
             Control("resolution", "Resolution", "choice", self._text(self.binning), "px", None,
                     tuple(self._text(n) for n in self._binnings)),
             Control("frame_rate", "Frame rate", "float", self.frame_rate, "Hz", RATES_HZ),
+            Control("knock", "Knock the camera: turn it to the side", "float", self.knock_px, "px", KNOCKS_PX),
+            Control("softer", "Turn its lens out of focus", "float", self.softer_px, "px", SOFTER_PX),
         )
 
     def set(self, name: str, value: Any) -> Control:
@@ -70,6 +78,10 @@ class Settings:
             self.gain_db = number
         elif name == "white_balance":
             self.white_balance_k = number
+        elif name == "knock":
+            self.knock_px = number
+        elif name == "softer":
+            self.softer_px = number
         else:
             self.frame_rate = number
             self.exposure_us = min(self.exposure_us, 1e6 / number)  # no exposure is longer than a frame

@@ -77,6 +77,12 @@ class Rendering:
             still += look.glare(ground, light, field)[..., None]
         return cls(camera, field, region, play, sensor, lamps, scene, still)
 
+    def knocked(self, by_px: float, softer_px: float, light: Light = LIGHT) -> Self:
+        """The same camera turned to its side, so that the middle of its picture moves by so much, and out of focus."""
+        camera = self.camera.turned(pan_deg=float(np.degrees(by_px / self.camera.focal_px[0])))
+        sensor = replace(self.sensor, blur_px=float(np.hypot(self.sensor.blur_px, softer_px)))
+        return type(self).of(camera, self.field, self.region, self.play, light, sensor, self.lamps)
+
     def binned(self, factor: int) -> Self:
         """The same view by a sensor that adds up factor × factor pixels: exact, and much faster than painting anew."""
         w, h = self.camera.image_size
@@ -128,7 +134,7 @@ class Rendering:
     def truth_at(self, time_s: float) -> Truth:
         owners, names = self._still_owners
         where = self.play, self.field, self.region, time_s
-        ball = (play_of.ball_at(*where), bodies.ball_radius_mm(self.field)) if self.play.robots else None
+        ball = (play_of.ball_at(*where), bodies.ball_radius_mm(self.field)) if self.play.has_ball else None
         return truth_of(self.scene, owners, names, self._moving(time_s), time_s, play_of.robots_at(*where), ball,
                         play_of.people_at(self.play, self.region, time_s))
 

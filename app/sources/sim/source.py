@@ -1,6 +1,7 @@
 """sim://FIELD: a camera above a simulated field, described by its address alone."""
 
 import re
+import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,7 +22,7 @@ from app.sources.sim.lamps import Lamps
 from app.sources.sim.lens_choice import LENS_OPTIONS, chosen_lens
 from app.sources.sim.look import Light
 from app.sources.sim.play import Play
-from app.sources.sim.render import Rendering, Sensor, Shot
+from app.sources.sim.render import LIGHT, Rendering, Sensor, Shot
 from app.sources.sim.truth import Truth
 
 # The leagues number the cameras of a shared field like this.
@@ -79,10 +80,14 @@ class SimSource:
         Option("serial", "text", "", "The camera's serial number; it has none if left out."),
     )
 
-    def __init__(self, rendering: Rendering, fps: float, identity: Identity, with_timecode: bool) -> None:
+    def __init__(self, rendering: Rendering, fps: float, identity: Identity, with_timecode: bool,
+                 light: Light = LIGHT) -> None:
         self.settings = Settings(rendering.camera.image_size, fps)
         self.time_s = 0.0  # of the frame read last, since the play began
-        self._sizes = {1: rendering}  # by binning
+        self._light = light
+        self._untouched = self._sizes = {1: rendering}  # by binning; what is seen now
+        self._lies = (0.0, 0.0)  # knock and focus of that
+        self._painting = threading.Lock()
         self._identity = identity
         self._with_timecode = with_timecode
         self._index = 0
@@ -103,15 +108,30 @@ class SimSource:
                                  Lamps(options["flicker"], options["flicker_hz"], options["drift"]))
         where = options["region"] or f"{options['camera']} of {options['cameras']}"
         return cls(rendering, options["fps"], Identity(f"sim://{target} ({where})", serial, model=cls.TITLE),
-                   options["timecode"])
+                   options["timecode"], light)
 
     @property
     def rendering(self) -> Rendering:
-        """At the resolution that is set now."""
-        binning = self.settings.binning
-        if binning not in self._sizes:
-            self._sizes = {1: self._sizes[1], binning: self._sizes[1].binned(binning)}
-        return self._sizes[binning]
+        """At the resolution that is set now, where and as sharp as the camera was left."""
+        sizes, binning = self._sizes, self.settings.binning
+        if binning not in sizes:
+            for other in set(sizes) - {1}:
+                del sizes[other]
+            sizes[binning] = sizes[1].binned(binning)
+        return sizes[binning]
+
+    @property
+    def settled(self) -> bool:
+        """Whether it is seen as it lies: after a knock the picture is painted anew, which takes a second."""
+        return self._lies == (self.settings.knock_px, self.settings.softer_px)
+
+    def _paint(self) -> None:
+        """On a thread of its own, so that pictures go on. What was seen before any knock is kept."""
+        with self._painting:
+            while not self.settled:
+                left = self.settings.knock_px, self.settings.softer_px
+                self._sizes = {1: self._untouched[1].knocked(*left, self._light)} if any(left) else self._untouched
+                self._lies = left
 
     @property
     def camera(self) -> SimCamera:
@@ -148,7 +168,10 @@ class SimSource:
         return self.settings.controls()
 
     def set_control(self, name: str, value: Any) -> Control:
-        return self.settings.set(name, value)
+        control = self.settings.set(name, value)
+        if not self.settled:
+            threading.Thread(target=self._paint, name="knock", daemon=True).start()
+        return control
 
     @classmethod
     def example(cls, folder: Path) -> str:
