@@ -1,7 +1,7 @@
 """From frames of a still camera to what rolling things say about its lens: what the doors call.
 
     rolling = Rolling()
-    for seconds, pixels in frames: new = rolling.add(seconds, pixels)       each a straight run that has just ended
+    for seconds, pixels in frames: new = rolling.add(seconds, pixels)       each a straight roll that has just ended
     rolling.report(model)           Eq. (9) per roll, zone and lens: raw, and as far as the model leaves it
 """
 
@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.errors import BadInput, FitFailed
-from app.evaluate.distortion import STANDARD_LENS_PCT
-from app.evaluate.rolls import Rolls, rolls_of
+from app.evaluate.roll_report import Rolled, roll_report
 from app.geometry import ImageSize
 from app.models import CameraModel
 from app.plumb_pipeline import straightness
@@ -22,28 +21,48 @@ from app.vision.straight_runs import Run, straight_runs
 from app.vision.tracks import Track, Tracker
 
 MOST_UPSET = 0.1  # of the frames in which nearly all changed: the camera is not still
+UPSET_ANYWAY = 2  # times that light may be switched
 LEAST_FOR_LENS = 3  # rolls
+LOOK_EVERY = 8  # frames, at what is still being followed
+SETTLED = 6  # frames after its end that a roll is told: until then it may still go on
+LONGEST_LOOK = 240  # points of a track that are looked at before it has ended: what stands and shakes has no end
+KNOWN_FRAMES = 4096  # whose times are remembered; tracks are shorter
 
 
 class Rolling:
-    """Follows what moves, cuts its tracks into straight runs, and keeps them. One thread at a time."""
+    """Follows what moves, cuts its tracks into straight rolls, and keeps them. One thread at a time.
 
-    def __init__(self) -> None:
+    live: tell a roll soon after it has ended, though the thing that rolled is still followed.
+    """
+
+    def __init__(self, live: bool = False) -> None:
         self._movers, self._tracker = Movers(), Tracker()
-        self._seconds: list[float] = []
+        self._live = live
+        self._times: dict[int, float] = {}
+        self._first_s = self._last_s = 0.0
         self._size: ImageSize | None = None
-        self.runs: list[Run] = []
+        self.frames = 0
+        self.rolls: list[Rolled] = []
 
-    def add(self, seconds: float, pixels: NDArray[np.uint8]) -> list[Run]:
-        """A frame (h, w, 3) and when it was taken; the runs that have just ended. BadInput for another size."""
+    def add(self, seconds: float, pixels: NDArray[np.uint8], number: int | None = None) -> list[Rolled]:
+        """A frame (h, w, 3), when it was taken, and its number where some were missed; the rolls that have just ended.
+
+        BadInput for another size.
+        """
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if self._size is not None and size != self._size:
             raise BadInput("The frames differ in size.", "Use one camera in one mode.", reason="size-mismatch")
         self._size = size
-        self._seconds.append(float(seconds))
-        return self._cut(self._tracker.add(len(self._seconds) - 1, self._movers.add(pixels)))
+        number = self.frames if number is None else number
+        self._first_s = float(seconds) if not self.frames else self._first_s
+        self._last_s = self._times[number] = float(seconds)
+        if len(self._times) > KNOWN_FRAMES:
+            del self._times[next(iter(self._times))]
+        self.frames += 1
+        ended = self._cut(self._tracker.add(number, self._movers.add(pixels)))
+        return ended + (self._settled(number) if self._live and self.frames % LOOK_EVERY == 0 else [])
 
-    def end(self) -> list[Run]:
+    def end(self) -> list[Rolled]:
         """No more frames: what was still moving has ended too."""
         return self._cut(self._tracker.end())
 
@@ -52,64 +71,64 @@ class Rolling:
         """What is being followed."""
         return self._tracker.now
 
-    def report(self, model: CameraModel | None = None, name: str | None = None) -> dict[str, Any]:
-        """Everything so far as plain JSON; `corrected` where a model was given, `lens` where three rolls tell one."""
+    @property
+    def is_still(self) -> bool:
+        """Whether the camera is: not where nearly the whole picture changes again and again."""
+        return self._movers.upset <= MOST_UPSET * self.frames + UPSET_ANYWAY
+
+    @property
+    def size(self) -> ImageSize:
         if self._size is None:
             raise BadInput("There is no frame.", "Give a film, or wait for the camera.", reason="nothing-given")
-        if self._movers.upset > MOST_UPSET * len(self._seconds) + 2:
+        return self._size
+
+    def report(self, model: CameraModel | None = None, name: str | None = None) -> dict[str, Any]:
+        """Everything so far as plain JSON; `corrected` where a model was given, `lens` where three rolls tell one."""
+        told = roll_report(self.rolls, self.size, model, name)
+        if not self.is_still:
             raise BadInput("Nearly the whole picture changes again and again: the camera is not still, or its light is "
                            "not.", "Fix the camera, and switch its automatic exposure off.", reason="camera-not-still")
-        raw = rolls_of([run.points for run in self.runs], self._durations(), self._size)
-        corrected = None
-        if model is not None:
-            corrected = rolls_of([model.corrected_from_raw(run.points) for run in self.runs], self._durations(),
-                                 model.corrected_size)
-        return {"frames": len(self._seconds), "seconds": self._seconds[-1] - self._seconds[0],
-                "image_size": [self._size.width, self._size.height], "rolls": len(self.runs),
-                "raw": raw.to_json(), "corrected": corrected.to_json() if corrected else None, "model": name,
-                "runs": [{"from_s": self._seconds[run.frames[0]], "to_s": self._seconds[run.frames[-1]],
-                          "points": run.points.round(2).tolist(), "rms_px": run.rms_px,
-                          "straight_px": run.straight_px} for run in self.runs],
-                "lens": self._lens(raw), "sentence": _sentence(raw, corrected)}
+        return {**told, "frames": self.frames, "seconds": self._last_s - self._first_s,
+                "runs": [roll.to_json() for roll in self.rolls], "lens": lens_or_none(self.rolls, told, self.size)}
 
-    def _durations(self) -> list[float]:
-        return [self._seconds[run.frames[-1]] - self._seconds[run.frames[0]] for run in self.runs]
-
-    def _cut(self, tracks: Sequence[Track]) -> list[Run]:
-        new: list[Run] = []
-        for track in tracks:
-            new += straight_runs(track.frames, track.points, float(np.hypot(self._size.width, self._size.height)))
-        self.runs += new
+    def _cut(self, tracks: Sequence[Track]) -> list[Rolled]:
+        new = [self._rolled(run) for track in tracks for run in self._runs(track)]
+        self.rolls += new
         return new
 
-    def _lens(self, raw: Rolls) -> dict[str, Any] | None:
-        """The rolls as plumb lines, fitted as edges are; None where they do not tell a lens."""
-        quick = [run for run, roll in zip(self.runs, raw.rolls, strict=True) if roll.used]
-        if len(quick) < LEAST_FOR_LENS:
-            return None
-        try:
-            return straightness(lines=[run.points for run in quick], image_size=self._size)
-        except FitFailed:
-            return None
+    def _settled(self, now: int) -> list[Rolled]:
+        """The rolls that have ended of what is still followed; a ball that is kicked again and again is one track."""
+        new: list[Rolled] = []
+        for track in self._tracker.now:
+            runs = self._runs(track)
+            done = [run for run in runs if run.frames[-1] <= now - SETTLED]
+            new += [self._rolled(run) for run in done]
+            if done:
+                self._tracker.forget(track.number, int(done[-1].frames[-1]))
+            elif not runs and len(track.points) > LONGEST_LOOK:
+                self._tracker.forget(track.number, int(track.frames[LONGEST_LOOK // 2]))
+        self.rolls += new
+        return new
+
+    def _runs(self, track: Track) -> list[Run]:
+        return straight_runs(track.frames, track.points, float(np.hypot(self.size.width, self.size.height)))
+
+    def _rolled(self, run: Run) -> Rolled:
+        return Rolled(run.points, self._times[int(run.frames[0])], self._times[int(run.frames[-1])], run.rms_px,
+                      run.straight_px)
 
 
-def _sentence(raw: Rolls, corrected: Rolls | None) -> str:
-    told = raw if corrected is None else corrected
-    if not told.rolls:
-        return ("Nothing rolled straight for long enough: let a ball roll across the field, best near its borders and "
-                "quickly.")
-    where = "the raw picture" if corrected is None else "the corrected picture"
-    left = f"{told.border_pct:+.2f} ± {told.border_sigma_pct:.2f} %"
-    if told.border_sigma_pct > STANDARD_LENS_PCT:
-        return (f"{_rolls(told)} in {where}: {left}. That is too uncertain to say anything: roll more, quickly, near "
-                "the borders.")
-    kind = "barrel" if told.border_pct < 0 else "pincushion"
-    if abs(told.border_pct) <= 2 * told.border_sigma_pct:
-        return f"{_rolls(told)} in {where}: no distortion is seen, {left} along its edge."
-    band = "within" if abs(told.border_pct) <= STANDARD_LENS_PCT else "beyond"
-    return (f"{_rolls(told)} in {where}: {kind} of {left} along its edge, {band} the ±{STANDARD_LENS_PCT:g} % of a "
-            "standard lens.")
+def lens_or_none(rolls: Sequence[Rolled], told: dict[str, Any], size: ImageSize) -> dict[str, Any] | None:
+    """The rolls as plumb lines, fitted as edges are; None where they do not tell a lens. told: their report."""
+    quick = counted(rolls, told)
+    if len(quick) < LEAST_FOR_LENS:
+        return None
+    try:
+        return straightness(lines=[roll.points for roll in quick], image_size=size)
+    except FitFailed:
+        return None
 
 
-def _rolls(told: Rolls) -> str:
-    return "One roll" if len(told.rolls) == 1 else f"{len(told.rolls)} rolls"
+def counted(rolls: Sequence[Rolled], told: dict[str, Any]) -> list[Rolled]:
+    """Those that agree with the others, by their report."""
+    return [rolls[roll["number"]] for roll in told["raw"]["rolls"] if roll["used"]]

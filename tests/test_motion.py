@@ -1,20 +1,33 @@
 """Rolling things as plumb lines: found, followed, cut at kicks, and honest about what they tell of the lens."""
 
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 from rolling_balls import FPS, SIZE, chords, film, lens_of
 
-from app.errors import BadInput, Conflict
+from app.cli.files import read_held_lens
+from app.errors import BadInput, Conflict, FitFailed
+from app.evaluate.roll_report import Rolled
 from app.evaluate.rolls import border_pct, rolls_of
+from app.exports import EXPORTS
 from app.geometry import ImageSize
+from app.models import field_from_raw, model_from_json
 from app.models.plumb_view import StraightPicture
 from app.motion_pipeline import Rolling
-from app.motion_task import rolls_in_film
+from app.motion_task import lens_record, refinable, refined, rolls_in_film, told_of_kept
+from app.sources.sim.camera import SimCamera
+from app.sources.sim.clicks import border_observations, known_grid, rms_mm
+from app.sources.sim.lens import LENSES
+from app.store.fields import load_fields
+from app.task import Task
+from app.vision.movers import Mover
 from app.vision.straight_runs import straight_runs
+from app.vision.tracks import MOST_POINTS, Tracker
 
+LARGE = ImageSize(1224, 1024)
 CHORDS = [((60, 60), (580, 70), 40), ((590, 90), (560, 430), 30), ((540, 440), (60, 430), 40),
           ((50, 400), (80, 70), 30), ((100, 100), (520, 380), 35)]
 
@@ -75,6 +88,29 @@ def test_a_kick_cuts_a_track_in_two_at_its_corner():
         assert abs(runs[1].frames[0] - 30) <= 2 and max(run.rms_px for run in runs) < 0.4
 
 
+def test_live_a_roll_is_told_soon_after_its_end_though_the_ball_is_still_followed():
+    rolling, told = Rolling(live=True), []
+    path = [((60, 60), (580, 70), 40), ((580, 70), (560, 430), 30), ((560, 430), (60, 430), 40)]  # one track, two kicks
+    for number, (seconds, pixels) in enumerate(film(lens_of(-0.25), path, seed=8)):
+        told += [(number, roll) for roll in rolling.add(seconds, pixels, 2 * number)]  # every other frame was missed
+    ends = [3 + 40, 3 + 70]
+    assert [round(roll.to_s * FPS) for _, roll in told[:2]] == pytest.approx(ends, abs=3)
+    assert all(number - roll.to_s * FPS < 20 for number, roll in told)
+    told += [(0, roll) for roll in rolling.end()]
+    assert len(told) == 3 and max(roll.rms_px for _, roll in told) < 0.4
+
+
+def test_what_is_followed_all_day_takes_no_more_room():
+    tracker, rolling = Tracker(), Rolling(live=True)
+    for frame in range(1500):
+        tracker.add(frame, [Mover(320 + 100 * np.cos(frame / 9), 240 + 100 * np.sin(frame / 9), 50.0, 40.0)])
+        assert all(len(track.points) <= MOST_POINTS for track in tracker.now)
+    pixels = np.zeros((48, 64, 3), np.uint8)
+    for frame in range(5000):
+        rolling.add(frame / 30, pixels)
+    assert len(rolling._times) <= 4096
+
+
 def test_what_stands_shakes_or_turns_all_the_time_is_no_straight_run():
     rng, frames = np.random.default_rng(2), np.arange(80)
     shaking = rng.normal(300, 2, (80, 2))
@@ -125,6 +161,24 @@ def test_a_camera_that_is_not_still_is_refused():
         Rolling().report()
 
 
+def calibrated_over_rolls(clicks=4, count=20, seed=1, lens="strong", size=LARGE):
+    """A camera 6.5 m above a field: rolls before it, and a calibration by a few clicks on each border."""
+    field = load_fields()["ssl-div-b"]
+    region, rng = field.regions["full"], np.random.default_rng(seed)
+    camera = SimCamera.above(region, size, LENSES[lens], height_mm=6500)
+    task = Task(border_observations(camera, region, clicks, 0.5, rng, anywhere=True), field, region, camera.image_size,
+                "brown-conrady", {"height_mm": {"value": 6500.0, "sigma": 30.0}}, camera="north")
+    rolls = []
+    while len(rolls) < count:
+        start, angle = rng.uniform([-4300, -2900], [4300, 2900]), rng.uniform(0, 2 * np.pi)
+        end = start + rng.uniform(1500, 5000) * np.array([np.cos(angle), np.sin(angle)])
+        if abs(end[0]) < 4400 and abs(end[1]) < 2950:
+            t = np.linspace(0, 1, 40)[:, None]
+            raw = camera.raw_from_field(np.concatenate([start * (1 - t) + end * t, np.full((40, 1), 21.5)], axis=1))
+            rolls.append(Rolled(raw + rng.normal(0, 0.25, raw.shape), 0.0, 1.3, 0.25, 0.3))
+    return (camera, rolls), task.record(task.run(cross_validate=False))
+
+
 @pytest.fixture(scope="module")
 def film_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("film") / "roll.avi"
@@ -145,13 +199,71 @@ def test_a_film_from_the_shell(touchline, film_file, tmp_path):
     assert drawn.shape == (480, 640, 3) and drawn[y, x, 2] > 200
     code, out, _ = touchline("motion", film_file)
     assert code == 0 and "barrel" in out and "roll 5" in out and "plumb lines" in out
+    _, made = calibrated_over_rolls(size=SIZE)
+    (tmp_path / "cal.json").write_bytes(EXPORTS["json"].write(made))
+    code, _, err = touchline("motion", film_file, "--lens", "lens.json", "--kind", "division",
+                             "--calibration", "cal.json", "--refined", "better.json")
+    assert code == 0, err
+    lens = read_held_lens(tmp_path / "lens.json")
+    assert lens["name"] == "division" and abs(lens["lens"]["terms"]["k"] + 0.25) < 0.05
+    assert EXPORTS["json"].read((tmp_path / "better.json").read_bytes()).options["lens_sigma"] == "own"
+    code, _, err = touchline("motion", film_file, "--refined", "better.json")
+    assert code != 0 and "--calibration" in err
     code, _, err = touchline("motion", "nothing.mp4")
     assert code != 0 and "nothing.mp4" in err
 
 
 def test_a_calibration_for_another_size_is_refused(film_file):
+    _, made = calibrated_over_rolls()
     with pytest.raises(Conflict, match="640"):
-        rolls_in_film(film_file, {"id": "x", "image_size": [800, 600], "name": "division", "parameters": {}})
+        rolls_in_film(film_file, made)
+
+
+def test_rolls_tell_the_lens_within_three_sigma_and_a_fit_that_holds_it_needs_few_clicks():
+    (camera, rolls), made = calibrated_over_rolls()
+    kept = lens_record(rolls, camera.image_size, "brown-conrady")
+    unit = np.hypot(*camera.image_size) / 2
+    truth = {"k1": -0.28 * (unit / camera.focal_px[0]) ** 2, "k2": 0.09 * (unit / camera.focal_px[0]) ** 4}
+    for name in truth:
+        assert abs(kept["lens"]["terms"][name] - truth[name]) < 3 * kept["report"]["sigma"][name] < 0.3
+    raw, field = (points.reshape(-1, 2) for points in known_grid(camera, camera_region(), 9, 7))
+
+    def off_mm(calibration):
+        model = model_from_json(calibration.model_name, calibration.model_parameters)
+        return rms_mm(field_from_raw(model, raw), field)
+    better = refined(made, kept)
+    assert off_mm(made) > 12 > 2 * off_mm(better)  # these four clicks a border tell the lens badly
+    assert better.parent == made.id and "refined by" in better.note and better.options["lens_sigma"] == "own"
+
+
+def camera_region():
+    return load_fields()["ssl-div-b"].regions["full"]
+
+
+def test_what_rolls_cannot_refine_is_refused_with_the_reason():
+    (camera, rolls), made = calibrated_over_rolls()
+    for wrong in (None, replace(made, model_name="polynomial"), replace(made, observations=()),
+                  refined(made, lens_record(rolls, camera.image_size, "brown-conrady"))):
+        with pytest.raises(Conflict) as refused:
+            refinable(wrong)
+        assert refused.value.fix
+    with pytest.raises(FitFailed) as refused:
+        lens_record(rolls[:2], camera.image_size)
+    assert refused.value.reason == "too-few-rolls"
+
+
+def test_kept_rolls_say_each_its_number_and_those_left_out_none():
+    rng, size = np.random.default_rng(4), ImageSize(1224, 1024)
+    tracks, seconds = chords(rng, lens_of(-0.2, size), 9)
+    kept = [{"id": str(i), "at": 10.0 + i, "seconds": t, "points": p.tolist(), "image_size": list(size),
+             "left_out": i == 3} for i, (p, t) in enumerate(zip(tracks, seconds, strict=True))]
+    kept[0]["image_size"] = [640, 480]
+    told = told_of_kept(kept, None)
+    assert told["report"]["rolls"] == 7 and told["report"]["raw"]["border_pct"] < 0
+    assert [item["id"] for item in told["items"] if item["raw"] is None] == ["0", "3"]
+    assert not told["items"][0]["counts"] and told["items"][3]["left_out"]
+    assert {item["raw"]["level"] for item in told["items"] if item["raw"]} <= {"good", "fair", "poor", "left-out"}
+    assert json.dumps(told, allow_nan=False) and told_of_kept([], None) == {"items": [], "report": None}
 
 
 def test_a_pool_ball_rolls_straight_to_a_third_of_a_pixel(real_data):

@@ -29,7 +29,13 @@ def keepers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
         kept = made["made"] and keep_version(store, Calibration.from_json(made["made"]), about["by"])
         return {"calibration": kept.id if kept else None, **made["told"]}
 
-    return {"calibration": calibration, "calibrations": calibrations, "lens": lens, "found-lines": found_lines}
+    def motion(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
+        version = made["calibration"] and keep_version(store, Calibration.from_json(made["calibration"]), about["by"])
+        kept = store.add_lens(made["lens"]) if made["lens"] and not version else None  # a refined version has its own
+        return {"report": made["report"], "lens": kept and kept["id"], "calibration": version.id if version else None}
+
+    return {"calibration": calibration, "calibrations": calibrations, "lens": lens, "found-lines": found_lines,
+            "motion": motion}
 
 
 def keep_version(store: Store, made: Calibration, by: str) -> Calibration:

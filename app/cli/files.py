@@ -11,6 +11,7 @@ from app.errors import BadInput
 from app.exports import EXPORTS
 from app.geometry import Points, as_points
 from app.images import Limits, encode, frame_from_bytes
+from app.models.bent_lens import BentLens
 from app.models.pinhole_lens import PinholeLens
 from app.records import Calibration, Frame
 from app.store.files import write_whole
@@ -65,10 +66,13 @@ def write_calibration(path: Path, calibration: Calibration) -> None:
 
 
 def read_held_lens(path: Path) -> dict[str, Any]:
-    """The lens of a file that board or calibrate wrote, as a fit's option."""
+    """The lens of a file that board, motion or calibrate wrote, as a fit's option."""
     data = read_bytes(path, MAX_JSON_BYTES)
     value = strict_json(data, str(path))
     if isinstance(value, dict) and value.get("format") == LENS_FORMAT:
+        if isinstance(value.get("lens"), dict) and "unit" in value["lens"]:  # from straight lines: no focal length
+            bent = BentLens.from_json(value["lens"])
+            return {"name": bent.bend.name, "lens": bent.to_json()}
         lens = PinholeLens.from_json(value.get("lens"))
         return {"name": lens.model, "lens": lens.to_json()}
     return EXPORTS["json"].read(data).held_lens()

@@ -1,4 +1,4 @@
-"""motion: how far the tracks of what rolls in a film bow, raw and corrected."""
+"""motion: how far the tracks of what rolls in a film bow, raw and corrected, and the lens that they tell."""
 
 import json
 from pathlib import Path
@@ -13,23 +13,38 @@ def motion(
                                                      "distortion it leaves.")] = None,
     drawn: Annotated[Path | None, typer.Option("--drawn", metavar="PICTURE", help="Write the last frame with the rolls "
                                                "drawn over it.")] = None,
+    lens: Annotated[Path | None, typer.Option("--lens", metavar="LENS.json", help="Write the lens that the rolls tell, "
+                                              "for calibrate --lens to hold.")] = None,
+    kind: Annotated[str, typer.Option("--kind", help="Of that lens: auto, division, division-even or "
+                                      "brown-conrady.")] = "auto",
+    refined: Annotated[Path | None, typer.Option("--refined", metavar="NEW.json", help="Fit the calibration anew to "
+                                                 "its own clicks and these rolls, and write that.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
 ) -> None:
     """Follow a ball or robot through a film and say how far its straight rolls bow."""
+    from app import motion_task
     from app.cli import files
-    from app.cli.words import progress_bar
-    from app.motion_task import rolls_in_film
+    from app.cli.words import progress_bar, say
 
-    model: dict[str, Any] | None = None
-    if calibration is not None:
-        told = files.read_calibration(calibration)
-        model = {"id": told.id or calibration.name, "image_size": list(told.image_size), "name": told.model_name,
-                 "parameters": told.model_parameters}
+    if refined is not None and calibration is None:
+        raise typer.BadParameter("there is no --calibration that could be refined", param_hint="--refined")
+    motion_task.check("report", kind, 0.0)
+    told = None if calibration is None else files.read_calibration(calibration)
+    refinable = motion_task.refinable(told) if refined is not None else None
     with progress_bar("Following what moves") as progress:
-        found = rolls_in_film(film.absolute(), model, progress)
+        rolling = motion_task.followed(film.absolute(), progress, told)
+    found = rolling.report(*motion_task.judged(told, rolling.size))
     if drawn is not None:
-        files.write_picture(drawn, _drawn(film, found))
+        files.write_picture(drawn, _drawn(rolling.last, found))
+    if lens is not None:
+        files.write_lens(lens, motion_task.lens_record(rolling.rolls, rolling.size, kind, note=f"From {film.name}"))
+    if refined is not None:
+        made = motion_task.lens_record(rolling.rolls, rolling.size, refinable)
+        files.write_calibration(refined, motion_task.refined(told, made))
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
+    for path in (lens, refined):
+        if path is not None:
+            say(f"{path} is written.")
 
 
 def _summary(found: dict[str, Any]) -> str:
@@ -40,20 +55,19 @@ def _summary(found: dict[str, Any]) -> str:
             continue
         lines.append(f"{where.capitalize()}: {told['border_pct']:+.2f} ± {told['border_sigma_pct']:.2f} % along the "
                      "edge.")
-        lines += [f"  roll {number}: {roll['length_px']:.0f} px, bow {roll['bow_pct']:+.2f} ± {roll['sigma_pct']:.2f} "
-                  f"%, rms {roll['rms_px']:.2f} px" + ("" if roll["used"] else ", left out")
-                  for number, roll in enumerate(told["rolls"], 1)]
+        lines += [f"  roll {roll['number'] + 1}: {roll['length_px']:.0f} px, bow {roll['bow_pct']:+.2f} ± "
+                  f"{roll['spread_pct']:.2f} %, rms {roll['rms_px']:.2f} px" + ("" if roll["used"] else ", left out")
+                  for roll in told["rolls"]]
     if found["lens"] is not None:
         lines.append(f"As plumb lines: {found['lens']['sentence']}")
     return "\n".join(lines)
 
 
-def _drawn(film: Path, found: dict[str, Any]) -> Any:
+def _drawn(last: Any, found: dict[str, Any]) -> Any:
     import cv2
     import numpy as np
 
-    from app.motion_task import last_frame
-    pixels = last_frame(film.absolute()).copy()
+    pixels = last.copy()
     for run in found["runs"]:
         cv2.polylines(pixels, [np.round(run["points"]).astype(np.int32)], False, (0, 200, 255), 2, cv2.LINE_AA)
     return pixels

@@ -36,12 +36,18 @@ ALONG = np.linspace(0, 1, 65)[:, None]
 
 @dataclass(frozen=True)
 class Roll:
-    """One roll. bow_pct: Eq. (9), signed about the picture's middle; used: it agrees with the others."""
+    """One roll, by its number among those given. bow_pct: Eq. (9), signed about the picture's middle.
 
+    sigma_pct: from its points' noise; spread_pct: also as far as spin and slope may have pushed it aside. used: it
+    agrees with the others.
+    """
+
+    number: int
     length_px: float
     bow_px: float
     bow_pct: float
     sigma_pct: float
+    spread_pct: float
     rms_px: float
     zone: tuple[int, int]
     used: bool
@@ -64,8 +70,8 @@ class Rolls:
                 "k": self.lens.terms[0], "k_sigma": _plain(self.k_sigma), "sideways_px": self.sideways_px,
                 "lens": self.lens.to_json(), "zones": zones(self.rolls),
                 "rolls": [{"length_px": r.length_px, "bow_px": r.bow_px, "bow_pct": r.bow_pct,
-                           "sigma_pct": r.sigma_pct, "rms_px": r.rms_px, "zone": list(r.zone), "used": r.used}
-                          for r in self.rolls]}
+                           "sigma_pct": r.sigma_pct, "spread_pct": r.spread_pct, "rms_px": r.rms_px,
+                           "zone": list(r.zone), "used": r.used} for r in self.rolls]}
 
 
 def rolls_of(points: Sequence[Points], seconds: Sequence[float], size: ImageSize) -> Rolls:
@@ -74,7 +80,8 @@ def rolls_of(points: Sequence[Points], seconds: Sequence[float], size: ImageSize
     Without a roll σ is infinite. Rolls with fewer than five finite points are left out.
     """
     finite = [(p[np.isfinite(p).all(axis=1)], t) for p, t in zip(points, seconds, strict=True)]
-    usable = [(p, t) for p, t in finite if len(p) >= LEAST_POINTS and np.ptp(p, axis=0).max() > 1]
+    numbers = [i for i, (p, _) in enumerate(finite) if len(p) >= LEAST_POINTS and np.ptp(p, axis=0).max() > 1]
+    usable = [finite[i] for i in numbers]
     sideways = SIDEWAYS * float(np.hypot(size.width, size.height))
     if not usable:
         return Rolls((), _lens(0.0, size), np.inf, 0.0, np.inf, sideways)
@@ -98,7 +105,8 @@ def rolls_of(points: Sequence[Points], seconds: Sequence[float], size: ImageSize
     few = np.sqrt(1 + 2 / len(tracks))  # σ that was itself told by a few rolls
     k_sigma = float(few * max(1.0, birge) / np.sqrt(np.sum(weight * gain**2) + 1 / ANY_K**2))
     agrees = np.abs(left) <= 3 * spread
-    rolls = tuple(_roll(p, b, s, size, bool(used)) for p, b, s, used in zip(tracks, own, sigma, agrees, strict=True))
+    rolls = tuple(_roll(*each, size, bool(used)) for *each, used in
+                  zip(numbers, tracks, own, sigma, spread, agrees, strict=True))
     by_k = (border_pct(k + STEP, size) - border_pct(k - STEP, size)) / (2 * STEP)
     return Rolls(rolls, _lens(k, size), k_sigma, border_pct(k, size), abs(by_k) * k_sigma, sideways)
 
@@ -169,13 +177,14 @@ def _sideways(left: NDArray, sigma: NDArray, push: NDArray) -> float:
     return float(np.median(each))
 
 
-def _roll(points: Points, bow: _Bow, sigma: float, size: ImageSize, used: bool) -> Roll:
+def _roll(number: int, points: Points, bow: _Bow, sigma: float, spread: float, size: ImageSize, used: bool) -> Roll:
     chord = points[-1] - points[0]
     left = np.array([chord[1], -chord[0]])  # of its way, as y points down
     inwards = 1.0 if (np.array(size.centre) - points.mean(axis=0)) @ left > 0 else -1.0
     middle = (points[0] + points[-1]) / 2
     zone = tuple(int(v) for v in np.clip(middle / (size.width, size.height) * ZONES, 0, ZONES - 1))
-    return Roll(bow.length_px, bow.px, 100 * bow.px * inwards / bow.length_px, 100 * sigma / bow.length_px, bow.rms_px,
+    pct = 100 / bow.length_px
+    return Roll(number, bow.length_px, bow.px, pct * bow.px * inwards, pct * sigma, pct * spread, bow.rms_px,
                 (zone[0], zone[1]), used)
 
 

@@ -19,6 +19,7 @@ from app.live.encoder import Encoder
 from app.live.inspector import Inspector
 from app.live.picture import Shown
 from app.live.stills import still
+from app.live.rolls import RollWatch
 from app.records import Calibration
 from app.sources import Surroundings
 
@@ -37,6 +38,8 @@ class Serving:
         self._encoder = Encoder(self._capture, line.send)
         self._inspector = Inspector(self._capture, self._encoder)
 
+        self._drift = Drift(self._capture, Limits(**spec["limits"]))
+        self._rolls = RollWatch(self._capture)
     def run(self) -> None:
         for part in (self._capture, self._encoder, self._inspector):
             part.start()
@@ -65,6 +68,7 @@ class Serving:
             "set": lambda a: ({"control": asdict(self._capture.set_control(a["name"], a["value"]))}, b""),
         }
         try:
+            "rolls": lambda a: (self._rolls.ask(a["watch"], a["after"], a["seq"]), b""),
             head, payload = deeds[asked["what"]](asked)
         except TouchlineError as error:
             head, payload = {"problem": problem_of(error)}, b""

@@ -33,7 +33,7 @@ class JointPrior:
     def residuals(self, found: Mapping[str, float]) -> Array:
         return self.rows @ (np.array([found[name] for name in self.names]) - self.values)
 
-    def jacobian(self, names: list[str]) -> Array:
+    def jacobian(self, names: list[str], _found: Mapping[str, float]) -> Array:
         by = np.zeros((len(self.names), len(names)))
         by[:, [names.index(name) for name in self.names]] = self.rows
         return by

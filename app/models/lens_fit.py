@@ -10,6 +10,7 @@ from app.errors import BadInput, FitFailed
 from app.field import Field, Region
 from app.geometry import ImageSize
 from app.models import Progress, parameters_json, read_options
+from app.models.bent_lens import CENTRE, BentLens, bend_prior, bent_lens, with_bend
 from app.models.held_lens import held_lens, lens_prior, with_lens
 from app.models.pinhole_lens import PinholeLens
 from app.models.ray_problem import Prior, RayProblem, gather, incidences
@@ -40,7 +41,8 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
     settings = read_options(model_class.OPTIONS, given)
     check_inside_picture(observations, image_size)
     problem = gather(observations, field, region, with_offsets=settings["line_sigma_mm"] > 0)
-    held = held_lens(model_class, settings, image_size)
+    bent = bent_lens(model_class.NAME, settings, image_size)
+    held = None if bent else held_lens(model_class, settings, image_size)
     width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
     if start is None:
         height = settings["height_mm"]["value"] if settings["height_mm"] else None
@@ -49,14 +51,16 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
         starts = [RayState.of(model_class.from_parameters(start), len(problem.line_names))]
     if held is not None:
         starts = [with_lens(state, held) for state in starts]
-    ladder = _ladder(model_class, settings, held)
+    if bent is not None:
+        starts = [with_bend(state, bent) for state in starts]
+    ladder = _ladder(model_class, settings, held, bent)
     best, refusal, tried, leant = None, None, {}, {}
-    bent = _task(model_class, starts[0], problem, first_bend(ladder), settings, image_size, held)
-    begin = best_start(bent, starts)
+    first = _task(model_class, starts[0], problem, first_bend(ladder), settings, image_size, held, bent)
+    begin = best_start(first, starts)
     for rung, terms in enumerate(ladder):
         progress(0.1 + 0.8 * rung / len(ladder), f"Fitting {' '.join(terms) or 'without distortion'}")
         lean = leanings or _leanings(best, terms)
-        task = _task(model_class, starts[0], problem, terms, settings, image_size, held, lean)
+        task = _task(model_class, starts[0], problem, terms, settings, image_size, held, bent, lean)
         near = begin if best is None or not best.terms else best.minimum.state
         try:
             found = _first_solved(task, [near, begin, *starts], terms, settings)
@@ -116,11 +120,15 @@ def _first_solved(task: Task, starts: Iterable[RayState], terms: tuple[str, ...]
 
 
 def _ladder(model_class: type[RayCamera], settings: Mapping[str, Any], held: PinholeLens | None,
-            ) -> tuple[tuple[str, ...], ...]:
+            bent: BentLens | None) -> tuple[tuple[str, ...], ...]:
     if held is not None:
         return (model_class.LENS.TERMS,)
     chosen = settings.get("terms", "auto")
-    return model_class.term_ladder() if chosen == "auto" else (tuple(chosen),)
+    ladder = model_class.term_ladder() if chosen == "auto" else (tuple(chosen),)
+    if bent is None:
+        return ladder
+    known = bent.terms
+    return tuple(dict.fromkeys(tuple(t for t in model_class.LENS.TERMS if t in rung or t in known) for rung in ladder))
 
 
 def _leanings(best: Found | None, terms: tuple[str, ...]) -> dict[str, float]:
@@ -143,7 +151,7 @@ def _read_leanings(model_class: type[RayCamera], given: Any) -> dict[str, float]
 
 
 def _task(model_class: type[RayCamera], state: RayState, problem: RayProblem, terms: tuple[str, ...],
-          settings: Mapping[str, Any], image_size: ImageSize, held: PinholeLens | None,
+          settings: Mapping[str, Any], image_size: ImageSize, held: PinholeLens | None, bent: BentLens | None,
           leanings: Mapping[str, float] = MappingProxyType({})) -> Task:
     names = state.names
     free = np.ones(len(names), bool)
@@ -156,12 +164,15 @@ def _task(model_class: type[RayCamera], state: RayState, problem: RayProblem, te
         free[:3 + len(model_class.LENS.TERMS)] = [joint is not None and n in joint.names for n in
                                                   names[:3 + len(model_class.LENS.TERMS)]]
     else:
+        known = bent.names if bent is not None else ()
+        joint = bend_prior(bent, settings) if bent is not None else None
         centre_sigma = settings["centre_sigma_px"]
-        free[1:3] = centre_sigma > 0
+        free[1:3] = [centre_sigma > 0 or name in known for name in CENTRE]
         if centre_sigma > 0:
-            priors += [Prior(f"centre_{a}", c, centre_sigma) for a, c in zip("xy", image_size.centre, strict=True)]
+            priors += [Prior(name, c, centre_sigma) for name, c in zip(CENTRE, image_size.centre, strict=True)
+                       if name not in known]
         priors.append(Prior("log_focal", float(np.log(image_size.width)), WIDE["log_focal"], wide=True))
-        priors += [Prior(t, 0.0, leanings.get(t, WIDE.get(t, WIDE["k"])), wide=True) for t in terms]
+        priors += [Prior(t, 0.0, leanings.get(t, WIDE.get(t, WIDE["k"])), wide=True) for t in terms if t not in known]
     if settings["height_mm"]:
         priors.append(Prior("height", settings["height_mm"]["value"], settings["height_mm"]["sigma"]))
     if problem.line_names:

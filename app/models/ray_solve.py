@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.errors import FitFailed
+from app.models.bent_lens import BendPrior
 from app.models.held_lens import JointPrior
 from app.models.lens import Array
 from app.models.ray_problem import Prior, RayProblem
@@ -35,7 +36,7 @@ class Task:
     free: Array
     names: tuple[str, ...]
     held: bool = False  # the lens is given
-    joint: JointPrior | None = None  # and known so well; held fast without
+    joint: JointPrior | BendPrior | None = None  # how well it is known; a lens that is given is held fast without
 
     @property
     def unknowns(self) -> int:
@@ -51,7 +52,7 @@ class Task:
             by[row, names.index(p.name)] = 1 / p.sigma
         if self.joint:
             known = np.concatenate([known, self.joint.residuals(values)])
-            by = np.concatenate([by, self.joint.jacobian(names)])
+            by = np.concatenate([by, self.joint.jacobian(names, values)])
         return known, by
 
 

@@ -15,6 +15,7 @@ MOST_MISSED = 4  # frames: behind a robot, a bar or an arm
 AREA_RATIO = 3.0
 MOST_TRACKS = 64
 LEAST_POINTS = 5
+MOST_POINTS = 600  # of a track: a robot that drives all day is told piece by piece
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +80,18 @@ class Tracker:
                 self._count += 1
                 self._open.append(_Open(self._count))
                 self._follow(self._open[-1], frame, mover)
-        lost = [track for track in self._open if frame - track.frames[-1] > MOST_MISSED]
-        self._open = [track for track in self._open if frame - track.frames[-1] <= MOST_MISSED]
+        lost = [track for track in self._open if frame - track.frames[-1] > MOST_MISSED
+                or len(track.points) >= MOST_POINTS]
+        self._open = [track for track in self._open if track not in lost]
         return [track.done() for track in lost if len(track.points) >= LEAST_POINTS]
+
+    def forget(self, number: int, until: int) -> None:
+        """Of the track with that number, what was up to that frame: it is told already."""
+        for track in self._open:
+            if track.number == number:
+                kept = [i for i, frame in enumerate(track.frames) if frame > until] or [len(track.frames) - 1]
+                track.frames = [track.frames[i] for i in kept]
+                track.points = [track.points[i] for i in kept]
 
     def end(self) -> list[Track]:
         """No more frames."""

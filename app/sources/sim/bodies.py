@@ -30,7 +30,7 @@ def moving(play: Play, field: Field, region: Region, time_s: float, eye: tuple[f
     groups += [((p.x_mm, p.y_mm), _person(p, f"person {i}", shirts[i])) for i, p in enumerate(people)]
     groups.sort(key=lambda group: -np.hypot(group[0][0] - eye[0], group[0][1] - eye[1]))
     ball: list[Thing] = [Ball("ball", who.ball_at(play, field, region, time_s), ball_radius_mm(field), ORANGE)]
-    return (ball if play.robots else []) + [thing for _, things in groups for thing in things]
+    return (ball if play.has_ball else []) + [thing for _, things in groups for thing in things]
 
 
 def ball_radius_mm(field: Field) -> float:

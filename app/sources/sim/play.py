@@ -26,7 +26,8 @@ class Play:
     """robots: of both teams together. people: who walk about and hide lines, at walk_mm_s; at 0 they stand at the edge.
 
     speed_mm_s: of the robots; a tenth of the region's diagonal a second if None. The ball is three times as fast.
-    shuffled: numbers are drawn out of 0 to 15 for each team, not counted from 0.
+    shuffled: numbers are drawn out of 0 to 15 for each team, not counted from 0. ball: it rolls where there are no
+    robots, too.
     """
 
     robots: int = 8
@@ -35,6 +36,11 @@ class Play:
     speed_mm_s: float | None = None
     walk_mm_s: float = 1200.0
     shuffled: bool = False
+    ball: bool = False
+
+    @property
+    def has_ball(self) -> bool:
+        return self.ball or self.robots > 0
 
     def speed_in(self, region: Region) -> float:
         return 0.1 * hypot(region.width_mm, region.height_mm) if self.speed_mm_s is None else self.speed_mm_s

@@ -62,6 +62,7 @@ class SimSource:
                "The ball is kicked three times as fast.", (0, 10_000), "mm/s"),
         Option("numbers", "choice", "counted", "Robots are numbered from 0, or draw their numbers out of 0 to 15.",
                choices=("counted", "drawn")),
+        Option("ball", "bool", False, "Whether a ball rolls also where there are no robots."),
         Option("people", "int", 0, "People who walk about and hide lines.", (0, 8)),
         Option("walk", "float", 1200.0, "How fast they walk; at 0 they stand at the edge.", (0, 5000), "mm/s"),
         Option("noise", "float", 2.0, "Noise of the sensor, standard deviation.", (0, 60), "grey levels"),
@@ -100,7 +101,7 @@ class SimSource:
         region = _region(field, options)
         serial = _serial(options["serial"])
         play = Play(options["robots"], options["people"], options["seed"], options["speed"], options["walk"],
-                    options["numbers"] == "drawn")
+                    options["numbers"] == "drawn", options["ball"])
         light = Light(vignette=options["vignette"], glare=options["glare"], gain=options["light"],
                       grain=options["grain"])
         rendering = Rendering.of(_camera(region, options), field, region, play, light,

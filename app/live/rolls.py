@@ -1,0 +1,107 @@
+"""In a camera's process: what rolls before it, followed frame by frame, only while somebody asks.
+
+    asked → followed → a roll has ended → told to whoever asks next → nobody asks for KEEP_S → rests
+
+Rolls are numbered within one watch; `watch` is another word whenever the following began anew: then numbers do too.
+"""
+
+import os
+import secrets
+import threading
+import time
+from collections import deque
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from app.errors import Unavailable
+from app.live.capture import Capture, Taken
+from app.motion_pipeline import Rolling
+
+KEEP_S = 3.0  # without a question: then nobody watches any more
+WAIT_S = 2.0  # for the next frame
+LATEST = 100  # rolls that somebody may still ask for
+GIVE_WAY = 5  # niceness: the picture goes first, and yet frames should not be missed
+RECENT = 240  # points of a track that are drawn, as
+MOST_DRAWN = 40
+MOVES = 0.02  # of the picture's width: what has come less far stands
+
+
+class RollWatch:
+    """Follows while it is asked. ask() may be called from any thread."""
+
+    def __init__(self, capture: Capture) -> None:
+        self._capture = capture
+        self._lock = threading.Condition()
+        self._wanted_until = 0.0
+        self._thread: threading.Thread | None = None
+        self._told: dict[str, Any] | None = None
+        self._rolls: deque[dict[str, Any]] = deque(maxlen=LATEST)
+
+    def ask(self, watch: str, after: int, seq: int) -> dict[str, Any]:
+        """What moves in a frame after that one, and the rolls after that number of that watch (all of another)."""
+        with self._lock:
+            self._wanted_until = time.monotonic() + KEEP_S
+            if self._thread is None:
+                self._told = None
+                self._thread = threading.Thread(target=self._follow, name="rolls", daemon=True)
+                self._thread.start()
+            self._lock.wait_for(lambda: self._told is not None
+                                and (self._told["seq"] != seq or self._told["watch"] != watch), WAIT_S)
+            if self._told is None or self._told["seq"] == seq:
+                raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
+                                  reason="camera-silent")
+            after = after if self._told["watch"] == watch else 0
+            return {**self._told, "rolls": [roll for roll in self._rolls if roll["number"] > after]}
+
+    def _follow(self) -> None:
+        with suppress(OSError, AttributeError):  # of this thread alone, on Linux
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), GIVE_WAY)
+        watch, rolling, count, seq = _new_watch(), Rolling(live=True), 0, 0
+        self._rolls.clear()
+        while True:
+            taken = self._capture.after(seq, WAIT_S)
+            with self._lock:
+                if time.monotonic() > self._wanted_until:
+                    self._thread = None
+                    return
+            if taken is None:
+                continue
+            seq, size = taken.seq, taken.frame.size
+            if rolling.frames and rolling.size != size:
+                watch, rolling, count = _new_watch(), Rolling(live=True), 0
+            ended = rolling.add(taken.moment, taken.frame.pixels, seq)
+            rolling.rolls.clear()  # they are told, and kept by whoever hears it
+            new = []
+            for roll in ended:
+                count += 1
+                new.append({"number": count, "id": f"{watch}{count % 65536:04x}",
+                            "at": round(taken.time - (taken.moment - roll.to_s), 3), "seconds": roll.seconds,
+                            "points": roll.points.round(2).tolist(), "rms_px": roll.rms_px,
+                            "straight_px": roll.straight_px})
+            with self._lock:
+                if count == len(new):
+                    self._rolls.clear()
+                self._rolls.extend(new)
+                self._told = {"watch": watch, "seq": seq, "time": taken.time, "width": size.width,
+                              "height": size.height, "tracks": _drawn(rolling, taken),
+                              "hint": "" if rolling.is_still else "Nearly the whole picture changes again and again: "
+                              "fix the camera, and switch its automatic exposure off."}
+                self._lock.notify_all()
+
+
+def _new_watch() -> str:
+    return secrets.token_hex(6)  # with four digits of a roll's number it is an id
+
+
+def _drawn(rolling: Rolling, taken: Taken) -> list[list[list[float]]]:
+    """Where things came from in the last seconds, px; what stands is not drawn."""
+    tracks = []
+    for track in rolling.now:
+        recent = track.points[-RECENT:]
+        if np.ptp(recent, axis=0).max() < MOVES * taken.frame.size.width:
+            continue
+        few = np.unique(np.linspace(0, len(recent) - 1, MOST_DRAWN).round().astype(int))
+        tracks.append(recent[few].round(1).tolist())
+    return tracks
