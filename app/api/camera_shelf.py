@@ -9,7 +9,7 @@ from typing import Any
 from fastapi import FastAPI
 from pydantic import ValidationError
 
-from app.errors import BadInput, Conflict, NotFound, Unavailable
+from app.errors import BadInput, Conflict, NotFound, TouchlineError, Unavailable
 from app.images import Limits
 from app.live import LiveCamera, LiveCameras
 from app.records import Calibration
@@ -106,6 +106,17 @@ class CameraShelf:
             evidence = self._store.camera_identity(calibration.snapshot)
         return calibration, Identity(**evidence) if evidence else None
 
+    def picture(self, calibration: Calibration) -> dict[str, Any] | None:
+        """Where the picture stands that it came from, for another process; None where there is none any more."""
+        if calibration.snapshot is None:
+            return None
+        try:
+            snapshot = self._store.snapshot(calibration.snapshot)
+            return {"name": "the calibration's picture", "path": str(self._store.picture_path(snapshot.id)),
+                    "sha256": snapshot.sha256}
+        except TouchlineError:
+            return None
+
     def confirm(self, calibration: Calibration, identity: Identity, by: str = "") -> None:
         """From now on the calibration is that camera's. by: the operator who says so."""
         self._store.confirm_identity(calibration.id, asdict(identity), by)
@@ -129,7 +140,7 @@ def live_cameras(app: FastAPI) -> LiveCameras:
         trusting.add(task)
         task.add_done_callback(trusting.discard)
 
-    live = LiveCameras(shelf.spec, shelf.kept, trust)
+    live = LiveCameras(shelf.spec, shelf.kept, trust, shelf.picture)
     for camera in shelf.all():
         if shelf.kept(camera.id)[0] is not None:
             live.get(camera.id)

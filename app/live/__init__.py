@@ -5,7 +5,7 @@
               inspector (light, focus)
 
 In the camera's process: child.py (its start), child_serving.py (what it is asked), capture.py, encoder.py, picture.py,
-inspector.py, stills.py. In the server: process.py, camera.py, state.py, viewer.py, cameras.py. Both: wire.py,
+inspector.py, drift.py, stills.py. In the server: process.py, camera.py, state.py, viewer.py, cameras.py. Both: wire.py,
 channel.py.
 """
 

@@ -10,26 +10,29 @@ from app.sources import Identity
 
 Spec = Callable[[str], dict[str, Any]]
 Kept = Callable[[str], tuple[Calibration | None, Identity | None]]
+Picture = Callable[[Calibration], dict[str, Any] | None]
 
 
 class LiveCameras:
     """Only for the event loop's own thread.
 
     spec: what a camera's process must know, by the camera's id; NotFound for an unknown one. kept: its active
-    calibration, and the evidence of which camera that was made for. trust: see LiveCamera.
+    calibration, and the evidence of which camera that was made for. trust: see LiveCamera. picture: where the picture
+    stands that a calibration came from, {"name", "path", "sha256"}; None where it is not kept.
     """
 
-    def __init__(self, spec: Spec, kept: Kept, trust: Trust) -> None:
+    def __init__(self, spec: Spec, kept: Kept, trust: Trust, picture: Picture = lambda _calibration: None) -> None:
         self._spec = spec
         self._kept = kept
         self._trust = trust
+        self._picture = picture
         self._live: dict[str, LiveCamera] = {}
 
     def get(self, id: str) -> LiveCamera:
         """One camera, woken; NotFound."""
         if id not in self._live:
             camera = LiveCamera(id, self._spec(id), self._trust)
-            camera.show(*self._kept(id))
+            self._show(camera)
             camera.start()
             self._live[id] = camera
         return self._live[id]
@@ -41,7 +44,11 @@ class LiveCameras:
     def refresh(self, id: str) -> None:
         """Its active calibration or its evidence has changed."""
         if camera := self._live.get(id):
-            camera.show(*self._kept(id))
+            self._show(camera)
+
+    def _show(self, camera: LiveCamera) -> None:
+        calibration, confirmed = self._kept(camera.id)
+        camera.show(calibration, confirmed, calibration and self._picture(calibration))
 
     async def forget(self, id: str) -> None:
         """It was changed or removed: end its process; get() starts it anew with what is known then."""

@@ -3,9 +3,9 @@
 A body is a *message*: little-endian uint32, that many bytes of JSON, then bytes of its own (a JPEG, a PNG, nothing).
 A PICTURE's body is byte for byte what a viewer's WebSocket receives, so that the server hands it on without a look.
 
-To the process: OPEN {"around"…} once, WATCH {"channels": […]} (number: ignored), SHOW {"calibration": … | null},
-ASK {"what", …} (number: of the question). From it: READY once, STATUS, PICTURE (number: of the channel), ANSWER
-(number: of the question).
+To the process: OPEN {"around"…} once, WATCH {"channels": […]} (number: ignored), SHOW {"calibration", "picture": … |
+null} with the picture that it came from, ASK {"what", …} (number: of the question). From it: READY once, STATUS,
+PICTURE (number: of the channel), ANSWER (number: of the question).
 """
 
 import json

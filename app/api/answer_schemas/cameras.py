@@ -67,3 +67,4 @@ class CameraStatus(Answer):
     sharpness: Any
     active_calibration: str | None
     drift_px: float | None
+    drift: dict[str, Any] | None

@@ -1,0 +1,128 @@
+"""In a camera's process: each second, whether it still stands as it did when it was calibrated.
+
+What the lines looked like comes from the calibration's own picture, so that a knock before it was activated, or while
+the server was off, is seen too; where there is none, or none that shows them, from the first seconds after activation.
+"""
+
+import os
+import threading
+import time
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.errors import TouchlineError
+from app.evaluate.drift import Reference, Sample
+from app.evaluate.drift_watch import DriftWatch
+from app.field_reader import field_from_json
+from app.images import Limits, decode_inside
+from app.live.capture import Capture, Taken
+from app.live.picture import Shown
+from app.store.snapshots import checked_bytes
+
+EVERY_S = 1.0
+DOUBTFUL_S = 0.35  # an alarm is told two looks after the knock
+WAIT_S = 0.5  # for a frame
+LEARN_S = 0.5  # between the frames that are learnt from
+LEARN = 5
+AGAIN_S, LONGEST_AGAIN_S = 5.0, 60.0  # where no lines were found to follow
+GIVE_WAY = 10  # niceness: the picture goes first
+
+
+class Drift:
+    """The thread that looks at the lines. It gives way: it sleeps much longer than it works."""
+
+    def __init__(self, capture: Capture, limits: Limits) -> None:
+        self._capture = capture
+        self._limits = limits
+        self._wanted: tuple[Shown, dict[str, Any] | None] | None = None
+        self._changed = threading.Event()
+        self.newest: dict[str, Any] | None = None
+
+    def start(self) -> None:
+        threading.Thread(target=self._run, name="drift", daemon=True).start()
+
+    def show(self, shown: Shown | None, picture: dict[str, Any] | None) -> None:
+        """Follow this calibration's lines from now on. picture: {"name", "path", "sha256"} of the one it came from."""
+        before = self._wanted
+        if shown is not None and before is not None and before[0].calibration.id == shown.calibration.id:
+            return  # told again, as after a cable was out: what is known of it holds
+        self._wanted = None if shown is None else (shown, picture)
+        self.newest = None
+        self._changed.set()
+
+    def _run(self) -> None:
+        with suppress(OSError, AttributeError):  # of this thread alone, on Linux
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), GIVE_WAY)
+        while True:
+            self._changed.wait()
+            self._changed.clear()
+            if (wanted := self._wanted) is not None:
+                self._follow(wanted)
+
+    def _follow(self, wanted: tuple[Shown, dict[str, Any] | None]) -> None:
+        """Until something else is wanted."""
+        shown, picture = wanted
+        watch, calibration, seq = DriftWatch(time.time()), shown.calibration, 0
+
+        def tell(source: str | None, took_s: float = 0.0) -> None:
+            if self._wanted is wanted:
+                self.newest = {**watch.told.to_json(), "calibration": calibration.id, "reference": source,
+                               "took_ms": round(1000 * took_s, 1)}
+        tell(None)
+        reference = self._reference_of_picture(shown, picture)
+        source = "calibration" if reference is not None else "start"
+        again_s = AGAIN_S
+        while reference is None:
+            if (reference := self._learnt(shown)) is None:
+                watch.unfollowed(time.time())
+                tell(None)
+                if self._changed.wait(again_s):
+                    return
+                again_s = min(2 * again_s, LONGEST_AGAIN_S)
+        sample: Sample | None = None
+        while not self._changed.is_set():
+            taken = self._capture.after(seq, WAIT_S, in_passing=True)
+            if taken is not None and taken.frame.size == reference.size:
+                seq, begun = taken.seq, time.thread_time()
+                sample = reference.look(taken.frame.pixels, sample)
+                watch.add(sample, taken.time)
+                tell(source, time.thread_time() - begun)
+            self._changed.wait(DOUBTFUL_S if watch.doubtful else EVERY_S)
+
+    def _reference_of_picture(self, shown: Shown, picture: dict[str, Any] | None) -> Reference | None:
+        if picture is None:
+            return None
+        try:
+            frame = decode_inside(checked_bytes(**picture), self._limits)
+        except TouchlineError:
+            return None
+        return _reference([frame.pixels], shown)
+
+    def _learnt(self, shown: Shown) -> Reference | None:
+        """From some frames, in which what moves is not in the same place."""
+        pictures: list[NDArray[np.uint8]] = []
+        taken: Taken | None = None
+        while len(pictures) < LEARN:
+            taken = self._capture.after(taken.seq if taken else 0, WAIT_S, in_passing=True)
+            if taken is not None:
+                if pictures and pictures[0].shape != taken.frame.pixels.shape:
+                    pictures = []
+                pictures.append(taken.frame.pixels)
+            if self._changed.wait(LEARN_S):
+                return None
+        return _reference(pictures, shown)
+
+
+def _reference(pictures: list[NDArray[np.uint8]], shown: Shown) -> Reference | None:
+    calibration = shown.calibration
+    height, width = pictures[0].shape[:2]
+    if (width, height) != tuple(calibration.image_size):
+        return None
+    field = field_from_json(calibration.field)
+    try:
+        return Reference.of(pictures, shown.model, field, field.region(calibration.region, calibration.rotate))
+    except (TouchlineError, np.linalg.LinAlgError):
+        return None
