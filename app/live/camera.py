@@ -193,6 +193,11 @@ class LiveCamera:
         head, _ = await self._ask({"what": "board", "board": board, "after": after}, 10.0)
         return head
 
+    async def rolls(self, watch: str, after: int, seq: int) -> dict[str, Any]:
+        """What moves in a frame after that one, and the rolls that have ended since: live/rolls.py."""
+        head, _ = await self._ask({"what": "rolls", "watch": watch, "after": after, "seq": seq}, 10.0)
+        return head
+
     async def controls(self) -> list[dict[str, Any]]:
         head, _ = await self._ask({"what": "controls"}, 5.0)
         return head["controls"]
@@ -200,11 +205,6 @@ class LiveCamera:
     async def set_control(self, name: str, value: Any) -> dict[str, Any]:
         head, _ = await self._ask({"what": "set", "name": name, "value": value}, 5.0)
         return head["control"]
-    async def rolls(self, watch: str, after: int, seq: int) -> dict[str, Any]:
-        """What moves in a frame after that one, and the rolls that have ended since: live/rolls.py."""
-        head, _ = await self._ask({"what": "rolls", "watch": watch, "after": after, "seq": seq}, 10.0)
-        return head
-
 
     async def _ask(self, head: dict[str, Any], timeout_s: float) -> tuple[dict[str, Any], bytes]:
         if self._process is None:

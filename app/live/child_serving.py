@@ -19,8 +19,8 @@ from app.live.drift import Drift
 from app.live.encoder import Encoder
 from app.live.inspector import Inspector
 from app.live.picture import Shown
-from app.live.stills import still
 from app.live.rolls import RollWatch
+from app.live.stills import still
 from app.records import Calibration
 from app.sources import Surroundings
 
@@ -68,11 +68,11 @@ class Serving:
         deeds: dict[str, Callable[[dict[str, Any]], tuple[dict[str, Any], bytes]]] = {
             "still": lambda a: still(self._capture, a["frames"], a["over_s"], a["timeout_s"]),
             "board": lambda a: (look(self._capture, a["board"], a["after"]), b""),
+            "rolls": lambda a: (self._rolls.ask(a["watch"], a["after"], a["seq"]), b""),
             "controls": lambda a: ({"controls": [asdict(c) for c in self._capture.controls()]}, b""),
             "set": lambda a: ({"control": asdict(self._capture.set_control(a["name"], a["value"]))}, b""),
         }
         try:
-            "rolls": lambda a: (self._rolls.ask(a["watch"], a["after"], a["seq"]), b""),
             head, payload = deeds[asked["what"]](asked)
         except TouchlineError as error:
             head, payload = {"problem": problem_of(error)}, b""
