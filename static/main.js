@@ -42,6 +42,7 @@ import { loadLists, openFile } from "./pictures.js";
 import { startRanking } from "./ranking.js";
 import { startHovering } from "./residuals.js";
 import { startRig } from "./rig.js";
+import { startScene } from "./scene.js";
 import { startSnapping } from "./snapping.js";
 import { opening, startRouter } from "./router.js";
 import { atLive, atPair, atStraight, camera, help, step } from "./state.js";
@@ -146,6 +147,7 @@ async function start() {
   startPair();
   startPairing();
   startRig();
+  startScene();
   await loadLists();
   await startRouter();
 }

@@ -7,7 +7,7 @@ import { atLive, atPair, atStraight, help, snapshot, step } from "./state.js";
 /** @typedef {import("./pages_types").At} At */
 
 /** @type {At["name"][]} */
-export const NAMES = ["jobs", "settings", "versions", "capture", "rig"]; // no picture's ids: those are hexadecimal
+export const NAMES = ["jobs", "settings", "versions", "capture", "rig", "scene"]; // no picture's ids: those are hexadecimal
 /** Where the page is, or null: at the steps or a desk. */
 export const page = signal(/** @type {At | null} */ (null));
 /** The picture that was left for it. */
@@ -30,7 +30,7 @@ export function openPage(name, argument = "") {
 effect(() => { if (snapshot.value || atBoard.value || atPair.value || atStraight.value || atLive.value !== null) page.value = null; });
 
 /** An address of a page. @param {At} at */
-export const addressOf = ({ name, argument }) => `#/${name}${argument ? `/${encodeURIComponent(argument)}` : ""}`;
+export const addressOf = ({ name, argument }) => `#/${name}${argument ? `/${argument.split("/").map(encodeURIComponent).join("/")}` : ""}`;
 
 /** Back to where the operator was. */
 export const backAddress = () => (left.value ? `#/${left.value.id}/${left.value.at}` : "#/");

@@ -43,7 +43,7 @@ async function follow() {
   const { id, at } = read();
   const there = NAMES.find((one) => one === id);
   if (there) {
-    const argument = decodeURIComponent(location.hash.split("/")[2] ?? "");
+    const argument = location.hash.split("/").slice(2).map(decodeURIComponent).join("/");
     if (page.value?.name !== there || page.value.argument !== argument) openPage(there, argument);
     return;
   }

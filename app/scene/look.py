@@ -11,12 +11,12 @@ VIEWS = ("free", "above", "camera")
 
 @dataclass(frozen=True)
 class Look:
-    """layers: those that are seen. sheet: which expected error. scale: of residuals and of what moved. hidden: cameras.
-    view and through: from where it is looked at, and by which camera."""
+    """layers: those that are seen. sheet: which expected error. scale: of residuals and of what moved, None for one at
+    which they are well seen. hidden: cameras. view and through: from where it is looked at, and by which camera."""
 
     layers: frozenset[str] = frozenset(LAYERS) - {"rays"}
     sheet: str = "none"
-    scale: float = 100.0
+    scale: float | None = None
     dark: bool = True
     hidden: frozenset[str] = frozenset()
     view: str = "free"

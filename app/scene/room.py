@@ -43,6 +43,7 @@ class Room:
         self._sheets: dict[str, dict[str, viser.SceneNodeHandle]] = {}
         self._things: list[viser.SceneNodeHandle] = []
         self._boards: BoardViews | None = None
+        self._fair_scale = 1.0
         server.scene.on_click()(self._clicked)
         server.on_client_connect(lambda client: self._look_from(client))
         self._dress()
@@ -63,11 +64,13 @@ class Room:
             raise BadInput("There is no calibration to show.", "Choose a version, or calibrate a camera.",
                            reason="nothing-to-show")
         top = top_of(standings)
-        told = {"cameras": [one.to_json() for one in standings], "sheet_top_mm": top, "boards": None}
+        scale = min(one.fair_scale for one in standings)
+        told = {"cameras": [one.to_json() for one in standings], "sheet_top_mm": top, "scale": scale, "boards": None}
         for one, colour in zip(told["cameras"], COLOURS * len(standings), strict=False):
             one["colour"] = list(colour)
         with self._lock, self.server.atomic():
             self._empty(standings[0].field)
+            self._fair_scale = scale
             draw_ground(self.server.scene, standings[0].field)
             for standing, colour in zip(standings, COLOURS * len(standings), strict=False):
                 self._cameras[standing.key] = Camera(self.server.scene, standing, colour)
@@ -89,7 +92,7 @@ class Room:
             self.server.scene.set_up_direction("-y")
             draw_boards(self.server.scene, boards)
             self._look_from_all()
-        return {"cameras": [], "sheet_top_mm": None, "boards": boards.to_json()}
+        return {"cameras": [], "sheet_top_mm": None, "scale": None, "boards": boards.to_json()}
 
     def _empty(self, field: Field | None) -> None:
         self.server.scene.reset()
@@ -131,7 +134,7 @@ class Room:
         self.server.gui.configure_theme(dark_mode=self.look.dark, show_logo=False, show_share_button=False)
 
     def _draw_arrows(self) -> None:
-        scene, scale = self.server.scene, self.look.scale
+        scene, scale = self.server.scene, self.look.scale or self._fair_scale
         for key, camera in self._cameras.items():
             drawn = (draw_misses(scene, f"/arrows/{key}", camera.standing, scale),
                      draw_moved(scene, f"/moved/{key}", camera.standing, scale))
@@ -143,7 +146,7 @@ class Room:
             hidden, through = key in look.hidden, look.view == "camera" and look.through == key
             camera.set_visible(lambda layer: layer in look.layers, through, hidden)
             if key in self._rays:
-                self._rays[key].visible = "rays" in look.layers and not hidden
+                self._rays[key].visible = "rays" in look.layers and not hidden and not through
             for handle in self._arrows[key]:
                 layer = "moved" if handle.name.startswith("/moved/") else "arrows"
                 handle.visible = layer in look.layers and not hidden
@@ -184,7 +187,7 @@ class Room:
         if self.look.view == "above":
             return Viewpoint.above(self._field, aspect)
         heights = [c.standing.hung.height_mm for c in self._cameras.values() if c.standing.hung is not None]
-        return Viewpoint.free(self._field, max(heights, default=0.0))
+        return Viewpoint.free(self._field, max(heights, default=0.0), aspect)
 
     # What is clicked
 

@@ -20,6 +20,9 @@ from app.space.lying import Lying
 from app.space.moved import Moved
 from app.space.sheet import Sheet, sheet_of
 
+SEEN_MM = 200.0  # an arrow so long is seen on a field of nine metres
+SCALES = (1.0, 1000.0)
+
 
 @dataclass(frozen=True, eq=False)
 class Standing:
@@ -80,6 +83,16 @@ class Standing:
     @cached_property
     def hat_sheet(self) -> Sheet | TouchlineError:
         return sheet_of(self.model, self.calibration.covariance, self.region, self.field.hat_height_mm)
+
+    @property
+    def fair_scale(self) -> float:
+        """How many times enlarged residuals and what moved are SEEN_MM long: most of them, not the longest."""
+        lengths = [np.linalg.norm(self.landings.missed[~self.landings.stray], axis=1)]
+        if self.moved is not None:
+            lengths.append(np.linalg.norm(self.moved.arrows[:, 1] - self.moved.arrows[:, 0], axis=1))
+        known = [float(np.median(part)) for part in lengths if len(part)]
+        longest = max(known, default=1.0)
+        return float(np.clip(SEEN_MM / longest, *SCALES)) if longest > 0 else SCALES[1]
 
     @property
     def lying(self) -> Lying:

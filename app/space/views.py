@@ -11,6 +11,7 @@ from app.space.boards import BoardViews
 from app.space.hung import Hung
 
 FOV_RAD = float(np.radians(50))  # from top to bottom: about what an eye takes in of a screen
+WIDE = 1.4  # width over height of a window that shows all from as near as that
 ROOM = 1.12  # of the field's extent
 
 
@@ -30,9 +31,9 @@ class Viewpoint:
         return cls(np.array([0.0, 0.0, half / np.tan(FOV_RAD / 2)]), np.zeros(3), np.array([0.0, 1.0, 0.0]))
 
     @classmethod
-    def free(cls, field: Field, highest_mm: float) -> Self:
+    def free(cls, field: Field, highest_mm: float, aspect: float) -> Self:
         """From beside the field, so that cameras of that height are seen as well."""
-        reach = max(field.length_mm, field.width_mm, 1.6 * highest_mm)
+        reach = max(field.length_mm, field.width_mm, 1.6 * highest_mm) * max(1.0, WIDE / aspect)
         return cls(np.array([0.25 * reach, -1.05 * reach, 0.75 * reach]), np.array([0.0, 0.0, 0.3 * highest_mm]),
                    np.array([0.0, 0.0, 1.0]))
 

@@ -2,6 +2,7 @@
 import { found } from "../board.js";
 import { many, number } from "../format.js";
 import { html } from "../html.js";
+import { addressOf } from "../page.js";
 import { Title } from "./title.js";
 
 const LEVEL = { good: "Good", fair: "Fair", poor: "Poor" };
@@ -20,6 +21,7 @@ export function LensReport() {
       <div class="verdict" data-testid="lens-verdict" data-level=${it.verdict.level}><div class="big">${px(it.expected_px.median)}<small> px expected error</small></div>
         <p><b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}.</b> ${it.verdict.sentence}</p>
         <dl><div><dd data-testid="lens-rms">${px(it.rms_px)} px</dd><dt>rms</dt></div><div><dd>${px(it.sigma_px)} px</dd><dt>σ of a corner</dt></div><div><dd>${px(it.expected_px.max)} px</dd><dt>worst place</dt></div></dl></div>
+      ${lens.id && html`<p><a href=${addressOf({ name: "scene", argument: `lens/${lens.id}` })} data-testid="lens-scene">Show how the board was held, in 3-D</a></p>`}
       ${next && html`<p class="plainly" data-testid="next-view"><b>Next view.</b> ${next.text} It lowers the worst place from ${px(next.worst_before_px)} to ${px(next.worst_after_px)} px.</p>`}
       <ul class="warnings" data-testid="lens-warnings">${doubts.map((w) => html`<li key=${w.reason + w.text} data-reason=${w.reason}><b>${w.text}</b> ${w.fix}</li>`)}</ul>
       ${left.length > 0 && html`<p class="reason">${many(left.length, "picture")} left out; beside each stands why.</p>`}</section>

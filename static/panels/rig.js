@@ -4,7 +4,7 @@ import { dayAndTime, mm, number } from "../format.js";
 import { html } from "../html.js";
 import { path } from "../layers/drawing.js";
 import { STOPS } from "../layers/heat.js";
-import { openPage, page } from "../page.js";
+import { addressOf, openPage, page } from "../page.js";
 import {
   draft, draftRefusal, fillDraft, found, giveRegion, openNewRig, others, pictureAddress, plane, refusal, refitRig, removeRig, rig, rigs, search, showMap, stitched, takeStitched, toggleCamera, worst,
 } from "../rig.js";
@@ -39,6 +39,7 @@ export function RigPage() {
   return html`<div class="start rig" data-testid="rig-page"><h1>${it.title || it.name}</h1>
     <div class="line"><button type="button" data-testid="check-rig" disabled=${search.value !== null} onClick=${() => run("check-rig")}>Check the rig</button>
       <button type="button" data-testid="take-stitched" onClick=${() => void takeStitched()}>Take the picture anew</button>
+      <a href=${addressOf({ name: "scene", argument: `rig/${it.name}` })} data-testid="rig-scene">Scene in 3-D</a>
       ${found.value && html`<div class="switch" role="group" aria-label="What is shown"><button type="button" data-testid="show-map" aria-pressed=${showMap.value} onClick=${() => { showMap.value = !showMap.value; }}>Disagreement</button></div>
         <div class="switch" role="group" aria-label="Where">${/** @type {const} */ (["carpet", "hat"]).map((at) => html`<button key=${at} type="button" data-testid=${`plane-${at}`} aria-pressed=${plane.value === at} onClick=${() => { plane.value = at; }}>${at === "carpet" ? "Carpet" : "Hats"}</button>`)}</div>`}</div>
     <${Working} now=${search.value} what="Checking the rig" stop="stop-rig" why=${refusal.value} name="rig"/>

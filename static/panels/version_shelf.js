@@ -41,6 +41,7 @@ function Version({ it }) {
       ${camera && !active && html`<button type="button" data-testid="shelf-activate" onClick=${() => void activateVersion(it)}>Activate</button>`}
       ${snapshot && html`<a href=${`#/${snapshot}/compare`} data-testid="shelf-open">Open its picture</a>`}
       <a href=${address(`/calibrations/${id}/report.html`)} target="_blank" rel="noopener">Open report</a>
+      <a href=${addressOf({ name: "scene", argument: id })} data-testid="shelf-scene">Scene in 3-D</a>
       <a href=${address(`/calibrations/${id}/export/json`)} download=${`touchline-v${version}.json`}>Download (JSON)</a>
       <label class="line"><input type="checkbox" data-testid="shelf-compare" checked=${isChosen} onChange=${() => choose(id)}/> compare</label>
       <button type="button" data-testid="shelf-delete" disabled=${active} title=${active ? "Activate another version first." : `Delete version ${version}; it can be put back`} onClick=${() => void deleteVersion(it)}>Delete</button></div>

@@ -29,6 +29,7 @@ export function Downloads() {
   const name = `touchline-v${it.version}`, link = (/** @type {string} */ format) => address(`/calibrations/${it.id}/export/${format}`);
   return html`<section aria-label="Downloads"><${Title} of="downloads">Download<//><ul class="plain downloads">
     <li><a data-testid="report" href=${address(`/calibrations/${it.id}/report.html`)} target="_blank" rel="noopener">Open report, to print or keep</a><small>Pictures, numbers, error maps, versions.</small></li>
+    <li><a data-testid="scene-link" href=${addressOf({ name: "scene", argument: it.id })}>Show the scene in 3-D</a><small>Where the camera hangs, and where its rays miss.</small></li>
     <li><a data-testid="download-json" href=${link("json")} download=${`${name}.json`}>Download calibration (JSON)</a><small>Everything; can be read back.</small></li>
     <li><a data-testid="download-npz" href=${link("npz")} download=${`${name}.npz`}>Download remap table (NPZ)</a><small>For cv2.remap in your own program.</small></li>
     <li><a data-testid="download-png" href=${correctedAddress(it.id, "png")} download=${`${name}.png`}>Download corrected picture (PNG)</a></li></ul><${ExportMenu} it=${it}/></section>`;
