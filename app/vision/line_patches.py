@@ -77,7 +77,7 @@ class LinePatches:
         return _smooth(brightness_across(picture, self.places + moved, self.normals, self.away))
 
     def offsets(self, rows: NDArray[np.float64], softer_px: float = 0.0) -> Offsets:
-        """How far these rows' lines are beside their places. softer_px: σ by which they are softer; negative: sharper."""
+        """How far these rows' lines are beside their places. softer_px: σ by which they are softer, or sharper."""
         then, now = self.rows, rows
         if softer_px > 0:
             then = _softened(then, softer_px)
