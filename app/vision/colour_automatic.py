@@ -50,7 +50,7 @@ def automatic(name: str, pixels: Picture, wanted: Sequence[str] = ("orange", "ye
         if found is None:
             notes.append(f"No {colour} was found: it is taken for what it usually is.")
         colours[colour] = (found or start,)
-    others = tuple(s for s in common if all(distances(features(np.array([s.bgr])), c)[0] > OUTSIDE_REACH
+    others = tuple(s for s in common if all(distances(features(np.array([s.bgr])), c, burnt=False)[0] > OUTSIDE_REACH
                                             for c in colours.values()))
     return ColourProfile(name, {c: colours[c] for c in wanted}, others, light_of(pixels), notes=tuple(notes))
 

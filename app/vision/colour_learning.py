@@ -11,13 +11,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.colour_profile import NAMES, Bgr, ColourProfile, Sample
+from app.colour_profile import MOST_SAMPLES, NAMES, Bgr, ColourProfile, Sample
 from app.errors import BadInput
 from app.vision.colour_table import distances, features
 
 Picture = NDArray[np.uint8]
 Click = tuple[float, float]
 Box = tuple[float, float, float, float]  # x0, y0, x1, y1 px
+BACKGROUND = "background"
 _ALIKE = 22  # grey levels from the clicked pixel, each channel
 _REACH_PX = 12  # a click's patch goes no further
 _LEAST_ALIKE = 5  # pixels; else the click's own 3 × 3
@@ -29,11 +30,16 @@ def learned(name: str, clicks: Sequence[tuple[Picture, Mapping[str, Sequence[Cli
             onto: ColourProfile | None = None) -> ColourProfile:
     """A profile from clicks (x, y) and boxes (x0, y0, x1, y1), by colour, in one picture or several.
 
-    onto: a profile that keeps its other colours; a colour that is clicked again gets these samples in addition.
+    BACKGROUND as a colour: what is none, such as a floor that is nearly orange. onto: a profile that keeps its other
+    colours; a colour that is clicked again gets these samples in addition.
     """
+    clicked_background: list[Sample] = []
     colours: dict[str, list[Sample]] = {c: list(s) for c, s in onto.colours.items()} if onto else {}
     for pixels, given in clicks:
         for colour, places in given.items():
+            if colour == BACKGROUND:
+                clicked_background.extend(sample_at(pixels, place) for place in places)
+                continue
             if colour not in NAMES:
                 raise BadInput(f"There is no colour called {str(colour)[:40]!r} here.",
                                f"Use one of: {', '.join(NAMES)}.", reason="unknown-colour")
@@ -42,8 +48,8 @@ def learned(name: str, clicks: Sequence[tuple[Picture, Mapping[str, Sequence[Cli
         raise BadInput("No colour is clicked.", "Click the ball and each team's colour.", reason="no-colours")
     kept = {c: tuple(samples) for c, samples in colours.items() if samples}
     pictures = [pixels for pixels, _ in clicks]
-    background = background_of(pictures, kept) + (onto.background if onto else ())
-    made = ColourProfile(name, kept, background[:_CLUSTERS * 4], light_of(pictures[0]) if pictures else None)
+    background = (*clicked_background, *background_of(pictures, kept), *(onto.background if onto else ()))
+    made = ColourProfile(name, kept, background[:MOST_SAMPLES], light_of(pictures[0]) if pictures else None)
     return replace(made, reach=onto.reach, margin=onto.margin) if onto else made
 
 
@@ -97,7 +103,7 @@ def background_of(pictures: Sequence[Picture], colours: Mapping[str, Sequence[Sa
     for pixels in pictures[:4]:
         for sample in clusters(pixels):
             told = features(np.array([sample.bgr]))
-            if all(distances(told, samples)[0] > OUTSIDE_REACH for samples in colours.values()):
+            if all(distances(told, samples, burnt=False)[0] > OUTSIDE_REACH for samples in colours.values()):
                 found.append(sample)
     return tuple(found)
 

@@ -23,6 +23,7 @@ _CHROMA = 0.045  # how much chroma varies over a patch, by lamps and by the sens
 _GRAIN = 4.0  # grey levels, of noise and of the table's own steps
 _BRIGHTNESS = 0.5  # λ: half as bright is 1.4 spreads
 _DARKER, _BRIGHTER = -1.25, 0.8  # ln: no colour is less than 0.29 or more than 2.2 times as bright as its sample
+_GUESSED = 2.0  # spreads²: what nobody has seen gives way to what somebody has
 _CLIPPED = 1.5  # what is this much brighter than its sample may be burnt out in a channel
 
 
@@ -50,12 +51,12 @@ def distances(told: NDArray[np.float32], samples: Sequence[Sample], burnt: bool 
     """
     nearest = np.full(len(told), np.inf, np.float32)
     for sample in samples:
-        for seen in _burnt(sample.bgr) if burnt else [sample.bgr]:
+        for worse, seen in enumerate(_burnt(sample.bgr) if burnt else [sample.bgr]):
             u, v, light, s = features(np.array(seen))
             spread = (_CHROMA + sample.spread) ** 2 + (_GRAIN / told[:, 3]) ** 2 + (_GRAIN / s) ** 2
             away = ((told[:, 0] - u) ** 2 + (told[:, 1] - v) ** 2) / spread
             change = told[:, 2] - light
-            away += (change / _BRIGHTNESS) ** 2
+            away += (change / _BRIGHTNESS) ** 2 + worse * _GUESSED
             np.minimum(nearest, away, out=nearest, where=(change > _DARKER) & (change < _BRIGHTER))
     return np.sqrt(nearest)
 

@@ -33,7 +33,8 @@ Picture = NDArray[np.uint8]  # (height, width, 3) BGR
 class Setting:
     """What stays the same from frame to frame.
 
-    view: from pixels to places, at any height. robot_z_mm: of the robots' patterns above the carpet.
+    view: from pixels to places, at any height. robot_z_mm: of the robots' patterns above the carpet. within: (height,
+    width) 255 where anything is looked for, 0 elsewhere; None looks everywhere.
     """
 
     image_size: ImageSize
@@ -41,6 +42,7 @@ class Setting:
     view: View
     robot_z_mm: float = 150.0
     ball_radius_mm: float = 21.5
+    within: NDArray[np.uint8] | None = None
 
 
 @dataclass(frozen=True, eq=False)

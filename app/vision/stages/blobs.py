@@ -13,7 +13,7 @@ from app.vision.blob_features import Blobs, fine_middles
 from app.vision.runs import runs_of
 from app.vision.stages import Picture, Seeing, Setting
 
-_FLOOD = 0.04  # of the picture: a colour that covers more is the background, or badly learned
+_FLOOD_PX = 120_000  # of one colour: more is a floor or badly learned, and would take longer than a frame
 
 
 class FindBlobs:
@@ -46,7 +46,7 @@ class FindBlobs:
     def _without_floods(self, seeing: Seeing) -> tuple[np.ndarray, tuple[str, ...]]:
         """A thinned look first: a colour that is all over the picture would take seconds to join, and mean nothing."""
         thin = np.bincount(seeing.labels[::8, ::8].ravel(), minlength=len(seeing.colours) + 1)
-        flooded = np.flatnonzero(thin[1:] > _FLOOD * max(1, thin.sum())) + 1
+        flooded = np.flatnonzero(64 * thin[1:] > _FLOOD_PX) + 1
         if not flooded.size:
             return seeing.labels, ()
         keep = np.arange(256, dtype=np.uint8)

@@ -42,6 +42,7 @@ class Colours:
         self._gain_of_table = np.ones(3)
         self._now = self._wanted
         self._frames = 0
+        self._within = setting.within
 
     @property
     def light(self) -> Bgr:
@@ -54,6 +55,8 @@ class Colours:
         codes = _codes(seeing.clean)
         labels = np.empty(codes.shape, np.uint8)
         np.take(self._now, codes, out=labels, mode="clip")
+        if self._within is not None:
+            cv2.bitwise_and(labels, self._within, labels)
         return replace(seeing, labels=labels, colours=self._names)
 
     def _measure(self, pixels: Picture) -> None:
