@@ -56,7 +56,7 @@ def fit_rays(model_class: type[RayCamera], observations: Observations, field: Fi
     ladder = _ladder(model_class, settings, held, bent)
     best, refusal, tried, leant = None, None, {}, {}
     first = _task(model_class, starts[0], problem, first_bend(ladder), settings, image_size, held, bent)
-    begin = best_start(first, starts)
+    begin = best_start(first, starts) if start is None else starts[0]  # a known answer is only spoilt by a rough look
     for rung, terms in enumerate(ladder):
         progress(0.1 + 0.8 * rung / len(ladder), f"Fitting {' '.join(terms) or 'without distortion'}")
         lean = leanings or _leanings(best, terms)

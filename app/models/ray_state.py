@@ -43,14 +43,23 @@ class RayState:
                 "height", *(f"line_{i}" for i in range(len(self.offsets_mm))))
 
     def moved(self, delta: Array, free: Array) -> Self:
-        """One step: delta for the free parameters, in the order of names."""
+        """One step: delta for the free parameters, in the order of names.
+
+        Focal length and height are moved by factors: looking straight down they trade one against the other, and a step
+        that adds to one and multiplies the other leaves that valley.
+        """
         full = np.zeros(len(free))
         full[free] = delta
         n = 3 + len(self.terms)
         return replace(self, log_focal=float(np.clip(self.log_focal + np.clip(full[0], -1, 1), -5, 20)),
                        centre_px=self.centre_px + full[1:3], terms=self.terms + full[3:n],
                        camera_from_field=matrix_from_vector(full[n:n + 3]) @ self.camera_from_field,
-                       position_mm=self.position_mm + full[n + 3:n + 6], offsets_mm=self.offsets_mm + full[n + 6:])
+                       position_mm=self.position_mm + full[n + 3:n + 6] * self._stretch(full[n + 5]), offsets_mm=self.offsets_mm + full[n + 6:])
+
+    def _stretch(self, rise_mm: float) -> float:
+        """(eˢ - 1) / s with s = rise / height: the whole step grows with it, so that it keeps its direction."""
+        share = float(np.clip(rise_mm / self.position_mm[2], -1, 1)) if self.position_mm[2] else 0.0
+        return float(np.expm1(share) / share) if share else 1.0
 
     @property
     def lens_names(self) -> tuple[str, ...]:
