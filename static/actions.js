@@ -21,6 +21,7 @@ import {
   active, atStraight, atPair, cameras, editing, help, picked, pointer, region, rotation, selection, showLines, snapshot, step, tool,
 } from "./state.js";
 import { checkRig, makeRig, openNewRig, rig, search as rigSearch, stopRig } from "./rig.js";
+import { ROLL_ACTIONS } from "./roll_actions.js";
 import { SCENE_ACTIONS } from "./scene_actions.js";
 import { SNAP_ACTIONS } from "./snap_actions.js";
 import { snapPoints, snapping } from "./snapping.js";
@@ -123,7 +124,7 @@ const TABLE = [
     run: () => remove(pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index }))),
     enabled: () => editing.value && pointsOf(doc.value, active.value).length > 0 },
   ...SNAP_ACTIONS,
-  ...SCENE_ACTIONS,
+  ...SCENE_ACTIONS, ...ROLL_ACTIONS,
   ...AUTO_ACTIONS,
   ...CHECK_ACTIONS,
   { id: "undo", label: "Undo", keys: ["ctrl+z"], group: "Points", run: undo, enabled: () => past.value.length > 0 },

@@ -42,6 +42,7 @@ import { loadLists, openFile } from "./pictures.js";
 import { startRanking } from "./ranking.js";
 import { startHovering } from "./residuals.js";
 import { startRig } from "./rig.js";
+import { startRolls } from "./rolls.js";
 import { startScene } from "./scene.js";
 import { startSnapping } from "./snapping.js";
 import { opening, startRouter } from "./router.js";
@@ -147,6 +148,7 @@ async function start() {
   startPair();
   startPairing();
   startRig();
+  startRolls();
   startScene();
   await loadLists();
   await startRouter();

@@ -4,10 +4,11 @@ import { jobsStanding } from "./all_jobs.js";
 import { captureStanding } from "./capture.js";
 import { page } from "./page.js";
 import { rigStanding } from "./rig.js";
+import { rollsStanding } from "./rolls.js";
 import { sceneStanding } from "./scene.js";
 import { settingsStanding } from "./settings.js";
 import { shelfStanding } from "./version_shelf.js";
 
-const STANDINGS = { jobs: jobsStanding, settings: settingsStanding, versions: shelfStanding, capture: captureStanding, rig: rigStanding, scene: sceneStanding };
+const STANDINGS = { jobs: jobsStanding, settings: settingsStanding, versions: shelfStanding, capture: captureStanding, rig: rigStanding, rolls: rollsStanding, scene: sceneStanding };
 
 export const pageStanding = computed(() => STANDINGS[page.value?.name ?? "jobs"].value);

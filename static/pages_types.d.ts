@@ -2,7 +2,7 @@
 import type { Calibration, Job } from "./types";
 
 /** One page: its name in the address, and what follows it there. */
-export interface At { name: "jobs" | "settings" | "versions" | "capture" | "rig" | "scene"; argument: string }
+export interface At { name: "jobs" | "settings" | "versions" | "capture" | "rig" | "rolls" | "scene"; argument: string }
 /** A job as the list of all has it. made: ids of what it has kept. */
 export interface JobInList extends Job { made: { calibration?: string; lens?: string }; created_at: string; ended_at: string | null }
 export interface Setting { name: string; value: unknown; default: unknown; help: string; secret: boolean; change: string | null }
@@ -21,3 +21,13 @@ export interface Look {
   automatic: boolean; count: number; cells: number[][]; share: number; tilts: Record<string, number>;
   wanted: { text: string; outline: [number, number][]; nearer: string; tilt_deg: number } | null; taken: { id: string } | null;
 }
+/** One roll as a picture judges it. bow_pct: Eq. (9); spread_pct: its σ. */
+export interface JudgedRoll { length_px: number; bow_pct: number; sigma_pct: number; spread_pct: number; rms_px: number; level: string; words: string; used: boolean }
+/** A roll that is kept. at: unix, s; counts: whether it is of pictures of the newest one's size. */
+export interface KeptRoll { id: string; at: number; seconds: number; left_out: boolean; counts: boolean; points: [number, number][]; raw: JudgedRoll | null; corrected: JudgedRoll | null }
+export interface Zone { pct: number; sigma_pct: number; rolls: number }
+/** What all rolls say of a picture. */
+export interface RollsSaid { border_pct: number | null; border_sigma_pct: number | null; sentence: string; zones: (Zone | null)[][] }
+export interface RollsTold { camera: string; items: KeptRoll[]; report: { raw: RollsSaid; corrected: RollsSaid | null; sentence: string } | null }
+/** What moves now, and the ids of rolls that have just ended. */
+export interface Moving { seq: number; width: number; height: number; tracks: [number, number][][]; hint: string; new: string[] }

@@ -44,10 +44,9 @@ def roll_report(rolls: Sequence[Rolled], size: ImageSize, model: CameraModel | N
     corrected = None
     if model is not None:
         corrected = rolls_of([model.corrected_from_raw(roll.points) for roll in rolls], seconds, model.corrected_size)
-    return {"image_size": [size.width, size.height], "rolls": len(rolls), "raw": _told(raw),
-            "corrected": corrected and _told(corrected), "model": name,
-            "sentence": sentence(raw if corrected is None else corrected,
-                                 "the raw picture" if corrected is None else "the corrected picture")}
+    told = {"raw": _told(raw, "the raw picture"), "corrected": corrected and _told(corrected, "the corrected picture")}
+    return {"image_size": [size.width, size.height], "rolls": len(rolls), **told, "model": name,
+            "sentence": (told["corrected"] or told["raw"])["sentence"]}
 
 
 def sentence(told: Rolls, where: str) -> str:
@@ -79,9 +78,9 @@ def roll_verdict(roll: Roll) -> tuple[str, str]:
     return "poor", f"A {_kind(roll.bow_pct)}, beyond the ±{STANDARD_LENS_PCT:g} % of a standard lens."
 
 
-def _told(rolls: Rolls) -> dict[str, Any]:
-    """With each roll's verdict, and its number among those that were given."""
-    told = rolls.to_json()
+def _told(rolls: Rolls, where: str) -> dict[str, Any]:
+    """With a sentence, each roll's verdict, and its number among those that were given."""
+    told = {**rolls.to_json(), "sentence": sentence(rolls, where)}
     for one, roll in zip(told["rolls"], rolls.rolls, strict=True):
         level, words = roll_verdict(roll)
         one |= {"number": roll.number, "level": level, "words": words}

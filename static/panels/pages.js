@@ -6,13 +6,15 @@ import { CaptureForm, CapturePage, CaptureReport } from "./capture.js";
 import { JobsHelp, JobsPage } from "./jobs.js";
 import { PageMenu, SettingsHelp, SettingsPage } from "./settings.js";
 import { RigForm, RigPage, RigReport } from "./rig.js";
+import { RollsForm, RollsPage, RollsReport } from "./rolls.js";
 import { SceneForm, ScenePage, SceneReport } from "./scene.js";
 import { ShelfPage, ShelfReport } from "./version_shelf.js";
 
 const PAGES = {
   jobs: { label: "Long work", Form: PageMenu, Main: JobsPage, Report: JobsHelp }, settings: { label: "Settings", Form: PageMenu, Main: SettingsPage, Report: SettingsHelp },
   versions: { label: "Saved versions", Form: PageMenu, Main: ShelfPage, Report: ShelfReport }, capture: { label: "Board before the camera", Form: CaptureForm, Main: CapturePage, Report: CaptureReport },
-  rig: { label: "Rig", Form: RigForm, Main: RigPage, Report: RigReport }, scene: { label: "Scene in 3-D", Form: SceneForm, Main: ScenePage, Report: SceneReport },
+  rig: { label: "Rig", Form: RigForm, Main: RigPage, Report: RigReport },
+  rolls: { label: "Rolling ball", Form: RollsForm, Main: RollsPage, Report: RollsReport }, scene: { label: "Scene in 3-D", Form: SceneForm, Main: ScenePage, Report: SceneReport },
 };
 
 /** As a desk is described in main.js. Files dropped there are of nothing. */

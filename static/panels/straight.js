@@ -12,7 +12,7 @@ import { Title } from "./title.js";
 /** @typedef {import("../types").Edge} Edge @typedef {import("../types").Point} Point */
 
 /** What may be looked for, in the operator's words. @type {[string, string, string][]} */
-const KINDS = [["auto", "Choose by itself", "The simplest that makes edges straight."], ["division", "Division, one term", "For most lenses."],
+export const KINDS = [["auto", "Choose by itself", "The simplest that makes edges straight."], ["division", "Division, one term", "For most lenses."],
   ["division-even", "Division, two terms", "For wide lenses."], ["brown-conrady", "Brown–Conrady, two terms", "As OpenCV counts k1 and k2; not for wide lenses."]];
 /** How far off a straight line, px rms, up to which an edge has which colour. @type {[number, string][]} */
 const STEPS = [[0.3, "up to 0.3"], [1, "to 1"], [3, "to 3"], [Infinity, "more px rms"]];
