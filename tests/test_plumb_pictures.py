@@ -29,8 +29,8 @@ def test_the_facade_as_others_corrected_it_has_no_significant_distortion():
 
 @pytest.fixture(scope="module")
 def sets():
-    """Chains of each of one camera's pictures."""
-    return [edge_chains(p) for p in department()]
+    """Chains of every second one of a camera's pictures: enough, and a fit of all takes a minute."""
+    return [edge_chains(p) for p in department()[::2]]
 
 
 @pytest.mark.parametrize("lens", ["division-even", "brown-conrady"])

@@ -239,8 +239,8 @@ def spread_and_told_mm(truth, options, seeds, **how):
             told([replace(f, covariance=c) for f, c in zip(fits, noise, strict=True)]), told(fits))
 
 
-@pytest.mark.parametrize("truth, how, seeds", [(PINHOLE, {"inside": ()}, 100), (MILD, {}, 100),
-                                               (TILTED, {"marks": True}, 40)])
+@pytest.mark.parametrize("truth, how, seeds", [(PINHOLE, {"inside": ()}, 60), (MILD, {}, 50),
+                                               (TILTED, {"marks": True}, 25)])
 def test_repeated_clicking_scatters_as_the_hat_matrix_says(truth, how, seeds):
     """The base's own error from the same clicks included, without what clicks cannot tell."""
     spread, _, noise, _ = spread_and_told_mm(truth, None, seeds, **how)
