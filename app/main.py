@@ -33,6 +33,7 @@ from app.api import (
     points,
     problems,
     publishing,
+    register,
     reports,
     rigs,
     rolls,
@@ -64,11 +65,11 @@ from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
              boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs,
-             snapping, publishing, settings_told, board_capture, rolls, motion, auto, scenes, checks)
+             snapping, publishing, settings_told, board_capture, rolls, motion, auto, scenes, checks, register)
 API = "/api/v1"
 # whose functions jobs may be
 MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline", "app.auto_task",
-           "app.motion_task", "app.check_pipeline")
+           "app.motion_task", "app.check_pipeline", "app.register_task")
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
 Pixels are [x, y] from the centre of the top-left pixel; field positions are [x, y] in mm from the field's centre.

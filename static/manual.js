@@ -14,7 +14,7 @@ export const EXPLAINED = {
   borders: "borders.md", inside: "borders.md#what-the-figures-say", degree: "borders.md#the-degree",
   verdict: "numbers.md#verdict", warnings: "warnings.md", distortion: "numbers.md#distortion", residuals: "numbers.md#residual",
   models: "models.md", options: "models.md", compare: "numbers.md#expected-error", map: "numbers.md#expected-error", versions: "keeping.md",
-  downloads: "exports.md", live: "live.md", light: "light.md", controls: "cameras.md", board: "boards.md", lens: "boards.md",
+  downloads: "exports.md", live: "live.md", drift: "drift.md", reregister: "drift.md#re-register-the-pose", light: "light.md", controls: "cameras.md", board: "boards.md", lens: "boards.md",
   straight: "straight-lines.md", edges: "straight-lines.md#what-the-numbers-say-and-what-they-cannot-see",
   network: "ssl-vision.md", epipolar: "two-cameras.md#epipolar-error-px",
   pair: "two-cameras.md", agreement: "two-cameras.md#agreement-mm", wrong: "wrong.md", scene: "scene.md", rolls: "rolling.md", "rolls-all": "rolling.md#what-the-numbers-cannot-see",

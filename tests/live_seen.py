@@ -45,11 +45,11 @@ async def until(condition, seconds: float = 30.0):
     return found
 
 
-def calibrated(url: str, model: str = "polynomial", id: str = "made") -> Calibration:
+def calibrated(url: str, model: str = "polynomial", id: str = "made", region: str = "full") -> Calibration:
     """A calibration of a simulated camera, from exact points along its borders."""
     source = source_from_url(url, Surroundings(FIELDS))
     field = FIELDS[url.partition("://")[2].partition("?")[0]]
-    region = field.region("full")
+    region = field.region(region)
     task = Task(observations=border_observations(source.camera, region, 9, rng=np.random.default_rng(1)), field=field,
                 region=region, image_size=source.camera.image_size, model=model, options={}, camera="test")
     source.close()

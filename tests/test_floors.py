@@ -15,7 +15,7 @@ FLOORS = [
     ["sources", "exports", "images", "store", "publish", "child_line"],                          # 3 edges
     ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "plumb_task", "jobs",
      "live", "settings", "interchange", "report", "batch", "rig_pipeline", "rig_stitch",
-     "auto_pipeline", "auto_task", "check_pipeline", "motion_pipeline", "motion_task", "space"],                                                           # 4 work
+     "auto_pipeline", "auto_task", "check_pipeline", "register_task", "motion_pipeline", "motion_task", "space"],                                                           # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors
     ["main"],                                                                      # 6 wiring
 ]
@@ -27,6 +27,7 @@ SIDEWAYS = {("cli", "main"), ("task", "pipeline"), ("auto_pipeline", "pipeline")
             ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline"),
             ("live", "pipeline"), ("live", "motion_pipeline"), ("interchange", "task"), ("report", "pipeline"), ("rig_pipeline", "pipeline"),
             ("rig_pipeline", "pair_pipeline"), ("rig_pipeline", "task"), ("publish", "exports"),
+            ("register_task", "pipeline"), ("register_task", "auto_pipeline"), ("register_task", "task"),
             ("motion_task", "motion_pipeline"), ("motion_task", "plumb_pipeline"), ("motion_task", "pipeline"),
             ("motion_task", "task"),
             ("motion_pipeline", "plumb_pipeline"), ("batch", "task"), ("batch", "plumb_pipeline"), ("batch", "jobs"), ("batch", "report"),

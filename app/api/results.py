@@ -34,7 +34,12 @@ def keepers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
         kept = store.add_lens(made["lens"]) if made["lens"] and not version else None  # a refined version has its own
         return {"report": made["report"], "lens": kept and kept["id"], "calibration": version.id if version else None}
 
+    def registered(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
+        kept = store.save(Calibration.from_json(made["made"]), about["by"])  # the child of what it was made from
+        return {"calibration": kept.id, "version": kept.version, **made["told"]}
+
     return {"calibration": calibration, "calibrations": calibrations, "lens": lens, "found-lines": found_lines,
+            "registered": registered,
             "motion": motion}
 
 

@@ -27,7 +27,7 @@ OF_MOST = 95  # percent of the region's places do not move further than is told
 
 @dataclass(frozen=True, eq=False)
 class PictureMotion:
-    """q (4,), its covariance (4, 4), and which places agree (n,). sure: how many σ it is from nought."""
+    """q (k,), its covariance (k, k), and which places agree (n,). sure: how many σ it is from nought."""
 
     q: Array
     covariance: Array
@@ -80,7 +80,7 @@ class Flow:
 
 
 def motion_of(across: Array, off_px: Array, sigma_px: Array) -> PictureMotion:
-    """across (n, 4): n · B; off_px, sigma_px (n,)."""
+    """across (n, k): n · B; off_px, sigma_px (n,)."""
     weight = np.ones(len(off_px))
     for step in range(STEPS):
         q, _ = _solved(across, off_px, sigma_px, weight)
@@ -105,7 +105,7 @@ def _apart(predicted: Array, off: Array, sigma: Array) -> tuple[Array, float]:
 
 def _solved(across: Array, off: Array, sigma: Array, weight: Array) -> tuple[Array, Array]:
     heavy = across * (weight / sigma**2)[:, None]
-    precision = across.T @ heavy + np.eye(4) / PRIOR_PX**2
+    precision = across.T @ heavy + np.eye(across.shape[1]) / PRIOR_PX**2
     return np.linalg.solve(precision, heavy.T @ off), precision
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.geometry import Points
-from app.vision.line_profiles import FADE_PX, STEP_PX, brightness_across
+from app.vision.line_profiles import BLUR_PX, FADE_PX, STEP_PX, brightness_across
 
 GROUND_PX = 3.5  # bare ground on either side of the line that takes part
 WIDEST_PX = 40.0  # of a line; of a wider one only the middle part would be looked at
@@ -61,16 +61,19 @@ class LinePatches:
     @classmethod
     def of(cls, pictures: list[NDArray[np.uint8]], places: Points, normals: Points, width_px: NDArray) -> Self:
         """What most of the pictures agree on."""
-        width_px = np.minimum(width_px, WIDEST_PX)
-        reach = float(width_px.max(initial=1.0)) / 2 + GROUND_PX + 1
-        away = np.arange(-np.ceil(reach / STEP_PX), np.ceil(reach / STEP_PX) + 1) * STEP_PX
+        away, half, weight = _window(width_px)
         rows = np.median([_smooth(brightness_across(p, places, normals, away)) for p in pictures], axis=0)
-        half = width_px[:, None] / 2
-        weight = 1 / (1 + np.exp(np.clip((np.abs(away) - half - GROUND_PX) / (FADE_PX / 2), -40, 40)))
         inner = np.abs(away) <= np.maximum(half - 0.5, 0.3)
         outer = (np.abs(away) >= half + 1.5) & (weight > 0.5)
         contrast = (rows * inner).sum(axis=1) / inner.sum(axis=1) - (rows * outer).sum(axis=1) / outer.sum(axis=1)
         return cls(places, normals, away, rows, weight, contrast)
+
+    @classmethod
+    def painted(cls, places: Points, normals: Points, width_px: NDArray) -> Self:
+        """As paint looks, where no picture tells: bright, and as wide as it should be."""
+        away, half, weight = _window(width_px)
+        rows = 100 / (1 + np.exp(np.clip((np.abs(away) - half) / (BLUR_PX / 1.702), -40, 40)))
+        return cls(places, normals, away, rows, weight, np.full(len(places), 100.0))
 
     def seen_now(self, picture: NDArray[np.uint8], moved: Points) -> NDArray[np.float64]:
         """(n, k) rows of a picture, where the places have moved by (n, 2) px."""
@@ -124,6 +127,14 @@ class LinePatches:
         spread = np.sqrt(((rows - level[:, None]) ** 2 * self.weight).sum(axis=1) / total)
         ground = np.percentile(self.rows, 20, axis=1)
         return (spread < BARE * self.contrast) & (np.abs(level - ground) < ALIKE * ground)
+
+
+def _window(width_px: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Distances (k,) px from the line, half its width (n, 1) px, and what counts (n, k)."""
+    half = np.minimum(width_px, WIDEST_PX)[:, None] / 2
+    reach = float(half.max(initial=0.5)) + GROUND_PX + 1
+    away = np.arange(-np.ceil(reach / STEP_PX), np.ceil(reach / STEP_PX) + 1) * STEP_PX
+    return away, half, 1 / (1 + np.exp(np.clip((np.abs(away) - half - GROUND_PX) / (FADE_PX / 2), -40, 40)))
 
 
 def _smooth(rows: NDArray[np.float64]) -> NDArray[np.float64]:
