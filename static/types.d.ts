@@ -22,7 +22,13 @@ export interface CameraStatus {
   state: "connecting" | "live" | "stalled" | "offline" | "mismatch"; problem: { reason: string; what: string; fix: string } | null;
   fps: number; width: number | null; height: number | null; frame_age_s: number | null; reconnects: number; viewers: number; calibration_applied: boolean;
   active_calibration: string | null; identity: Record<string, string> | null; words: { text: string; fix: string; severity: string }[];
-  light: { mean: number; clipped_low: number; clipped_high: number; evenness: number | null } | null;
+  light: { mean: number; clipped_low: number; clipped_high: number; evenness: number | null } | null; drift: Drift | null;
+}
+/** Whether it stands as it did; px and mm are not exceeded by 95 % of its region. since: unix, s. */
+export interface Drift {
+  state: "learning" | "unfollowed" | "steady" | "knocked" | "out-of-focus" | "replaced" | "covered" | "dark"; alarm: boolean; since: number;
+  px: number | null; mm: number | null; sigma_px: number | null; sigma_mm: number | null; softer_px: number | null; seen: number;
+  sentence: string; fix: string; calibration: string; reference: "calibration" | "start" | null;
 }
 /** What comes with each frame of a stream. */
 export interface LiveHead {

@@ -12,6 +12,7 @@ import { liveRecord } from "../live_compare.js";
 import { watching } from "../pictures.js";
 import { fields } from "../state.js";
 import { CheckReport, CheckWorking, CheckedPicture } from "./checking.js";
+import { DriftPanel } from "./drift.js";
 import { ActionButton } from "./toolbar.js";
 import { Title } from "./title.js";
 
@@ -58,6 +59,7 @@ export function LiveForm() {
       ${Object.entries(it.identity ?? {}).filter(([, value]) => value).map(([name, value]) => html`<div key=${name}><dt>${name}</dt><dd class="breaks">${value}</dd></div>`)}</dl>
     ${it.problem && html`<div class="warning-line" role="status" data-testid="camera-problem"><b>${it.problem.what}</b> ${it.problem.fix}
       ${it.problem.reason === "other-camera" && html`<div class="line"><button type="button" data-testid="confirm" onClick=${() => void confirmCamera()}>It is the same camera</button></div>`}</div>`}</section>
+    ${shown.value && html`<${DriftPanel} id=${shown.value.id}/>`}
     <${Look}/>`;
 }
 

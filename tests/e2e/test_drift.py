@@ -1,0 +1,49 @@
+"""A camera that is knocked while the operator looks on: told at once, registered anew by one button, used by another."""
+
+import pytest
+from live_seen import calibrated
+from playwright.sync_api import expect
+
+ID = "knocked"
+SOURCE = "sim://table?size=480x384&fps=10&robots=3"
+LONG = 60_000  # ms; on a busy machine a camera's process gives way for long
+
+
+@pytest.fixture
+def followed(server):
+    """A camera whose active calibration came from its own picture."""
+    answer = server.api("POST", "/cameras", json={"id": ID, "name": "Knocked", "source": SOURCE, "field": "table",
+                                                  "region": "full"})
+    assert answer.status_code == 201, answer.text
+    snapshot = server.api("POST", "/snapshots", json={"camera": ID}).json()
+    made = server.api("POST", "/calibrations", json={
+        "camera": ID, "snapshot": snapshot["id"], "field": "table", "region": "full", "model": "brown-conrady",
+        "observations": [dict(o) for o in calibrated(SOURCE, "brown-conrady").observations]}).json()
+    server.api("POST", f"/calibrations/{made['id']}/activate")
+    yield made["id"]
+    server.api("DELETE", f"/cameras/{ID}")
+
+
+def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so(operator, server, followed, tmp_path):
+    page = operator.page
+    operator.visit()
+    card = page.get_by_test_id(f"drift-{ID}")
+    expect(card).to_contain_text("Steady", timeout=LONG)
+    page.get_by_test_id(f"look-at-{ID}").click()
+    drift = page.get_by_test_id("drift")
+    expect(drift).to_have_attribute("data-state", "steady", timeout=LONG)
+    page.screenshot(path=tmp_path / "steady.png")
+    server.api("PATCH", f"/cameras/{ID}/controls", json={"controls": {"knock": 4}})
+    alarm = page.get_by_role("alert").filter(has_text="knocked")
+    expect(alarm).to_contain_text("mm", timeout=LONG)
+    page.screenshot(path=tmp_path / "alarm.png")
+    page.get_by_test_id("do-reregister").click()
+    made = page.get_by_test_id("registered")
+    expect(made).to_contain_text("Version 2 is made, and not yet used", timeout=LONG)
+    expect(made).to_contain_text("mm at most", timeout=LONG)
+    assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] == followed
+    page.screenshot(path=tmp_path / "made.png")
+    page.get_by_test_id("use-registered").click()
+    expect(drift).to_have_attribute("data-state", "steady", timeout=LONG)
+    expect(page.get_by_test_id("drift-alarm")).to_have_count(0)
+    assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] != followed
