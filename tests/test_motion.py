@@ -1,6 +1,7 @@
 """Rolling things as plumb lines: found, followed, cut at kicks, and honest about what they tell of the lens."""
 
 import json
+import time
 from dataclasses import replace
 
 import cv2
@@ -14,10 +15,13 @@ from app.evaluate.roll_report import Rolled
 from app.evaluate.rolls import border_pct, rolls_of
 from app.exports import EXPORTS
 from app.geometry import ImageSize
+from app.live import rolls as live_rolls
+from app.live.capture import Capture
 from app.models import field_from_raw, model_from_json
 from app.models.plumb_view import StraightPicture
 from app.motion_pipeline import Rolling
 from app.motion_task import lens_record, refinable, refined, rolls_in_film, told_of_kept
+from app.sources import Surroundings
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.clicks import border_observations, known_grid, rms_mm
 from app.sources.sim.lens import LENSES
@@ -276,3 +280,19 @@ def test_a_pool_ball_rolls_straight_to_a_third_of_a_pixel(real_data):
 def test_a_camera_in_somebodys_hand_is_refused(real_data):
     with pytest.raises(BadInput, match="not still"):
         rolls_in_film(real_data("motion/foosball/sample.avi"))
+
+
+def test_what_moves_is_followed_only_while_somebody_asks(monkeypatch):
+    monkeypatch.setattr(live_rolls, "KEEP_S", 0.5)
+    capture = Capture("sim://table?robots=0&ball=true&size=320x256&fps=50", Surroundings(load_fields()))
+    capture.start()
+    watch = live_rolls.RollWatch(capture)
+    first = watch.ask("", 0, 0)
+    again = watch.ask(first["watch"], 0, first["seq"])
+    assert again["seq"] > first["seq"] and again["watch"] == first["watch"]
+    assert (again["width"], again["height"]) == (320, 256)
+    until = time.monotonic() + 60
+    while watch._thread is not None and time.monotonic() < until:
+        time.sleep(0.05)
+    assert watch._thread is None  # it costs nothing now
+    assert watch.ask(first["watch"], 7, 0)["watch"] != first["watch"]  # and numbers begin anew

@@ -55,7 +55,7 @@ def sentence(told: Rolls, where: str) -> str:
         return ("Nothing rolled straight for long enough: let a ball roll across the field, best near its borders and "
                 "quickly.")
     count = "One roll" if len(told.rolls) == 1 else f"{len(told.rolls)} rolls"
-    left = f"{told.border_pct:+.2f} ± {told.border_sigma_pct:.2f} %"
+    left = f"{told.border_pct:+.2f} ± {told.border_sigma_pct:.2f} %".replace("-", "−")
     if told.border_sigma_pct > STANDARD_LENS_PCT:
         return (f"{count} in {where}: {left}. That is too uncertain to say anything: roll more, quickly, near the "
                 "borders.")

@@ -25,6 +25,8 @@ from app.models.plumb_line import PlumbLens
 SIDEWAYS = 1e-3  # of the picture's diagonal per s²: before rolls can be compared; slow balls on a pool table do 2e-3
 LEAST_FOR_SIDEWAYS = 4  # rolls
 HUBER = 2.0
+SHAPE = 0.05  # of its bow that a lens of another kind may bow a line otherwise: no reason to leave a roll out
+LEAST_PX = 0.1  # nor is this: a ball's middle is seen so well, but a pixel at a time
 STEP = 1e-4
 ROUNDS = 12
 ANY_K = 0.4  # one standard deviation over all lenses there are
@@ -104,7 +106,7 @@ def rolls_of(points: Sequence[Points], seconds: Sequence[float], size: ImageSize
     birge = np.sqrt(np.sum(weight * left**2) / max(len(tracks) - 1, 1))
     few = np.sqrt(1 + 2 / len(tracks))  # σ that was itself told by a few rolls
     k_sigma = float(few * max(1.0, birge) / np.sqrt(np.sum(weight * gain**2) + 1 / ANY_K**2))
-    agrees = np.abs(left) <= 3 * spread
+    agrees = np.abs(left) <= 3 * np.sqrt(spread**2 + (SHAPE * gain * k) ** 2 + LEAST_PX**2)
     rolls = tuple(_roll(*each, size, bool(used)) for *each, used in
                   zip(numbers, tracks, own, sigma, spread, agrees, strict=True))
     by_k = (border_pct(k + STEP, size) - border_pct(k - STEP, size)) / (2 * STEP)
@@ -126,7 +128,7 @@ def zones(rolls: Sequence[Roll]) -> list[list[dict[str, float] | None]]:
         here = [r for r in rolls if r.zone == (column, row) and r.used]
         if not here:
             return None
-        weight = np.array([1 / max(r.sigma_pct, 1e-6) ** 2 for r in here])
+        weight = np.array([1 / max(r.spread_pct, 1e-6) ** 2 for r in here])
         return {"pct": float(np.average([r.bow_pct for r in here], weights=weight)),
                 "sigma_pct": float(1 / np.sqrt(weight.sum())), "rolls": len(here)}
     return [[told(row, column) for column in range(ZONES)] for row in range(ZONES)]

@@ -55,7 +55,7 @@ const wordsOf = (roll) => (roll.left_out ? "Left out by you." : !roll.counts ? "
 
 /** @param {{ roll: KeptRoll, name: number }} props */
 const Row = ({ roll, name }) => html`<li data-testid="roll" data-level=${levelOf(roll)} class=${pointed.value === roll.id ? "pointed" : ""} onPointerEnter=${() => { pointed.value = roll.id; }} onPointerLeave=${() => { pointed.value = ""; }}>
-  <span class="dim">${name}</span><b class="value">${numberOf(roll)}</b><span class="grow">${wordsOf(roll)}</span><small>${number(roll[view.value]?.length_px, 0)} px in ${number(roll.seconds, 1)} s, ${ago(roll.at * 1000, Date.now())}</small>
+  <span class="dim">${name}</span><b class="value">${numberOf(roll)}</b><span class="words">${wordsOf(roll)}</span><small>${number(roll[view.value]?.length_px, 0)} px in ${number(roll.seconds, 1)} s, ${ago(roll.at * 1000, Date.now())}</small>
   <button type="button" data-testid="roll-leave" aria-label=${`${roll.left_out ? "Take in again" : "Leave out"} roll ${name}`} onFocus=${() => { pointed.value = roll.id; }} onClick=${() => void leaveOut(roll.id, !roll.left_out)}>${roll.left_out ? "Take in again" : "Leave out"}</button></li>`;
 
 /** On the left: how to roll, and what may be made of it. */
@@ -76,7 +76,7 @@ function Made() {
   if (!it || !camera) return null;
   if (it.calibration) return html`<p class="reason" data-testid="rolls-made"><b class="level good">A new version is saved</b>, not active. <a href=${addressOf({ name: "versions", argument: camera.id })}>Look at the versions</a></p>`;
   return html`<p class="reason" data-testid="rolls-made"><b class="level good">The lens is kept.</b></p>
-    <button type="button" data-testid="use-roll-lens" onClick=${() => void hold(it.lens ?? "")}>Use it for the next picture</button>`;
+    <button type="button" data-testid="use-roll-lens" onClick=${() => void hold(it.lens ?? "")}>Use this lens next</button>`;
 }
 
 /** @param {string} id */

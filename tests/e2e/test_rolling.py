@@ -1,0 +1,65 @@
+"""A ball before a live camera, by the page: tracks and numbers as it rolls, left out, kept over a reload, fitted."""
+
+import pytest
+from playwright.sync_api import expect
+
+SOURCE = "sim://table?robots=0&ball=true&lens=division&k=-0.3&size=640x480&fps=25"
+LONG = 120_000  # ms, for rolls and jobs on a busy machine
+
+
+@pytest.fixture(scope="module")
+def camera(server):
+    """One before which a ball rolls; it is gone when these tests are done."""
+    made = server.api("POST", "/cameras", json={"id": "rolling", "name": "Rolling", "source": SOURCE, "field": "table",
+                                                "region": "full"})
+    assert made.status_code == 201, made.text
+    yield
+    assert server.api("DELETE", "/cameras/rolling").status_code == 204
+
+
+@pytest.fixture
+def rolling(operator, server, camera):
+    """At that camera's page, with three rolls or more."""
+    page = operator.page
+    page.goto(f"{server.url}/#/live/rolling")
+    page.reload()
+    page.get_by_test_id("do-watch-rolls").click()
+    expect(page.get_by_test_id("roll").nth(2)).to_be_visible(timeout=LONG)
+    return page
+
+
+def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server, tmp_path):
+    page = rolling
+    expect(page.get_by_test_id("rolls-pct")).to_contain_text("±", timeout=LONG)
+    assert page.get_by_test_id("roll-track").count() >= 3
+    expect(page.get_by_test_id("rolls-sentence")).to_contain_text("raw picture")
+    page.screenshot(path=tmp_path / "rolls.png")
+    before = {item["id"] for item in server.api("GET", "/cameras/rolling/rolls").json()["items"]}
+    page.reload()
+    expect(page.get_by_test_id("roll").nth(len(before) - 1)).to_be_visible(timeout=LONG)
+    assert before <= {item["id"] for item in server.api("GET", "/cameras/rolling/rolls").json()["items"]}
+
+    last = page.get_by_test_id("roll").last  # the oldest: new ones come above it
+    last.get_by_test_id("roll-leave").click()
+    expect(last).to_have_attribute("data-level", "left-out")
+    expect(last).to_contain_text("Left out by you")
+    assert server.api("GET", "/cameras/rolling/rolls").json()["items"][0]["left_out"]
+    page.keyboard.press("Control+z")
+    expect(last).not_to_contain_text("Left out by you")
+    assert not server.api("GET", "/cameras/rolling/rolls").json()["items"][0]["left_out"]
+
+
+def test_the_lens_of_the_rolls_is_kept_and_chosen_for_the_next_picture(rolling, server):
+    page = rolling
+    page.get_by_test_id("rolls-kind").select_option("division")
+    page.get_by_test_id("do-fit-rolls").click()
+    expect(page.get_by_test_id("rolls-made")).to_contain_text("kept", timeout=LONG)
+    lens = server.api("GET", "/lenses").json()["items"][0]
+    assert (lens["model"], lens["camera"], lens["image_size"]) == ("division", "rolling", [640, 480])
+    page.get_by_test_id("use-roll-lens").click()
+    expect(page.get_by_test_id("held-next")).to_contain_text(lens["note"])
+    page.goto(f"{server.url}/#/rolls/rolling")
+    page.get_by_test_id("do-forget-rolls").click()
+    expect(page.get_by_test_id("do-forget-rolls")).to_contain_text("Press again")
+    page.get_by_test_id("do-forget-rolls").click()
+    expect(page.get_by_test_id("do-forget-rolls")).to_contain_text("Forget all")
