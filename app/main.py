@@ -17,6 +17,7 @@ from app.api import (
     calibrations,
     cameras,
     checks,
+    detections,
     docs,
     drafts,
     fields,
@@ -64,7 +65,7 @@ from app.store import Store
 from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
-             boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs,
+             boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs, detections,
              snapping, publishing, settings_told, board_capture, rolls, motion, auto, scenes, checks, register)
 API = "/api/v1"
 # whose functions jobs may be

@@ -136,3 +136,17 @@ def scored(score: Score, seen, truth, near_mm=100.0) -> None:
             score.balls_missed += 1
     elif truth.ball and ball and np.hypot(ball[0].x_mm - truth.ball.x_mm, ball[0].y_mm - truth.ball.y_mm) > near_mm:
         score.balls_invented += 1
+
+
+def calibration_of(rendering: Rendering, noise_px: float = 0.5):
+    """What an operator would have made of this camera: Brown–Conrady on clicks along every line, and a tape."""
+    from app.records import Observation
+    from app.task import Task
+    rng, camera = np.random.default_rng(5), rendering.camera
+    seen = []
+    for name, line in {**rendering.field.lines, **rendering.field.arcs}.items():
+        raw = camera.raw_from_field(line.sample(14))
+        seen.append(Observation(name, "line", raw + rng.normal(0, noise_px, raw.shape)))
+    task = Task(tuple(seen), rendering.field, rendering.region, camera.image_size, "brown-conrady",
+                {"height_mm": {"value": camera.position_mm[2], "sigma": 15.0}})
+    return task.record(task.run(cross_validate=False))

@@ -15,7 +15,8 @@ FLOORS = [
     ["sources", "exports", "images", "store", "publish", "child_line"],                          # 3 edges
     ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "plumb_task", "jobs",
      "live", "settings", "interchange", "report", "batch", "rig_pipeline", "rig_stitch",
-     "auto_pipeline", "auto_task", "check_pipeline", "register_task", "motion_pipeline", "motion_task", "space"],                                                           # 4 work
+     "auto_pipeline", "auto_task", "check_pipeline", "register_task", "motion_pipeline", "motion_task", "space",
+     "detection_pipeline"],                                                           # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors
     ["main"],                                                                      # 6 wiring
 ]

@@ -13,6 +13,7 @@
     straight.py     straight
     motion.py       motion
     auto.py         auto
+    detection.py    detect
     checking.py     check
     archives.py     batch
     network.py      publish, absorb
@@ -32,6 +33,7 @@ from app.cli import (
     boards,
     calibration,
     checking,
+    detection,
     exports,
     judging,
     keeping,
@@ -67,6 +69,7 @@ cli.add_typer(rigs.rig, name="rig")
 cli.command()(straight.straight)
 cli.command()(motion.motion)
 cli.command()(auto.auto)
+cli.command()(detection.detect)
 cli.command()(checking.check)
 cli.command()(archives.batch)
 cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point

@@ -33,3 +33,12 @@ def load_plan(path: Path) -> Plan:
         return Plan.from_json(plain_from_yaml(raw, f"The file {path.name}"))
     except BadInput as error:
         raise BadInput(f"{path.name}: {error.what}", error.fix, reason=error.reason) from None
+
+
+def named_plan(name: str) -> Plan:
+    """A plan that comes with Touchline."""
+    plans = load_plans()
+    if name not in plans:
+        raise NotFound(f"There is no plan of stages called {name[:40]!r}.", f"Use one of: {', '.join(plans)}.",
+                       reason="unknown-stages")
+    return plans[name]

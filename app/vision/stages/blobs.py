@@ -15,6 +15,8 @@ from app.vision.stages import Picture, Seeing, Setting
 
 _FLOOD_PX = 120_000  # of one colour: more is a floor or badly learned, and would take longer than a frame
 
+_MOST = 1000  # patches, the largest: no game has more, and noise has no end
+
 
 class FindBlobs:
     NAME: ClassVar = "blobs"
@@ -36,6 +38,8 @@ class FindBlobs:
             labels = _joined(labels, self._options["join_px"])
         blobs = Blobs.of(runs_of(labels))
         blobs = blobs.only(blobs.area >= self._options["least_px"])
+        if len(blobs) > _MOST:
+            blobs = blobs.only(np.isin(np.arange(len(blobs)), np.argsort(-blobs.area)[:_MOST]))
         if len(blobs):
             size = blobs.area * self._view.scale(blobs.middle) ** 2
             blobs = blobs.only((size >= self._options["least_mm2"]) & (size <= self._options["most_mm2"]))

@@ -25,7 +25,9 @@ class Places:
     OPTIONS: ClassVar = (
         Option("robot_sigma_px", "float", 0.05, "How sure a robot's middle is, each way.", (0.01, 5), "px"),
         Option("blob_sigma_px", "float", 0.1, "How sure a ball's or a patch's middle is, each way.", (0.01, 5), "px"),
-        Option("calibration_sigma_mm", "float", 0.0, "How sure the calibration is, each way.", (0, 500), "mm"),
+        Option("calibration_sigma_mm", "float", 0.0, "How sure the calibration is on the carpet, each way.", (0, 500),
+               "mm"),
+        Option("hat_sigma_mm", "float", 0.0, "And at the height of the robots' tops.", (0, 500), "mm"),
     )
 
     def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
@@ -48,7 +50,8 @@ class Places:
         if not (np.isfinite(place).all() and np.isfinite(mm_per_px).all()):
             return found
         sigma = self._options["robot_sigma_px" if found.kind == "robot" else "blob_sigma_px"]
-        spread = sigma**2 * mm_per_px @ mm_per_px.T + self._options["calibration_sigma_mm"] ** 2 * np.eye(2)
+        known = self._options["calibration_sigma_mm" if found.kind == "ball" else "hat_sigma_mm"]
+        spread = sigma**2 * mm_per_px @ mm_per_px.T + known**2 * np.eye(2)
         return replace(found, x_mm=float(place[0]), y_mm=float(place[1]),
                        covariance_mm2=tuple(tuple(float(v) for v in row) for row in spread),
                        on_carpet=not self._setting.view.knows_heights and found.z_mm != 0)
