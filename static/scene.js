@@ -101,6 +101,7 @@ export function startScene() {
 
   function begin() {
     const to = line = new WebSocket(address("/scene"));
+    let wasIdle = false; // closed because nobody looked: then it is opened anew by hand alone
     const isCurrent = () => line === to;
     to.addEventListener("message", ({ data }) => {
       const told = JSON.parse(data);
@@ -113,13 +114,16 @@ export function startScene() {
         shown.value = told.shown;
         refusal.value = null;
       } else if (told.clicked) clicked.value = told.clicked;
-      else refusal.value = told.problem ?? told; // the line's own end is a problem too
+      else {
+        refusal.value = told.problem ?? told; // the line's own end is a problem too
+        wasIdle = String(told.type).endsWith("/scene-idle");
+      }
     });
     to.addEventListener("close", () => {
       if (!isCurrent()) return;
       line = null;
       place.value = "";
-      timer = setTimeout(() => { if (what.value && !line && online.value) begin(); }, AGAIN_MS);
+      if (!wasIdle) timer = setTimeout(() => { if (what.value && !line && online.value) begin(); }, AGAIN_MS);
     });
   }
 }

@@ -28,6 +28,8 @@ from app.scene.process import SceneProcess
 router = APIRouter(tags=["scene"])
 
 PICTURE_PX, PICTURE_FPS, PICTURE_QUALITY = 480, 5.0, 70
+IDLE_S = 300.0  # without anybody who looks: a tab that sleeps, or a script that has forgotten
+LOOK_S = 1.0
 MOST_WAITING = 50  # messages for a page that takes none
 Dark = Annotated[bool, Query(description="on a dark ground")]
 
@@ -36,15 +38,17 @@ Dark = Annotated[bool, Query(description="on a dark ground")]
 async def open_scene(socket: WebSocket) -> None:
     """Hear {"address"}; say {"show": {…}} and {"set": {…}}; hear {"shown"}, {"clicked"}, {"problem"}.
 
-    The scene's process begins with the line and ends with it.
+    The scene's process begins with the line and ends with it, or when nobody looks any more.
     """
     await socket.accept()
     session = Session(socket)
     try:
         async with socket.app.state.theatre.scene(lambda told: session.say({"clicked": told})) as (name, process):
             session.say({"address": f"/viser/{name}/"})
-            error = await until_either(session.hear(process), session.tell(), _until_gone(process))
-            await session.end()
+            try:
+                error = await until_either(session.hear(process), session.tell(), _until_over(process))
+            finally:
+                await session.end()
         if error is not None:
             await refuse(socket, error)
     except TouchlineError as error:
@@ -53,8 +57,15 @@ async def open_scene(socket: WebSocket) -> None:
         await socket.close()
 
 
-async def _until_gone(process: SceneProcess) -> None:
-    await process.gone()
+async def _until_over(process: SceneProcess) -> None:
+    """Until its process has died, or nobody has looked for long."""
+    seen_s = 0.0
+    while process.lives:
+        await asyncio.sleep(LOOK_S)
+        seen_s = 0.0 if process.viewers else seen_s + LOOK_S
+        if seen_s > IDLE_S:
+            raise Unavailable("Nobody has looked at this scene for long, so it was closed.", "Open the page anew.",
+                              reason="scene-idle")
     raise Unavailable("The scene's process has ended.", "Open the scene again.", reason="scene-gone")
 
 

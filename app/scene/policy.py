@@ -1,4 +1,4 @@
-"""What viser's page may load: it unpacks itself, which takes inline scripts and WebAssembly, and its decoders take eval.
+"""What viser's page may load: it unpacks itself, which takes inline scripts and WebAssembly; its decoders take eval.
 
 Our own pages' policy stays as tight as it is (api/headers.py).
 """

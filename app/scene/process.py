@@ -86,10 +86,9 @@ class SceneProcess:
         """Whether it has not even taken yet what was sent: another picture would only queue."""
         return self._writer.transport.get_write_buffer_size() > 0
 
-    async def gone(self) -> None:
-        """Returns when the process has ended."""
-        if self._listening is not None:
-            await asyncio.wait([self._listening])
+    @property
+    def lives(self) -> bool:
+        return self._listening is not None and not self._listening.done()
 
     async def end(self) -> None:
         """Kill it, and wait until it is gone."""
