@@ -36,6 +36,7 @@ export const liveStanding = computed(() => {
   }
   if (!it) return { action: "step-camera", label: "Back to the cameras", missing: "", done: false, sentence: "There is no such camera." };
   if (now?.state === "mismatch") return { action: "confirm-camera", label: "It is the same camera", missing: now.problem?.reason === "other-camera" ? "" : now.problem?.fix ?? "", done: false, sentence: now.problem?.what ?? "" };
+  if (now?.drift?.state === "knocked") return { action: "reregister", label: "Re-register the pose", missing: "", done: false, sentence: now.drift.sentence };
   return { action: "take-live", label: `Take a picture with ${it.name}`, missing: now && now.state !== "live" ? `${STATES[now.state]}. ${now.problem?.what ?? ""}` : "", done: now?.state === "live",
     sentence: now?.problem ? `${now.problem.what} ${now.problem.fix}` : now?.drift?.alarm ? now.drift.sentence : now?.words[0]?.text ?? "The camera is live." };
 });

@@ -160,6 +160,19 @@ def test_alarms_of_two_kinds_in_a_row_are_one():
     assert told.state == "knocked" and told.since == 1.0
 
 
+def test_an_alarm_is_worded_anew_only_when_it_has_become_another():
+    watch = DriftWatch(0.0)
+    for second, px in enumerate((3.0, 3.0, 3.05, 2.9)):
+        watch.add(seen(px), float(second))
+    assert "15 mm (3.0 px)" in watch.told.to_json()["sentence"] and watch.told.to_json()["px"] == 2.9
+    assert "30 mm (6.0 px)" in watch.add(seen(6.0), 5.0).to_json()["sentence"]
+
+
+def test_words_say_no_noughts():
+    assert sentence("steady", seen(0.004)) == "Steady, under 0.01 px (under 0.1 mm)."
+    assert sentence("steady", seen(0.021)) == "Steady, 0.02 px (0.1 mm)."
+
+
 def test_strays_have_no_say_in_the_motion():
     _, model = fitted(HALF)
     rng = np.random.default_rng(2)

@@ -145,7 +145,8 @@ class Reference:
         left = np.abs(here.offsets.px[here.offsets.seen])
         if len(left) >= LEAST_SEEN and np.mean(left < STILL_PX) > MOST_STILL:
             return Sample("covered", tried.count)  # few, but all where they were
-        alike = float(np.corrcoef(_thumb(picture).ravel(), self.thumb.ravel())[0, 1])
+        with np.errstate(invalid="ignore"):  # a picture of one colour is like nothing
+            alike = float(np.corrcoef(_thumb(picture).ravel(), self.thumb.ravel())[0, 1])
         bare = float(self.patches.bare(here.rows).mean())
         return Sample("covered" if alike > ALIKE and bare < MOST_BARE else "gone", tried.count)
 

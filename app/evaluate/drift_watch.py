@@ -13,6 +13,7 @@ KNOCKED_PX, KNOCKED_MM = 0.5, 1.5  # either is a knock: half of what must be fou
 LEAST_PX = 0.1  # less is no knock, however many mm a pixel is
 SURE = 6.0  # σ
 BACK = 0.7  # of that, a knocked camera is back
+REWORD = 0.15  # of the millimetres: whoever has an alarm read out does not want it each second
 HOLD = 2  # looks in a row
 LONGER = 4  # for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
 
@@ -40,11 +41,24 @@ def state_of(sample: Sample, was_knocked: bool = False) -> State:
 
 @dataclass(frozen=True)
 class Told:
-    """The state that holds, since when (unix, s), and the newest look that said so."""
+    """The state that holds, since when (unix, s), and the newest look that said so.
+
+    worded: the look that the sentence is about; an alarm is worded anew only when it has become another.
+    """
 
     state: State
     since: float
     sample: Sample | None = None
+    worded: Sample | None = None
+
+    def seen_again(self, sample: Sample) -> "Told":
+        return replace(self, sample=sample, worded=self.worded if self.alarm and self._much_like(sample) else sample)
+
+    def _much_like(self, sample: Sample) -> bool:
+        before, now = self.worded and self.worded.judged, sample.judged
+        if before is None or now is None:
+            return before is now
+        return abs(now.mm - before.mm) < REWORD * before.mm and self.worded.softer_px == sample.softer_px
 
     @property
     def alarm(self) -> bool:
@@ -57,7 +71,7 @@ class Told:
                 "sigma_px": _rounded(judged and judged.sigma_px), "sigma_mm": _rounded(judged and judged.sigma_mm),
                 "softer_px": self.sample.softer_px if self.sample else None,
                 "seen": self.sample.seen if self.sample else 0,
-                "sentence": sentence(self.state, self.sample), "fix": FIXES[self.state]}
+                "sentence": sentence(self.state, self.worded), "fix": FIXES[self.state]}
 
 
 class DriftWatch:
@@ -80,9 +94,9 @@ class DriftWatch:
         self._row = [*self._row, (state, now)][-LONGER:]
         enough = LONGER if state in PASSING else 1 if (self.told.state, state) == ("learning", "steady") else HOLD
         if state == self.told.state:
-            self.told = replace(self.told, sample=sample)
+            self.told = self.told.seen_again(sample)
         elif len(self._row) >= enough:
-            self.told = Told(state, self._row[-enough][1], sample)
+            self.told = Told(state, self._row[-enough][1], sample, sample)
         return self.told
 
     def unfollowed(self, now: float) -> Told:
@@ -120,11 +134,11 @@ def sentence(state: State, sample: Sample | None) -> str:
 
 
 def _px(px: float) -> str:
-    return f"{px:.2f}" if px < 1 else f"{px:.1f}" if px < 10 else f"{px:.0f}"
+    return "under 0.01" if px < 0.01 else f"{px:.2f}" if px < 1 else f"{px:.1f}" if px < 10 else f"{px:.0f}"
 
 
 def _mm(mm: float) -> str:
-    return f"{mm:.1f}" if mm < 10 else f"{mm:.0f}"
+    return "under 0.1" if mm < 0.1 else f"{mm:.1f}" if mm < 10 else f"{mm:.0f}"
 
 
 def _rounded(value: float | None) -> float | None:

@@ -60,7 +60,12 @@ class Drift:
             self._changed.wait()
             self._changed.clear()
             if (wanted := self._wanted) is not None:
-                self._follow(wanted)
+                try:
+                    self._follow(wanted)
+                except Exception:  # of one look at a picture like no other: it must not end all looking
+                    self.newest = None
+                    if not self._changed.wait(AGAIN_S):
+                        self._changed.set()
 
     def _follow(self, wanted: tuple[Shown, dict[str, Any] | None]) -> None:
         """Until something else is wanted."""

@@ -17,14 +17,14 @@ export function DriftPanel({ id }) {
   if (!now?.calibration_applied || now.state !== "live") return null;
   return html`<section aria-label="Does it stay?" data-testid="drift" data-state=${it?.state ?? ""}><${Title} of="drift">Does it stay?<//>
     ${!it ? html`<p class="reason">Asking the camera…</p>` : it.alarm ? html`<div class="warning-line" role="alert" data-testid="drift-alarm"><b>${it.sentence}</b> ${it.fix}
-        <p class="reason">Since ${clock(1000 * it.since)}.</p><div class="line"><${ActionButton} id="reregister"/></div></div>`
+        <p class="reason">Since ${clock(1000 * it.since)}.</p><div class="line"><${ActionButton} id=${it.state === "knocked" ? "reregister" : "take-still"}/></div></div>`
       : QUIET.has(it.state) ? html`<p data-testid="drift-words"><b>${it.sentence}</b></p>` : html`<div class="warning-line" role="status" data-testid="drift-words"><b>${it.sentence}</b> ${it.fix}</div>`}
-    ${it?.px !== null && it?.px !== undefined && html`<dl class="details">
-      <div><dt>noise, one σ</dt><dd>${number(it.sigma_px, 3)} px, ${number(it.sigma_mm, 2)} mm</dd></div>
-      <div><dt>places seen</dt><dd>${it.seen}</dd></div></dl>`}
-    ${it?.reference && html`<p class="reason">Held against ${HELD[it.reference]}.</p>`}
     <${Working} now=${registering.value} what="Registering the pose" stop="stop-reregister" why=${notRegistered.value} name="reregister"/>
-    <${RegisteredVersion}/></section>`;
+    <${RegisteredVersion}/>
+    ${it?.px !== null && it?.px !== undefined && html`<dl class="details">
+      <div><dt>noise (σ)</dt><dd>${number(it.sigma_px, 3)} px, ${number(it.sigma_mm, 2)} mm</dd></div>
+      <div><dt>places seen</dt><dd>${it.seen}</dd></div></dl>`}
+    ${it?.reference && html`<p class="reason">Held against ${HELD[it.reference]}.</p>`}</section>`;
 }
 
 /** What the button made: to look at, and to use. */
