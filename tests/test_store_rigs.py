@@ -106,11 +106,11 @@ def test_an_archive_from_before_there_were_rigs_is_still_restored(store, opener,
     path.write_bytes(b"".join(store.archive()))
     with zipfile.ZipFile(path) as source, zipfile.ZipFile(old, "w") as out:
         for name in source.namelist():
-            if name in ("tables/rigs.jsonl", "tables/rolls.jsonl"):
+            if name in ("tables/rigs.jsonl", "tables/rolls.jsonl", "tables/presets.jsonl"):
                 continue
             data = source.read(name).decode()
-            out.writestr(name, data.replace('"form": "0003"', '"form": "0001"').replace(', "rigs": 0', "")
-                         .replace(', "rolls": 0', ""))
+            out.writestr(name, data.replace('"form": "0004"', '"form": "0001"').replace(', "rigs": 0', "")
+                         .replace(', "rolls": 0', "").replace(', "presets": 0', ""))
     restore_into(old, bare, opener.address(bare))
     with opener(bare) as again:
         assert [camera.id for camera in again.cameras()] == ["north"] and again.rigs() == ()
@@ -122,6 +122,7 @@ def test_a_database_from_before_there_were_rigs_gets_room_for_them(opener, store
     with store._database.engine.begin() as connection:
         connection.execute(text("DROP TABLE rigs"))
         connection.execute(text("DROP TABLE rolls"))
+        connection.execute(text("DROP TABLE presets"))
         connection.execute(text("UPDATE alembic_version SET version_num = '0001'"))
     with opener.again(store) as again:
         assert [camera.id for camera in again.cameras()] == ["north"]

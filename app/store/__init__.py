@@ -1,4 +1,4 @@
-"""What is kept: snapshots, drafts, calibrations, lenses, cameras, rigs, rolls, jobs in a database; pictures by it.
+"""What is kept: snapshots, drafts, calibrations, cameras, rigs, jobs, … in a database; pictures as files beside it.
 
 What a Store answers is a contract; that it is SQLite or PostgreSQL is not. Every row and every picture carries its
 checksum and is checked whenever it is read; a damaged one is put into quarantine/ and named in `damaged`. What a call
@@ -12,7 +12,7 @@ has returned survives a killed process and a power cut. One process at a time ho
 
     opening.py     check, restore or refuse; schema.py and migrations/ bring the tables to their newest form
     database.py    one writer and many readers, on SQLite or PostgreSQL; tables.py is what they hold, sealed.py its seal
-    a shelf each   snapshots, drafts, calibrations, lenses, cameras, rigs, rolls, jobs; shelf.py is what they share
+    a shelf each   snapshots, drafts, calibrations, lenses, cameras, rigs, rolls, presets, jobs; on shelf.py
     backups.py     copies of the database; healing.py takes rows back from them
     space.py       how much of the disk pictures may take; room.py says how much everything takes
     archive.py     everything as one zip, and back; restoring.py fills an empty folder with it
@@ -41,6 +41,7 @@ from app.store.jobs import JobRows, KeptJob
 from app.store.lenses import Lenses
 from app.store.lock import FolderLock
 from app.store.opening import FILE, open_postgresql, open_sqlite
+from app.store.presets import Preset, Presets
 from app.store.quarantine import Damage, DamagedFile, Quarantine
 from app.store.restoring import refuse_unfinished
 from app.store.rigs import KeptRig, Rigs
@@ -50,8 +51,8 @@ from app.store.shelf import Clock, Page, utc_now
 from app.store.snapshots import Snapshot, Snapshots
 from app.store.space import BACKUPS_BYTES, UPLOADS_BYTES, Space, free_bytes
 
-__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "KeptCamera", "KeptJob", "KeptRig", "Page", "Room", "Snapshot",
-           "Store"]
+__all__ = ["EMPTY", "Damage", "DamagedFile", "Draft", "KeptCamera", "KeptJob", "KeptRig", "Page", "Preset", "Room",
+           "Snapshot", "Store"]
 
 
 class Store:
@@ -92,6 +93,7 @@ class Store:
             self._identities = Identities(*shared)
             self._rigs = Rigs(*shared)
             self.rolls = Rolls(*shared)
+            self.presets = Presets(*shared)
             self.jobs = JobRows(self._database, clock)
             if self._backups is not None:
                 self._backups.start()

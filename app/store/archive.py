@@ -37,7 +37,7 @@ PICTURE = re.compile(r"[0-9a-f]{64}\.(png|jpeg|bmp|webp)")
 FIELD = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\.yaml")
 CHUNK = 1 << 20
 # what archives of earlier forms, which are read as well, have not yet
-LACKING = {"0001": ("rigs", "rolls"), "0002": ("rolls",)}
+LACKING = {"0001": ("rigs", "rolls", "presets"), "0002": ("rolls", "presets"), "0003": ("presets",)}
 FIX = "Take another archive: this one cannot be restored."
 
 

@@ -9,7 +9,7 @@ from sqlalchemy import Engine, inspect, text
 
 from app.errors import Unavailable
 
-HEAD = "0003"
+HEAD = "0004"
 MIGRATIONS = Path(__file__).parent / "migrations"
 
 

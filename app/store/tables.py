@@ -133,6 +133,14 @@ class RollRow(Counted, Base):
     camera: Mapped[str] = mapped_column(String(64), index=True)
 
 
+class PresetRow(Sealed, Base):
+    """A colour profile by its name, or what a camera is to see: key is "colours:NAME" or "seeing:CAMERA"."""
+
+    __tablename__ = "presets"
+
+    key: Mapped[str] = mapped_column(String(80), primary_key=True)
+
+
 class JobRow(Base):
     """Long work: the row is the truth about it, whoever computes."""
 
@@ -168,5 +176,5 @@ class LedgerRow(Base):
 
 # What is checked, archived and restored, in an order in which a row's references come before it.
 KEPT: tuple[type[Base], ...] = (SnapshotRow, DraftRow, CalibrationRow, ActiveRow, ActivationRow, LensRow, CameraRow,
-                                IdentityRow, RigRow, RollRow)
+                                IdentityRow, RigRow, RollRow, PresetRow)
 SEALED: tuple[type[Sealed], ...] = tuple(table for table in KEPT if issubclass(table, Sealed))
