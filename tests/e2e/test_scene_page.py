@@ -1,0 +1,107 @@
+"""The scene in 3-D by the page, with WebGL in software: what stands in it, and what a click on the carpet tells."""
+
+import re
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from scene_world import clicked
+
+from app.cli.server import DEMO_CAMERAS
+
+LONG = 90_000  # ms: WebGL in software draws a few frames a second, on a busy machine fewer
+FOV_DEG, ROOM = 50, 1.12  # app/space/views.py
+CARPET = (36, 100, 56)  # RGB about as it is drawn in the dark
+NEAR = 40
+
+
+@pytest.fixture(scope="module")
+def kept(server):
+    """Two versions from one picture of the demo's tilted camera: one with rays, one of a model that knows no camera."""
+    source = next(camera["source"] for camera in DEMO_CAMERAS if camera["id"] == "east")
+    picture = server.api("POST", "/snapshots", json={"camera": "east"}).json()["id"]
+    observations = clicked(source, "half-right")
+    ids = []
+    for model in ("brown-conrady", "polynomial"):
+        made = server.api("POST", "/calibrations", json={
+            "snapshot": picture, "field": "ssl-div-b", "region": "half-right", "model": model,
+            "observations": observations})
+        assert made.ok, made.text
+        ids.append(made.json()["id"])
+    return ids
+
+
+def plain(text: str) -> list[float]:
+    """Numbers as the page prints them: −1 001, 982 mm."""
+    return [float(re.sub(r"\s", "", part).replace("−", "-")) for part in text.removesuffix(" mm").split(", ")]
+
+
+def seen(page) -> np.ndarray:
+    """What the scene's window shows, RGB."""
+    picture = page.get_by_test_id("scene-frame").screenshot(timeout=LONG)
+    return cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+
+
+def until_drawn(page) -> np.ndarray:
+    """From above the carpet is in the middle of the window, once all has faded in."""
+    for _ in range(90):
+        picture = seen(page)
+        height, width = picture.shape[:2]
+        patch = picture[int(0.42 * height):int(0.46 * height), int(0.55 * width):int(0.6 * width)]
+        if np.abs(patch.reshape(-1, 3).mean(axis=0) - CARPET).max() < NEAR:
+            return picture
+        page.wait_for_timeout(500)
+    raise AssertionError(f"the carpet was never drawn; there is {patch.reshape(-1, 3).mean(axis=0)}")
+
+
+def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept):
+    page, server = operator.page, operator.server
+    page.set_viewport_size({"width": 1100, "height": 560})  # fewer pixels for a processor to shade
+    page.goto(f"{server.url}/#/scene/{kept[0]}")
+    expect(page.get_by_test_id("scene-page")).to_have_attribute("data-ready", "true", timeout=LONG)
+    expect(page.get_by_test_id("scene-height")).to_contain_text("m")
+    page.get_by_test_id("scene-above").click()
+    until_drawn(page)
+
+    box = page.get_by_test_id("scene-frame").bounding_box()
+    across, down = 0.62, 0.40
+    page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
+    expect(page.get_by_test_id("scene-place")).to_be_visible(timeout=LONG)
+    half_mm = ROOM * max(9000 * box["height"] / box["width"], 6000) / 2
+    wanted = [(2 * across - 1) * half_mm * box["width"] / box["height"], (1 - 2 * down) * half_mm]
+    numbers = plain(page.get_by_test_id("scene-place").locator("h2").inner_text())
+    assert numbers == pytest.approx(wanted, abs=60)  # mm: three pixels of the window
+
+    answer = server.api("POST", f"/calibrations/{kept[0]}/transform",
+                        json={"from": "field", "to": "image", "points": [numbers]}).json()["points"][0]
+    pixel = plain(page.get_by_test_id("place-pixel").inner_text())
+    assert pixel == pytest.approx(answer, abs=1.0)  # the heading is in whole mm
+    assert float(page.get_by_test_id("place-sigma").inner_text().split()[0]) > 0
+
+    page.get_by_test_id("sheet-carpet").click()
+    expect(page.locator(".scene-scale")).to_be_visible()
+    through = page.get_by_test_id("through-East camera, tilted")
+    through.click()
+    expect(through).to_have_attribute("aria-pressed", "true")
+
+    page.get_by_test_id("place-show").click()
+    expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step", timeout=LONG)
+    stage = page.get_by_test_id("stage").bounding_box()
+    middle = stage["x"] + stage["width"] / 2, stage["y"] + stage["height"] / 2
+    operator.wait_for_picture()
+    assert operator.spot(*pixel) == pytest.approx(middle, abs=8)  # screen px
+
+
+def test_a_model_without_rays_says_why_there_is_no_camera(operator, kept):
+    page = operator.page
+    page.goto(f"{operator.server.url}/#/scene/{kept[1]}")
+    expect(page.get_by_test_id("no-frustum")).to_contain_text("no rays", timeout=LONG)
+    expect(page.get_by_test_id("scene-height")).to_have_count(0)
+    expect(page.get_by_test_id("sheet-carpet")).to_be_disabled()
+    page.goto(f"{operator.server.url}/#/scene/{'0' * 16}")
+    expect(page.get_by_test_id("scene-refusal")).to_be_visible(timeout=LONG)
