@@ -165,6 +165,12 @@ BODIES = {
         "name": "mine", "length_mm": 3000, "width_mm": 2000, "lines": [{"name": "a", "from": [0, 0], "to": [0, 9]}],
         "landmarks": {"b": [0, 1]}, "regions": {"full": {"x": [-1500, 1500], "y": [-1000, 1000]}}}),
     "snapshot": lambda s: ("POST", "/snapshots", {"camera": "north"}),
+    "detections": lambda s: ("POST", "/detections", {
+        "snapshot": s.snapshot["id"], "mm_per_px": 3.0, "eye_mm": [0, 0, 4000], "clicks": {"blue": [[20, 30]]},
+        "colours": {"name": "here", "colours": {"orange": [{"rgb": [250, 112, 30], "spread": 0.02}]}, "reach": 3.0},
+        "stages": {"name": "mine", "title": "Mine", "stages": [
+            {"stage": "colours", "everywhere": ["orange", "blue"], "follow": True}, {"stage": "blobs", "least_px": 3},
+            {"stage": "ball", "most": 2}, {"stage": "places"}]}}),
     "publishing": lambda s: ("PUT", "/publishing", {
         "enabled": True, "absorb": True, "group": "239.255.3.4", "port": 23458, "interface": "lo", "ttl": 0,
         "interval_s": 1.0, "limit_mm": 5.0, "field": "table", "numbers": {"north": 3}, "approved": {"north": "abc"}}),
