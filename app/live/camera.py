@@ -48,6 +48,7 @@ class LiveCamera:
         self._next_number = 0
         self._newest: dict[int, bytes] = {}
         self._calibration: Calibration | None = None
+        self._picture: dict[str, Any] | None = None
         self._confirmed: Identity | None = None
         self._applied = False
         self._task: asyncio.Task[None] | None = None
@@ -86,6 +87,7 @@ class LiveCamera:
         state, problem = self._state(now)
         inspected = (told.status.get("inspected") if told else None) or {}
         size = told.size if told else None
+        drift = told.status.get("drift") if told and state == "live" and self._applied else None
         interval = told.status["interval_s"] if told else 0
         return {"state": state, "problem": problem, "fps": round(1 / interval, 2) if interval else 0.0,
                 "width": size.width if size else None, "height": size.height if size else None,
@@ -96,7 +98,8 @@ class LiveCamera:
                 "active_calibration": self._calibration.id if self._calibration else None,
                 "light": inspected.get("light"), "sharpness": inspected.get("sharpness"),
                 "flicker": inspected.get("flicker"),
-                "words": inspected.get("words", []), "drift_px": None,
+                "words": inspected.get("words", []), "drift": drift,
+                "drift_px": drift["px"] if drift else None,
                 **{name: told.status[name] if told else None for name in PASSED_ON}}
 
     def _state(self, now: float) -> tuple[str, dict[str, Any] | None]:
@@ -130,9 +133,13 @@ class LiveCamera:
 
     # What is asked for
 
-    def show(self, calibration: Calibration | None, confirmed: Identity | None) -> None:
-        """Correct with this from now on, as long as the camera is the confirmed one."""
-        self._calibration, self._confirmed = calibration, confirmed
+    def show(self, calibration: Calibration | None, confirmed: Identity | None,
+             picture: dict[str, Any] | None = None) -> None:
+        """Correct with this from now on, as long as the camera is the confirmed one.
+
+        picture: where the one stands that the calibration came from, {"name", "path", "sha256"}; if it is known.
+        """
+        self._calibration, self._confirmed, self._picture = calibration, confirmed, picture
         self._tell_calibration()
 
     @contextlib.contextmanager
@@ -286,7 +293,7 @@ class LiveCamera:
         self._applied = self._may_apply()
         if self._process is not None:
             calibration = self._calibration.to_json() if self._applied else None
-            self._process.send(wire.SHOW, {"calibration": calibration})
+            self._process.send(wire.SHOW, {"calibration": calibration, "picture": self._picture})
 
     def _tell_channels(self) -> None:
         if self._process is None:

@@ -15,6 +15,7 @@ from app.live.board_capture import look
 from app.live.capture import Capture
 from app.live.channel import Channel
 from app.live.child import STATUS_S, Line, every
+from app.live.drift import Drift
 from app.live.encoder import Encoder
 from app.live.inspector import Inspector
 from app.live.picture import Shown
@@ -37,10 +38,11 @@ class Serving:
         self._capture = Capture(spec["source"], _surroundings(spec))
         self._encoder = Encoder(self._capture, line.send)
         self._inspector = Inspector(self._capture, self._encoder)
+        self._drift = Drift(self._capture, Limits(**spec["limits"]))
         self._rolls = RollWatch(self._capture)
 
     def run(self) -> None:
-        for part in (self._capture, self._encoder, self._inspector):
+        for part in (self._capture, self._encoder, self._inspector, self._drift):
             part.start()
         every(STATUS_S, self._tell)
         while True:
@@ -51,12 +53,15 @@ class Serving:
                                      for one in head["channels"]})
                 self._capture.watch(bool(head["channels"]))
             elif kind == wire.SHOW:
-                self._encoder.show(_shown(head["calibration"]))
+                shown = _shown(head["calibration"])
+                self._encoder.show(shown)
+                self._drift.show(shown, head["picture"])
             elif kind == wire.ASK:
                 threading.Thread(target=self._answer, args=(number, head), daemon=True).start()
 
     def _tell(self) -> None:
-        told = self._capture.status() | {"encoded": self._encoder.encoded, "inspected": self._inspector.newest}
+        told = self._capture.status() | {"encoded": self._encoder.encoded, "inspected": self._inspector.newest,
+                                         "drift": self._drift.newest}
         self._line.send(wire.STATUS, 0, wire.message(told))
 
     def _answer(self, number: int, asked: dict[str, Any]) -> None:
