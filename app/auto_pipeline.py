@@ -98,8 +98,9 @@ def find(seen: Seen, field: Field, region: Region, rough: Rough = Rough(),  # no
         return None, searched
     progress(0.8, "Measuring the lines")
     state = searched.candidates[0].refined.state
-    finer = refined(with_finer_lens(state), FieldPattern.of(field, field.length_mm / FINE_STEPS),
-                    np.concatenate(seen.chains), np.concatenate(seen.along), size, FINER_PX)
+    coarse = FieldPattern.of(field, field.length_mm / FINE_STEPS)
+    finer = refined(with_finer_lens(state, coarse, size), coarse, np.concatenate(seen.chains),
+                    np.concatenate(seen.along), size, FINER_PX)
     if finer is not None:
         state = finer.state
     pattern = FieldPattern.of(field, field.length_mm * FINE_MM_SHARE)

@@ -27,6 +27,8 @@ SCENES = {
     "white on black, from far": spec(field="vsss-3v3", lens="crooked", height_mm=3000.0, tilt_deg=20.0),
     "white on black, half of it, turned by 35°": spec(field="vsss-5v5", region="half-right", roll_deg=35.0, robots=3),
     "division A with people": spec(field="ssl-div-a", size=(1224, 1024), height_mm=7000.0, people=2),
+    "far lines behind a fisheye": spec(lens="fisheye", size=(1224, 1024), height_mm=4797.0, tilt_deg=3.7, pan_deg=-3.7,
+                                       blur_px=0.92, noise=3.0, robots=12, seed=193),
     "glare and noise": spec(field="table", glare=0.6, noise=5.0, lens="fisheye", robots=2),
 }
 

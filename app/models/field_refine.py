@@ -51,10 +51,26 @@ def first_state(homography: Array, focal: float, plane: Plane, size: ImageSize) 
                     np.array([plane.bend * focal**2]), rotation, position, np.zeros(0))
 
 
-def with_finer_lens(state: RayState) -> RayState:
-    """The same camera behind a Brown–Conrady lens, which bends as its division lens does: k₁ = k, k₂ = 2k²."""
-    k = float(state.terms[0])
-    return replace(state, lens=BrownConrady.LENS, terms=np.array([k, 2 * k * k, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+def with_finer_lens(state: RayState, pattern: FieldPattern, size: ImageSize) -> RayState:
+    """The same camera behind a Brown–Conrady lens, which bends as its division lens does where it sees paint.
+
+    Their series about the axis would not do: under a wide lens it leaves the far lines tens of pixels off.
+    """
+    rays = (np.c_[pattern.points, np.zeros(len(pattern.points))] - state.position_mm) @ state.camera_from_field.T
+    with np.errstate(all="ignore"):
+        seen = state.project(np.c_[pattern.points, np.zeros(len(pattern.points))])
+        inside = ((seen > 0) & (seen < np.array(tuple(size)))).all(axis=1) & (rays[:, 2] > 0)
+        far = np.linalg.norm(rays[inside, :2] / rays[inside, 2:], axis=1)
+    reach = float(far.max(initial=0.3))
+    r = np.linspace(reach / 60, reach, 60)
+    bent = state.lens.distort(state.terms, np.stack([r, np.zeros(60), np.ones(60)], axis=1))[:, 0]
+    powers = np.stack([r**3, r**5, r**7], axis=1)
+    fine = np.isfinite(bent)
+    found, *_ = np.linalg.lstsq(powers[fine], bent[fine] - r[fine], rcond=None)
+    terms = np.zeros(len(BrownConrady.LENS.TERMS))
+    for name, value in zip(("k1", "k2", "k3"), found, strict=True):
+        terms[BrownConrady.LENS.TERMS.index(name)] = value
+    return replace(state, lens=BrownConrady.LENS, terms=terms)
 
 
 def refined(start: RayState, pattern: FieldPattern, points: Points, along: Array, size: ImageSize,
