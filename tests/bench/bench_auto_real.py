@@ -2,8 +2,8 @@
 
 Command: python tests/bench/bench_auto_real.py OUT_FOLDER. Reads the pictures beside the project
 (../shared/data/fields); writes OUT_FOLDER/NAME.png with the reprojected field over each, and a row: how it was judged,
-the median distance of the lines that were found from the drawn field, or why it was declined. A picture that could not be calibrated shows
-the points that were found.
+the median distance of the lines that were found from the drawn field, or why it was declined. One that was declined
+shows the points that were found.
 """
 
 import sys
