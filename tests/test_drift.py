@@ -1,16 +1,24 @@
 """Whether a camera still stands as it did: knocks are found, and nothing else is called one."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from drifting import bumped, fitted, followed, knocked, moved_by
+from live_seen import FIELDS
 
 from app.evaluate.drift import Reference, Sample
 from app.evaluate.drift_watch import ALARMS, DriftWatch, sentence, state_of
-from app.models.picture_motion import Flow, motion_of
+from app.geometry import ImageSize
+from app.models.picture_motion import Flow, Judged, motion_of
+from app.records import observations_from_json
 from app.sources.sim.render import Rendering
+from app.task import Task
+
+CLICKS = Path(__file__).parent / "clicks"
 
 HALF = "sim://ssl-div-b?cameras=2&camera=0&size=640x480&robots=6&k1=-0.25&tilt=10"
 WHOLE = "sim://ssl-div-b?size=640x480&robots=8&people=1"
@@ -133,6 +141,28 @@ def test_lamps_that_are_switched_off_are_no_alarm(half):
     assert state_of(reference.look(dark)) == "dark"
 
 
+def test_a_real_picture_compressed_anew_is_steady_and_a_turned_one_is_not():
+    path = Path(__file__).parents[2] / "shared" / "data" / "fields" / "ssl_2008" / "ssl-field-2008.jpg"
+    if not path.exists():
+        pytest.skip("the picture is not beside the project")
+    clicks, picture = json.loads((CLICKS / "ssl_2008_half.json").read_text()), cv2.imread(str(path))
+    region = FIELDS[clicks["field"]].region(clicks["region"], clicks.get("rotate"))
+    task = Task(observations_from_json(clicks["observations"]), FIELDS[clicks["field"]], region,
+                ImageSize.of(clicks["image_size"]), "brown-conrady")
+    reference = Reference.of([picture], task.run(cross_validate=False).model, task.field, region)
+    rng = np.random.default_rng(4)
+
+    def sent(pixels):
+        noisy = np.clip(pixels + rng.normal(0, 3, pixels.shape), 0, 255).astype(np.uint8)
+        return cv2.imdecode(cv2.imencode(".jpg", noisy, [cv2.IMWRITE_JPEG_QUALITY, 70])[1], cv2.IMREAD_COLOR)
+    assert all(reference.look(sent(picture)).judged.px < 0.05 for _ in range(3))
+    turn = cv2.getRotationMatrix2D(task.image_size.centre, 0.2, 1)
+    turned = cv2.warpAffine(picture, turn, tuple(task.image_size), flags=cv2.INTER_CUBIC)
+    found = reference.look(sent(turned))
+    assert state_of(found) == "knocked"
+    assert found.judged.px == pytest.approx(1.25, abs=0.15)  # 0.2° at 360 px from the middle
+
+
 def test_a_picture_without_lines_gives_nothing_to_follow(half):
     rendering, _ = half
     blank = np.full((480, 640, 3), 90, np.uint8)
@@ -140,7 +170,6 @@ def test_a_picture_without_lines_gives_nothing_to_follow(half):
 
 
 def seen(px: float = 0.0, **more) -> Sample:
-    from app.models.picture_motion import Judged
     return Sample("seen", 90, Judged(px, 5 * px, 0.01, 0.05), None, 100 * px, **more)
 
 
