@@ -136,6 +136,9 @@ def lens_record(rolls: Sequence[Rolled], size: ImageSize, kind: str = "auto", ce
     """
     told = roll_report(rolls, size)
     used = counted(rolls, told)
+    if not told["raw"]["free"]:
+        raise FitFailed("These are no free rolls: what moved was driven or pushed.", "Forget them, and let one ball "
+                        "roll while nobody else moves.", reason="not-free")
     if len(used) < LEAST_FOR_LENS:
         raise FitFailed(f"{len(used)} rolls agree with each other; {LEAST_FOR_LENS} are needed for a lens.",
                         "Roll more, quickly, in several directions, near the borders.", reason="too-few-rolls")

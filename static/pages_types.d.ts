@@ -27,7 +27,7 @@ export interface JudgedRoll { length_px: number; bow_pct: number; sigma_pct: num
 export interface KeptRoll { id: string; at: number; seconds: number; left_out: boolean; counts: boolean; points: [number, number][]; raw: JudgedRoll | null; corrected: JudgedRoll | null }
 export interface Zone { pct: number; sigma_pct: number; rolls: number }
 /** What all rolls say of a picture. */
-export interface RollsSaid { border_pct: number | null; border_sigma_pct: number | null; sentence: string; zones: (Zone | null)[][] }
+export interface RollsSaid { border_pct: number | null; border_sigma_pct: number | null; free: boolean; sentence: string; zones: (Zone | null)[][] }
 export interface RollsTold { camera: string; items: KeptRoll[]; report: { raw: RollsSaid; corrected: RollsSaid | null; sentence: string } | null }
 /** What moves now, and the ids of rolls that have just ended. */
 export interface Moving { seq: number; width: number; height: number; tracks: [number, number][][]; hint: string; new: string[] }

@@ -47,7 +47,7 @@ export const canTakeIn = computed(() => rolls.value.some((roll) => roll.left_out
 /** Of all rolls together: good, fair, poor, or unknown. */
 export const level = computed(() => {
   const { border_pct: value = null, border_sigma_pct: sigma = null } = all.value ?? {};
-  if (value === null || sigma === null || sigma > STANDARD_PCT) return "unknown";
+  if (value === null || sigma === null || sigma > STANDARD_PCT || !all.value?.free) return "unknown";
   return Math.abs(value) <= 2 * sigma ? "good" : Math.abs(value) <= STANDARD_PCT ? "fair" : "poor";
 });
 

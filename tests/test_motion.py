@@ -11,7 +11,7 @@ from rolling_balls import FPS, SIZE, chords, film, lens_of
 
 from app.cli.files import read_held_lens
 from app.errors import BadInput, Conflict, FitFailed
-from app.evaluate.roll_report import Rolled
+from app.evaluate.roll_report import Rolled, roll_report
 from app.evaluate.rolls import border_pct, rolls_of
 from app.exports import EXPORTS
 from app.geometry import ImageSize
@@ -144,6 +144,29 @@ def test_a_roll_that_somebody_pushed_aside_counts_little_and_is_named():
     told = rolls_of(tracks, seconds, size)
     assert [roll.used for roll in told.rolls].count(False) >= 1 and not told.rolls[0].used
     assert abs(told.border_pct - border_pct(-0.2, size)) < 4 * told.border_sigma_pct
+
+
+def test_one_roll_that_carries_the_answer_alone_makes_it_unsure():
+    rng, size = np.random.default_rng(4), ImageSize(1224, 1024)
+    tracks, seconds = chords(rng, lens_of(0.0, size), 5)
+    middle = np.array(size.centre)
+    tracks = [(p - p.mean(axis=0)) * 0.3 + middle for p in tracks]  # through the middle: they tell nothing
+    u = np.linspace(-1, 1, 40)[:, None]
+    hand = np.array([300.0, 60.0]) + np.concatenate([60 * u, 8 * (1 - u**2)], axis=1)
+    alone = rolls_of([*tracks, hand], [*seconds, 0.4], size)
+    assert abs(alone.border_pct) < 2 * alone.border_sigma_pct and alone.border_sigma_pct > 1
+
+
+def test_what_is_driven_is_not_taken_for_rolls():
+    rng, size, tracks = np.random.default_rng(5), ImageSize(1224, 1024), []
+    for _ in range(12):  # robots, on rounds of about 150 px
+        turn = rng.uniform(0, 2 * np.pi) + rng.choice([-1, 1]) * np.linspace(0, 0.8, 40)
+        tracks.append(rng.uniform(200, 800, 2) + rng.uniform(100, 200) * np.stack([np.cos(turn), np.sin(turn)], axis=1))
+    told = roll_report([Rolled(p, 0.0, 1.3, 0.1, 1.0) for p in tracks], size)
+    assert not told["raw"]["free"] and "driven or pushed" in told["sentence"]
+    with pytest.raises(FitFailed) as refused:
+        lens_record([Rolled(p, 0.0, 1.3, 0.1, 1.0) for p in tracks], size)
+    assert refused.value.reason == "not-free"
 
 
 def test_without_rolls_nothing_is_claimed():

@@ -56,6 +56,9 @@ def sentence(told: Rolls, where: str) -> str:
                 "quickly.")
     count = "One roll" if len(told.rolls) == 1 else f"{len(told.rolls)} rolls"
     left = f"{told.border_pct:+.2f} ± {told.border_sigma_pct:.2f} %".replace("-", "−")
+    if not told.is_free:
+        return (f"{count} in {where} go curves of their own: what moves here is driven or pushed. Let one ball roll "
+                "freely, and nobody else move.")
     if told.border_sigma_pct > STANDARD_LENS_PCT:
         return (f"{count} in {where}: {left}. That is too uncertain to say anything: roll more, quickly, near the "
                 "borders.")

@@ -24,6 +24,7 @@ from app.models.plumb_line import PlumbLens
 
 SIDEWAYS = 1e-3  # of the picture's diagonal per s²: before rolls can be compared; slow balls on a pool table do 2e-3
 LEAST_FOR_SIDEWAYS = 4  # rolls
+MOST_SIDEWAYS = 8e-3  # of the diagonal per s²: more, and it is driven, or pushed; balls on a pool table do 1e-3 to 2e-3
 HUBER = 2.0
 SHAPE = 0.05  # of its bow that a lens of another kind may bow a line otherwise: no reason to leave a roll out
 LEAST_PX = 0.1  # nor is this: a ball's middle is seen so well, but a pixel at a time
@@ -66,11 +67,17 @@ class Rolls:
     border_sigma_pct: float
     sideways_px: float  # per s²
 
+    @property
+    def is_free(self) -> bool:
+        """Whether these were things that rolled by themselves: robots and hands go curves of their own."""
+        size = self.lens.image_size
+        return self.sideways_px <= MOST_SIDEWAYS * float(np.hypot(size.width, size.height))
+
     def to_json(self) -> dict[str, Any]:
         """Plain JSON; null where nothing is known."""
         return {"border_pct": _plain(self.border_pct), "border_sigma_pct": _plain(self.border_sigma_pct),
                 "k": self.lens.terms[0], "k_sigma": _plain(self.k_sigma), "sideways_px": self.sideways_px,
-                "lens": self.lens.to_json(), "zones": zones(self.rolls),
+                "free": self.is_free, "lens": self.lens.to_json(), "zones": zones(self.rolls),
                 "rolls": [{"length_px": r.length_px, "bow_px": r.bow_px, "bow_pct": r.bow_pct,
                            "sigma_pct": r.sigma_pct, "spread_pct": r.spread_pct, "rms_px": r.rms_px,
                            "zone": list(r.zone), "used": r.used} for r in self.rolls]}
@@ -105,7 +112,11 @@ def rolls_of(points: Sequence[Points], seconds: Sequence[float], size: ImageSize
     # Rolls that disagree by more than that can explain make the answer as much less sure (R. Birge, 1932).
     birge = np.sqrt(np.sum(weight * left**2) / max(len(tracks) - 1, 1))
     few = np.sqrt(1 + 2 / len(tracks))  # σ that was itself told by a few rolls
-    k_sigma = float(few * max(1.0, birge) / np.sqrt(np.sum(weight * gain**2) + 1 / ANY_K**2))
+    told = weight * gain**2
+    k_sigma = float(few * max(1.0, birge) / np.sqrt(told.sum() + 1 / ANY_K**2))
+    # One roll that carries the answer alone may have been a hand: what it would be without each (linear jackknife).
+    without = weight * gain * left / np.maximum(told.sum() - told + 1 / ANY_K**2, 1e-12)
+    k_sigma = max(k_sigma, float(np.sqrt((len(tracks) - 1) / len(tracks) * np.sum(without**2))))
     agrees = np.abs(left) <= 3 * np.sqrt(spread**2 + (SHAPE * gain * k) ** 2 + LEAST_PX**2)
     rolls = tuple(_roll(*each, size, bool(used)) for *each, used in
                   zip(numbers, tracks, own, sigma, spread, agrees, strict=True))
