@@ -45,6 +45,12 @@ def test_the_background_and_what_nobody_clicked_have_no_name():
     assert named(table, names, (44, 112, 60)) is None and named(table, names, (92, 232, 110)) is None
 
 
+def test_what_is_out_of_reach_has_no_name():
+    """Turquoise is nearest to blue, and none."""
+    near, far = (table_of(ColourProfile("x", LEAGUE.colours, reach=reach)) for reach in (3.0, 9.0))
+    assert named(*near, (200, 190, 40)) is None and named(*far, (200, 190, 40)) == "blue"
+
+
 def test_between_two_colours_there_is_a_margin():
     """A wider margin leaves more unnamed, and never gives a pixel to another colour."""
     tables = [table_of(ColourProfile("x", LEAGUE.colours, LEAGUE.background, margin=m))[0] for m in (0.0, 0.7, 2.0)]

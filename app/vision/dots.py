@@ -39,9 +39,10 @@ class Patterns:
     cover: Array
 
 
-def unmixing(first: Bgr, second: Bgr) -> Array:
-    """(2, 3): the shares a and b of a pixel's BGR."""
-    return np.linalg.inv(np.stack([first, second, (128.0,) * 3], axis=-1))[:2].astype(np.float32)
+def unmixing(first: Bgr, second: Bgr, light: Bgr = (1.0, 1.0, 1.0)) -> Array:
+    """(2, 3): the shares a and b of a pixel's BGR. light: by which the colours, and grey, have changed since."""
+    mixed = np.stack([first, second, (128.0,) * 3], axis=-1) * np.array(light)[:, None]
+    return np.linalg.inv(mixed)[:2].astype(np.float32)
 
 
 def patterns_at(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, unmix: Array) -> Patterns:

@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from app.colour_profile import ColourProfile
+from app.colour_profile import Bgr, ColourProfile
 from app.detections import Detection
 from app.geometry import ImageSize
 from app.options import Option
@@ -50,13 +50,15 @@ class Seeing:
     """One frame on its way through the stages.
 
     clean: the picture without noise. labels: (height, width) the number of each pixel's colour in `colours`, counted
-    from 1; 0 is anything else. sharpness: (height, width) how steep the picture is there, grey levels a pixel.
+    from 1; 0 is anything else. light: how much brighter it is than when the colours were learned, in blue, green and
+    red. sharpness: (height, width) how steep the picture is there, grey levels a pixel.
     """
 
     pixels: Picture
     clean: Picture
     colours: tuple[str, ...] = ()
     labels: NDArray[np.uint8] | None = None
+    light: Bgr = (1.0, 1.0, 1.0)
     sharpness: NDArray[np.uint8] | None = None
     blobs: Blobs | None = None
     found: tuple[Detection, ...] = ()

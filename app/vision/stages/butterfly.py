@@ -39,8 +39,7 @@ class Butterfly:
 
     def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
         self._options, self._setting = options, setting
-        pink, green = (_usual(setting, name) for name in ("pink", "green"))
-        self._unmix = unmixing(pink, green)
+        self._pink, self._green = (_usual(setting, name) for name in ("pink", "green"))
 
     def run(self, seeing: Seeing) -> Seeing:
         teams = {seeing.colours.index(name) + 1: name for name in TEAMS if name in seeing.colours}
@@ -56,7 +55,7 @@ class Butterfly:
         if not fits.any():
             return seeing
         blobs, places, mm_per_px = blobs.only(fits), places[fits], mm_per_px[fits]
-        found = patterns_at(seeing.clean, blobs.middle, mm_per_px, self._unmix)
+        found = patterns_at(seeing.clean, blobs.middle, mm_per_px, unmixing(self._pink, self._green, seeing.light))
         kept = self._kept(found, places)
         px_per_mm = np.linalg.inv(mm_per_px)
         middles = blobs.middle + np.einsum("nij,nj->ni", px_per_mm, found.middle)

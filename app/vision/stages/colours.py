@@ -57,7 +57,7 @@ class Colours:
         np.take(self._now, codes, out=labels, mode="clip")
         if self._within is not None:
             cv2.bitwise_and(labels, self._within, labels)
-        return replace(seeing, labels=labels, colours=self._names)
+        return replace(seeing, labels=labels, colours=self._names, light=self.light)
 
     def _measure(self, pixels: Picture) -> None:
         first = self._frames == 0
