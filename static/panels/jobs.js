@@ -46,6 +46,7 @@ function when({ created_at, ended_at }) {
 function Made({ job: { state, kind, made } }) {
   if (state !== "done") return null;
   if (made.calibration) return html`<button type="button" data-testid="show-made" onClick=${() => void showVersion(/** @type {string} */ (made.calibration))}>Show the version</button>`;
+  if (made.lens && kind === "motion") return html`<small>the lens is kept; hold it under Model, Lens, in the next fit</small>`;
   if (made.lens) return html`<button type="button" data-testid="show-made" onClick=${() => void toLens(/** @type {string} */ (made.lens))}>Show the lens</button>`;
   if (kind === "straightness") return html`<a data-testid="show-made" href="#/straight">Show the edges</a>`;
   return kind === "comparison" ? html`<small>shown beside the clicks it was asked for; nothing is kept</small>` : null;

@@ -153,6 +153,9 @@ def test_the_active_calibration_is_refined_as_a_new_version_that_is_not_active(c
     assert made["version"] > calibration["version"] and made["parent"] and not made["active"]
     assert made["camera"] == "ball" and made["options"]["lens_sigma"] == "own" and "refined by" in made["note"]
     assert client.get(f"{API}/calibrations/{calibration['id']}").json()["active"]
+    assert client.get(f"{API}/calibrations/{made['id']}/uncertainty.json").status_code == 200
+    assert client.get(f"{API}/calibrations/{made['id']}/report.html").status_code == 200
+    assert client.get(f"{API}/calibrations/{made['id']}/export/json").status_code == 200
     refusal(client.post(f"{API}/motion", json={"camera": "ball", "make": "refined", "calibration": made["id"]}),
             409, "not-refinable")
 
