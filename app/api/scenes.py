@@ -134,7 +134,7 @@ class Session:
 
 @router.get("/calibrations/{id}/scene.html", response_class=HTMLResponse, responses=HTML)
 async def scene_page(request: Request, id: Id, dark: Dark = False) -> HTMLResponse:
-    """The scene as one HTML file of about 1.5 MB that asks for nothing else: to keep beside the report."""
+    """The scene as one HTML file of about 1 MB that asks for nothing else: to keep beside the report."""
     asked = SceneShow(calibrations=[id], live=False)
     records = await at_work(request, records_of, request, asked)
     calibration = records.calibrations[id]

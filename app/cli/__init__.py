@@ -6,6 +6,7 @@
     calibration.py  calibrate, correct, transform
     judging.py      compare, difference, uncertainty
     reports.py      report
+    scenes.py       scene
     exports.py      export, import
     boards.py       board
     pairs.py        pair
@@ -42,6 +43,7 @@ from app.cli import (
     pairs,
     reports,
     rigs,
+    scenes,
     server,
     straight,
 )
@@ -59,6 +61,7 @@ cli.command()(judging.compare)
 cli.command()(judging.difference)
 cli.command()(judging.uncertainty)
 cli.command()(reports.report)
+cli.command()(scenes.scene)
 cli.command()(exports.export)
 cli.command("import")(exports.import_file)
 cli.command()(network.publish)

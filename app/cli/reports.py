@@ -41,11 +41,7 @@ def report(calibration: CalibrationOrId, picture: PictureFile = None, output: Ou
     from app import report as made
     from app.cli import files
 
-    known, shown = (_kept(calibration, data, config) if _is_id(calibration) else
-                    (files.read_calibration(Path(calibration)), None))
-    if picture is not None:
-        shown = made.Shown(_of_its_size(files.read_picture(picture), known, picture))
-    shown = shown or made.Shown(None, "No picture was given.")
+    known, shown = known_and_shown(calibration, picture, data, config)
     said = made.contents(known, shown)
     if output is not None:
         html = made.page(said, made.draw(known, shown, said))
@@ -56,6 +52,18 @@ def report(calibration: CalibrationOrId, picture: PictureFile = None, output: Ou
         print(_in_short(said, output))
     if said["verdict"]["level"] not in ACCEPTED[enough]:
         raise typer.Exit(POOR)
+
+
+def known_and_shown(calibration: str, picture: Path | None, data: Path | None, config: Path | None) -> tuple[Any, Any]:
+    """The calibration of a file or an id, and the picture that was clicked as far as it is given or kept."""
+    from app import report as made
+    from app.cli import files
+
+    known, shown = (_kept(calibration, data, config) if _is_id(calibration) else
+                    (files.read_calibration(Path(calibration)), None))
+    if picture is not None:
+        shown = made.Shown(_of_its_size(files.read_picture(picture), known, picture))
+    return known, shown or made.Shown(None, "No picture was given.")
 
 
 def _is_id(word: str) -> bool:

@@ -11,6 +11,7 @@ from app.report.style import CSS
 
 # also in the file itself: once downloaded it has no server that could say so
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+SCENE = "scene.html"  # as REST and `touchline scene` call it
 LEVEL = {"good": "Good", "fair": "Fair", "poor": "Poor", "unknown": "Not known"}
 LONGEST_PARAMETERS = 12_000  # characters; a spline through thousands of clicks is told by its hash alone
 
@@ -41,6 +42,8 @@ def _header(said: Mapping[str, Any], title: str) -> Html:
         element("p", f"{said['model']['title']} on {field['title']}, region {field['region']}{turned}. Made "
                 f"{it['created_at']}{', the active one of its camera' if it['active'] else ''}.", class_="dim"),
         element("p", "Note: ", it["note"]) if it["note"] else None,
+        element("p", "Where the camera hangs and where its rays miss: ", element("a", "the scene in 3-D", href=SCENE),
+                f", where a server shows this report or {SCENE} lies beside it.", class_="screen dim"),
         element("div", element("p", element("b", LEVEL[verdict["level"]], length)),
                 element("p", verdict["sentence"]), class_=f"verdict {verdict['level']}")])
 

@@ -35,5 +35,5 @@ svg.photograph { display: block; width: 100%; max-height: 205mm; overflow: hidde
 ul { margin: 0; padding-left: 5mm; } li { margin-bottom: 1.5mm; break-inside: avoid; }
 code, pre { font: 7.8pt/1.4 ui-monospace, "DejaVu Sans Mono", Consolas, monospace; }
 pre { white-space: pre-wrap; margin: 1mm 0; padding: 2mm 3mm; background: #f2f4f3; }
-@media print { body { max-width: none; padding: 0; } }
+@media print { .screen { display: none; } body { max-width: none; padding: 0; } }
 """

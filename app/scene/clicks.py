@@ -4,9 +4,11 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from app.field import Field
 from app.scene import METRES
 from app.scene.cameras import Colour
 from app.space.standing import Standing
+from app.wording import plain
 
 RIGHT, STRAY, MOVED = (255, 230, 60), (230, 50, 50), (255, 90, 220)
 RAY_MM, SHAFT_MM, HEAD_MM = 3.0, 9.0, 26.0
@@ -37,6 +39,13 @@ def draw_moved(scene: viser.SceneApi, name: str, standing: Standing, scale: floa
         return None
     arrows = standing.moved.scaled(scale)
     return _arrows(scene, name, arrows, np.full((len(arrows), 3), MOVED, np.uint8))
+
+
+def draw_scale(scene: viser.SceneApi, field: Field, scale: float) -> viser.SceneNodeHandle:
+    """Beside the field, how many times arrows are enlarged: a picture of it goes where no page tells."""
+    beside = -(field.width_mm / 2 + field.extras.get("boundary", {}).get("touch_mm", 0.0))
+    return scene.add_label("/scale", f"arrows × {plain(scale)}", position=(0.0, beside * METRES, 0.0),
+                           anchor="top-center", font_screen_scale=0.9)
 
 
 def _arrows(scene: viser.SceneApi, name: str, arrows_mm: NDArray[np.float64], colours: NDArray[np.uint8],

@@ -12,7 +12,7 @@ from app.field import Field
 from app.records import Calibration
 from app.scene import METRES
 from app.scene.cameras import COLOURS, Camera, Pixels, small
-from app.scene.clicks import draw_misses, draw_moved, draw_rays
+from app.scene.clicks import draw_misses, draw_moved, draw_rays, draw_scale
 from app.scene.ground import draw_ground
 from app.scene.held_boards import draw_boards
 from app.scene.locked import LockedViser
@@ -44,6 +44,7 @@ class Room:
         self._things: list[viser.SceneNodeHandle] = []
         self._boards: BoardViews | None = None
         self._fair_scale = 1.0
+        self._said: viser.SceneNodeHandle | None = None
         server.scene.on_click()(self._clicked)
         server.on_client_connect(lambda client: self._look_from(client))
         self._dress()
@@ -97,7 +98,7 @@ class Room:
     def _empty(self, field: Field | None) -> None:
         self.server.scene.reset()
         self.server.scene.set_up_direction("+z")
-        self._field, self._boards = field, None
+        self._field, self._boards, self._said = field, None, None
         for table in (self._cameras, self._rays, self._arrows, self._sheets, self._things):
             table.clear()
 
@@ -139,6 +140,8 @@ class Room:
             drawn = (draw_misses(scene, f"/arrows/{key}", camera.standing, scale),
                      draw_moved(scene, f"/moved/{key}", camera.standing, scale))
             self._arrows[key] = [handle for handle in drawn if handle is not None]
+        if self._field is not None and any(self._arrows.values()):
+            self._said = draw_scale(scene, self._field, scale)
 
     def _apply(self) -> None:
         look = self.look
@@ -152,6 +155,8 @@ class Room:
                 handle.visible = layer in look.layers and not hidden
             for which, handle in self._sheets.get(key, {}).items():
                 handle.visible = which == look.sheet and not hidden
+        if self._said is not None:
+            self._said.visible = bool(look.layers & {"arrows", "moved"})
         for handle in self._things:
             handle.visible = "things" in look.layers
 

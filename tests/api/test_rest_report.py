@@ -16,7 +16,7 @@ from app.sources.sim.clicks import border_observations
 
 NAUGHTY = "<script>alert(1)</script>\"'><img src=http://evil.example/x onerror=alert(2)> & ${7*7} \u202e \U0001f600"
 MB = 1_000_000
-ALLOWED = {"html", "head", "meta", "title", "style", "body", "h1", "h2", "p", "b", "div", "span", "data", "table",
+ALLOWED = {"a", "html", "head", "meta", "title", "style", "body", "h1", "h2", "p", "b", "div", "span", "data", "table",
            "thead", "tbody", "tr", "th", "td", "ul", "li", "figure", "figcaption", "svg", "image", "path", "img",
            "code", "pre"}
 
@@ -87,7 +87,8 @@ def stands_alone(html: str) -> Read:
     page = Read(html)
     assert page.elements <= ALLOWED, page.elements - ALLOWED
     assert not [name for name in page.attributes if name.startswith("on")]
-    assert all(re.match(r"data:image/(png|jpeg);base64,[A-Za-z0-9+/=]+\Z", address) for address in page.addresses)
+    assert all(re.match(r"data:image/(png|jpeg);base64,[A-Za-z0-9+/=]+\Z", address) for address in page.addresses
+               if address != "scene.html")  # fixed, beside the file; it is followed by hand alone
     css = re.search(r"<style>(.*?)</style>", html, re.DOTALL)[1]
     assert "url(" not in css and "@import" not in css
     assert "nan" not in {word.lower() for word in re.findall(r"[A-Za-z]+", page.text)} and "Infinity" not in page.text
