@@ -66,7 +66,7 @@ def detect(pixels: NDArray[np.uint8], plan: Plan, *, calibration: Calibration | 
     if eye_mm is not None and not eye_mm[2] > 0:
         raise BadInput("A camera hangs above the carpet.", "Give its height in mm, more than 0.", reason="bad-eye")
     _refuse_other_size(size, calibration)
-    profile = _profile(pixels, plan, profile, clicks)
+    profile = profile_from(pixels, plan, profile, clicks)
     setting = setting_for(size, profile, calibration, mm_per_px, eye_mm)
     plan = plan_for(plan, calibration)
     sight = Sight(plan, setting)
@@ -75,8 +75,9 @@ def detect(pixels: NDArray[np.uint8], plan: Plan, *, calibration: Calibration | 
     return Found(sight.see(pixels, clock=time.perf_counter, pictures=pictures), plan, profile)
 
 
-def _profile(pixels: NDArray[np.uint8], plan: Plan, profile: ColourProfile | None,
-             clicks: Clicks | None) -> ColourProfile:
+def profile_from(pixels: NDArray[np.uint8], plan: Plan, profile: ColourProfile | None = None,
+                 clicks: Clicks | None = None) -> ColourProfile:
+    """A profile as it is or with clicks in this picture added; without both it is found in the picture."""
     if clicks:
         return learned(profile.name if profile else "clicked", [(pixels, _read(clicks))], profile)
     if profile is not None:

@@ -17,6 +17,7 @@ from app.api import (
     calibrations,
     cameras,
     checks,
+    colours,
     detections,
     docs,
     drafts,
@@ -40,6 +41,7 @@ from app.api import (
     rolls,
     scene_proxy,
     scenes,
+    seeing,
     settings_told,
     snapping,
     snapshots,
@@ -56,6 +58,7 @@ from app.api.presence import Presence
 from app.api.publishing_shelf import PublishingShelf
 from app.api.results import keepers
 from app.api.schemas import PROBLEMS
+from app.api.seeing_shelf import SeeingShelf
 from app.api.work import open_workplaces
 from app.images import ImageDecoder, Limits
 from app.jobs import Jobs
@@ -65,8 +68,9 @@ from app.store import Store
 from app.store.field_shelf import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
-             boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs, detections,
-             snapping, publishing, settings_told, board_capture, rolls, motion, auto, scenes, checks, register)
+             boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs, detections, seeing,
+             colours, snapping, publishing, settings_told, board_capture, rolls, motion, auto, scenes, checks,
+             register)
 API = "/api/v1"
 # whose functions jobs may be
 MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline", "app.auto_task",
@@ -107,6 +111,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.fields = FieldShelf(settings.own_fields)
     app.state.camera_shelf = CameraShelf(settings, store, app.state.fields, image_limits(settings))
     app.state.publishing = PublishingShelf(settings, store, app.state.camera_shelf)
+    app.state.seeing = SeeingShelf(store, app.state.camera_shelf, app.state.fields, app.state.publishing)
     problems.install(app)
     api = APIRouter(prefix=API, responses=PROBLEMS)
     for resource in RESOURCES:

@@ -140,7 +140,7 @@ def live_cameras(app: FastAPI) -> LiveCameras:
         trusting.add(task)
         task.add_done_callback(trusting.discard)
 
-    live = LiveCameras(shelf.spec, shelf.kept, trust, shelf.picture)
+    live = LiveCameras(shelf.spec, shelf.kept, trust, shelf.picture, app.state.seeing.wanted, app.state.seeing.publish)
     for camera in shelf.all():
         if shelf.kept(camera.id)[0] is not None:
             live.get(camera.id)

@@ -32,7 +32,8 @@ FIRST_S = 5.0  # a camera that was asleep gets so long to show its first picture
 MAX_FPS = 240.0
 BYTES = {"schema": {"type": "string", "format": "binary"}}
 
-ViewName = Annotated[Literal["raw", "corrected", "side"], Query(description="raw, corrected, or both side by side")]
+ViewName = Annotated[str, Query(max_length=64, description="raw, corrected, side: both side by side; detections: raw "
+                                "with what was found, stage-NAME: what a stage of seeing made of it")]
 Width = Annotated[int, Query(ge=0, le=3840, description="of the picture, px; 0 as the camera gives it")]
 Quality = Annotated[int, Query(ge=10, le=100, description="of the JPEG")]
 Fps = Annotated[float | None, Query(gt=0, le=MAX_FPS, allow_inf_nan=False, description="at most; all when left out")]
@@ -44,13 +45,14 @@ async def show_frame(request: Request, id: Id, format: Literal["jpg", "png"], vi
                      width: Width = 0, quality: Quality = 90) -> Response:
     """The newest frame. PNG is the frame exact to the bit, at its own size; X-Frame-Seq and X-Frame-Time say which."""
     camera = await live_camera(request, id)
-    if format == "png" and view == "side":
-        raise BadInput("Both views side by side are no PNG.", "Ask for raw or corrected, or for frame.jpg.",
+    if format == "png" and view not in ("raw", "corrected"):
+        raise BadInput("Only the raw and the corrected view are a PNG.", "Ask for one of them, or for frame.jpg.",
                        reason="unknown-view")
+    channel = Channel.asked(view, width, quality)
     camera.must_show(view)
     if format == "png":
         return await _exactly(request, camera, view)
-    with camera.watching(Channel.asked(view, width, quality)) as viewer:
+    with camera.watching(channel) as viewer:
         head, jpeg = parts(await first_picture(camera, viewer.next))
     return Response(bytes(jpeg), media_type="image/jpeg", headers=_which(head))
 
@@ -81,8 +83,8 @@ async def stream_mjpeg(request: Request, id: Id, view: ViewName = "raw", width: 
                        fps: Fps = None) -> Response:
     """Multipart MJPEG for <img>, VLC and OpenCV; a browser opens at most six such streams of one server at once."""
     camera = await live_camera(request, id)
-    camera.must_show(view)
     channel = Channel.asked(view, width, quality)
+    camera.must_show(view)
     with camera.watching(channel, fps) as viewer:  # whether there is a picture is said before the stream begins
         await first_picture(camera, viewer.next)
     return Mjpeg(camera, channel, fps)

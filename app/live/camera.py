@@ -11,8 +11,9 @@ from typing import Any
 
 from app.errors import Conflict, TouchlineError, Unavailable
 from app.live import wire
-from app.live.channel import Channel
+from app.live.channel import VIEWS, Channel
 from app.live.process import KINDS, CameraProcess
+from app.live.sighted import Publish, Sighted
 from app.live.state import KILL_AFTER_S, Told, frozen, mismatch, stalled
 from app.live.viewer import Viewer
 from app.records import Calibration
@@ -35,10 +36,12 @@ class LiveCamera:
     seen first with a calibration of which nobody knows for which camera it was made.
     """
 
-    def __init__(self, id: str, spec: dict[str, Any], trust: Trust = lambda _calibration, _identity: None) -> None:
+    def __init__(self, id: str, spec: dict[str, Any], trust: Trust = lambda _calibration, _identity: None,
+                 publish: Publish = lambda _packet: None) -> None:
         self.id = id
         self.spec = spec
         self._trust = trust
+        self.seeing = Sighted(self._tell_seeing, publish)
         self.restarts = 0
         self._process: CameraProcess | None = None
         self._told: Told | None = None
@@ -65,6 +68,7 @@ class LiveCamera:
                 await self._task
         for viewer in [v for watchers in self._watchers.values() for v in watchers]:
             viewer.end(Unavailable("This camera was changed or removed.", "Open it again.", reason="camera-gone"))
+        self.seeing.end()
 
     # What is known
 
@@ -124,6 +128,9 @@ class LiveCamera:
     def must_show(self, view: str) -> None:
         """Conflict, with what to do, where that view cannot be had now."""
         if view == "raw":
+            return
+        if view not in VIEWS:
+            self.seeing.must_show(view)
             return
         if self._calibration is None:
             raise Conflict("This camera has no active calibration.", "Activate one, or watch the raw view.",
@@ -238,6 +245,7 @@ class LiveCamera:
         watchdog = asyncio.create_task(self._kill_when_stalled(process))
         try:
             self._tell_calibration()
+            self._tell_seeing()
             self._tell_channels()
             while True:
                 self._heard(process, *await process.receive())
@@ -259,11 +267,14 @@ class LiveCamera:
                         viewer.offer(body, now)
         elif kind == wire.STATUS:
             self._told = Told(wire.parts(body)[0], now)
+            self.seeing.told(self._told.status)
             if self._calibration is not None and self._confirmed is None and self.identity is not None:
                 self._confirmed = self.identity
                 self._trust(self._calibration, self.identity)
             if self._applied != self._may_apply():
                 self._tell_calibration()
+        elif kind == wire.SEEN:
+            self.seeing.heard(body)
         elif kind == wire.ANSWER:
             process.answered(number, body)
 
@@ -294,6 +305,10 @@ class LiveCamera:
         if self._process is not None:
             calibration = self._calibration.to_json() if self._applied else None
             self._process.send(wire.SHOW, {"calibration": calibration, "picture": self._picture})
+
+    def _tell_seeing(self) -> None:
+        if self._process is not None:
+            self._process.send(wire.SEE, self.seeing.message())
 
     def _tell_channels(self) -> None:
         if self._process is None:

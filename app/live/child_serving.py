@@ -20,6 +20,7 @@ from app.live.encoder import Encoder
 from app.live.inspector import Inspector
 from app.live.picture import Shown
 from app.live.rolls import RollWatch
+from app.live.seeing import Seeing
 from app.live.stills import still
 from app.records import Calibration
 from app.sources import Surroundings
@@ -40,28 +41,33 @@ class Serving:
         self._inspector = Inspector(self._capture, self._encoder)
         self._drift = Drift(self._capture, Limits(**spec["limits"]))
         self._rolls = RollWatch(self._capture)
+        self._seeing = Seeing(self._capture, line.send)
 
     def run(self) -> None:
-        for part in (self._capture, self._encoder, self._inspector, self._drift):
+        for part in (self._capture, self._encoder, self._inspector, self._drift, self._seeing):
             part.start()
         every(STATUS_S, self._tell)
         while True:
             kind, number, body = self._line.receive()
             head = wire.parts(body)[0]
             if kind == wire.WATCH:
-                self._encoder.watch({one["number"]: (Channel(**one["channel"]), one["interval_s"])
-                                     for one in head["channels"]})
+                channels = {one["number"]: (Channel(**one["channel"]), one["interval_s"]) for one in head["channels"]}
+                self._encoder.watch({n: one for n, one in channels.items() if not one[0].is_seen})
+                self._seeing.watch({n: one for n, one in channels.items() if one[0].is_seen})
                 self._capture.watch(bool(head["channels"]))
             elif kind == wire.SHOW:
                 shown = _shown(head["calibration"])
                 self._encoder.show(shown)
                 self._drift.show(shown, head["picture"])
+                self._seeing.show(shown)
+            elif kind == wire.SEE:
+                self._seeing.follow(head)
             elif kind == wire.ASK:
                 threading.Thread(target=self._answer, args=(number, head), daemon=True).start()
 
     def _tell(self) -> None:
         told = self._capture.status() | {"encoded": self._encoder.encoded, "inspected": self._inspector.newest,
-                                         "drift": self._drift.newest}
+                                         "drift": self._drift.newest, "seeing": self._seeing.told}
         self._line.send(wire.STATUS, 0, wire.message(told))
 
     def _answer(self, number: int, asked: dict[str, Any]) -> None:

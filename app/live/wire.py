@@ -4,8 +4,9 @@ A body is a *message*: little-endian uint32, that many bytes of JSON, then bytes
 A PICTURE's body is byte for byte what a viewer's WebSocket receives, so that the server hands it on without a look.
 
 To the process: OPEN {"around"…} once, WATCH {"channels": […]} (number: ignored), SHOW {"calibration", "picture": … |
-null} with the picture that it came from, ASK {"what", …} (number: of the question). From it: READY once, STATUS,
-PICTURE (number: of the channel), ANSWER (number: of the question).
+null} with the picture that it came from, SEE {"plan", "profile", …} (seeing.py), ASK {"what", …} (number: of the
+question). From it: READY once, STATUS, PICTURE (number: of the channel), SEEN with a packet of the league or nothing,
+ANSWER (number: of the question).
 """
 
 import json
@@ -14,7 +15,7 @@ from typing import Any
 
 HEADER = struct.Struct("<BII")
 LENGTH = struct.Struct("<I")
-READY, OPEN, WATCH, SHOW, ASK, STATUS, PICTURE, ANSWER = range(8)
+READY, OPEN, WATCH, SHOW, ASK, STATUS, PICTURE, ANSWER, SEE, SEEN = range(10)
 MAX_BODY = 256 << 20  # a still of 50 megapixels as PNG
 
 
