@@ -1,7 +1,16 @@
 """Ball and team markers in labelled pictures of real fields; learned from at most five clicks a colour."""
 
+import cv2
+import numpy as np
 import pytest
 from labelled import COLOURS, SETS, picture, read_set, sight_for, tallies, there
+
+from app.geometry import ImageSize
+from app.store.stages import load_plans
+from app.vision.colour_learning import learned
+from app.vision.sight import Plan, Sight
+from app.vision.stages import Setting
+from app.vision.views import View
 
 # Precision and recall of every kind of thing are at least this; the figures stand in static/help/figures.md.
 USUAL = (0.99, 0.99)
@@ -49,3 +58,23 @@ def test_a_set_sees_nothing_where_nothing_is_looked_for():
         for item in sight.see(picture(entry)).detections.items:
             x, y = item.pixel
             assert sight.setting.within[round(y), round(x)]
+
+
+def test_two_patches_of_its_own_tell_each_of_twenty_robots(real_data):
+    """A drawn film of every tag, moving: from the left as they look, first · 4 + second of red, green, cyan, pink."""
+    film = cv2.VideoCapture(str(real_data("fields/robocin/all_tags.mp4")))
+    frames = [film.read()[1] for _ in range(125)]
+    profile = learned("tags", [(frames[2], {
+        "blue": [(364, 180)], "yellow": [(364, 266)], "red": [(355, 200)], "green": [(373, 200)], "cyan": [(430, 200)],
+        "pink": [(600, 197)]})])
+    plan = load_plans()["vsss"].to_json()
+    for stage in plan["stages"]:
+        if stage["stage"] == "tags":
+            stage |= {"numbers": ["red", "green", "cyan", "pink"], "patches": "2", "apart_mm": 42.0, "front_deg": 180.0}
+    size = ImageSize(1280, 720)
+    sight = Sight(Plan.from_json(plan), Setting(size, profile, View.flat(size, 2.1), 60.0, 21.35))
+    numbers = {1, 2, 4, 6, 7, 8, 9, 11, 13, 14}
+    for pixels in frames[5::24]:
+        robots = sight.see(pixels).detections.of("robot")
+        assert sorted((d.team, d.id) for d in robots) == sorted((t, n) for t in ("blue", "yellow") for n in numbers)
+        assert all(abs(np.degrees(d.orientation_rad) - 90) < 3 for d in robots)

@@ -1,6 +1,7 @@
 """What the stages of seeing find, and how long they take: simulated matches, labelled pictures, milliseconds a stage.
 
     python tests/bench/bench_stages.py match 10000   Div B, 16 robots, light ±40 %, noise 4: places, numbers, fronts
+    python tests/bench/bench_stages.py small 200     the same with ten small robots on the 5v5 field, 1280 × 1024
     python tests/bench/bench_stages.py labels        precision and recall in pictures of real fields
     python tests/bench/bench_stages.py speed         1080p on one core, beside a plain OpenCV of the same colours
 """
@@ -22,15 +23,16 @@ SEEDS = (1, 2, 3, 4)
 PERIOD_S = 60.0  # of the simulated light
 
 
-def match(frames: int) -> None:
+def match(frames: int, small: bool = False) -> None:
     """Each seed another play with other numbers; learned in its first frame from five clicks a colour."""
     total = Score.fresh()
     for seed in SEEDS:
-        field = world(seed=seed)
-        sight, count = sight_of(field), frames // len(SEEDS)
+        field = world("vsss-5v5", size=(1280, 1024), robots=10, seed=seed, shuffled=False,
+                      speed_mm_s=500) if small else world(seed=seed)
+        sight, count = sight_of(field, "vsss" if small else "ssl"), frames // len(SEEDS)
         for i in range(count):
             time_s = i * 3.0 * PERIOD_S / count
-            scored(total, sight.see(field.frame_at(i, time_s)), field.truth_at(time_s))
+            scored(total, sight.see(field.frame_at(i, time_s)), field.truth_at(time_s), 40.0 if small else 100.0)
         print(f"seed {seed}: {total.robots} robots so far, {total.wrong} wrong, {total.missed} missed", flush=True)
     print(f"{total.robots} robots in {frames // len(SEEDS) * len(SEEDS)} frames: wrong number or team {total.wrong}, "
           f"without a number {total.unnamed}, missed {total.missed}, not there {total.invented}")
@@ -117,7 +119,7 @@ if __name__ == "__main__":
     asked = sys.argv[1:] or ["speed", "labels", "match", "400"]
     while asked:
         what = asked.pop(0)
-        if what == "match":
-            match(int(asked.pop(0)) if asked and asked[0].isdigit() else 400)
+        if what in ("match", "small"):
+            match(int(asked.pop(0)) if asked and asked[0].isdigit() else 400, what == "small")
         else:
             {"labels": labels, "speed": speed}[what]()
