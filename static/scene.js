@@ -12,7 +12,7 @@ import { main } from "./view.js";
 const AGAIN_MS = 2000, NEAR = 3; // screen pixels per picture pixel: so near a place is shown in the point editor
 const MOST_VERSIONS = 200;
 /** @type {SceneLook} */
-const FIRST = { layers: ["pictures", "arrows", "footprints", "labels", "moved", "things"], hidden: [], sheet: "none", scale: null, dark: true, view: "free", through: "" };
+const FIRST = { layers: ["pictures", "arrows", "footprints", "labels", "moved"], hidden: [], sheet: "none", scale: null, dark: true, view: "free", through: "" };
 
 /** Where the scene is, "" until it has begun. */
 export const place = signal("");

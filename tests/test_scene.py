@@ -11,7 +11,9 @@ from rig_over_field import sim_task
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+from app.detections import Detection, Detections
 from app.errors import BadInput
+from app.geometry import ImageSize
 from app.scene.export import scene_html
 from app.scene.locked import LockedViser
 from app.scene.look import LAYERS, Look
@@ -146,13 +148,21 @@ def test_the_picture_of_a_frustum_is_the_straightened_one(room, kept):
 
 def test_ball_and_robots_stand_where_they_were_detected_and_nowhere_else(room, kept):
     room.show(shown(kept))
-    room.things([{"kind": "ball", "x_mm": 500.0, "y_mm": -250.0},
-                 {"kind": "robot", "x_mm": 0.0, "y_mm": 1000.0, "team": "blue", "label": "3"}])
-    ball, robot = room._things
+    room.set({"layers": ["things"]})
+    seen = Detections((Detection("ball", (1.0, 2.0), x_mm=500.0, y_mm=-250.0), Detection("ball", (3.0, 4.0)),
+                       Detection("robot", (5.0, 6.0), "blue", 3, 0.0, 1000.0, 150.0, 0.5),
+                       Detection("marker", (7.0, 8.0), "yellow", None, 100.0, 100.0, 150.0)), ImageSize(640, 512))
+    room.things(kept["id"], seen.to_json()["detections"])
+    ball, robot, marker = room._things[kept["id"]]  # of the second ball nobody knows where it is
     radius = FIELD.extras["ball"]["radius_mm"] / 1000
     assert ball.position == pytest.approx([0.5, -0.25, radius]) and robot.position[:2] == pytest.approx([0, 1])
-    room.things([])
-    assert room._things == []
+    assert marker.position[2] == pytest.approx(0.15)
+    room.set({"layers": []})
+    assert not ball.visible
+    room.things(kept["id"], [])
+    assert room._things[kept["id"]] == []
+    room.things("nobody", seen.to_json()["detections"])  # a camera that was replaced meanwhile
+    assert "nobody" not in room._things
 
 
 def test_a_look_changes_only_what_it_is_told():

@@ -19,7 +19,7 @@ from app.api.sockets import refuse, until_either
 from app.api.work import at_work
 from app.errors import TouchlineError, Unavailable
 from app.live import Channel
-from app.live.wire import payload
+from app.live.wire import parts, payload
 from app.records import Calibration
 from app.scene import wire
 from app.scene.policy import KEPT
@@ -30,6 +30,7 @@ router = APIRouter(tags=["scene"])
 PICTURE_PX, PICTURE_FPS, PICTURE_QUALITY = 480, 5.0, 70
 IDLE_S = 300.0  # without anybody who looks: a tab that sleeps, or a script that has forgotten
 LOOK_S = 1.0
+SILENT_S = 5.0  # without a word of what is seen
 MOST_WAITING = 50  # messages for a page that takes none
 Dark = Annotated[bool, Query(description="on a dark ground")]
 
@@ -75,7 +76,8 @@ class Session:
     def __init__(self, socket: WebSocket) -> None:
         self._socket = socket
         self._waiting: asyncio.Queue[dict[str, Any]] = asyncio.Queue(MOST_WAITING)
-        self._pictures: list[asyncio.Task[None]] = []
+        self._wants_things = False
+        self._feeding: list[asyncio.Task[None]] = []
 
     def say(self, told: dict[str, Any]) -> None:
         """To the page, in order; one that takes nothing hears no more."""
@@ -92,6 +94,8 @@ class Session:
         while True:
             word = read_word(await self._socket.receive_text())
             if word.set is not None:
+                if word.set.layers is not None:
+                    self._wants_things = "things" in word.set.layers
                 process.send(wire.SET, word.set.model_dump(exclude_none=True))
             if word.show is not None:
                 try:
@@ -101,7 +105,7 @@ class Session:
 
     async def end(self) -> None:
         """No more pictures."""
-        tasks, self._pictures = self._pictures, []
+        tasks, self._feeding = self._feeding, []
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
@@ -111,8 +115,10 @@ class Session:
         told = await process.show(records.given)
         self.say({"shown": {**told, "missing": records.missing}})
         await self.end()
-        self._pictures = [asyncio.create_task(self._feed(process, key, calibration, asked.live))
-                          for key, calibration in records.calibrations.items()]
+        for key, calibration in records.calibrations.items():
+            self._feeding.append(asyncio.create_task(self._feed(process, key, calibration, asked.live)))
+            if asked.live and calibration.camera is not None:
+                self._feeding.append(asyncio.create_task(self._feed_things(process, key, calibration)))
 
     async def _feed(self, process: SceneProcess, key: str, calibration: Calibration, live: bool) -> None:
         """The picture that was clicked; then, where there is such a camera, what it sees now."""
@@ -130,6 +136,22 @@ class Session:
                     same = (status["width"], status["height"]) == tuple(calibration.image_size)
                     if same and process.viewers and not process.behind:
                         process.send(wire.PICTURE, {"key": key}, bytes(payload(body)))
+
+    async def _feed_things(self, process: SceneProcess, key: str, calibration: Calibration) -> None:
+        """What the camera sees on the field, by this very calibration; only while that layer is wanted, as the camera's
+        process works for it."""
+        while True:
+            await asyncio.sleep(LOOK_S)
+            if not self._wants_things:
+                continue
+            with suppress(TouchlineError, TimeoutError):  # switched off, silent, or gone
+                with self._socket.app.state.live.get(calibration.camera).seeing.listening(PICTURE_FPS) as viewer:
+                    while self._wants_things:
+                        told = parts(await viewer.next(SILENT_S))[0]
+                        things = told["items"] if told["calibration"] == calibration.id else []
+                        if process.viewers and not process.behind:
+                            process.send(wire.THINGS, {"key": key, "things": things})
+            process.send(wire.THINGS, {"key": key, "things": []})
 
 
 @router.get("/calibrations/{id}/scene.html", response_class=HTMLResponse, responses=HTML)

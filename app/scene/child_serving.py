@@ -36,7 +36,7 @@ class Serving:
             wire.EXPORT: lambda head, _: self._answer(head, lambda: ({}, self._exported(head))),
             wire.SET: lambda head, _: self._room.set(head),
             wire.PICTURE: lambda head, jpeg: self._picture(head["key"], jpeg),
-            wire.THINGS: lambda head, _: self._room.things(head["things"]),
+            wire.THINGS: lambda head, _: self._room.things(head["key"], head["things"]),
         }
         while True:
             kind, _, body = self._line.receive()

@@ -14,7 +14,7 @@ class Look:
     """layers: those that are seen. sheet: which expected error. scale: of residuals and of what moved, None for one at
     which they are well seen. hidden: cameras. view and through: from where it is looked at, and by which camera."""
 
-    layers: frozenset[str] = frozenset(LAYERS) - {"rays"}
+    layers: frozenset[str] = frozenset(LAYERS) - {"rays", "things"}
     sheet: str = "none"
     scale: float | None = None
     dark: bool = True

@@ -41,7 +41,7 @@ class Room:
         self._rays: dict[str, viser.SceneNodeHandle] = {}
         self._arrows: dict[str, list[viser.SceneNodeHandle]] = {}
         self._sheets: dict[str, dict[str, viser.SceneNodeHandle]] = {}
-        self._things: list[viser.SceneNodeHandle] = []
+        self._things: dict[str, list[viser.SceneNodeHandle]] = {}
         self._boards: BoardViews | None = None
         self._fair_scale = 1.0
         self._said: viser.SceneNodeHandle | None = None
@@ -109,12 +109,13 @@ class Room:
                 camera.show_picture(small(raw))
                 self._apply()
 
-    def things(self, found: Sequence[Mapping[str, Any]]) -> None:
-        """Ball and robots where they were detected, in place of the former."""
+    def things(self, key: str, found: Sequence[Mapping[str, Any]]) -> None:
+        """What a camera has detected now, in place of what it had before."""
         with self._lock, self.server.atomic():
-            for handle in self._things:
+            for handle in self._things.pop(key, []):
                 handle.remove()
-            self._things = draw_things(self.server.scene, self._field, found) if self._field is not None else []
+            if key in self._cameras and self._field is not None:
+                self._things[key] = draw_things(self.server.scene, f"/things/{key}", self._field, found)
             self._apply()
 
     # How it is looked at
@@ -157,8 +158,9 @@ class Room:
                 handle.visible = which == look.sheet and not hidden
         if self._said is not None:
             self._said.visible = bool(look.layers & {"arrows", "moved"})
-        for handle in self._things:
-            handle.visible = "things" in look.layers
+        for key, handles in self._things.items():
+            for handle in handles:
+                handle.visible = "things" in look.layers and key not in look.hidden
 
     def _look_from_all(self) -> None:
         for client in self.server.get_clients().values():

@@ -13,7 +13,7 @@ import { Title } from "./title.js";
 /** @typedef {import("../scene_types").SceneCamera} SceneCamera @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
 /** @type {[import("../scene_types").Layer, string][]} */
-const LAYERS = [["pictures", "Pictures"], ["rays", "Rays of the clicks"], ["arrows", "Residuals"], ["footprints", "What is seen of the carpet"], ["labels", "Height and tilt"]];
+const LAYERS = [["pictures", "Pictures"], ["rays", "Rays of the clicks"], ["arrows", "Residuals"], ["footprints", "What is seen of the carpet"], ["labels", "Height and tilt"], ["things", "Ball and robots, live"]];
 const LOG = 100; // steps of the slider in a power of ten
 
 export function SceneForm() {
