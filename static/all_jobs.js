@@ -20,7 +20,7 @@ export const running = computed(() => (jobs.value ?? []).filter((job) => !isOver
 /** What a kind of work is called. @type {Record<string, string>} */
 export const KINDS = {
   calibration: "Fitting a calibration", comparison: "Comparing the models", board: "Finding a lens from a board", straightness: "Judging straight edges", motion: "Judging rolls",
-  pair: "Geometry of two cameras", auto: "Calibrating without clicks", batch: "A whole archive of pictures",
+  pair: "Geometry of two cameras", auto: "Calibrating without clicks", register: "Registering a pose anew", check: "Checking a calibration", batch: "A whole archive of pictures",
 };
 
 export const jobsStanding = computed(() => {

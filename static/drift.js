@@ -7,7 +7,7 @@ import { workFor } from "./jobs.js";
 import { ask } from "./live.js";
 import { cameras, tell, tellError } from "./state.js";
 
-/** @typedef {{ calibration: string, version: number, parent: string, points: number, lines: number, lines_px: number, picture_px: number, sentence: string }} Registered */
+/** @typedef {{ calibration: string, version: number, snapshot: string, parent: string, points: number, lines: number, lines_px: number, picture_px: number, sentence: string }} Registered */
 
 const work = longWork();
 /** How far the registering is, and why it was refused. */

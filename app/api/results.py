@@ -36,7 +36,7 @@ def keepers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
 
     def registered(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
         kept = store.save(Calibration.from_json(made["made"]), about["by"])  # the child of what it was made from
-        return {"calibration": kept.id, "version": kept.version, **made["told"]}
+        return {"calibration": kept.id, "version": kept.version, "snapshot": kept.snapshot, **made["told"]}
 
     return {"calibration": calibration, "calibrations": calibrations, "lens": lens, "found-lines": found_lines,
             "registered": registered,

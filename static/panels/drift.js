@@ -34,6 +34,7 @@ function RegisteredVersion() {
   return html`<div class="registered" role="status" data-testid="registered"><p><b>Version ${it.made.version} is made, and not yet used.</b> ${it.made.sentence}</p>
     ${it.apart && html`<p class="reason">It puts the field ${mm(it.apart.rms_mm)} mm from where the active version does, ${mm(it.apart.max_mm)} mm at most.</p>`}
     <div class="line wrap"><button type="button" data-testid="use-registered" onClick=${() => void useRegistered()}>Activate version ${it.made.version}</button>
+      <a data-testid="look-at-registered" href=${`#/${it.made.snapshot}/compare`}>Look at it on its picture</a>
       <a data-testid="compare-registered" href=${addressOf({ name: "versions", argument: it.camera })}>Compare it with the others</a>
       <button type="button" data-testid="close-registered" onClick=${closeRegistered}>Leave it</button></div></div>`;
 }
