@@ -19,6 +19,9 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from field_watched import Score, clicked, scored, sight_of, world  # noqa: E402
 from labelled import SETS, read_set, tallies, there  # noqa: E402
 
+from app.options import read_options  # noqa: E402
+from app.vision.stages import STAGES, Seeing  # noqa: E402
+
 SEEDS = (1, 2, 3, 4)
 PERIOD_S = 60.0  # of the simulated light
 
@@ -85,6 +88,11 @@ def speed(runs: int = 150) -> None:
         began = time.perf_counter()
         _plain(pixels, ranges)
         took.setdefault("plain OpenCV, five colours", []).append(1000 * (time.perf_counter() - began))
+    busy = [sight.see(frames[i % len(frames)], clock=time.process_time).took_ms for i in range(runs)]
+    print("processor time, which other work beside it does not lengthen much: "
+          f"median {np.median([sum(ms.values()) for ms in busy]):.2f}, "
+          f"p95 {np.quantile([sum(ms.values()) for ms in busy], 0.95):.2f} ms; of it "
+          + ", ".join(f"{name} {np.median([ms[name] for ms in busy]):.2f}" for name in busy[0]))
     for name, ms in took.items():
         print(f"{name}: least {min(ms):.2f}, median {np.median(ms):.2f} ms")
     ours = np.sum([ms for name, ms in took.items() if not name.startswith("plain")], axis=0)
@@ -95,6 +103,23 @@ def speed(runs: int = 150) -> None:
         plain = np.array(took[f"plain OpenCV, {count} colours"])
         print(f"colours and blobs take {np.median(segmented / plain):.2f} of plain OpenCV with {count} colours "
               f"(least {segmented.min() / plain.min():.2f}); all stages {np.median(ours / plain):.2f}")
+    _choices(sight, frames)
+
+
+def _choices(sight, frames: list) -> None:
+    """What the stages cost that the plan for this league leaves out."""
+    for name, options in (("noise", {"method": "median"}), ("noise", {"method": "temporal"}),
+                          ("noise", {"method": "bilateral"}), ("edges", {"channel": "grey"}),
+                          ("edges", {"channel": "all"})):
+        kind = STAGES[name]
+        stage = kind(read_options(kind.OPTIONS, options), sight.setting)
+        ms = []
+        for i in range(30):
+            seeing = Seeing.of(frames[i % len(frames)])
+            began = time.perf_counter()
+            stage.run(seeing)
+            ms.append(1000 * (time.perf_counter() - began))
+        print(f"{name} {next(iter(options.values()))}: least {min(ms):.2f}, median {np.median(ms):.2f} ms")
 
 
 def _ranges(pixels: np.ndarray, clicks: dict) -> dict:
