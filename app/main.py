@@ -47,6 +47,7 @@ from app.api import (
     snapshots,
     straightness,
     streams,
+    tracks,
     versions,
 )
 from app.api.access import Access, login_router
@@ -70,7 +71,7 @@ from app.store.field_shelf import FieldShelf
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
              boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs, detections, seeing,
              colours, snapping, publishing, settings_told, board_capture, rolls, motion, auto, scenes, checks,
-             register)
+             register, tracks)
 API = "/api/v1"
 # whose functions jobs may be
 MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline", "app.auto_task",

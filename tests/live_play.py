@@ -9,16 +9,17 @@ from app.sources.sim.clicks import border_clicks
 from app.store.fields import load_fields
 
 REGION, SIZE = "quarter-bottom-left", (800, 600)
-SOURCE = ("sim://ssl-div-b?region=quarter-bottom-left&size=800x600&robots=12&ball=true&speed=0&numbers=drawn"
-          "&lens=division&k=-0.1&height=4000&fps=20&seed={seed}")
+SOURCE = ("sim://ssl-div-b?region=quarter-bottom-left&size=800x600&robots={robots}&play={play}&ball=true&speed=0&numbers=drawn"
+          "&lens=division&k=-0.1&height=4000&fill={fill}&fps=20&seed={seed}")
 
 
 class Before:
     """A camera's settings, what is before it, and its calibration by clicks."""
 
-    def __init__(self, name: str, seed: int = 3, region: str = REGION) -> None:
+    def __init__(self, name: str, seed: int = 3, region: str = REGION, play: str = "region",
+                 robots: int = 12, fill: float = 0.9) -> None:
         self.name, self.region = name, region
-        self.source = SOURCE.format(seed=seed).replace(REGION, region)
+        self.source = SOURCE.format(seed=seed, play=play, robots=robots, fill=fill).replace(REGION, region)
         self.field = load_fields()["ssl-div-b"]
         opened = source_from_url(self.source, Surroundings(fields={"ssl-div-b": self.field}))
         self.rendering = opened.rendering

@@ -62,6 +62,8 @@ class SimSource:
                "The ball is kicked three times as fast.", (0, 10_000), "mm/s"),
         Option("numbers", "choice", "counted", "Robots are numbered from 0, or draw their numbers out of 0 to 15.",
                choices=("counted", "drawn")),
+        Option("play", "choice", "region", "Where they play: in the part that this camera sees, or over the whole "
+               "field, the same before all cameras of one seed.", choices=("region", "field")),
         Option("ball", "bool", False, "Whether a ball rolls also where there are no robots."),
         Option("people", "int", 0, "People who walk about and hide lines.", (0, 8)),
         Option("walk", "float", 1200.0, "How fast they walk; at 0 they stand at the edge.", (0, 5000), "mm/s"),
@@ -104,7 +106,8 @@ class SimSource:
                     options["numbers"] == "drawn", options["ball"])
         light = Light(vignette=options["vignette"], glare=options["glare"], gain=options["light"],
                       grain=options["grain"])
-        rendering = Rendering.of(_camera(region, options), field, region, play, light,
+        played = field.regions["full"] if options["play"] == "field" else region
+        rendering = Rendering.of(_camera(region, options), field, played, play, light,
                                  Sensor(options["blur"], options["noise"], options["readout"]),
                                  Lamps(options["flicker"], options["flicker_hz"], options["drift"]))
         where = options["region"] or f"{options['camera']} of {options['cameras']}"
