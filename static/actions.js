@@ -23,6 +23,7 @@ import {
 } from "./state.js";
 import { checkRig, makeRig, openNewRig, rig, search as rigSearch, stopRig } from "./rig.js";
 import { ROLL_ACTIONS } from "./roll_actions.js";
+import { SEEING_ACTIONS } from "./seeing_actions.js";
 import { SCENE_ACTIONS } from "./scene_actions.js";
 import { SNAP_ACTIONS } from "./snap_actions.js";
 import { snapPoints, snapping } from "./snapping.js";
@@ -105,6 +106,7 @@ const TABLE = [
   { id: "turn", label: "Turn the field a quarter", short: "Turn a quarter", keys: ["t"], group: "Pictures",
     run: () => change({ ...doc.value, rotate: (rotation.value + 90) % 360 }), enabled: () => region.value !== null },
 
+  ...SEEING_ACTIONS,
   { id: "pick", label: "Pick points", short: "Pick", keys: ["p"], group: "Points", run: () => { tool.value = "pick"; },
     pressed: () => tool.value === "pick" },
   ...BORDERS.map((border, i) => ({

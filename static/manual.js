@@ -17,7 +17,7 @@ export const EXPLAINED = {
   downloads: "exports.md", live: "live.md", drift: "drift.md", reregister: "drift.md#re-register-the-pose", light: "light.md", controls: "cameras.md", board: "boards.md", lens: "boards.md",
   straight: "straight-lines.md", edges: "straight-lines.md#what-the-numbers-say-and-what-they-cannot-see",
   network: "ssl-vision.md", epipolar: "two-cameras.md#epipolar-error-px",
-  pair: "two-cameras.md", agreement: "two-cameras.md#agreement-mm", wrong: "wrong.md", scene: "scene.md", rolls: "rolling.md", "rolls-all": "rolling.md#what-the-numbers-cannot-see",
+  pair: "two-cameras.md", agreement: "two-cameras.md#agreement-mm", wrong: "wrong.md", scene: "scene.md", seen: "detection.md#seen-live", colours: "detection.md#colours-by-hand", "colour-presets": "detection.md#colours-by-hand", stages: "detection.md#stage-by-stage", "seen-published": "detection.md#sending-what-is-seen", rolls: "rolling.md", "rolls-all": "rolling.md#what-the-numbers-cannot-see",
 };
 
 /** The end of a heading's address: "What the figures say" → "what-the-figures-say". @param {string} text */

@@ -7,7 +7,7 @@ import { atLive, atPair, atStraight, help, snapshot, step } from "./state.js";
 /** @typedef {import("./pages_types").At} At */
 
 /** @type {At["name"][]} */
-export const NAMES = ["jobs", "settings", "versions", "capture", "rig", "rolls", "scene"]; // no picture's ids: those are hexadecimal
+export const NAMES = ["jobs", "settings", "versions", "capture", "rig", "rolls", "scene", "seeing"]; // no picture's ids: those are hexadecimal
 /** Where the page is, or null: at the steps or a desk. */
 export const page = signal(/** @type {At | null} */ (null));
 /** The picture that was left for it. */

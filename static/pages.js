@@ -6,9 +6,10 @@ import { page } from "./page.js";
 import { rigStanding } from "./rig.js";
 import { rollsStanding } from "./rolls.js";
 import { sceneStanding } from "./scene.js";
+import { seeingStanding } from "./seeing.js";
 import { settingsStanding } from "./settings.js";
 import { shelfStanding } from "./version_shelf.js";
 
-const STANDINGS = { jobs: jobsStanding, settings: settingsStanding, versions: shelfStanding, capture: captureStanding, rig: rigStanding, rolls: rollsStanding, scene: sceneStanding };
+const STANDINGS = { jobs: jobsStanding, settings: settingsStanding, versions: shelfStanding, capture: captureStanding, rig: rigStanding, rolls: rollsStanding, scene: sceneStanding, seeing: seeingStanding };
 
 export const pageStanding = computed(() => STANDINGS[page.value?.name ?? "jobs"].value);

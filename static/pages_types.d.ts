@@ -2,7 +2,7 @@
 import type { Calibration, Job } from "./types";
 
 /** One page: its name in the address, and what follows it there. */
-export interface At { name: "jobs" | "settings" | "versions" | "capture" | "rig" | "rolls" | "scene"; argument: string }
+export interface At { name: "jobs" | "settings" | "versions" | "capture" | "rig" | "rolls" | "scene" | "seeing"; argument: string }
 /** A job as the list of all has it. made: ids of what it has kept. */
 export interface JobInList extends Job { made: { calibration?: string; lens?: string }; created_at: string; ended_at: string | null }
 export interface Setting { name: string; value: unknown; default: unknown; help: string; secret: boolean; change: string | null }

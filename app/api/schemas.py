@@ -221,7 +221,7 @@ class TransformRequest(Strict):
                                                       "the calibration's")
 
 
-Purpose = Literal["picture", "board", "straight", "rig"]
+Purpose = Literal["picture", "board", "straight", "rig", "seeing"]
 
 
 class CameraSnapshot(Strict):
@@ -233,7 +233,7 @@ class CameraSnapshot(Strict):
     over_s: Annotated[float, Field(ge=0, le=60)] | None = Field(
         None, description="over how long they are spread, s; a third of a second each when left out")
     purpose: Purpose = Field("picture", description="what it is taken for: a field, a board, straight edges,"
-                             " or a rig's check")
+                             " a rig's check, or a frame that is held while colours are clicked")
 
 
 class Problem(BaseModel):

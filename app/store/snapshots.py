@@ -28,7 +28,7 @@ from app.store.tables import CalibrationRow, DraftRow, LensRow, SnapshotRow
 class Snapshot:
     """A kept picture. format: "png", "jpeg", "bmp" or "webp", of the bytes as they came.
 
-    purpose: what it was taken for: "picture" of a field, of a "board", or of "straight" edges.
+    purpose: what it was taken for: "picture" of a field, of a "board", of "straight" edges, for a "rig" or "seeing".
     """
 
     id: str

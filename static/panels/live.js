@@ -38,7 +38,7 @@ export function LiveDesk() {
       : html`<${LiveView} key=${it.id} id=${it.id} name=${it.name} view=${can ? /** @type {"raw" | "corrected"} */ (view) : "raw"} width=${WIDTH} lines=${lines}/>`}
     ${watching.value && html`<div class="working" data-testid="watching"><div class="line"><progress max="1" value=${watching.value.share} aria-label="Watching"></progress><${ActionButton} id="stop-watching"/></div>
       <p class="reason">Watching for eight seconds, so that whoever walks by leaves the picture.</p></div>`}
-    <div class="line wrap"><${ActionButton} id="take-live"/><${ActionButton} id="take-still"/><${ActionButton} id="check-calibration"/><${ActionButton} id="watch-board"/><${ActionButton} id="watch-rolls"/>
+    <div class="line wrap"><${ActionButton} id="take-live"/><${ActionButton} id="take-still"/><${ActionButton} id="check-calibration"/><${ActionButton} id="watch-board"/><${ActionButton} id="watch-rolls"/><${ActionButton} id="seeing"/>
       ${it.editable && html`<button type="button" data-testid="edit-camera" onClick=${() => void openForm(it)}>Change…</button>
         <button type="button" data-testid="remove-camera" onClick=${() => void removeCamera(it)}>Remove</button>`}</div>
     <${CheckWorking}/><${CheckedPicture}/>

@@ -13,7 +13,7 @@ const TAPE_MM = 30; // how sure a tape measure makes, until the operator says ot
 
 /** @param {{ option: Option }} props */
 export function OptionField({ option }) {
-  const { name, unit, help, type, default: fallback } = option, id = `option-${name}`;
+  const { name, default: fallback } = option;
   if (model.value?.options.some((o) => o.type === "calibration" && name === `${o.name}_sigma`)) return null; // stands beside that lens
   const value = doc.value.options[name] ?? fallback;
   /** @param {unknown} v */
@@ -21,6 +21,12 @@ export function OptionField({ option }) {
     const { [name]: _, ...others } = doc.value.options;
     change({ ...doc.value, options: v === null || v === fallback ? others : { ...others, [name]: v } });
   };
+  return html`<${OptionRow} option=${option} id=${`option-${name}`} value=${value} set=${set}/>`;
+}
+
+/** An option of anything, with what it stands at. @param {{ option: Option, id: string, value: any, set: (value: unknown) => void }} props set(null): as if nothing had been said */
+export function OptionRow({ option, id, value, set }) {
+  const { name, unit, help, type } = option;
   const Control = CONTROLS[type] ?? NumberField, about = { id, "data-testid": id, "aria-describedby": `${id}-help` };
   return html`<div class=${`option ${type}`}><label class="pair" for=${id}><span>${label(name)}</span>
       <span class="with-unit"><${Control} option=${option} value=${value} set=${set} about=${about}/>${unit && html`<small>${unit}</small>`}</span></label>
@@ -84,8 +90,16 @@ function Terms({ option: { choices }, value, set, about }) {
     ${!isAuto && choices.map((term) => html`<label key=${term}><input type="checkbox" checked=${chosen.includes(term)} onChange=${() => toggle(term)}/> ${term}</label>`)}</span>`;
 }
 
+/** Some of a few names, in their order. @param {Props} props */
+function Names({ option: { name, choices }, value, set, about }) {
+  const chosen = /** @type {string[]} */ (value);
+  /** @param {string} one */
+  const toggle = (one) => set(chosen.includes(one) ? chosen.filter((c) => c !== one) : [...chosen, one]);
+  return html`<span class="terms" role="group" aria-label=${label(name)}>${choices.map((one, i) => html`<label key=${one}><input type="checkbox" ...${i ? {} : about} checked=${chosen.includes(one)} onChange=${() => toggle(one)}/> ${one}</label>`)}</span>`;
+}
+
 /** @type {Record<string, (props: Props) => any>} */
 const CONTROLS = {
   bool: Tick, choice: Choice, "int-or-auto": IntOrAuto, int: NumberField, float: NumberField,
-  "value-and-sigma": ValueAndSigma, "terms-or-auto": Terms, calibration: HeldLens,
+  "value-and-sigma": ValueAndSigma, "terms-or-auto": Terms, names: Names, calibration: HeldLens,
 };

@@ -8,6 +8,9 @@ import { PageMenu, SettingsHelp, SettingsPage } from "./settings.js";
 import { RigForm, RigPage, RigReport } from "./rig.js";
 import { RollsForm, RollsPage, RollsReport } from "./rolls.js";
 import { SceneForm, ScenePage, SceneReport } from "./scene.js";
+import { SeeingForm } from "./colours.js";
+import { SeeingPage } from "./seeing.js";
+import { SeeingReport } from "./seen.js";
 import { ShelfPage, ShelfReport } from "./version_shelf.js";
 
 const PAGES = {
@@ -15,6 +18,7 @@ const PAGES = {
   versions: { label: "Saved versions", Form: PageMenu, Main: ShelfPage, Report: ShelfReport }, capture: { label: "Board before the camera", Form: CaptureForm, Main: CapturePage, Report: CaptureReport },
   rig: { label: "Rig", Form: RigForm, Main: RigPage, Report: RigReport },
   rolls: { label: "Rolling ball", Form: RollsForm, Main: RollsPage, Report: RollsReport }, scene: { label: "Scene in 3-D", Form: SceneForm, Main: ScenePage, Report: SceneReport },
+  seeing: { label: "What it sees", Form: SeeingForm, Main: SeeingPage, Report: SeeingReport },
 };
 
 /** As a desk is described in main.js. Files dropped there are of nothing. */
