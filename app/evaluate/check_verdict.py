@@ -9,7 +9,7 @@ from app.evaluate.report import FAIR_MM, GOOD_MM
 LEAST_FOUND = 0.5  # of the length of the lines that should be seen: people may stand on a third of it
 LEAST_LINES = 3
 SEEN = 0.3  # of a marking: below it, it says nothing
-ELSEWHERE = 0.5  # of the length that is expected: so much of other lines on the picture, and the camera looks elsewhere
+ELSEWHERE = 0.5  # of the length that is expected: so much of other lines, and the camera looks elsewhere
 UNTOLD = ("elsewhere", "not-seen")  # reasons for which no figure in mm means anything
 AS_MADE = 1.5  # times the error that the calibration told of itself: then nothing has changed
 LENS = 2.0  # times: what is left when the picture's motion is taken away, against the level's bound
