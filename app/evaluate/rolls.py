@@ -96,19 +96,20 @@ def rolls_of(points: Sequence[Points], seconds: Sequence[float], size: ImageSize
         return Rolls((), _lens(0.0, size), np.inf, 0.0, np.inf, sideways)
     tracks = [p for p, _ in usable]
     push = np.array([t for _, t in usable]) ** 2 / 8
-    own = [_bow(p) for p in tracks]
-    sigma = _pooled([b.rms_px for b in own], [len(p) for p in tracks]) * np.array([b.per_px for b in own])
+    all_of = _Tracks(tracks)
+    own = all_of.bows(all_of.points)
+    sigma = _pooled(own.rms_px, all_of.counts) * own.per_px
     k, weight, gain = 0.0, np.ones(len(tracks)), np.ones(len(tracks))
     for _ in range(ROUNDS):
-        bow = _bows(tracks, k, size)
-        gain = (_bows(tracks, k + STEP, size) - _bows(tracks, k - STEP, size)) / (2 * STEP)
+        bow = all_of.under(k, size)
+        gain = (all_of.under(k + STEP, size) - all_of.under(k - STEP, size)) / (2 * STEP)
         spread = np.hypot(sigma, sideways * push)
         weight = np.minimum(1.0, HUBER * spread / np.maximum(np.abs(bow), 1e-12)) / spread**2
         move = -float((np.sum(weight * gain * bow) + k / ANY_K**2) / (np.sum(weight * gain**2) + 1 / ANY_K**2))
         k = float(np.clip(k + np.clip(move, -0.2, 0.2), -MOST_K, MOST_K))
         if len(tracks) >= LEAST_FOR_SIDEWAYS:
-            sideways = _sideways(_bows(tracks, k, size), sigma, push)
-    left, spread = _bows(tracks, k, size), np.hypot(sigma, sideways * push)
+            sideways = _sideways(all_of.under(k, size), sigma, push)
+    left, spread = all_of.under(k, size), np.hypot(sigma, sideways * push)
     # Rolls that disagree by more than that can explain make the answer as much less sure (R. Birge, 1932).
     birge = np.sqrt(np.sum(weight * left**2) / max(len(tracks) - 1, 1))
     few = np.sqrt(1 + 2 / len(tracks))  # σ that was itself told by a few rolls
@@ -118,8 +119,8 @@ def rolls_of(points: Sequence[Points], seconds: Sequence[float], size: ImageSize
     without = weight * gain * left / np.maximum(told.sum() - told + 1 / ANY_K**2, 1e-12)
     k_sigma = max(k_sigma, float(np.sqrt((len(tracks) - 1) / len(tracks) * np.sum(without**2))))
     agrees = np.abs(left) <= 3 * np.sqrt(spread**2 + (SHAPE * gain * k) ** 2 + LEAST_PX**2)
-    rolls = tuple(_roll(*each, size, bool(used)) for *each, used in
-                  zip(numbers, tracks, own, sigma, spread, agrees, strict=True))
+    rolls = tuple(_roll(number, tracks[i], (own.px[i], own.length_px[i], own.rms_px[i], sigma[i], spread[i]), size,
+                        bool(agrees[i])) for i, number in enumerate(numbers))
     by_k = (border_pct(k + STEP, size) - border_pct(k - STEP, size)) / (2 * STEP)
     return Rolls(rolls, _lens(k, size), k_sigma, border_pct(k, size), abs(by_k) * k_sigma, sideways)
 
@@ -149,37 +150,52 @@ def _lens(k: float, size: ImageSize) -> PlumbLens:
     return PlumbLens("division", (k,), size.centre, size)
 
 
-def _bows(tracks: Sequence[Points], k: float, size: ImageSize) -> NDArray[np.float64]:
-    lens = _lens(k, size)
-    return np.array([_bow(lens.straight_from_raw(p)).px for p in tracks])
+class _Tracks:
+    """Several tracks, one after the other, so that one look measures the bows of all."""
+
+    def __init__(self, tracks: Sequence[Points]) -> None:
+        self.points = np.concatenate(tracks)
+        self.counts = np.array([len(track) for track in tracks])
+        self.starts = np.concatenate([[0], np.cumsum(self.counts)[:-1]])
+        self._owner = np.repeat(np.arange(len(tracks)), self.counts)
+
+    def bows(self, points: Points) -> "_Bows":
+        """Of the tracks with their points there instead, (n, 2) px."""
+        owner, last = self._owner, self.starts + self.counts - 1
+        about = points - (self._sums(points) / self.counts[:, None])[owner]
+        chord = points[last] - points[self.starts]
+        way = (chord / np.maximum(np.hypot(*chord.T), 1e-12)[:, None])[owner]
+        u, v = np.sum(about * way, axis=1), about[:, 0] * way[:, 1] - about[:, 1] * way[:, 0]
+        length = np.maximum.reduceat(u, self.starts) - np.minimum.reduceat(u, self.starts)
+        t = u / np.maximum(length / 2, 1e-9)[owner]
+        design = np.stack([np.ones_like(t), t, t**2], axis=1)
+        inverse = np.linalg.pinv(self._sums(design[:, :, None] * design[:, None, :]), hermitian=True)
+        terms = np.einsum("nij,nj->ni", inverse, self._sums(design * v[:, None]))
+        off = v - np.sum(design * terms[owner], axis=1)
+        rms = np.sqrt(self._sums(off**2) / np.maximum(self.counts - 3, 1))
+        return _Bows(-terms[:, 2], np.sqrt(np.maximum(inverse[:, 2, 2], 0.0)), rms, np.maximum(length, 2e-9))
+
+    def under(self, k: float, size: ImageSize) -> NDArray[np.float64]:
+        """Their bows, px, once a lens of that k is undone."""
+        return self.bows(_lens(k, size).straight_from_raw(self.points)).px
+
+    def _sums(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.add.reduceat(values, self.starts, axis=0)
 
 
-@dataclass(frozen=True)
-class _Bow:
-    """Of a parabola across a roll's chord: its height; that height's σ for noise of 1 px; rms about it; length."""
+@dataclass(frozen=True, eq=False)
+class _Bows:
+    """Of a parabola across each chord, (n,): its height; that height's σ for noise of 1 px; rms about it; length."""
 
-    px: float
-    per_px: float
-    rms_px: float
-    length_px: float
-
-
-def _bow(points: Points) -> _Bow:
-    about = points - points.mean(axis=0)
-    direction = points[-1] - points[0]
-    direction = direction / max(float(np.hypot(*direction)), 1e-12)
-    u, v = about @ direction, about @ np.array([direction[1], -direction[0]])
-    half = max(float(np.ptp(u)) / 2, 1e-9)
-    design = np.stack([np.ones_like(u), u / half, (u / half) ** 2], axis=1)
-    terms = np.linalg.lstsq(design, v, rcond=None)[0]
-    rms = float(np.sqrt(np.sum((v - design @ terms) ** 2) / max(len(v) - 3, 1)))
-    sigma = float(np.sqrt(np.linalg.pinv(design.T @ design)[2, 2]))
-    return _Bow(-float(terms[2]), sigma, rms, 2 * half)
+    px: NDArray[np.float64]
+    per_px: NDArray[np.float64]
+    rms_px: NDArray[np.float64]
+    length_px: NDArray[np.float64]
 
 
-def _pooled(rms: Sequence[float], counts: Sequence[int]) -> NDArray[np.float64]:
+def _pooled(own: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.float64]:
     """Each roll's noise, px, drawn towards that of all: a short roll hardly knows its own."""
-    own, freedom = np.array(rms), np.maximum(np.array(counts) - 3.0, 1.0)
+    freedom = np.maximum(counts - 3.0, 1.0)
     everyone = float(np.median(own))
     return np.sqrt((freedom * own**2 + 10 * everyone**2) / (freedom + 10)) + 1e-3
 
@@ -190,15 +206,16 @@ def _sideways(left: NDArray, sigma: NDArray, push: NDArray) -> float:
     return float(np.median(each))
 
 
-def _roll(number: int, points: Points, bow: _Bow, sigma: float, spread: float, size: ImageSize, used: bool) -> Roll:
+def _roll(number: int, points: Points, told: tuple[float, ...], size: ImageSize, used: bool) -> Roll:
+    """told: its bow, length, rms, σ by noise and by all, px."""
+    px, length, rms, sigma, spread = map(float, told)
     chord = points[-1] - points[0]
     left = np.array([chord[1], -chord[0]])  # of its way, as y points down
     inwards = 1.0 if (np.array(size.centre) - points.mean(axis=0)) @ left > 0 else -1.0
     middle = (points[0] + points[-1]) / 2
     zone = tuple(int(v) for v in np.clip(middle / (size.width, size.height) * ZONES, 0, ZONES - 1))
-    pct = 100 / bow.length_px
-    return Roll(number, bow.length_px, bow.px, pct * bow.px * inwards, pct * sigma, pct * spread, bow.rms_px,
-                (zone[0], zone[1]), used)
+    pct = 100 / length
+    return Roll(number, length, px, pct * px * inwards, pct * sigma, pct * spread, rms, (zone[0], zone[1]), used)
 
 
 def _plain(value: float) -> float | None:
