@@ -17,6 +17,7 @@ USUAL = (0.99, 0.99)
 HARDER = {
     "agh_dusk": (0.6, 0.35),  # a mean of 3 grey levels of 255
     "agh_ball": (0.75, 0.75),  # burnt white in one of five lights
+    "agh_white_lights": (0.85, 0.99),  # between yellow and a pale blue there is some green
     "agh_yellow_lights": (0.8, 0.99),  # a red ball's rim looks pink
 }
 

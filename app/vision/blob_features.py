@@ -69,8 +69,8 @@ def _extreme(keep: np.ufunc, values: NDArray[np.int64], patch: NDArray[np.int64]
     return found
 
 
-def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs) -> Points:
-    """(n, 2) px: middles weighted by how much of each pixel the blob covers.
+def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs, labels: NDArray[np.uint8] | None = None) -> Points:
+    """(n, 2) px: middles weighted by how much of each pixel the blob covers. labels: what belongs to another colour.
 
     A pixel at the rim is a mixture p = α blob + (1 - α) beside; α is found along the way from one colour to the other.
     """
@@ -85,7 +85,11 @@ def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs) -> Points:
     centre = np.rint((blobs.box[small, :2] + blobs.box[small, 2:]) / 2).astype(int)
     x, y = centre[:, 0, None, None] + steps[None, None, :], centre[:, 1, None, None] + steps[None, :, None]
     inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-    seen = pixels[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)].astype(np.float32)  # (n, k, k, 3)
+    y_in, x_in = np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)
+    seen = pixels[y_in, x_in].astype(np.float32)  # (n, k, k, 3)
+    if labels is not None:  # a patch that touches is neither of this one nor what lies beside it
+        owner = labels[y_in, x_in]
+        inside &= (owner == 0) | (owner == blobs.colour[small, None, None])
     about = (blobs.box[small, :2] + blobs.box[small, 2:]) / 2
     # In half-sizes of the blob's own ellipse: 1 is its rim.
     out_x = np.abs(x - about[:, 0, None, None]) - half[small, 0, None, None]

@@ -44,7 +44,7 @@ class FindBlobs:
             size = blobs.area * self._view.scale(blobs.middle) ** 2
             blobs = blobs.only((size >= self._options["least_mm2"]) & (size <= self._options["most_mm2"]))
         if len(blobs):
-            blobs = replace(blobs, middle=fine_middles(seeing.clean, blobs), sharpness=_rims(seeing, blobs))
+            blobs = replace(blobs, middle=fine_middles(seeing.clean, blobs, labels), sharpness=_rims(seeing, blobs))
         return replace(seeing, blobs=blobs, notes=seeing.notes + notes)
 
     def _without_floods(self, seeing: Seeing) -> tuple[np.ndarray, tuple[str, ...]]:
