@@ -40,7 +40,7 @@ effect(() => { void shown.value?.id; notChecked.value = null; });
 
 /** @type {import("./actions.js").Action[]} */
 export const CHECK_ACTIONS = [
-  { id: "check-calibration", label: "Check the active calibration against the picture of now", short: "Check the calibration", keys: ["c"], group: "Pictures",
+  { id: "check-calibration", label: "Check the active calibration against the picture of now", short: "Check the calibration", keys: ["F4"], group: "Pictures",
     run: () => void checkCalibration(), enabled: () => canCheck.value },
   { id: "stop-check", label: "Stop checking the calibration", short: "Stop", group: "Pictures", run: () => checking.value?.stop.abort(), enabled: () => checking.value !== null },
 ];

@@ -10,7 +10,7 @@ const here = () => shown.value !== null && told.value !== null;
 
 /** @type {import("./actions.js").Action[]} */
 export const SEEING_ACTIONS = [
-  { id: "seeing", label: "Show what this camera sees: ball, robots, colours, stages", short: "What it sees…", keys: ["w"], group: "Pictures", run: () => openPage("seeing", liveShown.value?.id ?? ""), enabled: () => liveShown.value !== null },
+  { id: "seeing", label: "Show what this camera sees: ball, robots, colours, stages", short: "What it sees…", keys: ["F9"], group: "Pictures", run: () => openPage("seeing", liveShown.value?.id ?? ""), enabled: () => liveShown.value !== null },
   { id: "hold-frame", label: "Hold the frame of now, or go on", short: "Hold", keys: [" "], group: "Seeing", run: () => { if (still.value) letGo(); else void hold(); }, enabled: () => here() && !taking.value, pressed: () => still.value !== null },
   { id: "next-frame", label: "Hold the next frame", short: "Next frame", keys: ["."], group: "Seeing", run: () => void hold(), enabled: () => here() && still.value !== null && !taking.value },
   { id: "mask", label: "Show which colour each pixel is taken for, or the picture", short: "Mask", keys: ["m"], group: "Seeing", run: () => toggleView(MASK), enabled: here, pressed: () => view.value === MASK },

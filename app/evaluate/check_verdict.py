@@ -22,8 +22,7 @@ class Checked:
     """How far off, mm: of the places (rms, p95), and carried over carpet and hats (p95, max). None where not known.
 
     left_mm: rms of what is not a motion of the camera, as of a lens that was changed. others_share: length of long
-    lines that lie where none is expected, as a share of what is. own_mm: what the calibration said of itself when it was
-    made.
+    lines that lie where none is expected, as a share of what is. own_mm: what the calibration said of itself when made.
     """
 
     found_share: float

@@ -85,7 +85,7 @@ def test_live_pictures_blink(live):
 def test_the_active_calibration_is_checked_against_the_picture_of_now_by_one_key(live, tmp_path):
     page = live.page
     expect(page.get_by_test_id("do-check-calibration")).to_be_enabled(timeout=LONG)
-    page.keyboard.press("c")
+    page.keyboard.press("F4")
     verdict = page.get_by_test_id("check-verdict")
     expect(verdict).to_have_attribute("data-reason", re.compile("holds|moved|lens|as-made"), timeout=4 * LONG)
     expect(page.get_by_test_id("line-touch-line-top")).to_contain_text("%")
