@@ -15,8 +15,8 @@ from app.evaluate.roll_report import Rolled, roll_report
 from app.evaluate.rolls import border_pct, rolls_of
 from app.exports import EXPORTS
 from app.geometry import ImageSize
+from app.live import capture as live_capture
 from app.live import rolls as live_rolls
-from app.live.capture import Capture
 from app.models import field_from_raw, model_from_json
 from app.models.plumb_view import StraightPicture
 from app.motion_pipeline import Rolling
@@ -307,15 +307,21 @@ def test_a_camera_in_somebodys_hand_is_refused(real_data):
 
 def test_what_moves_is_followed_only_while_somebody_asks(monkeypatch):
     monkeypatch.setattr(live_rolls, "KEEP_S", 0.5)
-    capture = Capture("sim://table?robots=0&ball=true&size=320x256&fps=50", Surroundings(load_fields()))
+    monkeypatch.setattr(live_capture, "RESTS_AFTER_S", 0.3)
+    capture = live_capture.Capture("sim://table?robots=0&ball=true&size=320x256&fps=50", Surroundings(load_fields()))
     capture.start()
     watch = live_rolls.RollWatch(capture)
     first = watch.ask("", 0, 0)
     again = watch.ask(first["watch"], 0, first["seq"])
     assert again["seq"] > first["seq"] and again["watch"] == first["watch"]
     assert (again["width"], again["height"]) == (320, 256)
-    until = time.monotonic() + 60
-    while watch._thread is not None and time.monotonic() < until:
-        time.sleep(0.05)
-    assert watch._thread is None  # it costs nothing now
+    becomes(lambda: watch._thread is None)  # it costs nothing now
     assert watch.ask(first["watch"], 7, 0)["watch"] != first["watch"]  # and numbers begin anew
+    becomes(lambda: watch._thread is None and capture.resting)
+
+
+def becomes(condition, seconds=60.0):
+    until = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < until, "it never did"
+        time.sleep(0.05)
