@@ -44,7 +44,7 @@ function Picture() {
   const width = held?.width ?? now?.width ?? 4, height = held?.height ?? now?.height ?? 3, size = isCorrected ? places.value?.corrected : null, margin = size ? Math.round(MARGIN * size[0]) : 0;
   const across = size ? size[0] + 2 * margin : width;
   const box = size ? `${-margin - 0.5} ${-margin - 0.5} ${across} ${size[1] + 2 * margin}` : `-0.5 -0.5 ${width} ${height}`;
-  return html`<div class="captured seen" ref=${frame} data-view=${name} data-held=${String(held !== null)} data-count=${now?.items.length ?? ""}><div class="zoomed" style=${`width:${100 * near}%`}>
+  return html`<div class="captured sighted" ref=${frame} data-view=${name} data-held=${String(held !== null)} data-count=${now?.items.length ?? ""}><div class="zoomed" style=${`width:${100 * near}%`}>
     ${stage ? html`<${StagePicture} key=${`${camera.id} ${stage}`} camera=${camera.id} stage=${stage} width=${WIDTH_PX}/>`
       : held ? html`<img class="held" data-testid="held-frame" alt=${`A held frame of ${camera.name}`} width=${held.width} height=${held.height} src=${address(`/snapshots/${held.id}/image.jpg`)}/>`
         : html`<${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} view=${isCorrected ? "corrected" : "raw"} width=${WIDTH_PX}/>`}
