@@ -17,6 +17,7 @@ from app.api import (
     calibrations,
     cameras,
     checks,
+    clips,
     colours,
     detections,
     docs,
@@ -71,7 +72,7 @@ from app.store.field_shelf import FieldShelf
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
              boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs, detections, seeing,
              colours, snapping, publishing, settings_told, board_capture, rolls, motion, auto, scenes, checks,
-             register, tracks)
+             register, tracks, clips)
 API = "/api/v1"
 # whose functions jobs may be
 MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline", "app.auto_task",

@@ -92,6 +92,14 @@ class SeeingShelf:
         except (TouchlineError, KeyError):
             return dict(OFF)
 
+    def still(self, id: str) -> dict[str, Any]:
+        """By what a kept picture of a camera is looked at: "plan", "profile", "extent_mm"; usual for one removed."""
+        try:
+            kept, _ = self.kept(id)
+            return {"plan": kept["plan"], "profile": self.profile(kept), "extent_mm": self._extent_mm(id)}
+        except NotFound:
+            return {"plan": named_plan("ssl").to_json(), "profile": None, "extent_mm": SOME_FIELD_MM}
+
     def publish(self, packet: bytes) -> TouchlineError | None:
         """Send it to the league's group; why it did not leave."""
         group = self._publishing.publishing.group

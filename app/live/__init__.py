@@ -5,8 +5,8 @@
               inspector (light, focus)
 
 In the camera's process: child.py (its start), child_serving.py (what it is asked), capture.py, encoder.py, picture.py,
-inspector.py, drift.py, rolls.py, stills.py, seeing.py (with painter.py and league.py). In the server: process.py,
-camera.py, sighted.py, tracked.py, state.py, viewer.py, cameras.py. Both: wire.py, channel.py.
+inspector.py, drift.py, rolls.py, stills.py, seeing.py (with painter.py and league.py), ring.py. In the server:
+process.py, camera.py, sighted.py, tracked.py, state.py, viewer.py, cameras.py. Both: wire.py, channel.py.
 """
 
 from app.live.camera import LiveCamera

@@ -205,6 +205,10 @@ class LiveCamera:
         head, _ = await self._ask({"what": "rolls", "watch": watch, "after": after, "seq": seq}, 10.0)
         return head
 
+    async def clip(self, seconds: float) -> tuple[dict[str, Any], bytes]:
+        """What a clip's frames are, and their JPEGs one after the other: live/ring.py."""
+        return await self._ask({"what": "clip", "seconds": seconds}, seconds + 20.0)
+
     async def controls(self) -> list[dict[str, Any]]:
         head, _ = await self._ask({"what": "controls"}, 5.0)
         return head["controls"]

@@ -19,6 +19,7 @@ from app.live.drift import Drift
 from app.live.encoder import Encoder
 from app.live.inspector import Inspector
 from app.live.picture import Shown
+from app.live.ring import Ring
 from app.live.rolls import RollWatch
 from app.live.seeing import Seeing
 from app.live.stills import still
@@ -42,9 +43,11 @@ class Serving:
         self._drift = Drift(self._capture, Limits(**spec["limits"]))
         self._rolls = RollWatch(self._capture)
         self._seeing = Seeing(self._capture, line.send)
+        self._ring = Ring(self._capture)
 
     def run(self) -> None:
-        for part in (self._capture, self._encoder, self._inspector, self._drift, self._seeing):
+        for part in (self._capture, self._encoder, self._inspector, self._drift, self._seeing,
+                     self._ring):
             part.start()
         every(STATUS_S, self._tell)
         while True:
@@ -54,6 +57,7 @@ class Serving:
                 channels = {one["number"]: (Channel(**one["channel"]), one["interval_s"]) for one in head["channels"]}
                 self._encoder.watch({n: one for n, one in channels.items() if not one[0].is_seen})
                 self._seeing.watch({n: one for n, one in channels.items() if one[0].is_seen})
+                self._ring.keep(any(channel.is_seen for channel, _ in channels.values()))
                 self._capture.watch(bool(head["channels"]))
             elif kind == wire.SHOW:
                 shown = _shown(head["calibration"])
@@ -75,6 +79,7 @@ class Serving:
             "still": lambda a: still(self._capture, a["frames"], a["over_s"], a["timeout_s"]),
             "board": lambda a: (look(self._capture, a["board"], a["after"]), b""),
             "rolls": lambda a: (self._rolls.ask(a["watch"], a["after"], a["seq"]), b""),
+            "clip": lambda a: self._ring.clip(a["seconds"]),
             "controls": lambda a: ({"controls": [asdict(c) for c in self._capture.controls()]}, b""),
             "set": lambda a: ({"control": asdict(self._capture.set_control(a["name"], a["value"]))}, b""),
         }

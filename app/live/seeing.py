@@ -150,14 +150,8 @@ class Seeing:
         return self._eyes
 
     def _tell(self, taken: Taken, wanted: Wanted, seen: Seen | None, notes: tuple[str, ...]) -> None:
-        items = seen.detections.items if seen else ()
-        took = dict(seen.took_ms) if seen else {}
-        calibration, size = self._eyes.calibration, taken.frame.size
-        head = {"seq": taken.seq, "time_s": round(taken.time, 4), "width": size.width, "height": size.height,
-                "calibration": calibration.id if calibration else None, "items": [_rounded(i.to_json()) for i in items],
-                "stages": [{"name": name, "ms": round(ms, 3)} for name, ms in took.items()],
-                "ms": round(sum(took.values()), 3), "notes": [*notes, *(seen.notes if seen else ())],
-                "fps": round(self._fps(), 2)}
+        calibration = self._eyes.calibration
+        head = told_of(seen, taken.seq, taken.time, taken.frame.size, calibration, notes, self._fps())
         packet = b""
         if wanted.publish and seen is not None and calibration is not None:
             packet = packet_of(seen.detections, wanted.camera_number, time.time())
@@ -166,6 +160,18 @@ class Seeing:
     def _fps(self) -> float:
         count = len(self._moments) - 1
         return count / max(self._moments[-1] - self._moments[0], 1e-6) if count > 0 else 0.0
+
+
+def told_of(seen: Seen | None, seq: int, time_s: float, size: ImageSize, calibration: Calibration | None,
+            notes: tuple[str, ...], fps: float) -> dict[str, Any]:
+    """What a frame showed, plain JSON: of a live camera, or of a clip. seen: None where it could not be looked at."""
+    items = seen.detections.items if seen else ()
+    took = dict(seen.took_ms) if seen else {}
+    return {"seq": seq, "time_s": round(time_s, 4), "width": size.width, "height": size.height,
+            "calibration": calibration.id if calibration else None, "items": [_rounded(i.to_json()) for i in items],
+            "stages": [{"name": name, "ms": round(ms, 3)} for name, ms in took.items()],
+            "ms": round(sum(took.values()), 3), "notes": [*notes, *(seen.notes if seen else ())],
+            "fps": round(fps, 2)}
 
 
 def _mm_per_px(wanted: Wanted, size: ImageSize) -> float:

@@ -34,6 +34,7 @@ from app.store.archive import archive
 from app.store.backups import Backups
 from app.store.calibrations import Calibrations
 from app.store.cameras import Cameras, Identities, KeptCamera
+from app.store.clips import Clips
 from app.store.drafts import EMPTY, Draft, Drafts
 from app.store.files import make_folder
 from app.store.former import take_over
@@ -94,6 +95,7 @@ class Store:
             self._rigs = Rigs(*shared)
             self.rolls = Rolls(*shared)
             self.presets = Presets(*shared)
+            self.clips = Clips(self.folder, self._space, clock)
             self.jobs = JobRows(self._database, clock)
             if self._backups is not None:
                 self._backups.start()

@@ -257,3 +257,44 @@ def test_publishing_that_leads_nowhere_is_said(client, taught):
     assert problem["reason"] == "not-publishing" and problem["fix"]
     put(client, publish=False)
     assert json.loads(client.get(at).content)["published"]["problem"] is None
+
+
+def test_a_clip_is_stepped_through_frame_by_frame_and_stage_by_stage(client, play, taught):
+    answer = client.post(f"{API}/cameras/north/clip", json={"seconds": 1})
+    assert answer.status_code == 201, answer.text
+    clip = answer.json()
+    assert clip["camera"] == "north" and clip["frames"] >= 3 and clip["seconds"] > 0.5
+    at = f"{API}/clips/{clip['clip']}"
+    assert [one["clip"] for one in client.get(f"{API}/clips").json()["items"]] == [clip["clip"]]
+    times = client.get(at).json()["times_s"]
+    assert times == sorted(times) and len(times) == clip["frames"]
+    last = clip["frames"] - 1
+    told = client.get(f"{at}/frames/{last}").json()
+    assert told["time_s"] == times[last] and told["calibration"] == taught["id"]
+    robots = {(d["team"], d["id"]): d for d in told["items"] if d["kind"] == "robot"}
+    for key, robot in play.robots.items():
+        assert np.hypot(robots[key]["x_mm"] - robot.x_mm, robots[key]["y_mm"] - robot.y_mm) < 25
+    assert client.get(f"{at}/frames/{last}").json()["items"] == told["items"]
+    for stage in ("raw", "detections", "colours"):
+        answer = client.get(f"{at}/frames/0.jpg?stage={stage}")
+        assert cv2.imdecode(np.frombuffer(answer.content, np.uint8), 1).shape == (600, 800, 3)
+    refusal(client.get(f"{at}/frames/0.jpg?stage=tags"), 404, "unknown-stage")
+    assert client.get(f"{at}/frames/0.jpg?stage=tags&plan=vsss").status_code == 200
+    refusal(client.get(f"{at}/frames/{clip['frames']}"), 404, "unknown-frame")
+    assert client.delete(at).status_code == 204
+    refusal(client.get(f"{at}/frames/0.jpg"), 404, "unknown-clip")
+    refusal(client.post(f"{API}/cameras/north/clip", json={"seconds": 31}), 422)
+
+
+def test_a_clip_has_the_seconds_before_where_somebody_was_looking(client, taught):
+    with listening(client, "cameras/north/stream?view=stage-colours&width=160") as line:
+        begun, end = None, time.monotonic() + LONG_S
+        while time.monotonic() < end:
+            head, _ = parts(line.receive_bytes())
+            begun = begun or head["time"]
+            if head["time"] - begun > 2.5:
+                break
+        asked = head["time"]
+        clip = client.post(f"{API}/cameras/north/clip", json={"seconds": 2}).json()
+    times = client.get(f"{API}/clips/{clip['clip']}").json()["times_s"]
+    assert times[0] < asked - 0.5 and clip["seconds"] == pytest.approx(2, abs=0.5)
