@@ -54,7 +54,8 @@ class RayState:
         return replace(self, log_focal=float(np.clip(self.log_focal + np.clip(full[0], -1, 1), -5, 20)),
                        centre_px=self.centre_px + full[1:3], terms=self.terms + full[3:n],
                        camera_from_field=matrix_from_vector(full[n:n + 3]) @ self.camera_from_field,
-                       position_mm=self.position_mm + full[n + 3:n + 6] * self._stretch(full[n + 5]), offsets_mm=self.offsets_mm + full[n + 6:])
+                       position_mm=self.position_mm + full[n + 3:n + 6] * self._stretch(full[n + 5]),
+                       offsets_mm=self.offsets_mm + full[n + 6:])
 
     def _stretch(self, rise_mm: float) -> float:
         """(eˢ - 1) / s with s = rise / height: the whole step grows with it, so that it keeps its direction."""
