@@ -16,7 +16,7 @@ from app.models.rays import RayCamera
 from app.pipeline import uncertainty
 from app.records import Observation
 from app.space.boards import BoardViews
-from app.space.hung import WIDEST_DEG, Hung
+from app.space.hung import IN_FRONT, WIDEST_DEG, Hung
 from app.space.landings import Landings
 from app.space.moved import Moved
 from app.space.place import met, told_at
@@ -76,7 +76,8 @@ def test_lines_drawn_closer_stay_where_they_are_seen(camera):
     places = np.array([[0.0, 0.0, 0.0], [500.0, 200.0, 0.0], [300.0, -200.0, 150.0]])
     closer = hung.drawn_closer(places)
     assert camera.project(closer) == pytest.approx(camera.project(places), abs=1e-6)
-    assert ((closer - hung.position_mm) @ hung.field_from_camera[:, 2] < hung.depth_mm).all()
+    depth = (closer - hung.position_mm) @ hung.field_from_camera[:, 2]
+    assert depth == pytest.approx(np.full(3, IN_FRONT * hung.depth_mm))  # all just before the picture
 
 
 def test_height_and_tilt_are_the_cameras_own():
@@ -87,7 +88,7 @@ def test_height_and_tilt_are_the_cameras_own():
 
 
 def test_a_lens_that_sees_too_much_shows_its_middle_and_says_so(kept):
-    fisheye = replace(next(MODELS["fisheye"].examples()), focal_px=300.0)
+    fisheye = replace(next(MODELS["fisheye"].examples()), focal_px=450.0)
     hung = Hung.of(fisheye)
     assert not hung.whole and np.degrees(2 * np.arctan(max(hung.half))) == pytest.approx(WIDEST_DEG)
     wide = Standing(kept.id, "Wide", kept, fisheye, FIELD, FIELD.region("full"))
@@ -163,7 +164,8 @@ def test_a_place_tells_its_pixel_and_expected_error_in_every_camera(standing, ke
     assert one["pixel"] == pytest.approx(raw_from_field(standing.model, np.array(place)).tolist())
     assert one["inside"] and one["sigma_mm"] == pytest.approx(sigma)
     assert one["hat_pixel"] == pytest.approx(standing.model.project(np.array([*place, 150.0])).tolist())
-    assert one["hat_sigma_mm"] > 0 and two["sigma_mm"] is None and two["pixel"] == one["pixel"]
+    at_hats = uncertainty(standing.model, kept.covariance, standing.region, 150.0, 3, 3)["grid"]["sigma_mm"][1][1]
+    assert one["hat_sigma_mm"] == pytest.approx(at_hats) and two["sigma_mm"] is None and two["pixel"] == one["pixel"]
     far = told_at((60_000.0, 0.0), [standing])["cameras"][0]
     assert not far["inside"]
 

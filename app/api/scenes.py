@@ -144,13 +144,14 @@ class Session:
             await asyncio.sleep(LOOK_S)
             if not self._wants_things:
                 continue
-            with suppress(TouchlineError, TimeoutError):  # switched off, silent, or gone
-                with self._socket.app.state.live.get(calibration.camera).seeing.listening(PICTURE_FPS) as viewer:
-                    while self._wants_things:
-                        told = parts(await viewer.next(SILENT_S))[0]
-                        things = told["items"] if told["calibration"] == calibration.id else []
-                        if process.viewers and not process.behind:
-                            process.send(wire.THINGS, {"key": key, "things": things})
+            cameras = self._socket.app.state.live
+            with (suppress(TouchlineError, TimeoutError),  # switched off, silent, or gone
+                  cameras.get(calibration.camera).seeing.listening(PICTURE_FPS) as viewer):
+                while self._wants_things:
+                    told = parts(await viewer.next(SILENT_S))[0]
+                    things = told["items"] if told["calibration"] == calibration.id else []
+                    if process.viewers and not process.behind:
+                        process.send(wire.THINGS, {"key": key, "things": things})
             process.send(wire.THINGS, {"key": key, "things": []})
 
 

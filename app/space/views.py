@@ -11,7 +11,7 @@ from app.space.boards import BoardViews
 from app.space.hung import Hung
 
 FOV_RAD = float(np.radians(50))  # from top to bottom: about what an eye takes in of a screen
-WIDE = 1.4  # width over height of a window that shows all from as near as that
+WIDE = 1.2  # width over height of a window that shows all from as near as that
 ROOM = 1.12  # of the field's extent
 
 

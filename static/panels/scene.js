@@ -21,7 +21,7 @@ export function SceneForm() {
   return html`<${Which}/>${it && !it.boards && html`
     <section aria-label="Views"><h2>Look</h2><div class="switch" role="group" aria-label="From where">
       ${["scene-free", "scene-above"].map((id) => html`<button key=${id} type="button" data-testid=${id} aria-pressed=${String(look.value.view === id.slice(6))} onClick=${() => run(id)}>${id === "scene-free" ? "Freely" : "From above"}</button>`)}</div>
-      ${it.cameras.map((c) => html`<div key=${c.key} class="line"><label class="line grow"><input type="checkbox" data-testid=${`seen-${c.title}`} checked=${!look.value.hidden.includes(c.key)} onChange=${() => toggleCamera(c.key)}/> <i class="dot" style=${`background:rgb(${c.colour.join()})`}></i> ${c.title}</label>
+      ${it.cameras.map((c) => html`<div key=${c.key} class="line"><label class="seen grow"><input type="checkbox" data-testid=${`seen-${c.title}`} checked=${!look.value.hidden.includes(c.key)} onChange=${() => toggleCamera(c.key)}/> <i class="dot" style=${`background:rgb(${c.colour.join()})`}></i> ${c.title}</label>
         ${c.height_mm !== null && html`<button type="button" data-testid=${`through-${c.title}`} aria-pressed=${String(look.value.view === "camera" && look.value.through === c.key)} onClick=${() => see({ view: "camera", through: c.key })}>Look through it</button>`}</div>`)}</section>
     <section aria-label="Layers"><h2>Show</h2><ul class="plain">${LAYERS.map(([id, label]) => html`<li key=${id}><label><input type="checkbox" data-testid=${`layer-${id}`} checked=${look.value.layers.includes(id)} onChange=${() => toggleLayer(id)}/> ${label}</label></li>`)}</ul>
       <${Scale}/>
