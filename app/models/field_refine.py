@@ -61,15 +61,16 @@ def with_finer_lens(state: RayState, pattern: FieldPattern, size: ImageSize) -> 
         seen = state.project(np.c_[pattern.points, np.zeros(len(pattern.points))])
         inside = ((seen > 0) & (seen < np.array(tuple(size)))).all(axis=1) & (rays[:, 2] > 0)
         far = np.linalg.norm(rays[inside, :2] / rays[inside, 2:], axis=1)
-    reach = float(far.max(initial=0.3))
+    reach = float(far.max()) if far.size else 1.0
     r = np.linspace(reach / 60, reach, 60)
     bent = state.lens.distort(state.terms, np.stack([r, np.zeros(60), np.ones(60)], axis=1))[:, 0]
-    powers = np.stack([r**3, r**5, r**7], axis=1)
+    share = r / reach  # seen from far, every r is small, and its powers are as good as nought
+    powers = np.stack([share**3, share**5, share**7], axis=1)
     fine = np.isfinite(bent)
-    found, *_ = np.linalg.lstsq(powers[fine], bent[fine] - r[fine], rcond=None)
+    found, *_ = np.linalg.lstsq(powers[fine], bent[fine] / reach - share[fine], rcond=None)
     terms = np.zeros(len(BrownConrady.LENS.TERMS))
-    for name, value in zip(("k1", "k2", "k3"), found, strict=True):
-        terms[BrownConrady.LENS.TERMS.index(name)] = value
+    for power, (name, value) in enumerate(zip(("k1", "k2", "k3"), found, strict=True), 1):
+        terms[BrownConrady.LENS.TERMS.index(name)] = value / reach ** (2 * power)
     return replace(state, lens=BrownConrady.LENS, terms=terms)
 
 
