@@ -153,7 +153,8 @@ def measured(port: int, server: int, count: int, seconds: float) -> None:
     frames = (late[-1]["seq"] - late[0]["seq"]) / (late[-1]["time_s"] - late[0]["time_s"])
     print(f"beside {count} viewers: {np.median([t['fps'] for t in late]):.1f} of {frames:.1f} frames/s looked at, "
           f"{np.median([t['ms'] for t in late]):.1f} ms each, {np.median([len(t['items']) for t in late]):g} things; a "
-          f"viewer gets {watched['fps_median']:.1f} (least {watched['fps_least']:.1f}); its process used {used:.0f} % of a core; load {os.getloadavg()[0]:.1f}")
+          f"viewer gets {watched['fps_median']:.1f} (least {watched['fps_least']:.1f}); "
+          f"its process used {used:.0f} % of a core; load {os.getloadavg()[0]:.1f}")
 
 
 if __name__ == "__main__":
