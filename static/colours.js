@@ -1,7 +1,7 @@
 // Colours taught by clicks and boxes, found without any, kept for a venue by name, copied to another camera.
 import { computed, effect, signal } from "@preact/signals";
 import { call, request } from "./api.js";
-import { still } from "./held.js";
+import { asSnapshot } from "./held.js";
 import { set, shown, told, tune } from "./seeing.js";
 import { cameras, tell, tellError } from "./state.js";
 
@@ -56,7 +56,8 @@ async function learn(what, body) {
   const stop = new AbortController();
   learning.value = { what, stop };
   try {
-    const response = await request("POST", `/cameras/${encodeURIComponent(id)}/colours/learn`, { json: { ...body(), snapshot: still.value?.id ?? null }, stop: stop.signal });
+    const snapshot = await asSnapshot();
+    const response = await request("POST", `/cameras/${encodeURIComponent(id)}/colours/learn`, { json: { ...body(), snapshot }, stop: stop.signal });
     const answer = await response.json();
     if (shown.value?.id !== id) return;
     notes.value = answer.notes;

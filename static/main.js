@@ -7,6 +7,7 @@ import { startJobs } from "./all_jobs.js";
 import { startArrows } from "./arrows.js";
 import { addPictures, atBoard, standing as boardStanding } from "./board.js";
 import { startCapture } from "./capture.js";
+import { startClips } from "./clips.js";
 import { startColours } from "./colours.js";
 import { liveStanding } from "./camera_desk.js";
 import { startSaving } from "./draft.js";
@@ -158,6 +159,7 @@ async function start() {
   startHeld();
   startSeeing();
   startColours();
+  startClips();
   startPlaces();
   startSeeingLook();
   await loadLists();

@@ -144,6 +144,9 @@ export function set(changes) {
   return queue;
 }
 
+/** When the server has got every change so far. */
+export const settled = () => queue;
+
 /** @param {string} id @param {SeeingSet} before @param {Partial<SeeingSet>} changes */
 async function put(id, before, changes) {
   const at = `/cameras/${encodeURIComponent(id)}/seeing`;

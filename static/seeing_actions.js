@@ -1,6 +1,7 @@
 // What an operator can do with what a camera sees, for the table of all actions.
 import { shown as liveShown } from "./camera_desk.js";
 import { COLOURS, choose, colour, findAlone, learning } from "./colours.js";
+import { nextFrame, play, playing, previousFrame, record, recording } from "./clips.js";
 import { hold, letGo, still, taking } from "./held.js";
 import { openPage } from "./page.js";
 import { future, past, redoSeeing, shown, told, undoSeeing } from "./seeing.js";
@@ -12,7 +13,11 @@ const here = () => shown.value !== null && told.value !== null;
 export const SEEING_ACTIONS = [
   { id: "seeing", label: "Show what this camera sees: ball, robots, colours, stages", short: "What it sees…", keys: ["F9"], group: "Pictures", run: () => openPage("seeing", liveShown.value?.id ?? ""), enabled: () => liveShown.value !== null },
   { id: "hold-frame", label: "Hold the frame of now, or go on", short: "Hold", keys: [" "], group: "Seeing", run: () => { if (still.value) letGo(); else void hold(); }, enabled: () => here() && !taking.value, pressed: () => still.value !== null },
-  { id: "next-frame", label: "Hold the next frame", short: "Next frame", keys: ["."], group: "Seeing", run: () => void hold(), enabled: () => here() && still.value !== null && !taking.value },
+  { id: "next-frame", label: "Hold the next frame", short: "Next frame", keys: ["."], group: "Seeing", run: nextFrame, enabled: () => here() && still.value !== null && !taking.value },
+  { id: "previous-frame", label: "Show the frame before in the clip", short: "Frame before", keys: [","], group: "Seeing", run: previousFrame, enabled: () => here() && Boolean(still.value?.clip && still.value.number > 0) },
+  { id: "play-clip", label: "Play the clip, or stop there", short: "Play", keys: ["p"], group: "Seeing", run: play, enabled: () => here() && Boolean(still.value?.clip), pressed: () => playing.value },
+  { id: "record-clip", label: "Record five seconds of this camera", short: "Record 5 s", keys: ["r"], group: "Seeing", run: () => void record(), enabled: () => here() && recording.value === null },
+  { id: "stop-recording", label: "Stop recording; nothing is kept", short: "Stop", group: "Seeing", run: () => recording.value?.stop.abort(), enabled: () => recording.value !== null },
   { id: "mask", label: "Show which colour each pixel is taken for, or the picture", short: "Mask", keys: ["m"], group: "Seeing", run: () => toggleView(MASK), enabled: here, pressed: () => view.value === MASK },
   { id: "seen-corrected", label: "Show what is seen in the corrected picture, or in the raw one", short: "Corrected", keys: ["v"], group: "Seeing", run: () => toggleView("corrected"), enabled: () => here() && canCorrect.value && !still.value, pressed: () => view.value === "corrected" },
   { id: "seen-labels", label: "Write field millimetres beside what is seen", short: "Millimetres", keys: ["l"], group: "Seeing", run: () => { labels.value = !labels.value; }, enabled: here, pressed: () => labels.value },

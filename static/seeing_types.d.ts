@@ -25,7 +25,8 @@ export interface Item {
 export interface SeenFrame {
   seq: number; width: number; height: number; calibration: string | null; items: Item[]; stages: { name: string; ms: number }[]; ms: number; notes: string[]; fps: number;
 }
-/** A frame that is held: a snapshot of that camera. */
-export interface Still { camera: string; id: string; width: number; height: number }
+/** A frame that is held: a snapshot of that camera, or one of a clip. id: the snapshot's, "" where it has none yet. */
+export interface Still { camera: string; id: string; width: number; height: number; clip: Clip | null; number: number }
+export interface Clip { clip: string; camera: string; taken_at: string; width: number; height: number; frames: number; seconds: number; fps: number }
 /** A place in the picture, or a box: raw px. */
 export type Place = [number, number] | [number, number, number, number];

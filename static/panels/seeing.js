@@ -1,9 +1,8 @@
 // What a camera sees: ball and robots marked in its picture, and every stage's own picture below.
 import { useEffect, useRef } from "preact/hooks";
-import { address } from "../api.js";
 import { colour } from "../colours.js";
 import { places } from "../field_places.js";
-import { stillRefusal, still, seen, taking } from "../held.js";
+import { pictureOf, stillRefusal, still, seen, taking } from "../held.js";
 import { html } from "../html.js";
 import { ColourPicking } from "../layers/colour_picking.js";
 import { SeenMarks } from "../layers/seen_marks.js";
@@ -12,6 +11,7 @@ import { LiveView } from "../layers/live_view.js";
 import { follow } from "../live.js";
 import { refusal, shown, told } from "../seeing.js";
 import { labels, lookAt, view, zoom } from "../seeing_look.js";
+import { ClipBar } from "./clips.js";
 import { StageStrip } from "./stages.js";
 import { ActionButton } from "./toolbar.js";
 
@@ -27,6 +27,7 @@ export function SeeingPage() {
       <${ActionButton} id="seen-labels"/><${ActionButton} id="hold-frame" label=${still.value ? "Go on" : "Hold"}/>${still.value && html`<${ActionButton} id="next-frame"/>`}
       <${ActionButton} id="undo-seeing"/><${ActionButton} id="redo-seeing"/><${ActionButton} id="seen-farther"/><${ActionButton} id="seen-nearer"/><${ActionButton} id="seen-whole"/></div>
     <${Picture}/>
+    <${ClipBar}/>
     <p class="hint-line" role="status" data-testid="seeing-hint">${why ? html`<b>${why.detail}</b> ${why.fix}` : taking.value ? "Taking the frame…" : colour.value ? html`Click what is <b>${colour.value}</b>, or drag a box in it.${still.value ? "" : " What moves is clicked more easily in a held frame."}` : still.value ? "A held frame: change colours and stages, and see at once what they do." : ""}</p>
     ${it && html`<${StageStrip}/>`}</div>`;
 }
@@ -46,7 +47,7 @@ function Picture() {
   const box = size ? `${-margin - 0.5} ${-margin - 0.5} ${across} ${size[1] + 2 * margin}` : `-0.5 -0.5 ${width} ${height}`;
   return html`<div class="captured sighted" ref=${frame} data-view=${name} data-held=${String(held !== null)} data-count=${now?.items.length ?? ""}><div class="zoomed" style=${`width:${100 * near}%`}>
     ${stage ? html`<${StagePicture} key=${`${camera.id} ${stage}`} camera=${camera.id} stage=${stage} width=${WIDTH_PX}/>`
-      : held ? html`<img class="held" data-testid="held-frame" alt=${`A held frame of ${camera.name}`} width=${held.width} height=${held.height} src=${address(`/snapshots/${held.id}/image.jpg`)}/>`
+      : held ? html`<img class="held" data-testid="held-frame" alt=${`A held frame of ${camera.name}`} width=${held.width} height=${held.height} src=${pictureOf(held)}/>`
         : html`<${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} view=${isCorrected ? "corrected" : "raw"} width=${WIDTH_PX}/>`}
     ${now && html`<svg class="over" viewBox=${box} aria-hidden="true"><${SeenMarks} items=${now.items} corrected=${isCorrected} size=${(LETTERS_PX * across) / near / (frame.current?.clientWidth || USUAL_PX)} labels=${labels.value}/></svg>`}
     ${colour.value && !isCorrected && (held || now) && html`<${ColourPicking} key=${`${width}×${height}`} width=${width} height=${height}/>`}</div></div>`;

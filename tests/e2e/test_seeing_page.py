@@ -1,0 +1,147 @@
+"""What a live camera sees, by the page: marked and listed, colours taught and taken back, presets, stages, clips."""
+
+import pytest
+from axe import axe_path, grave
+from live_play import Before
+from playwright.sync_api import expect
+
+LONG = 120_000
+FPS = 4
+
+
+class Asking:
+    """As live_play asks the server of other tests."""
+
+    def __init__(self, server):
+        self._server = server
+
+    def post(self, path, **more):
+        answer = self._server.api("POST", path.removeprefix("/api/v1"), **more)
+        answer.is_success = answer.ok
+        return answer
+
+
+@pytest.fixture(scope="module")
+def play(server):
+    """Robots and a ball before two cameras, of which one is calibrated; gone when these tests are done."""
+    play = Before("seer")
+    play.settings["source"] = play.source.replace("fps=20", f"fps={FPS}")
+    for id, name in (("seer", "Seer"), ("second", "Second")):
+        made = server.api("POST", "/cameras", json={**play.settings, "id": id, "name": name})
+        assert made.status_code == 201, made.text
+    play.calibrate(Asking(server))
+    yield play
+    for id in ("seer", "second"):
+        server.api("DELETE", f"/cameras/{id}")
+
+
+@pytest.fixture
+def page(operator, server, play):
+    """At the page of what that camera sees, as it was at first."""
+    before = server.api("GET", "/cameras/seer/seeing")
+    fresh = {"on": True, "plan": "ssl", "colours": None, "profile": None, "publish": False}
+    assert server.api("PUT", "/cameras/seer/seeing", json=fresh, headers={"If-Match": before.headers["ETag"]}).ok
+    page = operator.page
+    page.goto(f"{server.url}/#/live/seer")
+    page.reload()
+    expect(page.get_by_test_id("do-seeing")).to_be_enabled()
+    page.keyboard.press("F9")
+    expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG)
+    return page
+
+
+def kept(server, camera="seer"):
+    return server.api("GET", f"/cameras/{camera}/seeing").json()
+
+
+def click_at(page, x, y):
+    box = page.get_by_test_id("picking").bounding_box()
+    page.mouse.click(box["x"] + (x + 0.5) / 800 * box["width"], box["y"] + (y + 0.5) / 600 * box["height"])
+
+
+def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time(page, server, play, tmp_path):
+    rows = page.get_by_test_id("seen-row")
+    expect(rows.nth(len(play.robots) - 1)).to_be_visible(timeout=LONG)
+    (team, number), robot = next(iter(play.robots.items()))
+    row = rows.filter(has_text=f"{team.capitalize()} {number}").first
+    x_mm, y_mm = (int(text.replace("\u202f", "").replace("−", "-")) for text in row.locator("td").all_inner_texts()[:2])
+    assert abs(x_mm - robot.x_mm) < 30 and abs(y_mm - robot.y_mm) < 30
+    page.keyboard.press("v")
+    expect(page.locator("[data-view=corrected]")).to_be_visible()
+    expect(page.get_by_test_id("mark-robot").first).to_be_visible()
+
+    for name in ("noise", "colours", "blobs", "butterfly", "ball", "places"):
+        expect(page.get_by_test_id(f"ms-{name}")).to_contain_text("ms")
+    page.get_by_test_id("stage-colours").get_by_role("button").click()
+    expect(page.locator("[data-view=stage-colours] [data-testid=stage-live-colours]")).not_to_have_attribute(
+        "data-seq", "0", timeout=LONG)
+    page.get_by_test_id("options-ball").click()
+    page.get_by_test_id("stage-ball-most").fill("3")
+    page.get_by_test_id("stage-ball-most").blur()
+    expect(page.get_by_test_id("plan")).to_have_value("")
+    page.screenshot(path=tmp_path / "stages.png")
+    page.evaluate(axe_path().read_text())
+    assert grave(page) == []
+    page.get_by_test_id("do-undo-seeing").click()
+    expect(page.get_by_test_id("plan")).to_have_value("ssl")
+    expect(page.get_by_test_id("publish-words")).to_contain_text("nothing leaves this machine")
+    page.get_by_test_id("publish").check()
+    expect(page.get_by_test_id("publish-problem")).to_contain_text("Nothing is published", timeout=LONG)
+    assert kept(server)["publish"]
+    page.get_by_test_id("publish").uncheck()
+    expect(page.get_by_test_id("publish-words")).to_contain_text("nothing leaves this machine")
+
+
+def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_camera(page, server, play, tmp_path):
+    page.keyboard.press(" ")
+    expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG)
+    page.keyboard.press("3")
+    expect(page.get_by_test_id("colour-blue")).to_have_attribute("aria-pressed", "true")
+    before = page.get_by_test_id("sample-blue").count()
+    click_at(page, *play.clicks()["blue"][0])
+    expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG)
+    expect(page.get_by_test_id("learned")).to_contain_text("seer", timeout=LONG)
+    expect(page.get_by_test_id("health-blue")).to_contain_text("margin")
+    page.keyboard.press("m")
+    expect(page.get_by_test_id("stage-held-colours").first).to_be_visible(timeout=LONG)
+    page.screenshot(path=tmp_path / "mask.png")
+
+    page.reload()  # the frame, the colours and the way back are still there
+    expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1)
+    page.keyboard.press("Control+z")
+    expect(page.get_by_test_id("learned")).not_to_contain_text("seer")
+    page.get_by_test_id("do-redo-seeing").click()
+    expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG)
+
+    page.get_by_test_id("preset-name").fill("north hall")
+    page.get_by_test_id("save-preset").click()
+    expect(page.get_by_test_id("preset")).to_have_value("north-hall", timeout=LONG)
+    page.get_by_test_id("copy-to").select_option("second")
+    page.get_by_test_id("copy-colours").click()
+    expect(page.get_by_text("Second goes by these colours now.")).to_be_visible(timeout=LONG)
+    assert kept(server, "second")["colours"] == kept(server)["colours"] == "north-hall"
+    page.get_by_role("button", name="Take it back").click()
+    page.get_by_test_id("sample-blue").last.click()
+    expect(page.get_by_test_id("learned")).to_contain_text("north-hall, changed", timeout=LONG)
+
+
+def test_a_clip_is_recorded_stepped_and_a_colour_taught_in_it(page, server, play, tmp_path):
+    page.keyboard.press("r")
+    expect(page.get_by_test_id("clip-place")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("held-frame")).to_be_visible()
+    page.keyboard.press(".")
+    expect(page.get_by_text("Frame 2 of")).to_be_visible()
+    expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG)
+    page.keyboard.press("2")
+    before = page.get_by_test_id("sample-yellow").count()
+    click_at(page, *play.clicks()["yellow"][0])
+    expect(page.get_by_test_id("sample-yellow")).to_have_count(before + 1, timeout=LONG)
+    page.keyboard.press("Escape")
+    page.keyboard.press("p")
+    expect(page.get_by_text("Frame 4 of")).to_be_visible(timeout=LONG)
+    page.screenshot(path=tmp_path / "clip.png")
+    page.get_by_test_id("do-play-clip").click()
+    page.get_by_test_id("remove-clip").click()
+    expect(page.get_by_test_id("live-seer")).to_be_visible(timeout=LONG)
+    assert server.api("GET", "/clips").json()["items"] == []
