@@ -33,6 +33,8 @@ async def set_publishing(request: Request, body: publishing_schemas.PublishingCh
         _ = request.app.state.fields[changes["field"]]
     shelf = _shelf(request)
     await at_work(request, shelf.change, changes)
+    for camera in await at_work(request, request.app.state.camera_shelf.all):  # their detections go by the same numbers
+        request.app.state.live.refresh(camera.id)
     return Json(await at_work(request, shelf.publishing.status))
 
 

@@ -78,7 +78,9 @@ class SeeingShelf:
 
     def used_by(self, colours: str) -> list[str]:
         """Cameras that name these colours."""
-        return [preset.name for preset in self._store.presets.all("seeing") if preset.body["colours"] == colours]
+        known = {camera.id for camera in self._cameras.all()}  # what was set for one that is removed holds nothing up
+        return [preset.name for preset in self._store.presets.all("seeing")
+                if preset.body["colours"] == colours and preset.name in known]
 
     def wanted(self, id: str) -> dict[str, Any]:
         """What a camera's process is told; switched off where what was kept is not understood any more."""

@@ -235,6 +235,9 @@ def test_a_listener_to_the_leagues_group_hears_what_was_seen_once_it_is_switched
         frame = Packet.FromString(came.data).detection
         told = client.get(f"{API}/cameras/north/seeing").json()
         assert told["publish"] and told["published"]["packets"] > 0 and told["published"]["problem"] is None
+        numbered = {"numbers": {"north": 6}}
+        assert client.put(f"{API}/publishing", json=numbered).status_code == 200
+        listener.hear_until(lambda came: Packet.FromString(came.data).detection.camera_id == 6, LONG_S)
         put(client, publish=False)
     assert frame.camera_id == 0 and abs(frame.t_capture - time.time()) < 600 and frame.t_sent >= frame.t_capture
     heard = {(team, r.robot_id): r for team in ("yellow", "blue") for r in getattr(frame, f"robots_{team}")}
