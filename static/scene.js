@@ -44,6 +44,7 @@ export const sceneStanding = computed(() => {
 
 /** @type {WebSocket | null} */
 let line = null;
+let fastest = /** @type {number | undefined} */ (undefined);
 
 /** @param {Record<string, unknown>} words */
 function say(words) {
@@ -63,10 +64,16 @@ export const toggleLayer = (layer) => see({ layers: look.value.layers.includes(l
 /** @param {string} key of a camera */
 export const toggleCamera = (key) => see({ hidden: look.value.hidden.includes(key) ? look.value.hidden.filter((k) => k !== key) : [...look.value.hidden, key] });
 
+/** How often a picture may come: a browser that draws on the processor is not done with one before the next. */
+function picturesPerSecond() {
+  const gl = document.createElement("canvas").getContext("webgl");
+  return gl && !/swiftshader|llvmpipe|software/i.test(String(gl.getParameter(gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER))) ? 5 : 0.5;
+}
+
 /** What the server is asked for. @param {string} argument @param {string} older */
 function wanted(argument, older) {
-  const [first, name] = argument.split("/");
-  return first === "rig" ? { rig: name } : first === "lens" ? { lens: name } : { calibrations: [first], ...(older ? { before: older } : {}) };
+  const [first, name] = argument.split("/"), fps = fastest ??= picturesPerSecond();
+  return { fps, ...(first === "rig" ? { rig: name } : first === "lens" ? { lens: name } : { calibrations: [first], ...(older ? { before: older } : {}) }) };
 }
 
 /** Open the line when a scene is looked at, close it when it is left; that ends the scene's process. */
@@ -84,6 +91,7 @@ export function startScene() {
     const now = what.value, older = before.value;
     untracked(() => {
       clicked.value = null;
+      if (older && !versions.value.some((v) => v.id === now)) { before.value = ""; return; } // another camera's
       if (now && place.value) say({ show: wanted(now, older) });
     });
   });

@@ -47,7 +47,8 @@ def records_of(connection: HTTPConnection, asked: SceneShow) -> Shown:
     if not calibrations:
         raise BadInput("There is nothing to show.", "Name calibrations, a rig or a lens.", reason="nothing-to-show")
     before = state.store.calibration(asked.before) if asked.before is not None else None
-    if before is not None and (len(calibrations) > 1 or before.image_size != calibrations[0].image_size):
+    if before is not None and (len(calibrations) > 1 or before.camera != calibrations[0].camera
+                               or before.image_size != calibrations[0].image_size):
         raise Conflict("These two versions are not of one camera at one size.",
                        "Choose an older version of the same camera.", reason="size-mismatch")
     return Shown({"cameras": [{"key": one.id, "title": title_of(connection, one.camera), "calibration": one.to_json(),

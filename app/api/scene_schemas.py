@@ -22,6 +22,7 @@ class SceneShow(Strict):
     lens: Word | None = None
     before: Word | None = None
     live: bool = True
+    fps: Annotated[float, Field(ge=0.1, le=5)] = 5.0  # of live pictures; a slow viewer that gets too many shows none
 
 
 class SceneSet(Strict):

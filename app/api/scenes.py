@@ -27,7 +27,8 @@ from app.scene.process import SceneProcess
 
 router = APIRouter(tags=["scene"])
 
-PICTURE_PX, PICTURE_FPS, PICTURE_QUALITY = 480, 5.0, 70
+PICTURE_PX, PICTURE_QUALITY, SEEN_FPS = 480, 70, 5.0
+STILL_S = 2.0
 IDLE_S = 300.0  # without anybody who looks: a tab that sleeps, or a script that has forgotten
 LOOK_S = 1.0
 SILENT_S = 5.0  # without a word of what is seen
@@ -116,21 +117,22 @@ class Session:
         self.say({"shown": {**told, "missing": records.missing}})
         await self.end()
         for key, calibration in records.calibrations.items():
-            self._feeding.append(asyncio.create_task(self._feed(process, key, calibration, asked.live)))
+            self._feeding.append(asyncio.create_task(self._feed(process, key, calibration, asked)))
             if asked.live and calibration.camera is not None:
                 self._feeding.append(asyncio.create_task(self._feed_things(process, key, calibration)))
 
-    async def _feed(self, process: SceneProcess, key: str, calibration: Calibration, live: bool) -> None:
+    async def _feed(self, process: SceneProcess, key: str, calibration: Calibration, asked: SceneShow) -> None:
         """The picture that was clicked; then, where there is such a camera, what it sees now."""
         still = await at_work(self._socket, still_of, self._socket, calibration)
         if still is not None:
             process.send(wire.PICTURE, {"key": key}, still)
-        if not live or calibration.camera is None:
+        if not asked.live or calibration.camera is None:
             return
+        await asyncio.sleep(STILL_S)  # viser forgets a picture that it is still unpacking when the next one comes
         with suppress(TouchlineError):  # there is no such camera any more, or it was changed meanwhile
             camera = self._socket.app.state.live.get(calibration.camera)
             channel = Channel.asked("raw", PICTURE_PX, PICTURE_QUALITY)
-            with camera.watching(channel, PICTURE_FPS) as viewer:
+            with camera.watching(channel, asked.fps) as viewer:
                 async for body in viewer:
                     status = camera.status()
                     same = (status["width"], status["height"]) == tuple(calibration.image_size)
@@ -146,7 +148,7 @@ class Session:
                 continue
             cameras = self._socket.app.state.live
             with (suppress(TouchlineError, TimeoutError),  # switched off, silent, or gone
-                  cameras.get(calibration.camera).seeing.listening(PICTURE_FPS) as viewer):
+                  cameras.get(calibration.camera).seeing.listening(SEEN_FPS) as viewer):
                 while self._wants_things:
                     told = parts(await viewer.next(SILENT_S))[0]
                     things = told["items"] if told["calibration"] == calibration.id else []
