@@ -1,6 +1,6 @@
 // What a stage of seeing made of the picture: live, or of the frame that is held.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { asked, stagePicture } from "../held.js";
+import { asked, pictureOf, stagePicture, still } from "../held.js";
 import { html } from "../html.js";
 import { streamAddress } from "../live.js";
 import { useLiveStream } from "./live_stream.js";
@@ -27,5 +27,5 @@ function HeldStage({ stage }) {
     return () => stop.abort();
   }, [wish, stage]);
   useEffect(() => () => { if (source) URL.revokeObjectURL(source); }, [source]);
-  return source ? html`<img class="held" alt=${`The picture of the stage ${stage}`} data-testid=${`stage-held-${stage}`} src=${source}/>` : html`<div class="live"></div>`;
+  return source ? html`<img class="held" alt=${`The picture of the stage ${stage}`} data-testid=${`stage-held-${stage}`} src=${source}/>` : still.value && html`<img class="held waiting" alt="" src=${pictureOf(still.value)}/>`;
 }

@@ -24,8 +24,7 @@ export function SeeingPage() {
   if (!camera) return html`<div class="start desk"><h1>No such camera</h1><p class="dim">It was removed, or the address is wrong.</p><p><a href="#/">Back to the cameras</a></p></div>`;
   return html`<div class="start desk seeing" data-testid="seeing-page"><h1>What ${camera.name} sees</h1>
     <div class="line wrap"><div class="switch" role="group" aria-label="Show"><button type="button" data-testid="see-raw" aria-pressed=${String(view.value === "raw")} onClick=${() => lookAt("raw")}>Raw</button><${ActionButton} id="seen-corrected"/><${ActionButton} id="mask"/></div>
-      <${ActionButton} id="seen-labels"/><${ActionButton} id="hold-frame" label=${still.value ? "Go on" : "Hold"}/>${still.value && html`<${ActionButton} id="next-frame"/>`}
-      <${ActionButton} id="undo-seeing"/><${ActionButton} id="redo-seeing"/><${ActionButton} id="seen-farther"/><${ActionButton} id="seen-nearer"/><${ActionButton} id="seen-whole"/></div>
+      <${ActionButton} id="seen-labels"/><${ActionButton} id="undo-seeing"/><${ActionButton} id="redo-seeing"/><${ActionButton} id="seen-farther"/><${ActionButton} id="seen-nearer"/><${ActionButton} id="seen-whole"/></div>
     <${Picture}/>
     <${ClipBar}/>
     <p class="hint-line" role="status" data-testid="seeing-hint">${why ? html`<b>${why.detail}</b> ${why.fix}` : taking.value ? "Taking the frame…" : colour.value ? html`Click what is <b>${colour.value}</b>, or drag a box in it.${still.value ? "" : " What moves is clicked more easily in a held frame."}` : still.value ? "A held frame: change colours and stages, and see at once what they do." : ""}</p>

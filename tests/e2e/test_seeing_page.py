@@ -54,6 +54,11 @@ def kept(server, camera="seer"):
     return server.api("GET", f"/cameras/{camera}/seeing").json()
 
 
+def held(server):
+    """Frames that were kept to be clicked in."""
+    return server.api("GET", "/snapshots?purpose=seeing").json()["items"]
+
+
 def click_at(page, x, y):
     box = page.get_by_test_id("picking").bounding_box()
     page.mouse.click(box["x"] + (x + 0.5) / 800 * box["width"], box["y"] + (y + 0.5) / 600 * box["height"])
@@ -61,9 +66,10 @@ def click_at(page, x, y):
 
 def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time(page, server, play, tmp_path):
     rows = page.get_by_test_id("seen-row")
+    expect(page.get_by_role("columnheader", name="x mm")).to_be_visible(timeout=LONG)  # the calibration is in use
     expect(rows.nth(len(play.robots) - 1)).to_be_visible(timeout=LONG)
     (team, number), robot = next(iter(play.robots.items()))
-    row = rows.filter(has_text=f"{team.capitalize()} {number}").first
+    row = rows.filter(has=page.get_by_role("rowheader", name=f"{team.capitalize()} {number}", exact=True))
     x_mm, y_mm = (int(text.replace("\u202f", "").replace("−", "-")) for text in row.locator("td").all_inner_texts()[:2])
     assert abs(x_mm - robot.x_mm) < 30 and abs(y_mm - robot.y_mm) < 30
     page.keyboard.press("v")
@@ -103,7 +109,7 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     expect(page.get_by_test_id("learned")).to_contain_text("seer", timeout=LONG)
     expect(page.get_by_test_id("health-blue")).to_contain_text("margin")
     page.keyboard.press("m")
-    expect(page.get_by_test_id("stage-held-colours").first).to_be_visible(timeout=LONG)
+    expect(page.locator("[data-view=stage-colours] [data-testid=stage-held-colours]")).to_be_visible(timeout=LONG)
     page.screenshot(path=tmp_path / "mask.png")
 
     page.reload()  # the frame, the colours and the way back are still there
@@ -127,6 +133,7 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
 
 
 def test_a_clip_is_recorded_stepped_and_a_colour_taught_in_it(page, server, play, tmp_path):
+    count = len(held(server))
     page.keyboard.press("r")
     expect(page.get_by_test_id("clip-place")).to_be_visible(timeout=LONG)
     expect(page.get_by_test_id("held-frame")).to_be_visible()
@@ -134,9 +141,11 @@ def test_a_clip_is_recorded_stepped_and_a_colour_taught_in_it(page, server, play
     expect(page.get_by_text("Frame 2 of")).to_be_visible()
     expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG)
     page.keyboard.press("2")
+    assert len(held(server)) == count
     before = page.get_by_test_id("sample-yellow").count()
     click_at(page, *play.clicks()["yellow"][0])
     expect(page.get_by_test_id("sample-yellow")).to_have_count(before + 1, timeout=LONG)
+    assert len(held(server)) == count + 1  # that very frame, not the newest one
     page.keyboard.press("Escape")
     page.keyboard.press("p")
     expect(page.get_by_text("Frame 4 of")).to_be_visible(timeout=LONG)
