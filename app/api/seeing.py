@@ -25,7 +25,7 @@ from app.live.sighted import text_of
 router = APIRouter(prefix="/cameras", tags=["detections"])
 
 MOST_FPS = 20.0  # what a page can draw; the newest wins
-FIRST_S = 20.0  # a camera that was asleep, its stages to be set up, on a busy machine
+FIRST_S = 30.0  # a camera that was asleep, its stages to be set up, on a busy machine
 IfMatch = Annotated[str | None, Header(max_length=200)]
 
 

@@ -29,6 +29,10 @@ def client(tmp_path_factory, plays):
         profile = None
         for play in plays:
             play.calibrate(client)
+            end = time.monotonic() + LONG_S
+            while (client.get(f"{API}/cameras/{play.name}/detections").status_code == 503
+                   and time.monotonic() < end):  # its process is still starting
+                time.sleep(0.1)
             body = {"clicks": play.clicks(), "base": profile}
             learned = client.post(f"{API}/cameras/{play.name}/colours/learn", json=body)
             assert learned.status_code == 200, learned.text
