@@ -59,6 +59,7 @@ from app.api.limits import MB, BodyLimits
 from app.api.presence import Presence
 from app.api.publishing_shelf import PublishingShelf
 from app.api.results import keepers
+from app.api.scene_pages import ScenePages
 from app.api.schemas import PROBLEMS
 from app.api.seeing_shelf import SeeingShelf
 from app.api.work import open_workplaces
@@ -110,6 +111,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.started = time.monotonic()
     app.state.store = store
     app.state.presence = Presence()
+    app.state.scene_pages = ScenePages()
     app.state.fields = FieldShelf(settings.own_fields)
     app.state.camera_shelf = CameraShelf(settings, store, app.state.fields, image_limits(settings))
     app.state.publishing = PublishingShelf(settings, store, app.state.camera_shelf)

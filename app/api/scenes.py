@@ -164,13 +164,17 @@ async def scene_page(request: Request, id: Id, dark: Dark = False) -> HTMLRespon
     records = await at_work(request, records_of, request, asked)
     calibration = records.calibrations[id]
     title = f"{title_of(request, calibration.camera)}, version {calibration.version}"
-    async with request.app.state.theatre.scene() as (_, process):
-        process.send(wire.SET, {"dark": dark})
-        await process.show(records.given)
-        still = await at_work(request, still_of, request, calibration)
-        if still is not None:
-            process.send(wire.PICTURE, {"key": id}, still)
-        html = await process.export(f"Scene of {title}", dark)
+    still = await at_work(request, still_of, request, calibration)
+    of = (id, dark, title, still)
+    html = request.app.state.scene_pages.get(of)
+    if html is None:
+        async with request.app.state.theatre.scene() as (_, process):
+            process.send(wire.SET, {"dark": dark})
+            await process.show(records.given)
+            if still is not None:
+                process.send(wire.PICTURE, {"key": id}, still)
+            html = await process.export(f"Scene of {title}", dark)
+        request.app.state.scene_pages.keep(of, html)
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}-scene.html"
     return HTMLResponse(html, headers={
         # an origin of its own: whatever runs in it has no part in ours

@@ -5,7 +5,7 @@ import secrets
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from app.errors import NotFound, Unavailable
+from app.errors import Busy, NotFound
 from app.scene.process import Heard, SceneProcess
 
 MOST = 4  # scenes at once: each is a process with viser in it
@@ -20,9 +20,9 @@ class Theatre:
 
     @asynccontextmanager
     async def scene(self, clicked: Heard = lambda _told: None) -> AsyncIterator[tuple[str, SceneProcess]]:
-        """A scene of one's own and its name in an address, as long as the context lasts; Unavailable."""
+        """A scene of one's own and its name in an address, as long as the context lasts; Busy, Unavailable."""
         if self._begun >= MOST:
-            raise Unavailable(f"{MOST} scenes are open at once.", "Close one in another tab.", reason="too-many-scenes")
+            raise Busy(f"{MOST} scenes are open at once.", "Close one in another tab.", reason="too-many-scenes")
         self._begun += 1
         try:
             process = await SceneProcess.start(clicked)

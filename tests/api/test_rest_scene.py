@@ -113,10 +113,11 @@ def test_visers_line_goes_through_with_its_protocol_and_tells_what_was_clicked(s
         soon(lambda: process.viewers == 0)
 
 
-def test_what_cannot_be_shown_is_told_and_the_line_stays_open(standing, kept):
+def test_what_cannot_be_shown_is_told_and_the_line_stays_open(standing, kept, standing_calibration):
     with opened(standing) as line:
         line.receive_json()
-        for asked in ({"calibrations": ["0" * 16]}, {"rig": "nobody"}, {"lens": "0" * 16}, {}):
+        for asked in ({"calibrations": [kept], "before": standing_calibration["id"]}, {"calibrations": ["x"]},
+                      {"calibrations": ["0" * 16]}, {"rig": "nobody"}, {"lens": "0" * 16}, {}):
             line.send_json({"show": asked})
             assert line.receive_json()["problem"]["fix"]
         line.send_json({"show": {"calibrations": [kept], "before": kept}})
@@ -251,10 +252,14 @@ def test_an_unknown_scene_is_none(standing):
         line.receive_bytes()
 
 
-def test_the_scene_as_a_file(standing, kept):
+def test_the_scene_as_a_file(standing, kept, monkeypatch):
     answer = standing.get(f"/api/v1/calibrations/{kept}/scene.html?dark=true")
     assert answer.status_code == 200 and "__VISER_EMBED_DATA__" in answer.text
     assert answer.headers["content-security-policy"].startswith("sandbox allow-scripts;")
     assert "-scene.html" in answer.headers["content-disposition"]
+    monkeypatch.setattr(theatre, "MOST", 0)  # a version never changes: the same file needs no process again
+    assert standing.get(f"/api/v1/calibrations/{kept}/scene.html?dark=true").content == answer.content
+    busy = standing.get(f"/api/v1/calibrations/{kept}/scene.html")
+    assert busy.status_code == 429 and busy.json()["fix"]
     assert standing.get(f"/api/v1/calibrations/{'0' * 16}/scene.html").status_code == 404
     soon(lambda: not processes(standing))
