@@ -10,8 +10,8 @@ export const MASK = "stage-colours";
 /** "raw", "corrected", or "stage-" and the name of one. */
 const wished = signal("raw");
 export const zoom = signal(1);
-/** Whether field millimetres stand beside the marks. */
-export const labels = signal(true);
+/** Whether field millimetres stand beside the marks; on a telephone they would hide them. */
+export const labels = signal(!matchMedia("(max-width: 720px)").matches);
 
 /** Corrected pictures are of live frames: a held one is as it was taken. */
 export const canCorrect = computed(() => places.value !== null && seen.value !== null);

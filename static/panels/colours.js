@@ -26,6 +26,9 @@ export function SeeingForm() {
     <${Presets}/>`;
 }
 
+/** The same colours below the picture, where the panel is far from it: on a telephone. */
+export const Palette = () => html`<div class="palette" role="group" aria-label="Teach a colour">${COLOURS.filter(([name]) => needed.value.has(name) || name === BACKGROUND).map(([name, paint]) => html`<button key=${name} type="button" aria-pressed=${String(colour.value === name)} aria-label=${`Teach ${name}`} onClick=${() => run(`colour-${name}`)}><i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i></button>`)}</div>`;
+
 /** One colour: chosen by a click, its samples to be taken away. @param {{ of: [string, string] }} props */
 function Colour({ of: [name, paint] }) {
   const it = told.value?.profile, samples = (name === BACKGROUND ? it?.background : it?.colours[name]) ?? [], health = told.value?.health.find((h) => h.colour === name);

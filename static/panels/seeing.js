@@ -11,6 +11,7 @@ import { LiveView } from "../layers/live_view.js";
 import { follow } from "../live.js";
 import { refusal, shown, told } from "../seeing.js";
 import { labels, lookAt, view, zoom } from "../seeing_look.js";
+import { Palette } from "./colours.js";
 import { ClipBar } from "./clips.js";
 import { StageStrip } from "./stages.js";
 import { ActionButton } from "./toolbar.js";
@@ -25,7 +26,7 @@ export function SeeingPage() {
   return html`<div class="start desk seeing" data-testid="seeing-page"><h1>What ${camera.name} sees</h1>
     <div class="line wrap"><div class="switch" role="group" aria-label="Show"><button type="button" data-testid="see-raw" aria-pressed=${String(view.value === "raw")} onClick=${() => lookAt("raw")}>Raw</button><${ActionButton} id="seen-corrected"/><${ActionButton} id="mask"/></div>
       <${ActionButton} id="seen-labels"/><${ActionButton} id="undo-seeing"/><${ActionButton} id="redo-seeing"/><${ActionButton} id="seen-farther"/><${ActionButton} id="seen-nearer"/><${ActionButton} id="seen-whole"/></div>
-    <${Picture}/>
+    <${Picture}/><${Palette}/>
     <${ClipBar}/>
     <p class="hint-line" role="status" data-testid="seeing-hint">${why ? html`<b>${why.detail}</b> ${why.fix}` : taking.value ? "Taking the frame…" : colour.value ? html`Click what is <b>${colour.value}</b>, or drag a box in it.${still.value ? "" : " What moves is clicked more easily in a held frame."}` : still.value ? "A held frame: change colours and stages, and see at once what they do." : ""}</p>
     ${it && html`<${StageStrip}/>`}</div>`;
