@@ -10,12 +10,17 @@ import { cameras, tellError } from "./state.js";
 
 const AGAIN_MS = 1500;
 const LOOK_MS = 3000; // somebody else may change it, and a camera finds its colours by itself
-const MOST_UNDO = 40;
+const MOST_UNDO = 40, MOST_RECENT = 20;
 
 export const shown = computed(() => (page.value?.name === "seeing" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
 export const told = signal(/** @type {SeeingTold | null} */ (null));
 /** What the newest frame showed; null before the first. */
 export const newest = signal(/** @type {SeenFrame | null} */ (null));
+/** The newest frames, oldest first; and which one the picture shows, 0 where that is not known. */
+const recent = signal(/** @type {SeenFrame[]} */ ([]));
+export const pictured = signal(0);
+/** What is seen in the very picture that is shown: it comes another way, earlier or later. */
+export const marked = computed(() => recent.value.findLast((frame) => frame.seq <= pictured.value) ?? newest.value);
 /** Why nothing is seen, with its cure. */
 export const refusal = signal(/** @type {import("./types").Refusal | null} */ (null));
 export const kinds = signal(/** @type {import("./seeing_types").StageKind[]} */ ([]));
@@ -56,7 +61,10 @@ export function startSeeing() {
     clearTimeout(timer);
     line?.close();
     line = refusal.value = null;
+    recent.value = [];
+    pictured.value = 0;
     if (id && wanted && online.value) listen(id);
+    else if (!wanted) newest.value = null; // held, or switched off
   });
 
   /** @param {string} id */
@@ -69,6 +77,7 @@ export function startSeeing() {
       if ("detail" in heard) { refusal.value = heard; newest.value = null; return; }
       refusal.value = null;
       newest.value = heard;
+      recent.value = [...recent.value, heard].slice(-MOST_RECENT);
     });
     to.addEventListener("close", () => { if (isCurrent()) timer = setTimeout(() => { if (isCurrent()) listen(id); }, AGAIN_MS); });
   }

@@ -1,5 +1,5 @@
 // One camera's stream on a canvas that a worker draws, the field's lines over it, and how the camera is.
-import { useRef } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import { number } from "../format.js";
 import { html } from "../html.js";
 import { STATES, statuses, streamAddress } from "../live.js";
@@ -8,10 +8,12 @@ import { useLiveStream } from "./live_stream.js";
 
 const OLD_MS = 1500; // a picture older than this is not called live
 
-/** width: of the stream, px. fps: at most; 0 all. @param {{ id: string, name: string, view?: "raw" | "corrected" | "side", width?: number, fps?: number, lines?: boolean }} props */
-export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines = false }) {
+/** width: of the stream, px. fps: at most; 0 all. @param {{ id: string, name: string, view?: "raw" | "corrected" | "side", width?: number, fps?: number, lines?: boolean, drawn?: (seq: number) => void }} props drawn: told which frame is shown */
+export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines = false, drawn }) {
   const frame = useRef(/** @type {HTMLElement | null} */ (null));
   const { head, problem } = useLiveStream([frame], streamAddress(id, view, width, fps));
+
+  useEffect(() => { if (head) drawn?.(head.seq); }, [head?.seq]);
 
   const status = statuses.value[id], state = status?.state ?? "connecting";
   const isOld = head !== null && (status?.frame_age_s ?? 0) * 1000 > OLD_MS;

@@ -2,13 +2,14 @@
 import { correctedOf, pixelsPerMm, places } from "../field_places.js";
 import { number } from "../format.js";
 import { html } from "../html.js";
+import { told } from "../seeing.js";
 import { path } from "./drawing.js";
 
 /** @typedef {import("../seeing_types").Item} Item @typedef {import("../types").Point} Point */
 
 const CORNERS = 24; // of a ring
 const ROBOT_MM = 90, SMALL_ROBOT_MM = 40, SMALL_HAT_MM = 100; // half across; robots lower than that are small
-const BY_DOT = 3.6; // a robot's ring beside its team's dot, where no calibration tells sizes
+const BY_DOT = 3.6, BY_PATCHES = 1.5; // a robot's ring beside its team's dot, or its patches, where no calibration tells sizes
 
 /** corrected: in pixels of the corrected picture. @param {{ items: Item[], corrected: boolean, size: number, labels: boolean }} props size: of letters, picture px */
 export function SeenMarks({ items, corrected, size, labels }) {
@@ -34,13 +35,14 @@ export const nameOf = (item) => `${(item.team ?? "").charAt(0).toUpperCase()}${i
 function shapeOf(item, map) {
   const [x, y] = item.pixel, way = map && item.kind === "robot" ? pixelsPerMm(map, item.pixel) : null;
   const r_mm = (map?.hat_mm ?? 0) < SMALL_HAT_MM ? SMALL_ROBOT_MM : ROBOT_MM;
-  const r_px = Math.max(4, Math.sqrt(item.area_px / Math.PI) * (item.kind === "robot" ? BY_DOT : 1.6));
+  const isDot = item.kind === "robot" && told.value?.plan.stages.some((s) => s.stage === "butterfly");
+  const r_px = Math.max(4, Math.sqrt(item.area_px / Math.PI) * (isDot ? BY_DOT : BY_PATCHES));
   const turns = Array.from({ length: CORNERS }, (_, i) => (2 * Math.PI * i) / CORNERS);
   /** @param {number} angle @returns {Point} */
   const at = (angle) => {
-    const [dx, dy] = way ? way(r_mm * Math.cos(angle), r_mm * Math.sin(angle)) : [r_px * Math.cos(angle), r_px * Math.sin(angle)];
+    const [dx, dy] = way ? way(r_mm * Math.cos(angle), r_mm * Math.sin(angle)) : [r_px * Math.cos(angle), -r_px * Math.sin(angle)]; // without a calibration y goes up the picture
     return [x + dx, y + dy];
   };
-  const turned = item.orientation_deg === null || !way ? null : (item.orientation_deg * Math.PI) / 180;
+  const turned = item.orientation_deg === null ? null : (item.orientation_deg * Math.PI) / 180;
   return { ring: turns.map(at), front: turned === null ? null : at(turned) };
 }

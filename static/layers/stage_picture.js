@@ -5,15 +5,16 @@ import { html } from "../html.js";
 import { streamAddress } from "../live.js";
 import { useLiveStream } from "./live_stream.js";
 
-/** @typedef {{ camera: string, stage: string, width: number, fps?: number }} Props fps: at most; 0 all */
+/** @typedef {{ camera: string, stage: string, width: number, fps?: number, drawn?: (seq: number) => void }} Props fps: at most; 0 all. drawn: told which frame is shown */
 
 /** @param {Props} props */
 export const StagePicture = (props) => (asked.value ? html`<${HeldStage} ...${props}/>` : html`<${LiveStage} ...${props}/>`);
 
 /** @param {Props} props */
-function LiveStage({ camera, stage, width, fps = 0 }) {
+function LiveStage({ camera, stage, width, fps = 0, drawn }) {
   const frame = useRef(/** @type {HTMLElement | null} */ (null));
   const { head } = useLiveStream([frame], streamAddress(camera, `stage-${stage}`, width, fps));
+  useEffect(() => { if (head) drawn?.(head.seq); }, [head?.seq]);
   return html`<div class="live" ref=${frame} role="img" aria-label=${`The picture of the stage ${stage}`} data-testid=${`stage-live-${stage}`} data-seq=${head?.seq ?? 0} style=${head ? `aspect-ratio:${head.width}/${head.height}` : ""}></div>`;
 }
 

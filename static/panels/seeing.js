@@ -9,7 +9,7 @@ import { SeenMarks } from "../layers/seen_marks.js";
 import { StagePicture } from "../layers/stage_picture.js";
 import { LiveView } from "../layers/live_view.js";
 import { follow } from "../live.js";
-import { refusal, shown, told } from "../seeing.js";
+import { marked, pictured, refusal, shown, told } from "../seeing.js";
 import { labels, lookAt, view, zoom } from "../seeing_look.js";
 import { Palette } from "./colours.js";
 import { ClipBar } from "./clips.js";
@@ -18,6 +18,9 @@ import { ActionButton } from "./toolbar.js";
 
 const LETTERS_PX = 11.5, USUAL_PX = 680; // of the screen: letters beside the marks; how wide the picture is before it is known
 const WIDTH_PX = 1280, MARGIN = 0.06; // of the corrected picture, as the stream draws it around the field
+
+/** @param {number} seq */
+const show = (seq) => { pictured.value = seq; };
 
 export function SeeingPage() {
   const camera = shown.value, it = told.value, why = still.value ? stillRefusal.value : refusal.value;
@@ -46,9 +49,9 @@ function Picture() {
   const across = size ? size[0] + 2 * margin : width;
   const box = size ? `${-margin - 0.5} ${-margin - 0.5} ${across} ${size[1] + 2 * margin}` : `-0.5 -0.5 ${width} ${height}`;
   return html`<div class="captured sighted" ref=${frame} data-view=${name} data-held=${String(held !== null)} data-count=${now?.items.length ?? ""}><div class="zoomed" style=${`width:${100 * near}%`}>
-    ${stage ? html`<${StagePicture} key=${`${camera.id} ${stage}`} camera=${camera.id} stage=${stage} width=${WIDTH_PX}/>`
+    ${stage ? html`<${StagePicture} key=${`${camera.id} ${stage}`} camera=${camera.id} stage=${stage} width=${WIDTH_PX} drawn=${show}/>`
       : held ? html`<img class="held" data-testid="held-frame" alt=${`A held frame of ${camera.name}`} width=${held.width} height=${held.height} src=${pictureOf(held)}/>`
-        : html`<${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} view=${isCorrected ? "corrected" : "raw"} width=${WIDTH_PX}/>`}
-    ${now && html`<svg class="over" viewBox=${box} aria-hidden="true"><${SeenMarks} items=${now.items} corrected=${isCorrected} size=${(LETTERS_PX * across) / near / (frame.current?.clientWidth || USUAL_PX)} labels=${labels.value}/></svg>`}
+        : html`<${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} view=${isCorrected ? "corrected" : "raw"} width=${WIDTH_PX} drawn=${show}/>`}
+    ${now && html`<svg class="over" viewBox=${box} aria-hidden="true"><${SeenMarks} items=${(held ? now : marked.value ?? now).items} corrected=${isCorrected} size=${(LETTERS_PX * across) / near / (frame.current?.clientWidth || USUAL_PX)} labels=${labels.value}/></svg>`}
     ${colour.value && !isCorrected && (held || now) && html`<${ColourPicking} key=${`${width}×${height}`} width=${width} height=${height}/>`}</div></div>`;
 }
