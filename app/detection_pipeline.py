@@ -1,7 +1,6 @@
 """From a picture to what plays on it: what the doors call, and what a camera's process keeps from frame to frame.
 
-    setting = setting_for(size, profile, calibration)       once for a camera
-    sight = Sight(plan_for(plan, calibration), setting)
+    sight = sight_for(plan, size, profile, calibration)     once for a camera
     sight.see(pixels, clock=perf_counter)                   for each frame
 
 detect() is all of that for one still picture.
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.colour_profile import NAMES, ColourProfile
+from app.corrected_sight import CorrectedSight
 from app.detections import Detections
 from app.errors import BadInput, Conflict
 from app.field import Field
@@ -67,11 +67,10 @@ def detect(pixels: NDArray[np.uint8], plan: Plan, *, calibration: Calibration | 
         raise BadInput("A camera hangs above the carpet.", "Give its height in mm, more than 0.", reason="bad-eye")
     _refuse_other_size(size, calibration)
     profile = profile_from(pixels, plan, profile, clicks)
-    setting = setting_for(size, profile, calibration, mm_per_px, eye_mm)
-    plan = plan_for(plan, calibration)
-    sight = Sight(plan, setting)
-    sight.see(pixels)  # what is loaded and made at the first frame is no part of a frame's time
-    sight = Sight(plan, setting)
+    # What is loaded and made at the first frame is no part of a frame's time.
+    sight_for(plan, size, profile, calibration, mm_per_px, eye_mm).see(pixels)
+    sight = sight_for(plan, size, profile, calibration, mm_per_px, eye_mm)
+    plan = sight.plan
     return Found(sight.see(pixels, clock=time.perf_counter, pictures=pictures), plan, profile)
 
 
@@ -111,7 +110,20 @@ def setting_for(size: ImageSize, profile: ColourProfile, calibration: Calibratio
     field = field_from_json(calibration.field)
     view = View.of(model_from_json(calibration.model_name, calibration.model_parameters), eye_mm)
     ball = field.extras.get("ball", {}).get("radius_mm", 21.5)
-    return Setting(size, profile, view, field.hat_height_mm, ball, _on_field(view, field))
+    return Setting(size, profile, view, field.hat_height_mm, ball, on_field(view, field))
+
+
+def sight_for(plan: Plan, size: ImageSize, profile: ColourProfile, calibration: Calibration | None = None,
+              mm_per_px: float | None = None, eye_mm: tuple[float, float, float] | None = None,
+              ) -> Sight | CorrectedSight:
+    """The stages of a camera, set up. Conflict no-calibration for a plan that wants pictures corrected without one."""
+    setting, plan = setting_for(size, profile, calibration, mm_per_px, eye_mm), plan_for(plan, calibration)
+    if not plan.corrected:
+        return Sight(plan, setting)
+    if calibration is None:
+        raise Conflict("A picture is corrected by a calibration, and there is none.",
+                       "Activate or name a calibration, or look at the raw picture.", reason="no-calibration")
+    return CorrectedSight(plan, setting, calibration, BESIDE_MM, on_field)
 
 
 def _refuse_other_size(size: ImageSize, calibration: Calibration | None) -> None:
@@ -138,7 +150,7 @@ def _each_way(told: Any) -> float:
     return float(np.clip(median / np.sqrt(2), 0, 500)) if good else 0.0
 
 
-def _on_field(view: View, field: Field) -> NDArray[np.uint8] | None:
+def on_field(view: View, field: Field) -> NDArray[np.uint8] | None:
     """(height, width) 255 where the field is or a robot on it; None where the model does not tell."""
     w, h = view.image_size
     columns, rows = max(2, -(-w // _GRID_PX)), max(2, -(-h // _GRID_PX))

@@ -87,8 +87,8 @@ export const asked = computed(() => {
   const it = still.value, now = told.value, calibration = shown.value?.active_calibration ?? null;
   if (!it || !now) return null;
   if (it.clip) return { frame: frameOf(it), by: [now.plan, now.profile, shown.value?.active_calibration] };
-  const { name, title, stages } = now.plan;
-  return { snapshot: it.id, stages: { name, title, stages }, colours: now.profile, calibration, ...(calibration ? {} : { mm_per_px: guessed(it) }) };
+  const { name, title, stages, corrected = false } = now.plan;
+  return { snapshot: it.id, stages: { name, title, stages, ...(corrected && calibration ? { corrected } : {}) }, colours: now.profile, calibration, ...(calibration ? {} : { mm_per_px: guessed(it) }) };
 });
 
 /** The picture that a stage made of the held frame; its address is to be revoked. @param {any} body as asked @param {string} stage @param {AbortSignal} stop */

@@ -2,7 +2,8 @@
 import type { Option } from "./types";
 
 export type PlanStage = { stage: string } & Record<string, unknown>;
-export interface Plan { name: string; title: string; stages: PlanStage[] }
+/** corrected: its stages look at the corrected picture. */
+export interface Plan { name: string; title: string; stages: PlanStage[]; corrected?: boolean }
 export interface StageKind { name: string; title: string; help: string; options: Option[] }
 /** A colour as it was seen. spread: how much its chroma varied there. */
 export interface Sample { rgb: [number, number, number]; spread: number }

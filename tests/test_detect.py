@@ -12,6 +12,7 @@ from app.detection_pipeline import detect, drawn, setting_for
 from app.errors import TouchlineError
 from app.exports import EXPORTS
 from app.store.stages import load_plans
+from app.vision.sight import Plan
 
 PLAN = load_plans()["ssl"]
 
@@ -46,6 +47,25 @@ def test_robots_are_where_the_calibration_says_at_the_height_of_their_hats(match
     # The calibration's own error is part of each place's.
     sigma = calibration.report["sigma_mm"]["median"] / np.sqrt(2)
     assert all(np.sqrt(d.covariance_mm2[0][0]) >= sigma for d in found.seen.detections.items)
+
+
+def test_a_plan_may_ask_for_the_picture_to_be_corrected_first_and_says_the_same_places_and_raw_pixels(
+        match, pixels, calibration):
+    plan = Plan.from_json({**PLAN.to_json(), "corrected": True})
+    assert Plan.from_json(plan.to_json()) == plan and "corrected" not in PLAN.to_json()
+    raw, found = (detect(pixels, one, calibration=calibration, clicks=clicked(match), pictures=("colours",))
+                  for one in (PLAN, plan))
+    off = off_mm(found, match)
+    assert len(off) == 16 and np.median(off) < 5 and max(off) < 15
+    there = {(d.kind, d.team, d.id): d.pixel for d in raw.seen.detections.items}
+    same = [np.hypot(*np.subtract(d.pixel, there[d.kind, d.team, d.id])) for d in found.seen.detections.items
+            if (d.kind, d.team, d.id) in there]
+    assert len(same) >= 17 and max(same) < 1.0
+    assert found.seen.detections.image_size == raw.seen.detections.image_size and "correct" in found.seen.took_ms
+    assert found.seen.pictures["colours"].shape != raw.seen.pictures["colours"].shape
+    with pytest.raises(TouchlineError) as refused:
+        detect(pixels, plan, mm_per_px=5.0, clicks=clicked(match))
+    assert refused.value.reason == "no-calibration"
 
 
 def test_without_a_click_the_colours_are_found_in_the_picture(match, pixels, calibration):

@@ -16,7 +16,7 @@ FLOORS = [
     ["pipeline", "board_pipeline", "plumb_pipeline", "pair_pipeline", "task", "board_task", "plumb_task", "jobs",
      "live", "settings", "interchange", "report", "batch", "rig_pipeline", "rig_stitch",
      "auto_pipeline", "auto_task", "check_pipeline", "register_task", "motion_pipeline", "motion_task", "space",
-     "detection_pipeline"],                                                           # 4 work
+     "detection_pipeline", "corrected_sight"],                                                           # 4 work
     ["api", "scene", "cli", "serving"],                                            # 5 doors
     ["main"],                                                                      # 6 wiring
 ]
@@ -26,7 +26,7 @@ SIDEWAYS = {("cli", "main"), ("task", "pipeline"), ("auto_pipeline", "pipeline")
             ("auto_task", "pipeline"), ("auto_task", "task"), ("check_pipeline", "auto_pipeline"),
             ("check_pipeline", "auto_task"), ("check_pipeline", "pipeline"),
             ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline"),
-            ("live", "pipeline"), ("live", "motion_pipeline"), ("live", "detection_pipeline"),
+            ("live", "pipeline"), ("live", "motion_pipeline"), ("live", "detection_pipeline"), ("detection_pipeline", "corrected_sight"),
              ("interchange", "task"), ("report", "pipeline"), ("rig_pipeline", "pipeline"),
             ("rig_pipeline", "pair_pipeline"), ("rig_pipeline", "task"), ("publish", "exports"),
             ("register_task", "pipeline"), ("register_task", "auto_pipeline"), ("register_task", "task"),

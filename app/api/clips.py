@@ -14,7 +14,7 @@ from app.api.seeing_schemas import Seen as SeenAnswer
 from app.api.streams import BYTES, first_picture, live_camera
 from app.api.work import at_work
 from app.colour_profile import ColourProfile
-from app.detection_pipeline import drawn, plan_for, profile_from, setting_for
+from app.detection_pipeline import drawn, profile_from, sight_for
 from app.errors import NotFound
 from app.live.channel import DETECTIONS
 from app.live.seeing import told_of
@@ -118,10 +118,10 @@ def _seen(request: Request, id: str, number: int, plan_name: str | None,
     profile = (ColourProfile.from_json(wanted["profile"]) if wanted["profile"] is not None
                else profile_from(frame.pixels, plan))
     diagonal_px = (frame.size.width**2 + frame.size.height**2) ** 0.5
-    setting = setting_for(frame.size, profile, calibration, None if calibration else wanted["extent_mm"] / diagonal_px)
-    sight = Sight(plan_for(plan, calibration), setting)
+    scale = None if calibration else wanted["extent_mm"] / diagonal_px
+    sight = sight_for(plan, frame.size, profile, calibration, scale)
     about = clip.frames[number]
     seen = sight.see(frame.pixels, clock=time.thread_time, pictures=() if stage == DETECTIONS else (stage,),
                      camera=clip.camera, frame=about["seq"], time_s=about["time_s"])
     told = told_of(seen, about["seq"], about["time_s"], frame.size, calibration, profile.notes, clip.to_json()["fps"])
-    return frame.pixels, seen, sight, setting.view, told
+    return frame.pixels, seen, sight, sight.setting.view, told

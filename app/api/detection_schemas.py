@@ -14,7 +14,7 @@ class DetectionRequest(Strict):
 
     snapshot: Name
     calibration: Name | None = Field(None, description="of this camera at this size; without it there are no places")
-    stages: Name | Annotated[dict[str, Any], Field(max_length=3)] = Field(
+    stages: Name | Annotated[dict[str, Any], Field(max_length=4)] = Field(
         "ssl", description="a plan by name, or one of your own as GET /stages tells them")
     colours: Annotated[dict[str, Any], Field(max_length=8)] | None = Field(
         None, description="a profile, as `colours` of an earlier answer")

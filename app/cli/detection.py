@@ -1,6 +1,7 @@
 """detect: ball and robots in a picture, in field millimetres."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,6 +28,8 @@ def detect(
                                                         "made of it.")] = None,
     save_colours: Annotated[Path | None, typer.Option("--save-colours", metavar="PROFILE.yaml", help="Keep the colours "
                                                       "for other pictures.")] = None,
+    corrected: Annotated[bool, typer.Option("--corrected", help="Correct the picture first, and look at "
+                                                "that.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
     """Find the ball and the robots in a picture, with numbers, fronts and places."""
@@ -43,6 +46,7 @@ def detect(
     profile = None if colours is None else ColourProfile.from_json(
         plain_from_yaml(files.read_bytes(colours, MAX_BYTES), f"The file {colours.name}"))
     plan, frame, eye_mm = _plan(stages), files.read_picture(picture), _eye(eye)
+    plan = replace(plan, corrected=True) if corrected else plan
     wanted = [name for name, _ in plan.stages] if stage_pictures is not None else []
     found = detected(frame.pixels, plan, calibration=told, profile=profile, clicks=_clicks(click or []),
                      mm_per_px=mm_per_px, eye_mm=eye_mm, pictures=wanted)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from app.colour_profile import ColourProfile
-from app.detection_pipeline import plan_for, profile_from, setting_for
+from app.detection_pipeline import profile_from, sight_for
 from app.errors import TouchlineError
 from app.geometry import ImageSize
 from app.live import wire
@@ -141,9 +141,9 @@ class Seeing:
         key = (wanted.sighted_as, calibration.id if calibration else None, size, wanted.extent_mm)
         if key != self._eyes.key:
             profile = wanted.profile or profile_from(taken.frame.pixels, wanted.plan)
-            setting = setting_for(size, profile, calibration, None if calibration else _mm_per_px(wanted, size))
             notes = (*profile.notes, *(() if calibration else (NO_PLACES,)))
-            self._eyes = _Eyes(key, Sight(plan_for(wanted.plan, calibration), setting),
+            scale = None if calibration else _mm_per_px(wanted, size)
+            self._eyes = _Eyes(key, sight_for(wanted.plan, size, profile, calibration, scale),
                                None if wanted.profile else profile, calibration, notes)
             self._moments.clear()
             self.told = {"learned": None if wanted.profile else replace(profile, name="found").to_json()}

@@ -21,24 +21,27 @@ from app.options import read_options
 from app.vision.stages import STAGES, Seeing, Setting, Stage
 
 MOST_STAGES = 20
-_FORM = 'Write {"name", "title", "stages": [{"stage": NAME, OPTION: VALUE, …}, …]}.'
+_FORM = 'Write {"name", "title", "stages": [{"stage": NAME, OPTION: VALUE, …}, …]}, and "corrected": true if you like.'
 # What a stage reads that another one writes.
 _AFTER = {"blobs": "colours", "butterfly": "blobs", "tags": "blobs", "markers": "blobs", "ball": "blobs"}
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Stages in order with their options, read and checked."""
+    """Stages in order with their options, read and checked. corrected: they look at the corrected picture."""
 
     name: str
     title: str
     stages: tuple[tuple[str, Mapping[str, Any]], ...]
+    corrected: bool = False
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
-        if not isinstance(value, Mapping) or set(value) != {"name", "title", "stages"}:
+        if not isinstance(value, Mapping) or set(value) - {"corrected"} != {"name", "title", "stages"}:
             raise BadInput("This is no plan of stages.", _FORM, reason="bad-stages")
-        listed = value["stages"]
+        listed, corrected = value["stages"], value.get("corrected", False)
+        if not isinstance(corrected, bool):
+            raise BadInput("A plan's corrected is neither true nor false.", _FORM, reason="bad-stages")
         if not isinstance(listed, (list, tuple)) or not 0 < len(listed) <= MOST_STAGES:
             raise BadInput(f"A plan has between 1 and {MOST_STAGES} stages.", _FORM, reason="bad-stages")
         texts = [value["name"], value["title"]]
@@ -55,10 +58,10 @@ class Plan:
                 raise BadInput(f"The stage {name} stands in the wrong place.",
                                f"Name it once, after {needed}." if needed else "Name it once.", reason="bad-stages")
             stages.append((name, options))
-        return cls(*texts, tuple(stages))
+        return cls(*texts, tuple(stages), corrected)
 
     def to_json(self) -> dict[str, Any]:
-        return {"name": self.name, "title": self.title, "stages": [
+        return {"name": self.name, "title": self.title, **({"corrected": True} if self.corrected else {}), "stages": [
             {"stage": name, **{k: list(v) if isinstance(v, tuple) else v for k, v in options.items()}}
             for name, options in self.stages]}
 

@@ -45,6 +45,7 @@ function Picture() {
     if (box && k !== 1) { box.scrollLeft = (box.scrollLeft + box.clientWidth / 2) * k - box.clientWidth / 2; box.scrollTop = (box.scrollTop + box.clientHeight / 2) * k - box.clientHeight / 2; }
   }, [near]);
   const isCorrected = name === "corrected" && !held, stage = name.startsWith("stage-") ? name.slice(6) : "";
+  const isStraight = stage !== "" && told.value?.plan.corrected === true; // a stage's own picture, in which raw places mean nothing
   const width = held?.width ?? now?.width ?? 4, height = held?.height ?? now?.height ?? 3, size = isCorrected ? places.value?.corrected : null, margin = size ? Math.round(MARGIN * size[0]) : 0;
   const across = size ? size[0] + 2 * margin : width;
   const box = size ? `${-margin - 0.5} ${-margin - 0.5} ${across} ${size[1] + 2 * margin}` : `-0.5 -0.5 ${width} ${height}`;
@@ -52,6 +53,6 @@ function Picture() {
     ${stage ? html`<${StagePicture} key=${`${camera.id} ${stage}`} camera=${camera.id} stage=${stage} width=${WIDTH_PX} drawn=${show}/>`
       : held ? html`<img class="held" data-testid="held-frame" alt=${`A held frame of ${camera.name}`} width=${held.width} height=${held.height} src=${pictureOf(held)}/>`
         : html`<${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} view=${isCorrected ? "corrected" : "raw"} width=${WIDTH_PX} drawn=${show}/>`}
-    ${now && html`<svg class="over" viewBox=${box} aria-hidden="true"><${SeenMarks} items=${(held ? now : marked.value ?? now).items} corrected=${isCorrected} size=${(LETTERS_PX * across) / near / (frame.current?.clientWidth || USUAL_PX)} labels=${labels.value}/></svg>`}
-    ${colour.value && !isCorrected && (held || now) && html`<${ColourPicking} key=${`${width}×${height}`} width=${width} height=${height}/>`}</div></div>`;
+    ${now && !isStraight && html`<svg class="over" viewBox=${box} aria-hidden="true"><${SeenMarks} items=${(held ? now : marked.value ?? now).items} corrected=${isCorrected} size=${(LETTERS_PX * across) / near / (frame.current?.clientWidth || USUAL_PX)} labels=${labels.value}/></svg>`}
+    ${colour.value && !isCorrected && !isStraight && (held || now) && html`<${ColourPicking} key=${`${width}×${height}`} width=${width} height=${height}/>`}</div></div>`;
 }

@@ -21,6 +21,8 @@ export function StageStrip() {
   return html`<section aria-label="Stages" data-testid="stages"><${Title} of="stages">Stages<//>
     <div class="line wrap"><label class="line plan">Plan <select data-testid="plan" value=${same} onChange=${(/** @type {any} */ e) => { const plan = plans.value.find((p) => p.name === e.target.value); if (plan) void tune({ plan }); }}>
         ${!same && html`<option value="">${it.plan.title}, ${OWN}</option>`}${plans.value.map((p) => html`<option key=${p.name} value=${p.name}>${p.title}</option>`)}</select></label>
+      <label class="line" title=${camera.active_calibration ? "It costs a few ms a frame" : "Activate a calibration for this camera first."}><input type="checkbox" data-testid="plan-corrected" checked=${it.plan.corrected === true} disabled=${!camera.active_calibration && !it.plan.corrected}
+        onChange=${(/** @type {any} */ e) => void tune({ plan: { ...it.plan, corrected: e.target.checked } })}/> correct the picture first</label>
       <small data-testid="stages-ms">${many(it.plan.stages.length, "stage")}, ${number(total, 1)} ms a frame${seen.value?.fps ? `, ${number(seen.value.fps, 1)} frames a second` : ""}</small></div>
     <ol class="stages">${it.plan.stages.map((stage, i) => html`<${Stage} key=${stage.stage} camera=${camera.id} stage=${stage} number=${i + 1} ms=${took[stage.stage]} share=${total ? (took[stage.stage] ?? 0) / total : 0}/>`)}</ol></section>`;
 }
