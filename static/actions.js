@@ -4,6 +4,7 @@ import { automatic, findCaptured, look as looked, shown as captured, switchAutom
 import { form, keepCamera, shown as liveShown, status as liveStatus, confirmCamera, tried, tryCamera, trying } from "./camera_desk.js";
 import { AUTO_ACTIONS } from "./auto.js";
 import { CHECK_ACTIONS } from "./checking.js";
+import { TRACK_ACTIONS } from "./rig_tracks.js";
 import { DRIFT_ACTIONS } from "./drift.js";
 import { atBoard, findLens, found, openBoard, ready, search, useLens } from "./board.js";
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "./document.js";
@@ -130,6 +131,7 @@ const TABLE = [
   ...SCENE_ACTIONS, ...ROLL_ACTIONS,
   ...AUTO_ACTIONS,
   ...CHECK_ACTIONS,
+  ...TRACK_ACTIONS,
   ...DRIFT_ACTIONS,
   { id: "undo", label: "Undo", keys: ["ctrl+z"], group: "Points", run: undo, enabled: () => past.value.length > 0 },
   { id: "redo", label: "Redo", keys: ["ctrl+y", "ctrl+shift+z"], group: "Points", run: redo, enabled: () => future.value.length > 0 },

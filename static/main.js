@@ -46,6 +46,7 @@ import { loadLists, openFile } from "./pictures.js";
 import { startRanking } from "./ranking.js";
 import { startHovering } from "./residuals.js";
 import { startRig } from "./rig.js";
+import { startTracks } from "./rig_tracks.js";
 import { startRolls } from "./rolls.js";
 import { startScene } from "./scene.js";
 import { startSeeing } from "./seeing.js";
@@ -154,6 +155,7 @@ async function start() {
   startPair();
   startPairing();
   startRig();
+  startTracks();
   startRolls();
   startScene();
   startHeld();

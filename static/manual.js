@@ -9,7 +9,7 @@ export const page = signal({ name: "", text: "", heading: "", asked: 0 });
 
 /** What explains a panel: page#heading. A test looks up every one of them. @type {Record<string, string>} */
 export const EXPLAINED = {
-  "without-clicks": "auto.md", check: "check.md",
+  "without-clicks": "auto.md", check: "check.md", tracks: "detection.md#tracks-of-a-rig",
   start: "start.md", cameras: "live.md#states", field: "start.md", drawing: "conventions.md#the-field",
   borders: "borders.md", inside: "borders.md#what-the-figures-say", degree: "borders.md#the-degree",
   verdict: "numbers.md#verdict", warnings: "warnings.md", distortion: "numbers.md#distortion", residuals: "numbers.md#residual",

@@ -10,6 +10,8 @@ import {
 } from "../rig.js";
 import { cameras, fields } from "../state.js";
 import { Working } from "./desk.js";
+import { TrackMarks, TrackReport } from "./rig_tracks.js";
+import { ActionButton } from "./toolbar.js";
 
 /** @typedef {import("../rig_types").Pair} Pair @typedef {import("../types").Point} Point @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
@@ -38,6 +40,7 @@ export function RigPage() {
   if (!it) return html`<div class="start"><p class="dim">There is no rig called ${page.value.argument}.</p></div>`;
   return html`<div class="start rig" data-testid="rig-page"><h1>${it.title || it.name}</h1>
     <div class="line"><button type="button" data-testid="check-rig" disabled=${search.value !== null} onClick=${() => run("check-rig")}>Check the rig</button>
+      <${ActionButton} id="follow-play"/>
       <button type="button" data-testid="take-stitched" onClick=${() => void takeStitched()}>Take the picture anew</button>
       <a href=${addressOf({ name: "scene", argument: `rig/${it.name}` })} data-testid="rig-scene">Scene in 3-D</a>
       ${found.value && html`<div class="switch" role="group" aria-label="What is shown"><button type="button" data-testid="show-map" aria-pressed=${showMap.value} onClick=${() => { showMap.value = !showMap.value; }}>Disagreement</button></div>
@@ -57,6 +60,7 @@ function Picture({ name, at, told }) {
     <svg viewBox=${`-0.5 -0.5 ${width} ${height}`} data-testid="rig-overlay" role="img" aria-label=${worst.value ? `Worst ${mm(top)} mm` : "The field's lines"}>
       ${showMap.value && pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} top=${top}/>`)}
       ${told.overlay.map((l) => html`<path key=${l.feature} class="paint" d=${path(l.points)}/>`)}
+      <${TrackMarks} px=${px} k=${k}/>
       ${mark && html`<g class="where" data-testid="rig-worst" transform=${`translate(${mark[0]} ${mark[1]})`}><circle r="12"/><path d="M-7-7L7 7M-7 7L7-7"/><text x=${mark[0] > width * 0.8 ? -18 : 18} y="6" text-anchor=${mark[0] > width * 0.8 ? "end" : "start"}>worst: ${mm(top)} mm</text></g>`}</svg></div>
     <figcaption>${showMap.value && worst.value && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${mm(top)} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i><div><span>0</span><span>${mm(top / 2)}</span><span>${mm(top)} mm</span></div></div>`}
       <p class="reason" data-testid="unseen">${told.unseen.words}</p></figcaption></figure>`;
@@ -76,9 +80,9 @@ function Cells({ pair, px, k, top }) {
 
 export function RigReport() {
   const it = found.value, titles = Object.fromEntries((rig.value?.cameras ?? []).map((c) => [c.camera, c.title]));
-  if (!it) return html`<section><h2>Do they agree?</h2><ul class="plain"><li><b>Empty the field</b>, or at least the part that two cameras see.</li><li><b>Check the rig</b>: the field's lines are looked for where both look.</li><li>A camera that was <b>knocked</b> since it was calibrated is found and named.</li></ul></section>`;
+  if (!it) return html`<${TrackReport}/><section><h2>Do they agree?</h2><ul class="plain"><li><b>Empty the field</b>, or at least the part that two cameras see.</li><li><b>Check the rig</b>: the field's lines are looked for where both look.</li><li>A camera that was <b>knocked</b> since it was calibrated is found and named.</li></ul></section>`;
   const { level, sentence, fix } = it.verdict;
-  return html`<section aria-label="Verdict"><h2>The rig</h2><div class="verdict" data-testid="rig-verdict" data-level=${level}>${level && html`<b class=${`level ${level}`}>${LEVEL[level]}.</b>`} ${sentence}${fix && html`<p class="fix">${fix}</p>`}</div>
+  return html`<${TrackReport}/><section aria-label="Verdict"><h2>The rig</h2><div class="verdict" data-testid="rig-verdict" data-level=${level}>${level && html`<b class=${`level ${level}`}>${LEVEL[level]}.</b>`} ${sentence}${fix && html`<p class="fix">${fix}</p>`}</div>
       ${it.missing.map((t) => html`<p key=${t.camera} class="warning-line"><b>${titles[t.camera] ?? t.camera}: ${t.text}</b> ${t.fix}</p>`)}</section>
     ${it.pairs.map((p) => html`<section key=${`${p.a} ${p.b}`} aria-label=${`${titles[p.a]} and ${titles[p.b]}`} data-testid=${`pair-${p.a}-${p.b}`}><h2>${titles[p.a] ?? p.a} – ${titles[p.b] ?? p.b}</h2><${OnePair} p=${p}/></section>`)}`;
 }

@@ -2,12 +2,14 @@
 
 import json
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from live_play import Before
 from rig_over_field import sim_task
 
 from app.exports import EXPORTS
@@ -88,3 +90,51 @@ def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activa
     versions = server.api("GET", "/calibrations?camera=rig-north").json()["items"]
     assert versions[0]["parent"] == before and not versions[0]["active"]
     assert server.api("GET", "/cameras/rig-north").json()["active_calibration"] == before
+
+
+def test_ball_and_robots_of_all_cameras_stand_on_the_field_once_each_with_the_seam(page, server, tmp_path):
+    """The same play before two cameras whose pictures overlap at the middle."""
+    plays = [Before(name, 8, region, "field", 20, 0.8)
+             for name, region in (("low", "quarter-bottom-left"), ("high", "quarter-top-left"))]
+    api = Client(server)
+    profile = None
+    try:
+        for play in plays:
+            server.api("POST", "/cameras", json=play.settings)
+            play.calibrate(api)
+            for _ in range(300):  # its process is still starting
+                learned = server.api("POST", f"/cameras/{play.name}/colours/learn",
+                                     json={"clicks": play.clicks(), "base": profile})
+                if learned.status_code != 503:
+                    break
+                time.sleep(0.2)
+            profile = learned.json()["profile"]
+        server.api("PUT", "/colours/hall", json={"profile": profile})
+        for play in plays:
+            server.api("PUT", f"/cameras/{play.name}/seeing", headers={"If-Match": "unset"},
+                       json={"on": True, "plan": "ssl", "colours": "hall"})
+        server.api("PUT", "/rigs/west", json={"field": "ssl-div-b", "cameras": ["low", "high"]})
+        page.goto(f"{server.url}/#/rig/west")
+        expect(page.get_by_test_id("stitched")).to_be_visible(timeout=SOON)
+        page.get_by_test_id("do-follow-play").click()
+        expect(page.get_by_test_id("seam")).to_contain_text("mm apart in the median", timeout=2 * SOON)
+        expect(page.get_by_test_id("track-robot").nth(5)).to_be_attached(timeout=SOON)
+        page.screenshot(path=tmp_path / "tracks.png")
+        page.get_by_test_id("do-follow-play").click()
+        expect(page.get_by_test_id("track-report")).to_have_count(0)
+    finally:
+        server.api("DELETE", "/rigs/west")
+        for play in plays:
+            server.api("DELETE", f"/cameras/{play.name}")
+
+
+class Client:
+    """The server, as the tests of REST speak to theirs."""
+
+    def __init__(self, server) -> None:
+        self.server = server
+
+    def post(self, address, **more):
+        answer = self.server.api("POST", address.removeprefix("/api/v1"), **more)
+        answer.is_success = answer.ok
+        return answer

@@ -1,0 +1,48 @@
+// What plays on a rig's field, once each, however many of its cameras see it; heard only while somebody wants it.
+import { computed, effect, signal } from "@preact/signals";
+import { address, online } from "./api.js";
+import { rig } from "./rig.js";
+
+const AGAIN_MS = 2000; // after a line that was cut
+
+/** @typedef {{ track: number, kind: "ball" | "robot" | "marker", team: string | null, id: number | null, x_mm: number, y_mm: number, orientation_deg: number | null, cameras: string[], seam_mm: number | null }} Track
+ * @typedef {{ items: Track[], seams: { things: number, median_mm: number | null, max_mm: number | null }, cameras: { camera: string, problem: { what: string, fix: string } | null }[] }} Tracks */
+
+/** Whether what plays is wanted. */
+export const following = signal(false);
+/** The newest of the rig on show. */
+export const tracks = signal(/** @type {Tracks | null} */ (null));
+/** Why there is none. */
+export const noTracks = signal(/** @type {import("./types").Refusal | null} */ (null));
+const wanted = computed(() => (following.value && online.value ? rig.value?.name ?? null : null));
+
+/** Open and close the line as it is wanted. */
+export function startTracks() {
+  let line = /** @type {WebSocket | null} */ (null), timer = 0;
+  effect(() => {
+    const name = wanted.value;
+    clearTimeout(timer);
+    line?.close();
+    line = tracks.value = noTracks.value = null;
+    if (name !== null) listen(name);
+  });
+
+  /** @param {string} name */
+  function listen(name) {
+    const to = line = new WebSocket(address(`/rigs/${encodeURIComponent(name)}/tracks`));
+    to.addEventListener("message", ({ data }) => {
+      if (line !== to) return;
+      const heard = JSON.parse(data);
+      if ("detail" in heard) { noTracks.value = heard; return; }
+      noTracks.value = null;
+      tracks.value = heard;
+    });
+    to.addEventListener("close", () => { if (line === to) timer = setTimeout(() => { if (line === to) listen(name); }, AGAIN_MS); });
+  }
+}
+
+/** @type {import("./actions.js").Action[]} */
+export const TRACK_ACTIONS = [
+  { id: "follow-play", label: "Show ball and robots of all cameras of the rig, once each", short: "Ball and robots", group: "Pages", run: () => { following.value = !following.value; },
+    enabled: () => rig.value !== null, pressed: () => following.value },
+];
