@@ -7,7 +7,7 @@ from starlette.responses import Response
 
 from app.api.answers import Json
 from app.api.operator import operator
-from app.api.problems import problem, problem_of
+from app.api.problems import problem, problem_of, stale_problem
 from app.api.schemas import Id
 from app.api.seeing_schemas import ColoursBody, ColoursList, ColoursTold, Learned, LearnRequest
 from app.api.seeing_shelf import health_json
@@ -52,10 +52,7 @@ async def save_colours(request: Request, name: Id, body: ColoursBody, if_match: 
     try:
         kept = await at_work(request, state.store.presets.save, "colours", name, profile, etag, operator(request))
     except Stale as error:
-        answer = problem_of(error)
-        if error.details["etag"] is not None:
-            answer.headers["ETag"] = f'"{error.details["etag"]}"'
-        return answer
+        return stale_problem(error)
     except Conflict as error:
         if error.reason != "colours-exists":
             raise

@@ -8,7 +8,7 @@ from starlette.responses import Response
 from app.api import answer_schemas, schemas
 from app.api.answers import Json
 from app.api.operator import LONGEST, operator
-from app.api.problems import problem, problem_of
+from app.api.problems import problem, stale_problem
 from app.api.schemas import Id
 from app.api.sockets import tell
 from app.errors import Stale
@@ -37,9 +37,7 @@ def save_draft(request: Request, snapshot: Id, body: schemas.Draft,
                                  operator(request))
         request.app.state.presence.saved(snapshot, draft.etag, operator(request))
     except Stale as error:
-        answer = problem_of(error)
-        answer.headers["ETag"] = f'"{error.details["etag"]}"'
-        return answer
+        return stale_problem(error)
     return _answer(draft)
 
 

@@ -73,6 +73,14 @@ def problem_of(error: TouchlineError) -> Response:
     return problem(error.status, error.reason, error.title, error.what, error.fix, **error.details)
 
 
+def stale_problem(error: TouchlineError) -> Response:
+    """412 for a change that was made from an old state, with the ETag of the one that there is, where there is one."""
+    answer = problem_of(error)
+    if error.details["etag"] is not None:
+        answer.headers["ETag"] = f'"{error.details["etag"]}"'
+    return answer
+
+
 def framework_problem(status: int, detail: str | None = None, headers: Any = None) -> Response:
     """A problem for a bare status code, as the framework gives them."""
     reason, fix = FRAMEWORK.get(status, ("refused", "Check the request against /docs."))

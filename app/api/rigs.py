@@ -10,7 +10,7 @@ from app.api.answer_schemas import Job
 from app.api.answers import Json
 from app.api.jobs import accepted, result_of
 from app.api.operator import operator
-from app.api.problems import problem, problem_of
+from app.api.problems import problem, problem_of, stale_problem
 from app.api.schemas import AsJob, Id
 from app.api.work import at_length, at_work
 from app.errors import BadInput, Conflict, Stale
@@ -48,10 +48,7 @@ async def save_rig(request: Request, name: Id, body: rig_schemas.RigBody, if_mat
     try:
         return await at_work(request, _saved, request, name, body, if_match)
     except Stale as error:
-        answer = problem_of(error)
-        if error.details["etag"] is not None:
-            answer.headers["ETag"] = f'"{error.details["etag"]}"'
-        return answer
+        return stale_problem(error)
     except Conflict as error:
         if error.reason != "rig-exists":
             raise

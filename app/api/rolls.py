@@ -13,7 +13,7 @@ from app.api.answer_schemas.answer import Answer
 from app.api.answers import Json, json_bytes
 from app.api.mjpeg import TAKE_S
 from app.api.schemas import Id, Strict
-from app.api.sockets import refuse, until_either
+from app.api.sockets import refuse, until_either, until_gone
 from app.api.streams import first_picture, live_camera
 from app.api.work import at_work
 from app.errors import Busy, TouchlineError
@@ -83,7 +83,7 @@ async def watch_rolls(socket: WebSocket, id: str, keep: Annotated[bool, Query()]
     try:
         with _one_more(id):
             camera = await live_camera(socket, id)
-            error = await until_either(_hear(socket), _tell(socket, camera, keep))
+            error = await until_either(until_gone(socket), _tell(socket, camera, keep))
         if error is not None:
             await refuse(socket, error)
     except TouchlineError as error:
@@ -91,12 +91,6 @@ async def watch_rolls(socket: WebSocket, id: str, keep: Annotated[bool, Query()]
     except (TimeoutError, WebSocketDisconnect, RuntimeError):
         with suppress(RuntimeError, WebSocketDisconnect):
             await socket.close()
-
-
-async def _hear(socket: WebSocket) -> None:
-    """Until the page goes."""
-    while (await socket.receive())["type"] != "websocket.disconnect":
-        pass
 
 
 async def _tell(socket: WebSocket, camera: LiveCamera, keep: bool) -> None:

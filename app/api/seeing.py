@@ -1,21 +1,19 @@
 """/cameras/{id}/seeing and /cameras/{id}/detections: what a live camera is to see, and what it sees."""
 
 import asyncio
-from contextlib import suppress
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Request, WebSocket
 from starlette.responses import Response
-from starlette.websockets import WebSocketDisconnect
 
 from app.api.answers import Json
 from app.api.mjpeg import TAKE_S
 from app.api.operator import operator
-from app.api.problems import problem, problem_of
+from app.api.problems import problem, stale_problem
 from app.api.schemas import Id
 from app.api.seeing_schemas import SeeingBody, SeeingTold, Seen
 from app.api.seeing_shelf import health_json
-from app.api.sockets import refuse, until_either
+from app.api.sockets import refuse, until_either, until_gone
 from app.api.streams import first_picture, live_camera
 from app.api.work import at_work
 from app.errors import Stale, TouchlineError
@@ -50,10 +48,7 @@ async def set_seeing(request: Request, id: Id, body: SeeingBody, if_match: IfMat
     try:
         await at_work(request, state.seeing.save, id, body.model_dump(), etag, operator(request))
     except Stale as error:
-        answer = problem_of(error)
-        if error.details["etag"] is not None:
-            answer.headers["ETag"] = f'"{error.details["etag"]}"'
-        return answer
+        return stale_problem(error)
     if body.publish and body.on:
         await live_camera(request, id)  # publishing needs nobody who watches
     state.live.refresh(id)
@@ -93,18 +88,11 @@ async def watch_detections(socket: WebSocket, id: str) -> None:
     await socket.accept()
     try:
         camera = await live_camera(socket, id)
-        error = await until_either(_hear(socket), _send(socket, camera))
+        error = await until_either(until_gone(socket), _send(socket, camera))
         if error is not None:
             await refuse(socket, error)
     except TouchlineError as error:
         await refuse(socket, error)
-
-
-async def _hear(socket: WebSocket) -> None:
-    """Until the page goes."""
-    with suppress(WebSocketDisconnect, RuntimeError):
-        while (await socket.receive())["type"] != "websocket.disconnect":
-            pass
 
 
 async def _send(socket: WebSocket, camera: LiveCamera) -> None:

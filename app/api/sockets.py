@@ -25,7 +25,7 @@ async def refuse(socket: WebSocket, error: TouchlineError) -> None:
 async def tell(socket: WebSocket, values: AsyncIterator[Any]) -> None:
     """Send each value as JSON until there is no more, or nobody who listens; then close."""
     await socket.accept()
-    error = await until_either(_tell(socket, values), _until_gone(socket))
+    error = await until_either(_tell(socket, values), until_gone(socket))
     if error is not None:
         return await refuse(socket, error)
     with suppress(RuntimeError, WebSocketDisconnect):
@@ -49,7 +49,8 @@ async def _tell(socket: WebSocket, values: AsyncIterator[Any]) -> None:
         await asyncio.wait_for(socket.send_text(json_bytes(value).decode()), TAKE_S)
 
 
-async def _until_gone(socket: WebSocket) -> None:
+async def until_gone(socket: WebSocket) -> None:
+    """Until who listens has gone; what they say meanwhile means nothing."""
     with suppress(WebSocketDisconnect, RuntimeError):
         while (await socket.receive())["type"] != "websocket.disconnect":
             pass

@@ -1,17 +1,15 @@
 """/rigs/{name}/tracks: what plays on a field, once each, however many of its cameras see it."""
 
 import asyncio
-from contextlib import suppress
 from typing import Any
 
 from fastapi import APIRouter, Request, WebSocket
 from starlette.responses import Response
-from starlette.websockets import WebSocketDisconnect
 
 from app.api.answer_schemas.answer import Answer
 from app.api.mjpeg import TAKE_S
 from app.api.schemas import Id
-from app.api.sockets import refuse, until_either
+from app.api.sockets import refuse, until_either, until_gone
 from app.api.work import at_work
 from app.errors import TouchlineError, Unavailable
 from app.live.tracked import Tracked
@@ -53,17 +51,11 @@ async def watch_tracks(socket: WebSocket, name: str) -> None:
     await socket.accept()
     try:
         tracked = await _tracked(socket, name)
-        error = await until_either(_hear(socket), _send(socket, tracked))
+        error = await until_either(until_gone(socket), _send(socket, tracked))
         if error is not None:
             await refuse(socket, error)
     except TouchlineError as error:
         await refuse(socket, error)
-
-
-async def _hear(socket: WebSocket) -> None:
-    with suppress(WebSocketDisconnect, RuntimeError):
-        while (await socket.receive())["type"] != "websocket.disconnect":
-            pass
 
 
 async def _send(socket: WebSocket, tracked: Tracked) -> None:
