@@ -145,6 +145,7 @@ def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_p
     page.screenshot(path=tmp_path / "corrected.png")
 
 
+@pytest.mark.long  # a minute, most of it a fit of two thousand points: pytest -m long tests/e2e/test_arrows.py
 def test_two_thousand_arrows_are_drawn_and_keep_up_with_zooming(operator, server, tmp_path):
     settings = DEMO_CAMERAS[0]
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())

@@ -50,6 +50,12 @@ def page(operator, server, play):
     return page
 
 
+def press(page, key, action):
+    """A key means something only once its action can be done."""
+    expect(page.get_by_test_id(f"do-{action}")).to_be_enabled(timeout=LONG)
+    page.keyboard.press(key)
+
+
 def kept(server, camera="seer"):
     return server.api("GET", f"/cameras/{camera}/seeing").json()
 
@@ -72,7 +78,7 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     row = rows.filter(has=page.get_by_role("rowheader", name=f"{team.capitalize()} {number}", exact=True))
     x_mm, y_mm = (int(text.replace("\u202f", "").replace("−", "-")) for text in row.locator("td").all_inner_texts()[:2])
     assert abs(x_mm - robot.x_mm) < 30 and abs(y_mm - robot.y_mm) < 30
-    page.keyboard.press("v")
+    press(page, "v", "seen-corrected")
     expect(page.locator("[data-view=corrected]")).to_be_visible()
     expect(page.get_by_test_id("mark-robot").first).to_be_visible()
 
@@ -99,7 +105,7 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
 
 
 def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_camera(page, server, play, tmp_path):
-    page.keyboard.press(" ")
+    press(page, " ", "hold-frame")
     expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG)
     page.keyboard.press("3")
     expect(page.get_by_test_id("colour-blue")).to_have_attribute("aria-pressed", "true")
@@ -108,14 +114,14 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG)
     expect(page.get_by_test_id("learned")).to_contain_text("seer", timeout=LONG)
     expect(page.get_by_test_id("health-blue")).to_contain_text("margin")
-    page.keyboard.press("m")
+    press(page, "m", "mask")
     expect(page.locator("[data-view=stage-colours] [data-testid=stage-held-colours]")).to_be_visible(timeout=LONG)
     page.screenshot(path=tmp_path / "mask.png")
 
     page.reload()  # the frame, the colours and the way back are still there
     expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG)
     expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1)
-    page.keyboard.press("Control+z")
+    press(page, "Control+z", "undo-seeing")
     expect(page.get_by_test_id("learned")).not_to_contain_text("seer")
     page.get_by_test_id("do-redo-seeing").click()
     expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG)
@@ -134,10 +140,10 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
 
 def test_a_clip_is_recorded_stepped_and_a_colour_taught_in_it(page, server, play, tmp_path):
     count = len(held(server))
-    page.keyboard.press("r")
+    press(page, "r", "record-clip")
     expect(page.get_by_test_id("clip-place")).to_be_visible(timeout=LONG)
     expect(page.get_by_test_id("held-frame")).to_be_visible()
-    page.keyboard.press(".")
+    press(page, ".", "next-frame")
     expect(page.get_by_text("Frame 2 of")).to_be_visible()
     expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG)
     page.keyboard.press("2")
@@ -147,7 +153,7 @@ def test_a_clip_is_recorded_stepped_and_a_colour_taught_in_it(page, server, play
     expect(page.get_by_test_id("sample-yellow")).to_have_count(before + 1, timeout=LONG)
     assert len(held(server)) == count + 1  # that very frame, not the newest one
     page.keyboard.press("Escape")
-    page.keyboard.press("p")
+    press(page, "p", "play-clip")
     expect(page.get_by_text("Frame 4 of")).to_be_visible(timeout=LONG)
     page.screenshot(path=tmp_path / "clip.png")
     page.get_by_test_id("do-play-clip").click()
