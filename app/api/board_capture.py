@@ -3,22 +3,21 @@
 import asyncio
 import json
 from collections import Counter
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import asdict
 from typing import Annotated, Any
 
 from fastapi import APIRouter, WebSocket
 from pydantic import Field, ValidationError
-from starlette.websockets import WebSocketDisconnect
 
 from app.api.answers import json_bytes
 from app.api.mjpeg import TAKE_S
 from app.api.schemas import Number, Strict
-from app.api.sockets import refuse, until_either
+from app.api.sockets import both, spoken_with
 from app.api.streams import first_picture, live_camera
 from app.api.work import at_work
 from app.board import Board
-from app.errors import BadInput, Busy, TouchlineError
+from app.errors import BadInput, Busy
 from app.geometry import ImageSize
 from app.live import LiveCamera
 from app.live.board_capture import MOST_VIEWS, Watched
@@ -53,20 +52,12 @@ async def watch_board(socket: WebSocket, id: str) -> None:
     A frame in which the board stands still in a new way is kept as a snapshot with the purpose "board", while automatic
     or on {"take": true}, and told as `taken`. Refusals come as a problem; then the socket is closed.
     """
-    await socket.accept()
-    try:
+    async with spoken_with(socket):
         with _one_more(id):
             camera = await live_camera(socket, id)
             first = _read(await asyncio.wait_for(socket.receive_text(), FIRST_WORD_S))
             session = Session(socket, camera, Board.from_json(first.board), first)
-            error = await until_either(session.hear(), session.tell())
-        if error is not None:
-            await refuse(socket, error)
-    except TouchlineError as error:
-        await refuse(socket, error)
-    except (TimeoutError, WebSocketDisconnect, RuntimeError):
-        with suppress(RuntimeError, WebSocketDisconnect):
-            await socket.close()
+            await both(session.hear(), session.tell())
 
 
 class Session:

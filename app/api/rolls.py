@@ -2,21 +2,20 @@
 
 import asyncio
 from collections import Counter
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, WebSocket
 from starlette.responses import Response
-from starlette.websockets import WebSocketDisconnect
 
 from app.api.answer_schemas.answer import Answer
 from app.api.answers import Json, json_bytes
 from app.api.mjpeg import TAKE_S
 from app.api.schemas import Id, Strict
-from app.api.sockets import refuse, until_either, until_gone
+from app.api.sockets import both, spoken_with, until_gone
 from app.api.streams import first_picture, live_camera
 from app.api.work import at_work
-from app.errors import Busy, TouchlineError
+from app.errors import Busy
 from app.live import LiveCamera
 from app.motion_task import told_of_kept
 from app.store import Store
@@ -79,18 +78,10 @@ async def watch_rolls(socket: WebSocket, id: str, keep: Annotated[bool, Query()]
     told is what GET /cameras/{id}/rolls answers. What rolls is followed only while somebody listens; with keep=false
     it is not kept, and `new` has the rolls themselves.
     """
-    await socket.accept()
-    try:
+    async with spoken_with(socket):
         with _one_more(id):
             camera = await live_camera(socket, id)
-            error = await until_either(until_gone(socket), _tell(socket, camera, keep))
-        if error is not None:
-            await refuse(socket, error)
-    except TouchlineError as error:
-        await refuse(socket, error)
-    except (TimeoutError, WebSocketDisconnect, RuntimeError):
-        with suppress(RuntimeError, WebSocketDisconnect):
-            await socket.close()
+            await both(until_gone(socket), _tell(socket, camera, keep))
 
 
 async def _tell(socket: WebSocket, camera: LiveCamera, keep: bool) -> None:

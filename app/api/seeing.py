@@ -13,10 +13,10 @@ from app.api.problems import problem, stale_problem
 from app.api.schemas import Id
 from app.api.seeing_schemas import SeeingBody, SeeingTold, Seen
 from app.api.seeing_shelf import health_json
-from app.api.sockets import refuse, until_either, until_gone
+from app.api.sockets import both, spoken_with, until_gone
 from app.api.streams import first_picture, live_camera
 from app.api.work import at_work
-from app.errors import Stale, TouchlineError
+from app.errors import Stale
 from app.live import LiveCamera
 from app.live.sighted import text_of
 
@@ -85,14 +85,9 @@ async def newest_detections(request: Request, id: Id) -> Response:
 @router.websocket("/{id}/detections")
 async def watch_detections(socket: WebSocket, id: str) -> None:
     """The same for each frame, at most twenty times a second, the newest only."""
-    await socket.accept()
-    try:
+    async with spoken_with(socket):
         camera = await live_camera(socket, id)
-        error = await until_either(until_gone(socket), _send(socket, camera))
-        if error is not None:
-            await refuse(socket, error)
-    except TouchlineError as error:
-        await refuse(socket, error)
+        await both(until_gone(socket), _send(socket, camera))
 
 
 async def _send(socket: WebSocket, camera: LiveCamera) -> None:

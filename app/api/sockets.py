@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterator, Coroutine
-from contextlib import suppress
+from contextlib import asynccontextmanager, suppress
 from typing import Any
 
 from fastapi import WebSocket
@@ -20,6 +20,25 @@ async def refuse(socket: WebSocket, error: TouchlineError) -> None:
     with suppress(RuntimeError, WebSocketDisconnect):
         await socket.send_text(json_bytes(problem).decode())
         await socket.close(4000 + error.status, error.reason[:100])
+
+
+@asynccontextmanager
+async def spoken_with(socket: WebSocket) -> AsyncIterator[None]:
+    """Open the line; a refusal within is told and ends it, and a line that breaks or falls silent is closed."""
+    await socket.accept()
+    try:
+        yield
+    except TouchlineError as error:
+        await refuse(socket, error)
+    except (TimeoutError, WebSocketDisconnect, RuntimeError):
+        with suppress(RuntimeError, WebSocketDisconnect):
+            await socket.close()
+
+
+async def both(*doing: Coroutine[Any, Any, None]) -> None:
+    """As until_either; a refusal by one of them is raised."""
+    if (error := await until_either(*doing)) is not None:
+        raise error
 
 
 async def tell(socket: WebSocket, values: AsyncIterator[Any]) -> None:

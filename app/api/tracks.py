@@ -9,9 +9,9 @@ from starlette.responses import Response
 from app.api.answer_schemas.answer import Answer
 from app.api.mjpeg import TAKE_S
 from app.api.schemas import Id
-from app.api.sockets import refuse, until_either, until_gone
+from app.api.sockets import both, spoken_with, until_gone
 from app.api.work import at_work
-from app.errors import TouchlineError, Unavailable
+from app.errors import Unavailable
 from app.live.tracked import Tracked
 
 router = APIRouter(prefix="/rigs", tags=["rigs"])
@@ -48,14 +48,9 @@ async def newest_tracks(request: Request, name: Id) -> Response:
 @router.websocket("/{name}/tracks")
 async def watch_tracks(socket: WebSocket, name: str) -> None:
     """The same, twenty times a second."""
-    await socket.accept()
-    try:
+    async with spoken_with(socket):
         tracked = await _tracked(socket, name)
-        error = await until_either(until_gone(socket), _send(socket, tracked))
-        if error is not None:
-            await refuse(socket, error)
-    except TouchlineError as error:
-        await refuse(socket, error)
+        await both(until_gone(socket), _send(socket, tracked))
 
 
 async def _send(socket: WebSocket, tracked: Tracked) -> None:

@@ -7,6 +7,7 @@ first tells how the picture as a whole has moved, and is then measured again, ne
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,9 +105,13 @@ class _Look:
     region: Region
     size: ImageSize
 
+    @cached_property
+    def pattern(self) -> FieldPattern:
+        return FieldPattern.of(self.field, self.field.length_mm * FINE_MM_SHARE)
+
     def near(self, moved: Offsets | None, capture_px: float) -> LinesSeen:
         """Looked for within capture_px of where it is expected, moved as a whole by so much."""
-        pattern = FieldPattern.of(self.field, self.field.length_mm * FINE_MM_SHARE)
+        pattern = self.pattern
         capture = capture_px * max(self.size.width / 1280, 0.8)
         at = self._expected(pattern, max(CLEAR_PX, capture if moved is None else CLEAR_PX))
         start = at.places if moved is None else at.places + np.nan_to_num(moved.at(at.places)[0])
