@@ -19,7 +19,7 @@ from app.field import BORDERS, Arc, Field, Line, Region
 from app.geometry import ImageSize, Points
 from app.models import MODELS, Progress, no_progress, parameters_json
 from app.models.brown_conrady import BrownConrady
-from app.models.field_expected import FINE_MM_SHARE, Expected, expected
+from app.models.field_expected import Expected, fine_pattern, spread_out
 from app.models.field_pattern import FieldPattern
 from app.models.field_refine import FINER_PX, nearest_markings, refined, with_finer_lens
 from app.models.field_search import FINE_STEPS, Candidate, Rough, Searched, described, search
@@ -103,16 +103,14 @@ def find(seen: Seen, field: Field, region: Region, rough: Rough = Rough(),  # no
                     np.concatenate(seen.along), size, FINER_PX)
     if finer is not None:
         state = finer.state
-    pattern = FieldPattern.of(field, field.length_mm * FINE_MM_SHARE)
+    pattern = fine_pattern(field)
     return _measured(seen, state, pattern, region, searched), searched
 
 
 def _measured(seen: Seen, state: RayState, pattern: FieldPattern, region: Region, searched: Searched) -> Found | None:
     size = seen.size
     scale = max(size.width / 1280, 0.8)
-    places = expected(state.project, pattern, size, APART_PX, CLEAR_PX)
-    apart = max(APART_PX, float(places.length_px[places.clear].sum()) / POINTS)
-    places = expected(state.project, pattern, size, apart, CLEAR_PX)
+    places = spread_out(state.project, pattern, size, POINTS, APART_PX, CLEAR_PX)
     if not places.clear.any():
         return None
     profiles = across_lines(seen.gray, places.places, places.normals, places.width_px, places.marking,

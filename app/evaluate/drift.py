@@ -18,8 +18,7 @@ from app.evaluate.drift_search import best_motion
 from app.field import Field, Region
 from app.geometry import ImageSize, Points
 from app.models import CameraModel, raw_from_field
-from app.models.field_expected import FINE_MM_SHARE, expected
-from app.models.field_pattern import FieldPattern
+from app.models.field_expected import fine_pattern, spread_out
 from app.models.lens import Array
 from app.models.picture_motion import Flow, Judged, PictureMotion, Yardstick, motion_of
 from app.vision.line_patches import LinePatches, Offsets
@@ -168,15 +167,13 @@ class _Tried:
 def found_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field, size: ImageSize,
                 ) -> tuple[Points, Points, Array] | None:
     """Middles of lines (n, 2) px that are seen near where the model expects them, normals, and widths (n,) px."""
-    pattern = FieldPattern.of(field, field.length_mm * FINE_MM_SHARE)
+    pattern = fine_pattern(field)
 
     def project(points: Array) -> Points:
         return raw_from_field(model, points[:, :2])
-    places = expected(project, pattern, size, APART_PX, CLEAR_PX)
+    places = spread_out(project, pattern, size, PLACES, APART_PX, CLEAR_PX)
     if not places.clear.any():
         return None
-    apart = max(APART_PX, float(places.length_px[places.clear].sum()) / PLACES)
-    places = expected(project, pattern, size, apart, CLEAR_PX)
     some = places.clear
     capture = float(np.clip(CAPTURE * size.width, 3.0, 12.0))
     profiles = across_lines(gray, places.places[some], places.normals[some], places.width_px[some],

@@ -17,7 +17,7 @@ from app.evaluate.rig_offsets import Offsets, offsets
 from app.field import Arc, Field, Line, Region
 from app.geometry import ImageSize, Points
 from app.models import CameraModel, field_from_raw, raw_from_field
-from app.models.field_expected import FINE_MM_SHARE, Expected, expected
+from app.models.field_expected import Expected, fine_pattern, spread_out
 from app.models.field_pattern import FieldPattern
 from app.models.lens import Array
 from app.vision.line_profiles import across_lines
@@ -107,7 +107,7 @@ class _Look:
 
     @cached_property
     def pattern(self) -> FieldPattern:
-        return FieldPattern.of(self.field, self.field.length_mm * FINE_MM_SHARE)
+        return fine_pattern(self.field)
 
     def near(self, moved: Offsets | None, capture_px: float) -> LinesSeen:
         """Looked for within capture_px of where it is expected, moved as a whole by so much."""
@@ -131,9 +131,7 @@ class _Look:
             raw = raw_from_field(self.model, points[:, :2])
             return np.where(self._of_region(points[:, :2])[:, None], raw, np.nan)
 
-        places = expected(project, pattern, self.size, APART_PX, clear_px)
-        apart = max(APART_PX, float(places.length_px[places.clear].sum()) / PLACES)
-        return expected(project, pattern, self.size, apart, clear_px)
+        return spread_out(project, pattern, self.size, PLACES, APART_PX, clear_px)
 
     def _of_region(self, points: Points) -> NDArray[np.bool_]:
         (left, right), (low, high) = self.region.x_mm, self.region.y_mm

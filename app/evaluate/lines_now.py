@@ -9,7 +9,7 @@ from app.evaluate.drift_search import best_motion
 from app.field import Field
 from app.geometry import ImageSize, Points
 from app.models import CameraModel, raw_from_field
-from app.models.field_expected import FINE_MM_SHARE, Expected, expected
+from app.models.field_expected import Expected, fine_pattern, spread_out
 from app.models.field_pattern import FieldPattern
 from app.models.lens import Array
 from app.models.picture_motion import Flow, motion_of
@@ -48,7 +48,7 @@ def lines_now(gray: NDArray[np.uint8], model: CameraModel, field: Field,
     before: the grey picture in which the calibration was made, which tells where the lines were better than the model.
     """
     size = ImageSize(gray.shape[1], gray.shape[0])
-    pattern = FieldPattern.of(field, field.length_mm * FINE_MM_SHARE)
+    pattern = fine_pattern(field)
     places = _places(model, pattern, size)
     flow = Flow(model, tuple(size))
     some = places.clear & np.isfinite(flow.at(places.places)).all(axis=(1, 2))
@@ -95,6 +95,4 @@ def lines_now(gray: NDArray[np.uint8], model: CameraModel, field: Field,
 def _places(model: CameraModel, pattern: FieldPattern, size: ImageSize) -> Expected:
     def project(points: Array) -> Points:
         return raw_from_field(model, points[:, :2])
-    places = expected(project, pattern, size, APART_PX, CLEAR_PX)
-    apart = max(APART_PX, float(places.length_px[places.clear].sum()) / PLACES)
-    return expected(project, pattern, size, apart, CLEAR_PX)
+    return spread_out(project, pattern, size, PLACES, APART_PX, CLEAR_PX)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from app.field import Field
 from app.geometry import ImageSize, Points
 from app.models.field_pattern import FieldPattern
 from app.models.lens import Array
@@ -26,6 +27,19 @@ class Expected:
     marking: Array
     length_px: Array
     clear: Array
+
+
+def fine_pattern(field: Field) -> FieldPattern:
+    """The field's markings sampled as finely as expected() wants them."""
+    return FieldPattern.of(field, field.length_mm * FINE_MM_SHARE)
+
+
+def spread_out(project: Callable[[Array], Points], pattern: FieldPattern, size: ImageSize, most: int,
+               least_apart_px: float, clear_px: float) -> Expected:
+    """As expected(), so far apart that about `most` of them are clear, and never nearer than least_apart_px."""
+    places = expected(project, pattern, size, least_apart_px, clear_px)
+    apart = max(least_apart_px, float(places.length_px[places.clear].sum()) / most)
+    return expected(project, pattern, size, apart, clear_px)
 
 
 def expected(project: Callable[[Array], Points], pattern: FieldPattern, size: ImageSize, apart_px: float,
