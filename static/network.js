@@ -11,6 +11,7 @@ export const publishing = signal(/** @type {Publishing | null} */ (null));
 export const heard = signal(/** @type {import("./network_types").Heard | null} */ (null));
 /** Whether the panel is unfolded. */
 export const unfolded = signal(false);
+let underway = 0, changes = 0;
 /** Whether a change is under way. */
 export const changing = signal(false);
 
@@ -30,22 +31,26 @@ export function followNetwork() {
 }
 
 export async function ask() {
+  const before = changes;
   try {
     const [state, others] = await Promise.all([call("GET", "/publishing"), call("GET", "/publishing/heard")]);
-    if (!changing.value) [publishing.value, heard.value] = [state, others];
+    heard.value = others;
+    if (before === changes) publishing.value = state; // else it is older than what was asked for since
   } catch { /* a silent server is told elsewhere */ }
 }
 
-/** @param {Record<string, unknown>} changes */
-export async function set(changes) {
-  changing.value = true;
+/** @param {Record<string, unknown>} wanted */
+export async function set(wanted) {
+  const mine = ++changes;
+  changing.value = ++underway > 0;
   try {
-    publishing.value = await call("PUT", "/publishing", changes);
+    const now = await call("PUT", "/publishing", wanted);
+    if (mine === changes) publishing.value = now;
   } catch (error) {
     if (publishing.value) publishing.value = { ...publishing.value }; // draw what stands
     tellError(error);
   } finally {
-    changing.value = false;
+    changing.value = --underway > 0;
   }
   await ask();
 }

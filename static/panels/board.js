@@ -8,6 +8,7 @@ import { models, tellError } from "../state.js";
 import { DeskTabs, Pictures, Working } from "./desk.js";
 import { ActionButton } from "./toolbar.js";
 import { Title } from "./title.js";
+import { Typed } from "./typed.js";
 
 const DICTIONARIES = [...[4, 5, 6, 7].flatMap((n) => [50, 100, 250, 1000].map((count) => `DICT_${n}X${n}_${count}`)),
   "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_16h5", "DICT_APRILTAG_25h9", "DICT_APRILTAG_36h10", "DICT_APRILTAG_36h11"];
@@ -34,12 +35,12 @@ export function BoardForm() {
 }
 
 /** @param {{ name: "columns" | "rows", label: string }} props */
-const Whole = ({ name, label }) => html`<label class="pair"><span>${label}</span><input type="number" data-testid=${`board-${name}`} min="2" max="100" step="1" value=${wanted.value[name]}
-  onChange=${(/** @type {Changed} */ e) => want({ [name]: Number(e.target.value) })}/></label>`;
+const Whole = ({ name, label }) => html`<label class="pair"><span>${label}</span><${Typed} type="number" data-testid=${`board-${name}`} min="2" max="100" step="1" value=${wanted.value[name]}
+  take=${(/** @type {string} */ text) => want({ [name]: Number(text) })}/></label>`;
 
 /** @param {{ name: "square_mm" | "marker_mm", label: string }} props */
-const Length = ({ name, label }) => html`<label class="pair length"><span>${label}</span><span class="with-unit"><input type="number" data-testid=${`board-${name}`} min="0.1" step="any" value=${wanted.value[name]}
-  onChange=${(/** @type {Changed} */ e) => want({ [name]: Number(e.target.value) })}/><small>mm</small></span></label>`;
+const Length = ({ name, label }) => html`<label class="pair length"><span>${label}</span><span class="with-unit"><${Typed} type="number" data-testid=${`board-${name}`} min="0.1" step="any" value=${wanted.value[name]}
+  take=${(/** @type {string} */ text) => want({ [name]: Number(text) })}/><small>mm</small></span></label>`;
 
 /** The middle of the page while it is at the board. */
 export function BoardDesk() {

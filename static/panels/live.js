@@ -15,6 +15,7 @@ import { CheckReport, CheckWorking, CheckedPicture } from "./checking.js";
 import { DriftPanel } from "./drift.js";
 import { ActionButton } from "./toolbar.js";
 import { Title } from "./title.js";
+import { Typed } from "./typed.js";
 
 /** @typedef {import("../types").Control} Control */
 
@@ -86,10 +87,10 @@ export function LiveReport() {
 
 /** @param {{ control: Control }} props */
 function Setting({ control: { name, label, kind, value, unit, range, choices, automatic } }) {
-  const set = (/** @type {unknown} */ to) => void setControl(name, to), isAuto = automatic === true;
+  const set = (/** @type {unknown} */ to) => setControl(name, to), isAuto = automatic === true;
   const field = kind === "bool" ? html`<input type="checkbox" data-testid=${`set-${name}`} aria-label=${label} checked=${value === true} onChange=${(/** @type {any} */ e) => set(e.target.checked)}/>`
     : kind === "choice" ? html`<select data-testid=${`set-${name}`} aria-label=${label} value=${value} disabled=${isAuto} onChange=${(/** @type {any} */ e) => set(e.target.value)}>${choices.map((c) => html`<option key=${c}>${c}</option>`)}</select>`
-      : html`<span class="with-unit"><input type="number" data-testid=${`set-${name}`} aria-label=${label} step="any" min=${range?.[0]} max=${range?.[1]} value=${value} disabled=${isAuto} onChange=${(/** @type {any} */ e) => set(Number(e.target.value))}/><em>${unit}</em></span>`;
+      : html`<span class="with-unit"><${Typed} type="number" data-testid=${`set-${name}`} aria-label=${label} step="any" min=${range?.[0]} max=${range?.[1]} value=${value} disabled=${isAuto} take=${(/** @type {string} */ text) => set(Number(text))}/><em>${unit}</em></span>`;
   return html`<div class="option"><div class="pair"><span>${label}</span>${field}</div>
     ${automatic !== null && html`<label class="line"><input type="checkbox" checked=${isAuto} onChange=${(/** @type {any} */ e) => set(e.target.checked ? "auto" : value)}/> the camera sets it</label>`}
     ${range && html`<p class="reason">${number(range[0], 1)} to ${number(range[1], 1)} ${unit}</p>`}</div>`;

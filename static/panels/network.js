@@ -6,6 +6,7 @@ import { html } from "../html.js";
 import { changing, contradictions, followNetwork, heard, publishing, set, takeOver, unfolded } from "../network.js";
 import { cameras } from "../state.js";
 import { Title } from "./title.js";
+import { Typed } from "./typed.js";
 
 /** @typedef {import("../network_types").Publishing} Publishing @typedef {import("../network_types").PublishedCamera} PublishedCamera */
 /** @typedef {import("../network_types").HeardSender} HeardSender @typedef {import("../network_types").HeardCamera} HeardCamera */
@@ -44,7 +45,7 @@ function Way({ it }) {
   const known = it.interfaces.filter((i) => i.address !== null);
   const listed = it.interface === "" || known.some((i) => i.name === it.interface);
   return html`<div class="way">
-    <label>Interface<select data-testid="network-interface" value=${it.interface} disabled=${changing.value} onChange=${(/** @type {any} */ e) => void set({ interface: e.target.value })}>
+    <label>Interface<select data-testid="network-interface" value=${it.interface} onChange=${(/** @type {any} */ e) => void set({ interface: e.target.value })}>
       <option value="">The system's choice</option>${known.map((i) => html`<option key=${i.name} value=${i.name}>${i.name}, ${i.address}</option>`)}
       ${!listed && html`<option value=${it.interface}>${it.interface}</option>`}</select></label>
     <${Entry} name="group" label="Group" value=${it.group} type="text"/><${Entry} name="port" label="Port" value=${it.port}/>
@@ -55,8 +56,8 @@ function Way({ it }) {
 
 /** @param {{ name: string, label: string, value: string | number, type?: string, step?: string, title?: string }} props */
 function Entry({ name, label, value, type = "number", step = "1", title = "" }) {
-  return html`<label title=${title}>${label}<input type=${type} step=${step} data-testid=${`network-${name}`} value=${value} disabled=${changing.value}
-    onChange=${(/** @type {any} */ e) => { if (e.target.value !== "") void set({ [name]: type === "number" ? Number(e.target.value) : e.target.value.trim() }); }}/></label>`;
+  const take = (/** @type {string} */ text) => (text === "" ? undefined : set({ [name]: type === "number" ? Number(text) : text.trim() }));
+  return html`<label title=${title}>${label}<${Typed} type=${type} step=${step} data-testid=${`network-${name}`} value=${value} take=${take}/></label>`;
 }
 
 /** What is sent of each camera. @param {{ it: Publishing }} props */
@@ -66,8 +67,8 @@ function Sent({ it }) {
     <thead><tr><th>camera</th><th>number</th><th>carpet, mm</th><th>hat, mm</th><th></th></tr></thead>
     <tbody>${it.cameras.map((c) => html`<tr key=${c.camera} data-testid=${`sent-${c.camera}`} data-published=${String(c.published)}>
       <th>${nameOf(c.camera)} <small>version ${c.version}, ${c.model}</small></th>
-      <td><input type="number" min="0" aria-label=${`Number of ${nameOf(c.camera)}`} data-testid=${`number-${c.camera}`} value=${c.camera_id} disabled=${changing.value}
-        onChange=${(/** @type {any} */ e) => void set({ numbers: { [c.camera]: e.target.value === "" ? null : Number(e.target.value) } })}/></td>
+      <td><${Typed} type="number" min="0" aria-label=${`Number of ${nameOf(c.camera)}`} data-testid=${`number-${c.camera}`} value=${c.camera_id}
+        take=${(/** @type {string} */ text) => set({ numbers: { [c.camera]: text === "" ? null : Number(text) } })}/></td>
       <td class=${above(c.loss?.worst_mm, it)} title=${c.loss ? `worst at ${c.loss.worst_place.map((v) => number(v, 0)).join(", ")} mm` : ""}>${c.loss ? millimetres(c.loss.worst_mm) : "–"}</td>
       <td class=${above(c.loss?.hat_worst_mm, it)} title=${c.loss && c.loss.hat_worst_mm === null ? "The model has no rays: what happens above the carpet is not known." : ""}>${c.loss ? (c.loss.hat_worst_mm === null ? "not known" : millimetres(c.loss.hat_worst_mm)) : "–"}</td>
       <td>${c.published ? html`<span class="sent-mark">${it.enabled ? "sent" : "ready"}</span>` : html`<em class="approximate">left out</em>`}</td></tr>

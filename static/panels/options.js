@@ -3,6 +3,7 @@ import { change, doc } from "../document.js";
 import { html } from "../html.js";
 import { model } from "../state.js";
 import { HeldLens } from "./held_lens.js";
+import { Typed } from "./typed.js";
 
 /** @typedef {import("../types").Option} Option */
 /** @typedef {{ option: Option, value: any, set: (value: unknown) => void, about: Record<string, string> }} Props set(null): as if nothing had been said */
@@ -67,18 +68,17 @@ function IntOrAuto(props) {
 
 /** @param {Props} props */
 function NumberField({ option: { type, range: r }, value, set, about }) {
-  return html`<input type="number" ...${about} step=${type.startsWith("int") ? 1 : "any"} min=${r?.[0]} max=${r?.[1]} placeholder="Auto"
-    value=${value === "auto" || value === null ? "" : value} onChange=${(/** @type {Changed} */ e) => set(e.target.value === "" ? null : Number(e.target.value))}/>`;
+  return html`<${Typed} type="number" ...${about} step=${type.startsWith("int") ? 1 : "any"} min=${r?.[0]} max=${r?.[1]} placeholder="Auto"
+    value=${value === "auto" || value === null ? "" : value} take=${(/** @type {string} */ text) => set(text === "" ? null : Number(text))}/>`;
 }
 
 /** A measure and how sure it is: 2 500 ± 30. @param {Props} props */
 function ValueAndSigma({ option: { range: r, default: fallback }, value, set, about }) {
   const now = /** @type {{ value: number, sigma: number } | null} */ (value ?? fallback);
-  /** @param {Changed} e */
-  const setValue = (e) => set(e.target.value === "" ? null : { value: Number(e.target.value), sigma: now?.sigma ?? TAPE_MM });
-  return html`<input type="number" ...${about} step="any" min=${r?.[0]} max=${r?.[1]} placeholder="Not set" value=${now?.value ?? ""} onChange=${setValue}/>
-    ${now && html`<span>±</span><input type="number" aria-label="How sure, standard deviation" step="any" min="0.1" max="5000" value=${now.sigma}
-      onChange=${(/** @type {Changed} */ e) => set({ ...now, sigma: Number(e.target.value) })}/>`}`;
+  const setValue = (/** @type {string} */ text) => set(text === "" ? null : { value: Number(text), sigma: now?.sigma ?? TAPE_MM });
+  return html`<${Typed} type="number" ...${about} step="any" min=${r?.[0]} max=${r?.[1]} placeholder="Not set" value=${now?.value ?? ""} take=${setValue}/>
+    ${now && html`<span>±</span><${Typed} type="number" aria-label="How sure, standard deviation" step="any" min="0.1" max="5000" value=${now.sigma}
+      take=${(/** @type {string} */ text) => set({ ...now, sigma: Number(text) })}/>`}`;
 }
 
 /** Terms of a lens: Auto, or those that are ticked. @param {Props} props */

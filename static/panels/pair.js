@@ -6,6 +6,7 @@ import { SIDES, calibrations, called, chosen, hatMm, nextHeight, pair, pictures,
 import { stale, worth } from "../pairing.js";
 import { models } from "../state.js";
 import { Title } from "./title.js";
+import { Typed } from "./typed.js";
 
 /** @typedef {import("../pair_types").Side} Side @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
@@ -45,5 +46,5 @@ function Row({ index }) {
 }
 
 /** @param {{ name: string, label: string, value: number | null, set: (z: number | null) => void }} props */
-const Height = ({ name, label, value, set }) => html`<span class="with-unit"><input type="number" data-testid=${name} aria-label=${label} min="0" max="5000" step="any" placeholder="?" value=${value ?? ""}
-  onChange=${(/** @type {Changed} */ e) => { const z = e.target.value === "" ? null : Number(e.target.value); if (z === null || (z >= 0 && z <= 5000)) set(z); else e.target.value = String(value ?? ""); }}/><small>mm</small></span>`;
+const Height = ({ name, label, value, set }) => html`<span class="with-unit"><${Typed} type="number" data-testid=${name} aria-label=${label} min="0" max="5000" step="any" placeholder="?" value=${value ?? ""}
+  take=${(/** @type {string} */ text) => { const z = text === "" ? null : Number(text); if (z === null || (z >= 0 && z <= 5000)) set(z); }}/><small>mm</small></span>`;

@@ -6,6 +6,7 @@ import { html } from "../html.js";
 import { addressOf, backAddress, left, page } from "../page.js";
 import { LONGEST } from "../operator.js";
 import { askSettings, chooseName, forgetPreferences, health, operatorName, told } from "../settings.js";
+import { Typed } from "./typed.js";
 
 /** @typedef {import("../pages_types").Setting} Setting */
 
@@ -35,7 +36,7 @@ const span = (s) => (s < 120 ? `${number(s, 0)} s` : s < 7200 ? `${number(s / 60
 function Preferences() {
   return html`<section aria-label="This browser"><h2>This browser</h2>
     <label class="pair tall"><span>Your name: written beside what you make, and told to whoever has the same picture open</span>
-      <input type="text" data-testid="operator-name" maxlength=${LONGEST} autocomplete="name" placeholder="Nobody in particular" value=${operatorName.value} onChange=${(/** @type {any} */ e) => chooseName(e.target.value)}/></label>
+      <${Typed} type="text" data-testid="operator-name" maxlength=${LONGEST} autocomplete="name" placeholder="Nobody in particular" value=${operatorName.value} take=${chooseName}/></label>
     <div class="line"><button type="button" data-testid="forget-preferences" onClick=${forgetPreferences}>Forget this browser's preferences</button><small class="grow">Name, colours, lists of pictures. Clicks that the server has not got yet stay.</small></div></section>`;
 }
 

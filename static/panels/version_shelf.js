@@ -7,6 +7,7 @@ import { addressOf } from "../page.js";
 import { cameras, models } from "../state.js";
 import { activateVersion, activeOne, annotate, apart, choose, deleteVersion, former, loadMore, loadShelf, of, pairOf, shelf } from "../version_shelf.js";
 import { ExportMenu } from "./exports.js";
+import { Typed } from "./typed.js";
 
 /** @typedef {import("../pages_types").Kept} Kept */
 
@@ -36,7 +37,7 @@ function Version({ it }) {
   const isChosen = pairOf.value.includes(id);
   return html`<li class=${`card${active ? " now" : ""}`} data-testid="shelf-version" data-version=${version} data-active=${String(active)}>
     <div class="line"><b>Version ${version}</b>${active && html`<b class="level good">Active</b>`}<span class=${`level ${report.verdict.level}`}>${mm(report.verdict.mm)} mm</span><small class="grow">${model}, ${words(it.region).toLowerCase()}; ${dayAndTime(it.created_at)}${it.made_by && `, by ${it.made_by}`}</small></div>
-    <input type="text" class="note" data-testid="shelf-note" maxlength="2000" aria-label=${`Note for version ${version}`} placeholder="Add a note" value=${it.note} onChange=${(/** @type {any} */ e) => void annotate(it, e.target.value)}/>
+    <${Typed} type="text" class="note" data-testid="shelf-note" maxlength="2000" aria-label=${`Note for version ${version}`} placeholder="Add a note" value=${it.note} take=${(/** @type {string} */ text) => annotate(it, text)}/>
     <div class="line wrap">
       ${camera && !active && html`<button type="button" data-testid="shelf-activate" onClick=${() => void activateVersion(it)}>Activate</button>`}
       ${snapshot && html`<a href=${`#/${snapshot}/compare`} data-testid="shelf-open">Open its picture</a>`}

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 import pytest
+from eventually import newest_job
 from playwright.sync_api import expect
 
 # A search may be over before anybody looks: what it said on the way is written down.
@@ -87,9 +88,7 @@ def test_a_search_can_be_stopped(desk, server, board_pictures):
     desk.get_by_test_id("next").click()
     desk.get_by_test_id("do-stop-finding").click()
     expect(desk.get_by_test_id("finding")).to_have_count(0)
-    desk.wait_for_timeout(300)
-    newest = server.api("GET", "/jobs").json()["items"][0]
-    assert (newest["kind"], newest["state"]) == ("board", "cancelled")
+    newest_job(server, "board", "cancelled")
 
 
 def test_pictures_without_a_board_are_refused_with_what_to_do(desk, grey, tmp_path):

@@ -1,21 +1,11 @@
 """Choosing a model: all are compared on the same clicks, one is recommended, and every refusal says what to do."""
 
-import time
-
 import pytest
+from eventually import newest_job
 from playwright.sync_api import expect
 
 BORDERS = ("left", "right", "top", "bottom")
 LONG = 60_000  # ms, for seven models on a busy machine
-
-
-def is_cancelled(server, seconds=30.0):
-    """The newest job comes to be a cancelled comparison: the page's wish needs its way to the server."""
-    end = time.monotonic() + seconds
-    while (found := server.api("GET", "/jobs").json()["items"][0])["state"] != "cancelled":
-        assert time.monotonic() < end, found
-        time.sleep(0.1)
-    assert found["kind"] == "comparison"
 
 
 def test_models_stand_in_the_order_of_their_error_and_the_recommended_one_is_a_click_away(clicked, tmp_path):
@@ -43,7 +33,7 @@ def test_a_comparison_can_be_stopped_and_begun_again(clicked, server):
     page.get_by_test_id("do-stop-comparing").click(timeout=10_000)
     expect(page.get_by_test_id("not-compared")).to_be_visible()
     expect(page.get_by_test_id("ranking")).to_have_count(0)
-    is_cancelled(server)
+    newest_job(server, "comparison", "cancelled")
     page.get_by_test_id("do-compare-models").click()
     expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
 
@@ -53,7 +43,7 @@ def test_who_leaves_the_step_stops_the_comparison(clicked, server):
     expect(page.get_by_test_id("comparing")).to_be_visible(timeout=10_000)
     page.wait_for_timeout(500)  # until the server has it
     page.get_by_test_id("step-borders").click()
-    is_cancelled(server)
+    newest_job(server, "comparison", "cancelled")
 
 
 def test_a_model_that_cannot_be_fitted_is_listed_with_what_to_do(clicked, tmp_path):

@@ -58,6 +58,9 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
 
         expect(page.get_by_text("would both be camera 0")).to_be_visible()
         page.get_by_test_id("number-east").fill("1")
+        with page.expect_response(lambda r: r.request.method == "GET" and r.url.endswith("/publishing/heard")):
+            pass  # the panel is drawn again while the number is being typed
+        expect(page.get_by_test_id("number-east")).to_have_value("1")
         page.get_by_test_id("number-east").press("Tab")
         page.get_by_test_id("approve-east").click()
         expect(page.get_by_test_id("sent-east")).to_have_attribute("data-published", "true")

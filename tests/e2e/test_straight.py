@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from bars_drawn import BENT, STRAIGHT, bars_behind
+from eventually import newest_job
 from playwright.sync_api import expect
 
 LONG = 120_000  # ms, for a job on a busy machine
@@ -126,8 +127,7 @@ def test_judging_is_stopped_and_what_shows_no_edges_is_refused_with_what_to_do(d
     desk.get_by_test_id("do-stop-judging").click()
     expect(desk.get_by_test_id("finding")).to_have_count(0)
     expect(desk.get_by_test_id("straight-verdict")).to_have_count(0)
-    newest = server.api("GET", "/jobs").json()["items"][0]
-    assert (newest["kind"], newest["state"]) == ("straightness", "cancelled")
+    newest_job(server, "straightness", "cancelled")
 
 
 def test_the_desk_has_an_address_and_tabs_to_the_board_and_back(desk, server):
