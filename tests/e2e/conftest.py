@@ -23,8 +23,16 @@ from app.sources.sim.clicks import border_clicks
 
 FPS = 3
 SOON_MS = 20_000  # what is there at once on a quiet machine
-START_S = 60  # a loaded machine imports OpenCV for many seconds
+LONG_MS = 90_000  # what has to be computed, or fetched from a camera that is only starting
+START_S = 120  # a loaded machine imports OpenCV for many seconds
+ANSWER_S = 90
 CLICKS = Path(__file__).parents[1] / "clicks"
+# Where the picture's corner is on the screen, and how large one of its pixels is there.
+WHERE = """async (picture) => {
+  if (!picture.naturalWidth) await picture.decode();
+  const { left, top, width, height } = picture.getBoundingClientRect();
+  return [left, top, width / picture.naturalWidth, height / picture.naturalHeight];
+}"""
 expect.set_options(timeout=SOON_MS)
 
 
@@ -77,10 +85,10 @@ class Server:
 
     def stop(self) -> None:
         self.process.terminate()
-        self.process.wait(timeout=20)
+        self.process.wait(timeout=START_S)
 
     def api(self, method: str, path: str, **more) -> requests.Response:
-        return requests.request(method, f"{self.url}/api/v1{path}", timeout=30, **more)
+        return requests.request(method, f"{self.url}/api/v1{path}", timeout=ANSWER_S, **more)
 
 
 @pytest.fixture(scope="session")
@@ -104,11 +112,14 @@ class Operator:
 
     def __init__(self, page: Page, server: Server) -> None:
         self.page, self.server = page, server
+        page.set_default_timeout(LONG_MS)  # a button that waits for a fit
+        page.set_default_navigation_timeout(LONG_MS)
 
     def visit(self, snap: bool = False) -> "Operator":
         """snap: whether clicks are drawn to lines. Most tests mean the very pixels that they click."""
         said = f"localStorage.setItem('touchline.snap', '{'on' if snap else 'off'}')"
-        self.page.add_init_script(f"try {{ {said} }} catch {{ /* a picture that is a document of its own has none */ }}")
+        nowhere = "/* a picture that is a document of its own has none */"
+        self.page.add_init_script(f"try {{ {said} }} catch {{ {nowhere} }}")
         self.page.goto(self.server.url)
         expect(self.page.get_by_test_id("camera-overhead")).to_be_visible()
         return self
@@ -123,7 +134,7 @@ class Operator:
     def take(self, camera: str = "overhead") -> "Operator":
         """A picture from one of the demo's cameras."""
         self.page.get_by_test_id(f"camera-{camera}").click()
-        expect(self.page.get_by_test_id("next")).to_have_text("Next: borders", timeout=30_000)
+        expect(self.page.get_by_test_id("next")).to_have_text("Next: borders", timeout=LONG_MS)
         return self.next("borders")
 
     def go_on(self, snapshot: str, draft: dict, step: str) -> "Operator":
@@ -133,27 +144,31 @@ class Operator:
         answer = self.server.api("PUT", path, json=draft, headers={"If-Match": tag})
         assert answer.ok, answer.text
         self.page.goto(f"{self.server.url}/#/{snapshot}/{step}")
-        expect(self.page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=20_000)
+        self.is_at(step)
+        source = re.compile(rf"/snapshots/{snapshot}/")  # not the picture that was there before, at the same step
+        expect(self.page.get_by_test_id("picture")).to_have_attribute("src", source, timeout=LONG_MS)
         self.wait_for_picture()
         return self
 
     def next(self, step: str) -> "Operator":
         """The bright button, and where it must lead."""
         self.page.get_by_test_id("next").click()
-        expect(self.page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=20_000)
+        self.is_at(step)
         if step in ("borders", "model"):
             self.wait_for_picture()
         return self
+
+    def is_at(self, step: str) -> None:
+        expect(self.page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
 
     def wait_for_picture(self) -> None:
         """Until it can be drawn. (wait_for_function would evaluate text, which the page's policy forbids.)"""
         self.page.get_by_test_id("picture").evaluate("picture => picture.decode()")
 
     def spot(self, x: float, y: float) -> tuple[float, float]:
-        """Where a picture pixel is on the screen."""
-        box = self.page.get_by_test_id("picture").bounding_box()
-        width, height = self.page.get_by_test_id("picture").evaluate("i => [i.naturalWidth, i.naturalHeight]")
-        return box["x"] + (x + 0.5) * box["width"] / width, box["y"] + (y + 0.5) * box["height"] / height
+        """Where a picture pixel is on the screen, once the picture is there."""
+        left, top, across, down = self.page.get_by_test_id("picture").evaluate(WHERE)
+        return left + (x + 0.5) * across, top + (y + 0.5) * down
 
     def click(self, feature: str, points) -> "Operator":
         """Points on one border, each with a real click."""
@@ -172,8 +187,12 @@ class Operator:
         return re.search(r"#/(\w+)/", self.page.url)[1]
 
     def draft(self) -> dict:
-        """As the server keeps it, once the page says that it is saved."""
-        expect(self.page.get_by_test_id("saved")).to_have_attribute("data-state", "saved", timeout=10_000)
+        """As the server keeps it, once the page says that it is saved.
+
+        A click or a key is "unsaved" before it returns; what the page does later by itself (a point that snaps, another
+        operator's change, a finger's touch) must be seen before this is asked.
+        """
+        expect(self.page.get_by_test_id("saved")).to_have_attribute("data-state", "saved", timeout=LONG_MS)
         return self.server.api("GET", f"/drafts/{self.snapshot}").json()
 
     def points(self, feature: str) -> list[list[float]]:

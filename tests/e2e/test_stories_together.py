@@ -4,20 +4,18 @@ import os
 import signal
 
 import pytest
-from conftest import Operator
+from conftest import LONG_MS, SOON_MS, Operator
 from playwright.sync_api import expect
 
 from app.field import BORDERS
-
-SLOW = 90_000  # ms, on a busy machine
 
 
 @pytest.fixture(autouse=True)
 def patience():
     """What a person waits for: a loaded machine may need a while."""
-    expect.set_options(timeout=SLOW)
+    expect.set_options(timeout=LONG_MS)
     yield
-    expect.set_options(timeout=5_000)
+    expect.set_options(timeout=SOON_MS)
 
 
 def kill(server):
@@ -33,7 +31,6 @@ def two(browser, server):
     for name, size in (("Ada", (1280, 800)), ("Grace", (1024, 768))):
         context = browser.new_context(viewport=dict(zip(("width", "height"), size, strict=True)), color_scheme="dark")
         context.add_init_script(f"localStorage.setItem('touchline.operator', '{name}')")
-        context.set_default_navigation_timeout(SLOW)
         operators[name] = Operator(context.new_page(), server).visit()
     yield operators
     for operator in operators.values():
@@ -85,7 +82,6 @@ def test_what_the_other_did_is_taken_back_by_one_undo(two, straight_picture, fra
 
 def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, frame_points, straight_picture,
                                                              tmp_path):
-    page.set_default_navigation_timeout(SLOW)
     operator = Operator(page, own_server).visit()
     operator.open(straight_picture, "table", "full").click("left", frame_points["left"])
     operator.draft()

@@ -1,21 +1,20 @@
 """The whole way to an active calibration: by mouse on a real picture, by keyboard alone, by finger on a telephone."""
 
 import pytest
-from conftest import Operator
+from conftest import LONG_MS, SOON_MS, Operator
 from playwright.sync_api import expect
 
 from app.field import BORDERS
 
-SLOW = 90_000  # ms, on a busy machine
 REAL = "fields/ssl_2008/ssl-field-2008.jpg"
 
 
 @pytest.fixture(autouse=True)
 def patience():
     """What a person waits for: a loaded machine may need a while."""
-    expect.set_options(timeout=SLOW)
+    expect.set_options(timeout=LONG_MS)
     yield
-    expect.set_options(timeout=5_000)
+    expect.set_options(timeout=SOON_MS)
 
 
 def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server, clicks, real_data, tmp_path):
@@ -90,7 +89,6 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
 @pytest.mark.parametrize("size", [(390, 844), (820, 1180)], ids=["telephone", "tablet"])
 def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_points, tmp_path, size):
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, has_touch=True, color_scheme="dark")
-    context.set_default_navigation_timeout(SLOW)
     page = context.new_page()
     operator = Operator(page, server).visit()
     page.get_by_test_id("file").set_input_files(straight_picture)
