@@ -19,7 +19,9 @@ let kept = /** @type {Kept | null} */ (null);
 export const changedBy = signal(/** @type {{ name: string, etag: string } | null} */ (null));
 /** Whether what is shown is still just what they made of it. */
 export const isTheirs = () => changedBy.value !== null && draft.value.state === "saved" && kept?.etag === changedBy.value.etag;
-let timer = 0, saving = false;
+let timer = 0;
+/** Whose save is under way. */
+let saving = "";
 
 /** @param {string} id */
 const localKey = (id) => `touchline.draft.${id}`;
@@ -32,6 +34,7 @@ export function openDraft(id, server) {
   const local = readLocal(id);
   kept = server;
   if (!local || same(local.doc, server.doc)) {
+    if (local) forgetLocal(id);
     load(server.doc);
     settle("saved", server.at ? Date.parse(server.at) : Date.now());
   } else {
@@ -59,6 +62,12 @@ function settle(state, at = draft.value.at) {
   draft.value = { state, at, theirs: null };
 }
 
+/** The server has what is shown: this browser need not keep it too. @param {string} id */
+function saved(id) {
+  forgetLocal(id);
+  settle("saved", Date.now());
+}
+
 /** @param {Kept} theirs */
 function conflict(theirs) {
   draft.value = { ...draft.value, state: "conflict", theirs };
@@ -66,22 +75,23 @@ function conflict(theirs) {
 
 const save = newestWins(async (/** @type {string} */ id) => {
   const sending = doc.value;
-  if (!kept || snapshot.value?.id !== id || same(sending, kept.doc)) return;
-  saving = true; // what is heard meanwhile may be this very save
+  if (!kept || snapshot.value?.id !== id) return;
+  if (same(sending, kept.doc)) { // taken back while an earlier save was under way
+    if (draft.value.state !== "conflict") saved(id);
+    return;
+  }
+  saving = id; // what is heard meanwhile may be this very save
   try {
-    const saved = await read(await request("PUT", `/drafts/${id}`, { json: sending, headers: { "If-Match": kept.etag } }));
+    const now = await read(await request("PUT", `/drafts/${id}`, { json: sending, headers: { "If-Match": kept.etag } }));
     if (snapshot.value?.id !== id) return;
-    kept = { ...saved, doc: sending };
-    if (same(doc.value, sending)) {
-      localStorage.removeItem(localKey(id));
-      settle("saved", Date.now());
-    }
+    kept = { ...now, doc: sending };
+    if (same(doc.value, sending)) saved(id);
   } catch (error) {
     if (snapshot.value?.id !== id) return;
     if (error instanceof Away) settle("away");
     else if (error instanceof Problem && error.status === 412) await somebodyWasFaster(id);
     else { settle("refused"); tellError(error); }
-  } finally { saving = false; }
+  } finally { saving = ""; }
 });
 
 /** @param {string} id */
@@ -90,8 +100,7 @@ async function somebodyWasFaster(id) {
     const theirs = await fetchDraft(id);
     if (!same(theirs.doc, doc.value)) return conflict(theirs);
     kept = theirs;
-    localStorage.removeItem(localKey(id));
-    settle("saved", Date.now());
+    saved(id);
   } catch { settle("away"); }
 }
 
@@ -100,8 +109,7 @@ export function takeTheirs() {
   const { theirs } = draft.value;
   if (!theirs) return;
   kept = theirs;
-  settle("saved", Date.now());
-  if (snapshot.value) localStorage.removeItem(localKey(snapshot.value.id));
+  if (snapshot.value) saved(snapshot.value.id);
   change(theirs.doc);
 }
 
@@ -129,8 +137,8 @@ export function startSaving() {
 function keep(id, document, isOnline) {
   if (!kept || draft.value.state === "conflict") return;
   clearTimeout(timer);
-  if (same(document, kept.doc)) {
-    if (draft.value.state !== "saved") settle("saved", Date.now());
+  if (same(document, kept.doc) && saving !== id) { // while one is under way, what the server had is not what it will have
+    if (draft.value.state !== "saved") saved(id);
     return;
   }
   writeLocal(id);
@@ -141,12 +149,12 @@ function keep(id, document, isOnline) {
 /** Somebody else, or another tab, may have gone on with this picture: take their work if we have none of our own, and say so.
  * @param {string} [etag] of what was just saved, where that is known @param {string} [by] who saved it */
 export async function lookAgain(etag, by) {
-  const id = snapshot.value?.id;
+  const id = snapshot.value?.id, before = kept;
   if (!id || !kept || etag === bare(kept.etag) || draft.value.state !== "saved" || saving) return;
   try {
     const now = await fetchDraft(id);
-    const untouched = snapshot.value?.id === id && draft.value.state === "saved" && !dragging.value && now.etag !== kept.etag;
-    if (!untouched) return;
+    const untouched = snapshot.value?.id === id && draft.value.state === "saved" && !dragging.value && kept === before && now.etag !== kept.etag;
+    if (!untouched) return; // a save of ours may have overtaken this answer
     kept = now;
     if (same(now.doc, doc.value)) return;
     change(now.doc);
@@ -164,6 +172,13 @@ function writeLocal(id) {
   try {
     localStorage.setItem(localKey(id), JSON.stringify({ doc: doc.value, etag: kept?.etag }));
   } catch { /* a full or forbidden store: the server's copy must do */ }
+}
+
+/** @param {string} id */
+function forgetLocal(id) {
+  try {
+    localStorage.removeItem(localKey(id));
+  } catch { /* a forbidden store has nothing to forget */ }
 }
 
 /** @param {string} id @returns {{ doc: import("./types").Doc, etag: string } | null} */

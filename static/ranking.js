@@ -29,7 +29,7 @@ export const isFresh = () => ranking.value?.of === JSON.stringify(clicks());
 /** @param {ReturnType<typeof clicks>} body */
 async function compare(body) {
   const of = JSON.stringify(body), stop = new AbortController();
-  comparison.value?.stop.abort();
+  stopNow();
   comparison.value = { of, progress: 0, message: "", stop };
   notCompared.value = null;
   try {
@@ -43,7 +43,7 @@ async function compare(body) {
   } catch (error) {
     // When the server is away, the models are compared once it is back.
     if (!stop.signal.aborted && !(error instanceof Away)) notCompared.value = { of, why: error instanceof Stopped ? null : refused(error) };
-    if (!(error instanceof Away)) ownJob.forget();
+    if (!stop.signal.aborted && !(error instanceof Away)) ownJob.forget();
   } finally {
     if (comparison.value?.stop === stop) comparison.value = null;
   }
@@ -71,11 +71,18 @@ const ownJob = {
 /** Compare now, though it was stopped. */
 export function compareModels() { void compare(clicks()); }
 
+/** Stop what is under way: whoever begins again at once must not watch it end. */
+function stopNow() {
+  if (!comparison.value) return;
+  comparison.value.stop.abort();
+  comparison.value = null;
+  ownJob.forget();
+}
+
 /** Stop comparing these clicks. */
 export function stopComparing() {
   const of = comparison.value?.of;
-  comparison.value?.stop.abort();
-  comparison.value = null;
+  stopNow();
   if (of) notCompared.value = { of, why: null };
 }
 
@@ -95,7 +102,7 @@ export function startRanking() {
     untracked(() => {
       const body = clicks(), of = JSON.stringify(body);
       const isKnown = [ranking, comparison, notCompared].some((asked) => asked.value?.of === of);
-      if (step.value !== "model" || comparison.value?.of !== of) { comparison.value?.stop.abort(); comparison.value = null; }
+      if (step.value !== "model" || comparison.value?.of !== of) stopNow();
       if (isWanted && !isKnown) timer = setTimeout(() => void compare(body), PAUSE_MS);
     });
   });

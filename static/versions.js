@@ -60,20 +60,26 @@ export async function findVersion(picture) {
   try {
     await list();
     const newest = versions.value.find((v) => v.snapshot === picture);
-    if (newest && snapshot.value?.id === picture) version.value = await call("GET", `/calibrations/${newest.id}`);
+    if (!newest || snapshot.value?.id !== picture) return;
+    const found = await call("GET", `/calibrations/${newest.id}`);
+    if (snapshot.value?.id === picture && version.value === null) version.value = found; // one may have been saved meanwhile
   } catch (error) {
     tellError(error);
   }
 }
 
 export function forgetVersion() {
+  asked += 1; // what is on its way is of the former picture
   version.value = null;
   versions.value = [];
   note.value = "";
 }
 
+let asked = 0;
+
+/** An earlier question's answer may come after a later one's. */
 async function list() {
-  const camera = snapshot.value?.camera;
+  const camera = snapshot.value?.camera, turn = ++asked;
   const found = await call("GET", `/calibrations?limit=20${camera ? `&camera=${encodeURIComponent(camera)}` : ""}`);
-  versions.value = found.items;
+  if (turn === asked) versions.value = found.items;
 }

@@ -1,5 +1,5 @@
 // Two pictures beside each other, each with its marks and epipolar lines; and the choice of a picture where one is missing.
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { ACTIONS, run } from "../actions.js";
 import { address } from "../api.js";
 import { dayAndTime, number } from "../format.js";
@@ -28,16 +28,19 @@ export function PairDesk() {
 function Half({ s }) {
   const element = useRef(/** @type {HTMLElement | null} */ (null)), picture = useRef(/** @type {HTMLImageElement | null} */ (null));
   const it = pictures.value[s], { size, view, fit } = views[s], name = called(s);
-  useEffect(() => {
-    const watch = new ResizeObserver(([entry]) => {
-      const { width, height } = entry.contentRect;
+  useLayoutEffect(() => { // at once: whoever is quick clicks before the next frame
+    const half = /** @type {HTMLElement} */ (element.current);
+    const measure = () => {
+      const { width, height } = half.getBoundingClientRect();
       size.value = { width, height };
       if (view.value.fitted) fit(pictures.value[s]);
-    });
-    watch.observe(/** @type {HTMLElement} */ (element.current));
+    };
+    const watch = new ResizeObserver(measure);
+    watch.observe(half);
+    measure();
     return () => watch.disconnect();
   }, []);
-  useEffect(() => {
+  useLayoutEffect(() => {
     if (!it || !element.current) return undefined;
     const { panBy, zoomBy, toPicture } = views[s];
     return listen(element.current, { pick: matchTool(s, () => both.value), isPicking: () => tool.value !== "pan", panBy, zoomBy, toPicture,
