@@ -40,7 +40,7 @@ export const seeingStanding = computed(() => {
 
 /** @type {WebSocket | null} */
 let line = null;
-let etag = "", saving = 0;
+let etag = "", saving = 0, asked = 0;
 let queue = Promise.resolve();
 
 /** Read and listen as long as the page is there, and again when the line breaks. */
@@ -95,9 +95,10 @@ async function readStages() {
 
 /** @param {string} id */
 async function read(id) {
+  const before = asked;
   try {
     const response = await request("GET", `/cameras/${encodeURIComponent(id)}/seeing`), answer = await response.json();
-    if (saving || shown.value?.id !== id) return; // older than what is being kept
+    if (saving || before !== asked || shown.value?.id !== id) return; // older than what is being kept, or was since
     etag = response.headers.get("ETag") ?? "";
     keep(id, answer);
   } catch (error) {
@@ -149,6 +150,7 @@ export function set(changes) {
   const { profile, ...rest } = changes;
   told.value = { ...it, ...rest, ...(profile ? { profile, learned: /** @type {const} */ ("clicks") } : profile === null ? { profile: null, learned: null, health: [] } : {}) };
   saving += 1;
+  asked += 1;
   queue = queue.then(() => put(id, before, changes)).catch((error) => { tellError(error); void call("GET", `/cameras/${encodeURIComponent(id)}/seeing`).then((now) => { if (shown.value?.id === id) keep(id, now); }, () => {}); }).finally(() => { saving -= 1; });
   return queue;
 }

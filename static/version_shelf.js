@@ -32,11 +32,14 @@ export const shelfStanding = computed(() => {
 /** Of which camera it is, in a path. @param {string} camera */
 const query = (camera) => (camera ? `camera=${encodeURIComponent(camera)}` : "");
 
+let newestLook = 0;
+
 /** @param {string} camera "" for pictures from files */
 export async function loadShelf(camera) {
+  const mine = ++newestLook;
   try {
     const [list, history] = await Promise.all([call("GET", `/calibrations?limit=${PAGE}&${query(camera)}`), call("GET", `/calibrations/activations?${query(camera)}`)]);
-    if (of.value !== camera) return; // somewhere else by now
+    if (mine !== newestLook || of.value !== camera) return; // somewhere else by now, or looked again since
     if (shelf.value?.camera !== camera) { pairOf.value = []; apart.value = null; }
     shelf.value = { camera, items: own(list.items, camera), next: list.next_cursor, history: history.items };
   } catch (error) {
