@@ -1,6 +1,7 @@
 // Asks the server what the clicks are worth: each border's curve at pointer rate, the whole fit after every change.
 import { effect, signal, untracked } from "@preact/signals";
 import { Away, Problem, call, online } from "./api.js";
+import { bentTo } from "./curve_now.js";
 import { BORDERS, doc, dragging, pointsOf, same } from "./document.js";
 import { newestWins } from "./newest.js";
 import { model, snapshot } from "./state.js";
@@ -8,7 +9,7 @@ import { model, snapshot } from "./state.js";
 /** @typedef {import("./types").Border} Border @typedef {import("./types").Curve} Curve @typedef {import("./types").Refusal} Refusal */
 
 const AXIS = { left: "x_of_y", right: "x_of_y", top: "y_of_x", bottom: "y_of_x" };
-const PAUSE_MS = 50; // between two fits while a point is dragged: its curve goes first
+const PAUSE_MS = 50; // between two questions of a kind while a point is dragged
 const FEWEST = 2; // two points make a line; the server says what more is needed
 
 /** Each border's curve, or why there is none. */
@@ -46,8 +47,26 @@ function borderAsker(border) {
     // An answer about another picture, or about a point that has gone, would be drawn in the wrong place.
     const current = pointsOf(doc.value, border);
     if (snapshot.value?.id !== picture || current.length !== body.points.length) return;
-    curves.value = { ...curves.value, [border]: answer };
+    show(border, isCurve(answer) && dragging.value ? bentTo(answer, current, run(border)) ?? answer : answer);
+    if (dragging.value) await pause(); // it is drawn without the server: the fit may go first
   });
+}
+
+const pause = () => new Promise((done) => setTimeout(done, PAUSE_MS));
+
+/** @param {Border} border @returns {0 | 1} */
+const run = (border) => (AXIS[border] === "x_of_y" ? 1 : 0);
+
+/** @param {Border} border @param {Curve | Refusal | undefined} what */
+function show(border, what) {
+  curves.value = { ...curves.value, [border]: what };
+}
+
+/** Draw a dragged border's curve at once; the server's answer follows. @param {Border} border @param {import("./types").Point[]} points */
+function bend(border, points) {
+  const shown = curves.value[border];
+  const bent = isCurve(shown) && shown.points.length === points.length ? bentTo(shown, points, run(border)) : null;
+  if (bent) show(border, bent);
 }
 
 const asked = new Map(BORDERS.map((border) => [border, { ask: borderAsker(border), last: "" }]));
@@ -68,8 +87,9 @@ function askCurves(picture, document) {
     const question = JSON.stringify([picture?.id, body]);
     if (question === it.last) continue;
     it.last = question;
+    if (dragging.value) bend(border, points);
     if (picture && points.length >= FEWEST) void it.ask({ picture: picture.id, body: /** @type {any} */ (body) });
-    else if (curves.value[border]) curves.value = { ...curves.value, [border]: undefined };
+    else if (curves.value[border]) show(border, undefined);
   }
 }
 
@@ -87,7 +107,7 @@ const askPreview = newestWins(async (/** @type {{ asking: import("./types").Doc,
   preview.value = answer;
   refusal.value = why;
   stale.value = !(held && dragging.value) && !same(asking, doc.value);
-  if (held && dragging.value) await new Promise((done) => setTimeout(done, PAUSE_MS));
+  if (held && dragging.value) await pause();
 });
 
 /** Whether the fit tells an error without holding points out: what holding them out would cost is saved while a point is dragged. */

@@ -2,8 +2,8 @@
 
 Command: python tests/bench/bench_drag.py [MODEL …]     (half a minute for each model)
 
-Each move of the mouse counts, also those that no request was sent for: from its event to the frame in which the curve
-(and the verdict) was drawn from a question that was asked at this move or later.
+Each move of the mouse counts, also those that no request was sent for: from its event to the frame in which a curve was
+drawn anew after it, and to the one in which the verdict was drawn from a question that was asked at this move or later.
 """
 
 import sys
@@ -28,16 +28,20 @@ MOVES = 150
 PACE_S = 1 / 60
 PER_BORDER = 34  # and without the corners 128, with the model's own 32 a border
 WATCH = """
-window.watched = { moves: [], border: [], preview: [], now: 0 };
-const original = window.fetch;
+window.watched = { moves: [], curve: [], preview: [], now: 0 };
 addEventListener("pointermove", (e) => watched.moves.push(e.timeStamp), { capture: true });
+const painted = (kind, at) => requestAnimationFrame(() => setTimeout(() => watched[kind].push([at, performance.now()])));
+// The page handles a move before it draws: a curve that is drawn anew knows of every move until now.
+new MutationObserver((all) => {
+  if (all.some((one) => one.target.dataset?.testid === "curve-left")) painted("curve", watched.moves.length - 1);
+}).observe(document, { subtree: true, attributes: true, attributeFilter: ["d"] });
+const original = window.fetch;
 window.fetch = async (...asked) => {
-  const kind = ["border", "preview"].find((name) => String(asked[0]).includes("/fit/" + name));
-  if (!kind) return original(...asked);
+  if (!String(asked[0]).includes("/fit/preview")) return original(...asked);
   const at = watched.moves.length - 1, response = await original(...asked), json = response.json.bind(response);
   response.json = async () => {
     const answer = await json();
-    requestAnimationFrame(() => setTimeout(() => watched[kind].push([at, performance.now()])));  // once it is painted
+    painted("preview", at);
     return answer;
   };
   return response;
@@ -80,12 +84,13 @@ def dragged(operator: Operator, server: Server, model: str) -> dict:
     x, y = operator.spot(*clicks["left"][PER_BORDER // 2])
     page.mouse.move(x, y)
     page.mouse.down()
-    page.mouse.move(x + 4, y)
+    page.mouse.move(x + 8, y)
+    page.mouse.move(x, y)
     page.wait_for_timeout(500)
-    page.evaluate("() => { for (const list of ['moves', 'border', 'preview']) watched[list].length = 0; }")
+    page.evaluate("() => { for (const list of ['moves', 'curve', 'preview']) watched[list].length = 0; }")
     for i in range(MOVES):
         begun = time.perf_counter()
-        page.mouse.move(x + 4 + 3 * np.sin(i / 8), y + 2 * np.cos(i / 8))
+        page.mouse.move(x + 0.6 * np.sin(i / 8), y + 2 * np.cos(i / 8))  # no stray: those bend no curve
         time.sleep(max(0.0, PACE_S - (time.perf_counter() - begun)))
     page.wait_for_timeout(1000)
     watched = page.evaluate("watched")
@@ -105,7 +110,7 @@ def main() -> None:
                 operator = Operator(page, server).visit()
                 watched = dragged(operator, server, model)
                 print(f"{model}, {watched['points']} points")
-                for kind, what in (("border", "curve"), ("preview", "arrows, distortion and verdict")):
+                for kind, what in (("curve", "curve"), ("preview", "arrows, distortion and verdict")):
                     print(f"  {what}: {told(late(watched, kind), len(watched[kind]))}")
                 page.close()
         finally:
