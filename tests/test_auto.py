@@ -25,7 +25,8 @@ SCENES = {
                                                               height_mm=5600.0, tilt_deg=5.0),
     "straight down through a pincushion": spec(tilt_deg=0.0, lens="pincushion"),
     "straight down through a strong lens, from where no line tells how high": spec(
-        seed=1, lens="strong", size=(1224, 1024), height_mm=6500.0, tilt_deg=0.0, roll_deg=0.0, blur_px=0.65, robots=10),
+        seed=1, lens="strong", size=(1224, 1024), height_mm=6500.0, tilt_deg=0.0, roll_deg=0.0, blur_px=0.65,
+        robots=10),
     "white on black, from far": spec(field="vsss-3v3", lens="crooked", height_mm=3000.0, tilt_deg=20.0),
     "white on black, half of it, turned by 35°": spec(field="vsss-5v5", region="half-right", roll_deg=35.0, robots=3),
     "division A with people": spec(field="ssl-div-a", size=(1224, 1024), height_mm=7000.0, people=2),

@@ -26,13 +26,15 @@ SIDEWAYS = {("cli", "main"), ("task", "pipeline"), ("auto_pipeline", "pipeline")
             ("auto_task", "pipeline"), ("auto_task", "task"), ("check_pipeline", "auto_pipeline"),
             ("check_pipeline", "auto_task"), ("check_pipeline", "pipeline"),
             ("board_task", "board_pipeline"), ("board_task", "pipeline"), ("plumb_task", "plumb_pipeline"),
-            ("live", "pipeline"), ("live", "motion_pipeline"), ("live", "detection_pipeline"), ("detection_pipeline", "corrected_sight"),
-             ("interchange", "task"), ("report", "pipeline"), ("rig_pipeline", "pipeline"),
+            ("live", "pipeline"), ("live", "motion_pipeline"), ("live", "detection_pipeline"),
+            ("detection_pipeline", "corrected_sight"),
+            ("interchange", "task"), ("report", "pipeline"), ("rig_pipeline", "pipeline"),
             ("rig_pipeline", "pair_pipeline"), ("rig_pipeline", "task"), ("publish", "exports"),
             ("register_task", "pipeline"), ("register_task", "auto_pipeline"), ("register_task", "task"),
             ("motion_task", "motion_pipeline"), ("motion_task", "plumb_pipeline"), ("motion_task", "pipeline"),
             ("motion_task", "task"),
-            ("motion_pipeline", "plumb_pipeline"), ("batch", "task"), ("batch", "plumb_pipeline"), ("batch", "jobs"), ("batch", "report"),
+            ("motion_pipeline", "plumb_pipeline"), ("batch", "task"), ("batch", "plumb_pipeline"), ("batch", "jobs"),
+            ("batch", "report"),
             ("space", "pipeline"), ("api", "scene"), ("cli", "scene")}
 PURE = 3  # floors below this compute: no clock, file, socket, thread, process or web
 IMPURE = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile", "socket", "threading", "subprocess",

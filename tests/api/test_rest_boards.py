@@ -202,7 +202,8 @@ def test_a_lens_survives_a_restart_and_a_damaged_one_is_named(settings, client):
     ids = [store.add_lens({"model": "ssl", "n": n})["id"] for n in range(3)]
     damage_row(store, LensRow, lambda text: text.replace('"n":1', '"n":7'), id=ids[1])
     client.__exit__(None, None, None)
-    shutil.rmtree(settings.data / "backups", ignore_errors=True)  # from which it would be healed, were one made in between
+    # It would be healed from a backup, were one made in between.
+    shutil.rmtree(settings.data / "backups", ignore_errors=True)
     with Store(settings.data) as again:
         assert again.lens(ids[2])["n"] == 2
         assert [lens["id"] for lens in again.lenses().items] == [ids[2], ids[0]]

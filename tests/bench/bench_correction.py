@@ -13,7 +13,7 @@ import pytest
 from app.correction import View, correction_map
 from app.models.polynomial import Polynomial
 
-FULL_HD = replace(list(Polynomial.examples())[0], width_px=1919.0, height_px=1079.0)
+FULL_HD = replace(next(iter(Polynomial.examples())), width_px=1919.0, height_px=1079.0)
 PICTURE = np.random.default_rng(0).integers(0, 255, (580, 780, 3), np.uint8)
 
 

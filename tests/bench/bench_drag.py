@@ -30,7 +30,8 @@ PER_BORDER = 34  # and without the corners 128, with the model's own 32 a border
 WATCH = """
 window.watched = { moves: [], curve: [], preview: [], now: 0 };
 addEventListener("pointermove", (e) => watched.moves.push(e.timeStamp), { capture: true });
-const painted = (kind, at) => requestAnimationFrame(() => setTimeout(() => watched[kind].push([at, performance.now()])));
+const drawn = (kind, at) => setTimeout(() => watched[kind].push([at, performance.now()]));
+const painted = (kind, at) => requestAnimationFrame(() => drawn(kind, at));
 // The page handles a move before it draws: a curve that is drawn anew knows of every move until now.
 new MutationObserver((all) => {
   if (all.some((one) => one.target.dataset?.testid === "curve-left")) painted("curve", watched.moves.length - 1);

@@ -29,7 +29,8 @@ def main() -> None:
             off.append((told.border_pct - border_pct(k, SIZE)) / told.border_sigma_pct)
             told_sigma.append(told.border_sigma_pct)
         print(f"seed {seed}: {100 * np.mean(np.abs(off) < 2):.1f} % within 2 sigma, "
-              f"rms {np.sqrt(np.mean(np.square(off))):.2f} sigma, median sigma {np.median(told_sigma):.3f} % along the edge")
+              f"rms {np.sqrt(np.mean(np.square(off))):.2f} sigma, "
+              f"median sigma {np.median(told_sigma):.3f} % along the edge")
 
 
 if __name__ == "__main__":
