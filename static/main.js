@@ -1,7 +1,7 @@
 // Wires the page: lists from the server, the address bar, keys, saving, fitting; then draws.
 import { computed, effect, signal } from "@preact/signals";
 import { render } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { filePicker } from "./actions.js";
 import { startJobs } from "./all_jobs.js";
 import { startArrows } from "./arrows.js";
@@ -117,7 +117,7 @@ function take(files) {
 /** The one file input; also drops and pastes anywhere on the page. */
 function FileInput() {
   const input = useRef(/** @type {HTMLInputElement | null} */ (null));
-  useEffect(() => {
+  useLayoutEffect(() => {
     filePicker.open = () => input.current?.click();
     /** @type {Record<string, (e: any) => void>} */
     const on = {

@@ -47,15 +47,22 @@ export async function snapPoints(picks, touch) {
     return { feature, indices, points: indices.map((i) => own[i]) };
   });
   if (!picture || !placed.some((one) => one.points.length)) return;
+  said.value = ""; // of the points before these
   try {
     const answers = await Promise.all(placed.map(({ feature, points }) => ask(feature, points, touch)));
-    // Somebody who has gone on, gone back or taken hold of a point means it so.
-    if (snapshot.value?.id !== picture || dragging.value || future.value.length) return;
+    await letGo(); // a quick hand presses for the next point already
+    // Somebody who has gone on, gone back or moved a point means it so.
+    if (snapshot.value?.id !== picture || future.value.length) return;
     settle(placed, answers);
   } catch (error) {
     if (!(error instanceof Away)) tellError(error);
   }
 }
+
+/** Once no point is held. @returns {Promise<void>} */
+const letGo = () => new Promise((done) => {
+  const end = effect(() => { if (!dragging.value) queueMicrotask(() => { end(); done(); }); });
+});
 
 /** @param {{ feature: string, indices: number[], points: Point[] }[]} placed @param {SnapAnswer[][]} answers */
 function settle(placed, answers) {

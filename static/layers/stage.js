@@ -1,5 +1,5 @@
 // The stage: the picture with everything on it, and the tools above it.
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { address } from "../api.js";
 import { asked, paneUnder, underPointer } from "../comparing.js";
 import { selectNext } from "../editing.js";
@@ -36,7 +36,8 @@ export function Stage() {
   const stage = useRef(/** @type {HTMLElement | null} */ (null));
   const shown = step.value === "camera" ? null : snapshot.value;
 
-  useEffect(() => {
+  // Before anything is painted: a press on what is seen must not go unheard.
+  useLayoutEffect(() => {
     const element = /** @type {HTMLElement} */ (stage.current);
     const watch = new ResizeObserver(([entry]) => {
       const { width, height } = entry.contentRect;
@@ -46,7 +47,7 @@ export function Stage() {
     watch.observe(element);
     return () => watch.disconnect();
   }, []);
-  useEffect(() => (shown && stage.current ? listen(stage.current) : undefined), [shown?.id]);
+  useLayoutEffect(() => (shown && stage.current ? listen(stage.current) : undefined), [shown?.id]);
 
   const { k, tx, ty } = view.value;
   return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`} ref=${stage} data-testid="stage"

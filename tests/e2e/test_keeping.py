@@ -1,6 +1,8 @@
 """Nothing is lost: reloads, second tabs, a server that goes away."""
 
-from conftest import Operator
+import re
+
+from conftest import LONG_MS, Operator
 from playwright.sync_api import expect
 
 
@@ -8,18 +10,21 @@ def test_a_picture_opened_before_the_lists_are_there_stays(page, server, straigh
     """On a slow network somebody is quicker than the page: late lists neither close the picture nor lose its field."""
     held = []
     page.route("**/api/v1/fields", lambda route: held.append(route))
-    page.goto(server.url)
-    page.get_by_test_id("file").set_input_files(straight_picture)
-    page.wait_for_timeout(700)
+    with page.expect_request("**/api/v1/fields"):
+        page.goto(server.url)
+    with page.expect_response(lambda answer: answer.request.method == "POST" and answer.url.endswith("/snapshots")):
+        page.get_by_test_id("file").set_input_files(straight_picture)
     held[0].continue_()
     expect(page.get_by_test_id("field")).to_be_visible()
     expect(page.get_by_test_id("field").locator("option")).not_to_have_count(0)
-    page.wait_for_timeout(300)
+    expect(page).to_have_url(re.compile(r"#/\w+/picture$"))  # the address is followed from here on
+    page.wait_for_timeout(300)  # for what would close it
     expect(page.get_by_test_id("field")).to_be_visible()
 
 
 def test_a_reload_goes_on_where_the_operator_stood(operator, straight_picture, frame_points):
-    operator.open(straight_picture, "table", "full").click("left", frame_points["left"]).click("top", frame_points["top"])
+    operator.open(straight_picture, "table", "full")
+    operator.click("left", frame_points["left"]).click("top", frame_points["top"])
     before = operator.draft()
     operator.page.reload()
     expect(operator.page.get_by_test_id("border-top")).to_contain_text("6 points")
@@ -30,12 +35,13 @@ def test_a_reload_goes_on_where_the_operator_stood(operator, straight_picture, f
 def test_a_click_that_was_not_saved_yet_survives_a_reload(operator, straight_picture, frame_points):
     operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
     operator.draft()
-    operator.page.route("**/api/v1/drafts/*", lambda route: route.abort() if route.request.method == "PUT" else route.continue_())
+    drafts = "**/api/v1/drafts/*"
+    operator.page.route(drafts, lambda route: route.abort() if route.request.method == "PUT" else route.continue_())
     operator.click("left", frame_points["left"][3:4])
     expect(operator.page.get_by_test_id("saved")).to_have_attribute("data-state", "away")
-    operator.page.unroute("**/api/v1/drafts/*")
     operator.page.reload()
     expect(operator.page.get_by_test_id("border-left")).to_contain_text("4 points")
+    operator.page.unroute(drafts)  # only now: what came back was kept by the browser alone
     assert operator.points("left") == frame_points["left"][:4]
 
 
@@ -61,6 +67,7 @@ def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operat
     operator.page.keyboard.press("Control+z")  # theirs stands one undo back
     assert operator.points("left") == frame_points["left"][:3]
     operator.page.keyboard.press("Control+y")
+    assert operator.points("left") == frame_points["left"][:2]  # saved, before the other one hears of it
 
     other.click("right", frame_points["right"][:1])
     expect(other.page.get_by_test_id("conflict")).to_be_visible()
@@ -78,9 +85,9 @@ def test_work_goes_on_while_the_server_is_away(page, own_server, straight_pictur
     operator.draft()
     own_server.stop()
     operator.click("left", frame_points["left"][3:])
-    expect(page.get_by_test_id("away")).to_be_visible(timeout=10_000)
+    expect(page.get_by_test_id("away")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("border-left")).to_contain_text("6 points")
     own_server.start()
-    expect(page.get_by_test_id("away")).to_have_count(0, timeout=20_000)
+    expect(page.get_by_test_id("away")).to_have_count(0, timeout=LONG_MS)
     assert operator.points("left") == frame_points["left"]
     expect(page.get_by_test_id("curve-left")).to_be_attached()
