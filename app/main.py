@@ -56,6 +56,7 @@ from app.api.camera_shelf import CameraShelf, live_cameras
 from app.api.connections import watched_connections
 from app.api.frames import Frames
 from app.api.limits import MB, BodyLimits
+from app.api.page_files import PageFiles
 from app.api.presence import Presence
 from app.api.publishing_shelf import PublishingShelf
 from app.api.results import keepers
@@ -149,10 +150,10 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
     app.include_router(login_router(token))
     app.include_router(docs.docs_router(static))
     app.include_router(scene_proxy.router)
-    app.frontend("/", directory=static, fallback=None)
     pages = [page.read_text(encoding="utf-8") for page in static.glob("*.html")] + [docs.PAGE]
     hosts = () if token else (*LOOPBACK, settings.server.host, *settings.server.allowed_hosts)
     # The last one added is the outermost.
+    app.add_middleware(PageFiles, folder=static)
     app.add_middleware(BodyLimits, text_bytes=int(settings.server.max_json_mb * MB),
                        upload_bytes=image_limits(settings).max_bytes, text_s=settings.server.request_timeout_s,
                        upload_s=settings.server.upload_timeout_s)
