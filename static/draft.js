@@ -22,6 +22,9 @@ export const isTheirs = () => changedBy.value !== null && draft.value.state === 
 let timer = 0;
 /** Whose save is under way. */
 let saving = "";
+/** @typedef {{ etag?: string, by?: string }} Heard what was saved last, and by whom */
+/** What was heard while we saved: that very save, or another's that came right behind it. */
+let heard = /** @type {Heard | null} */ (null);
 
 /** @param {string} id */
 const localKey = (id) => `touchline.draft.${id}`;
@@ -76,10 +79,8 @@ function conflict(theirs) {
 const save = newestWins(async (/** @type {string} */ id) => {
   const sending = doc.value;
   if (!kept || snapshot.value?.id !== id) return;
-  if (same(sending, kept.doc)) { // taken back while an earlier save was under way
-    if (draft.value.state !== "conflict") saved(id);
-    return;
-  }
+  if (draft.value.state === "conflict") return; // the operator is being asked
+  if (same(sending, kept.doc)) return saved(id); // taken back while an earlier save was under way
   saving = id; // what is heard meanwhile may be this very save
   try {
     const now = await read(await request("PUT", `/drafts/${id}`, { json: sending, headers: { "If-Match": kept.etag } }));
@@ -91,17 +92,22 @@ const save = newestWins(async (/** @type {string} */ id) => {
     if (error instanceof Away) settle("away");
     else if (error instanceof Problem && error.status === 412) await somebodyWasFaster(id);
     else { settle("refused"); tellError(error); }
-  } finally { saving = ""; }
+  } finally {
+    saving = "";
+    if (heard) void look(heard);
+    heard = null;
+  }
 });
 
 /** @param {string} id */
 async function somebodyWasFaster(id) {
   try {
     const theirs = await fetchDraft(id);
+    if (snapshot.value?.id !== id) return; // another picture has been opened meanwhile
     if (!same(theirs.doc, doc.value)) return conflict(theirs);
     kept = theirs;
     saved(id);
-  } catch { settle("away"); }
+  } catch { if (snapshot.value?.id === id) settle("away"); }
 }
 
 /** Their draft replaces ours; undo brings ours back. */
@@ -147,20 +153,30 @@ function keep(id, document, isOnline) {
 }
 
 /** Somebody else, or another tab, may have gone on with this picture: take their work if we have none of our own, and say so.
- * @param {string} [etag] of what was just saved, where that is known @param {string} [by] who saved it */
+ * @param {string} [etag] of what was just saved, where that is known @param {string} [by] who saved it @returns {Promise<void>} */
 export async function lookAgain(etag, by) {
-  const id = snapshot.value?.id, before = kept;
-  if (!id || !kept || etag === bare(kept.etag) || draft.value.state !== "saved" || saving) return;
+  if (saving) heard = { etag, by };
+  else await look({ etag, by });
+}
+
+// One look after the other: answers in another order would leave an earlier draft standing.
+const look = newestWins(async (/** @type {Heard} */ { etag, by }) => {
+  const id = snapshot.value?.id, before = kept, name = by && !isAddress(by) ? by : "";
+  if (!id || !before || draft.value.state !== "saved") return;
+  if (etag === bare(before.etag)) { // ours, or seen already before it was heard whose it is
+    if (name && changedBy.value?.etag === before.etag) changedBy.value = { name, etag: before.etag };
+    return;
+  }
   try {
     const now = await fetchDraft(id);
-    const untouched = snapshot.value?.id === id && draft.value.state === "saved" && !dragging.value && kept === before && now.etag !== kept.etag;
+    const untouched = snapshot.value?.id === id && draft.value.state === "saved" && !dragging.value && kept === before && now.etag !== before.etag;
     if (!untouched) return; // a save of ours may have overtaken this answer
     kept = now;
     if (same(now.doc, doc.value)) return;
     change(now.doc);
-    changedBy.value = { name: by && !isAddress(by) ? by : "Somebody else", etag: now.etag };
+    changedBy.value = { name: name || "Somebody else", etag: now.etag };
   } catch { /* the next save will tell */ }
-}
+});
 
 /** @param {string} etag */
 const bare = (etag) => etag.replace(/^W\//, "").replaceAll('"', "");

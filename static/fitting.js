@@ -93,8 +93,11 @@ function askCurves(picture, document) {
   }
 }
 
-const askPreview = newestWins(async (/** @type {{ asking: import("./types").Doc, held: boolean }} */ { asking, held }) => {
-  const picture = snapshot.value?.id;
+/** Whether there is anything to fit. @param {import("./types").Doc} d */
+const hasClicks = (d) => Boolean(d.field && d.region && d.observations.length);
+
+const askPreview = newestWins(async (/** @type {{ picture: string, asking: import("./types").Doc, held: boolean }} */ { picture, asking, held }) => {
+  if (snapshot.value?.id !== picture) return; // it waited for an earlier answer while another picture was opened
   let answer = null, why = null;
   try {
     answer = held ? await call("POST", `/fit/preview?quick=${knowsItsError()}`, quickBody(asking)) : await call("POST", "/fit/preview", fitBody(asking));
@@ -103,7 +106,7 @@ const askPreview = newestWins(async (/** @type {{ asking: import("./types").Doc,
     why = refused(error);
     if (held && dragging.value) return; // what stands is drawn on; the release will tell
   }
-  if (snapshot.value?.id !== picture) return;
+  if (snapshot.value?.id !== picture || !hasClicks(doc.value)) return;
   preview.value = answer;
   refusal.value = why;
   stale.value = !(held && dragging.value) && !same(asking, doc.value);
@@ -139,18 +142,17 @@ export function startFitting() {
     const picture = snapshot.value, document = doc.value, held = dragging.value, isOnline = online.value;
     untracked(() => {
       const question = JSON.stringify([picture?.id, document]);
-      const hasClicks = picture && document.field && document.region && document.observations.length;
       if (!isOnline) lastPreview = "";
       stale.value = question !== lastPreview;
       if (!isOnline || !stale.value) return;
       if (held) { // seen at once, if not quite up to date; asked anew when it is released
         stale.value = false;
         lastPreview = "";
-        if (hasClicks && preview.value && !refusal.value) void askPreview({ asking: document, held });
+        if (picture && hasClicks(document) && preview.value && !refusal.value) void askPreview({ picture: picture.id, asking: document, held });
         return;
       }
       lastPreview = question;
-      if (hasClicks) return void askPreview({ asking: document, held });
+      if (picture && hasClicks(document)) return void askPreview({ picture: picture.id, asking: document, held });
       preview.value = null;
       refusal.value = null;
       stale.value = false;

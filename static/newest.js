@@ -12,16 +12,18 @@ export function newestWins(send) {
   let running = null;
 
   async function drain() {
-    while (waiting) {
-      const { value } = waiting;
-      waiting = null;
-      await send(value);
-    }
+    try {
+      while (waiting) {
+        const { value } = waiting;
+        waiting = null;
+        await send(value);
+      }
+    } finally { running = null; } // at once: what comes now begins anew
   }
 
   return (value) => {
     waiting = { value };
-    running ??= drain().finally(() => { running = null; });
+    running ??= drain();
     return running;
   };
 }

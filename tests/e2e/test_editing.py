@@ -3,27 +3,19 @@
 import re
 
 import pytest
+from eventually import eventually
 from playwright.sync_api import expect
 
-# Marks when an answer to /fit/border was read, when the curve was redrawn, and when the next frame began.
-WATCH = """
-const original = window.fetch;
-window.marks = { answers: [], drawn: [] };  // answers: [when it was read, when the next frame began], ms
-window.fetch = async (...asked) => {
-  const response = await original(...asked);
-  if (!String(asked[0]).endsWith("/fit/border")) return response;
-  const json = response.json.bind(response);
-  response.json = async () => {
-    const answer = await json();
-    const read = performance.mark("answer").startTime;
-    requestAnimationFrame(() => marks.answers.push([read, performance.mark("frame").startTime]));
-    return answer;
-  };
-  return response;
-};
-"""
-WATCH_CURVE = """() => new MutationObserver(() => marks.drawn.push(performance.mark("drawn").startTime))
-  .observe(document.querySelector("[data-testid=curve-left]"), { attributes: true, attributeFilter: ["d"] })"""
+# Marks when a move of the pointer was heard, when the curve was redrawn, and when the next frame began.
+WATCH = """() => {
+  window.marks = { moves: [], drawn: [] };  // moves: [when it was heard, when the next frame began], ms
+  addEventListener("pointermove", () => {
+    const heard = performance.mark("move").startTime;
+    requestAnimationFrame(() => marks.moves.push([heard, performance.mark("frame").startTime]));
+  }, { capture: true });
+  new MutationObserver(() => marks.drawn.push(performance.mark("drawn").startTime))
+    .observe(document.querySelector("[data-testid=curve-left]"), { attributes: true, attributeFilter: ["d"] });
+}"""
 
 
 @pytest.fixture
@@ -113,7 +105,7 @@ def test_the_wheel_zooms_about_the_pointer_and_space_pans(editing):
     page = editing.page
     before = editing.spot(80, 210)
     page.mouse.move(*before)
-    page.mouse.wheel(0, -600)
+    page.mouse.wheel(0, -600)  # nobody waits until the page has heard it
     expect(page.locator("[data-testid=read-out] .zoom")).to_have_text(re.compile("^2"))
     assert editing.spot(80, 210) == (pytest.approx(before[0], abs=0.5), pytest.approx(before[1], abs=0.5))
     page.keyboard.down(" ")
@@ -125,23 +117,36 @@ def test_the_wheel_zooms_about_the_pointer_and_space_pans(editing):
     assert len(editing.points("left")) == 6
 
 
-def test_the_curve_is_redrawn_in_the_frame_of_the_answer(operator, straight_picture, frame_points):
+def test_the_curve_is_redrawn_in_the_frame_of_the_move(operator, straight_picture, frame_points):
     page = operator.page
-    page.add_init_script(WATCH)
     # A parabola through three points follows each; among many, one far off would be a stray and bend nothing.
-    operator.visit().open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
+    operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
     page.get_by_test_id("degree").select_option("2")
-    expect(page.get_by_test_id("curve-left")).to_be_attached()
-    page.evaluate(WATCH_CURVE)
-    page.wait_for_timeout(200)
-    page.evaluate("marks.answers.length = marks.drawn.length = 0")
+    expect(page.get_by_test_id("degree-reason")).to_contain_text("degree 2")
     page.mouse.move(*operator.spot(80, 140))
     page.mouse.down()
-    for i in range(40):
-        page.mouse.move(*operator.spot(80 + i / 2, 140))
+    page.evaluate(WATCH)
+    for i in range(12):
+        page.mouse.move(*operator.spot(84 + 2 * i, 140))
+    moves = eventually(lambda: page.evaluate("marks.moves"), lambda moves: len(moves) >= 10)
     page.mouse.up()
-    page.wait_for_timeout(500)
-    marks = page.evaluate("marks")
-    assert len(marks["answers"]) >= 10
-    late = [read for read, frame in marks["answers"] if not any(read <= d <= frame for d in marks["drawn"])]
-    assert not late, f"{len(late)} of {len(marks['answers'])} answers missed their frame"
+    drawn = page.evaluate("marks.drawn")
+    late = [heard for heard, frame in moves if not any(heard <= d <= frame for d in drawn)]
+    assert not late, f"{len(late)} of {len(moves)} moves missed their frame"
+
+
+def test_an_answer_about_clicks_that_have_gone_is_not_shown(editing):
+    page, held = editing.page, []
+    expect(page.get_by_test_id("missing")).to_be_visible()  # one border is no fit
+    page.route("**/fit/preview", lambda route: held.append(route))
+    with page.expect_request("**/fit/preview"):
+        editing.click("left", [[80, 240]])
+    page.keyboard.press("Control+a")
+    page.keyboard.press("Delete")
+    expect(page.get_by_test_id("verdict")).to_contain_text("Click along the four borders")
+    with page.expect_response("**/fit/preview") as answer:
+        held[0].continue_()
+    answer.value.finished()
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")  # it has been read
+    expect(page.get_by_test_id("verdict")).to_contain_text("Click along the four borders")
+    expect(page.get_by_test_id("missing")).to_have_count(0)

@@ -79,6 +79,48 @@ def test_two_tabs_that_disagree_are_asked_and_either_answer_loses_nothing(operat
     assert other.points("right") == frame_points["right"][:1]
 
 
+def test_of_two_changes_by_another_hand_the_later_one_is_shown(operator, server, straight_picture, frame_points):
+    """However late the page hears what the first one was."""
+    page, told, held, late = operator.page, [], [], [True]
+
+    def hold(route):
+        if late[0] and route.request.method == "GET":
+            held.append((route, route.fetch()))
+        else:
+            route.continue_()
+
+    def save(points):
+        tag = server.api("GET", path).headers["ETag"]
+        left = [{"feature": "left", "kind": "line", "points": points}]
+        assert server.api("PUT", path, json=empty | {"observations": left}, headers={"If-Match": tag}).ok
+
+    def until(holds):
+        for _ in range(LONG_MS // 50):
+            if holds():
+                return
+            page.wait_for_timeout(50)
+        raise AssertionError("nothing was heard")
+
+    def listen(line):
+        if "/drafts/" in line.url:
+            line.on("framereceived", lambda text: told.append(text))
+
+    page.on("websocket", listen)
+    operator.open(straight_picture, "table", "full")
+    kept, path = operator.draft(), f"/drafts/{operator.snapshot}"
+    empty = {name: kept[name] for name in ("field", "region", "model", "options")}
+    until(lambda: told)  # the page hears of others from here on
+    page.route("**/api/v1/drafts/*", hold)
+    save(frame_points["left"][:1])
+    until(lambda: held)
+    save(frame_points["left"][:2])
+    page.wait_for_timeout(1000)  # a page that asks for both at once has asked by now
+    late[0] = False
+    for route, answer in held:
+        route.fulfill(response=answer)
+    expect(page.get_by_test_id("border-left")).to_contain_text("2 points")
+
+
 def test_work_goes_on_while_the_server_is_away(page, own_server, straight_picture, frame_points):
     operator = Operator(page, own_server).visit()
     operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3])
