@@ -164,8 +164,7 @@ async function start() {
   startClips();
   startPlaces();
   startSeeingLook();
-  await loadLists();
-  await startRouter();
+  await startRouter(loadLists());
 }
 
 effect(() => { document.title = `${desk.value ? desk.value.label : current.value.label}${camera.value ? `, ${camera.value.name}` : ""} – Touchline`; });

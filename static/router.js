@@ -1,5 +1,5 @@
 // The address bar: #/SNAPSHOT/STEP, #/lens, #/live/CAMERA or #/pair/LEFT/RIGHT, so that a reload or a second tab goes on where this one stands.
-import { effect, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { atBoard, openBoard } from "./board.js";
 import { NAMES, addressOf, openPage, page } from "./page.js";
 import { openPair, pictures } from "./pair.js";
@@ -21,17 +21,26 @@ function read() {
 /** Whether the address leads somewhere that is not there yet: until then nothing else is shown in its place. */
 export const opening = signal(location.hash.length > "#/".length);
 
-/** Follow the address from now on, and write it. Returns once the first picture is there. */
-export async function startRouter() {
-  // Somebody may have opened a picture, or gone to the board, before we came so far: that, then, not the address.
-  if (!snapshot.value && !atBoard.value && !atPair.value && !atStraight.value && atLive.value === null) await follow();
-  opening.value = false;
-  addEventListener("hashchange", () => void follow());
+/** The address of where the page is now. */
+const here = computed(() => (page.value ? addressOf(page.value) : snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atLive.value !== null ? `#/${LIVE}/${encodeURIComponent(atLive.value)}` : atBoard.value ? `#/${BOARD}` : atPair.value ? pairAddress() : atStraight.value ? `#/${STRAIGHT}` : "#/"));
+
+/** Write the address from now on, and follow it once the page's lists are there. Returns when the first picture is. @param {Promise<void>} lists */
+export async function startRouter(lists) {
+  let following = false; // the address is read: until all is there it is not written
   effect(() => {
-    const wanted = page.value ? addressOf(page.value) : snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atLive.value !== null ? `#/${LIVE}/${encodeURIComponent(atLive.value)}` : atBoard.value ? `#/${BOARD}` : atPair.value ? pairAddress() : atStraight.value ? `#/${STRAIGHT}` : "#/";
-    if (location.hash === wanted || (wanted === "#/" && !location.hash)) return;
+    const wanted = here.value, isOpening = opening.value, isNowhere = wanted === "#/" && (isOpening || !location.hash);
+    if (following || isNowhere || location.hash === wanted) return;
     history.pushState(null, "", wanted);
   });
+  addEventListener("hashchange", () => void lists.then(follow));
+  await lists;
+  // Somebody may have opened a picture, or gone to the board, before we came so far: that, then, not the address.
+  if (opening.value && here.value === "#/") {
+    following = true;
+    await follow();
+    following = false;
+  }
+  opening.value = false;
 }
 
 const pairAddress = () => {
