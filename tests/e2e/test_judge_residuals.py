@@ -3,6 +3,8 @@
 import pytest
 from playwright.sync_api import expect
 
+LONG = 90_000  # ms, for a fit on a busy machine
+
 
 @pytest.fixture
 def astray(clicked):
@@ -15,9 +17,9 @@ def astray(clicked):
     operator.page.goto(f"{operator.server.url}/#/")
     expect(operator.page.get_by_test_id("camera-overhead")).to_be_visible()
     operator.go_on(snapshot, kept, "borders")
-    expect(operator.page.get_by_test_id("residuals")).to_be_visible(timeout=20_000)
-    expect(operator.page.get_by_test_id("residual-said")).to_contain_text("1 stray", timeout=20_000)
-    expect(operator.page.locator('[data-reason="stray-click"]')).to_be_visible(timeout=20_000)  # the whole fit is there
+    expect(operator.page.get_by_test_id("residuals")).to_be_visible(timeout=LONG)
+    expect(operator.page.get_by_test_id("residual-said")).to_contain_text("1 stray", timeout=LONG)
+    expect(operator.page.locator('[data-reason="stray-click"]')).to_be_visible(timeout=LONG)  # the whole fit is there
     return operator
 
 
@@ -52,7 +54,7 @@ def test_what_is_pointed_at_in_the_picture_stands_in_the_plot(astray):
     x, y = astray.spot(*astray.points("top")[2])
     page.mouse.move(x + 3, y + 2)
     expect(said(page)).to_contain_text("Top, point 3")
-    assert int(page.get_by_test_id("residuals").get_attribute("data-at")) == 7 + 7 + 2  # left and right come before
+    expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", str(7 + 7 + 2))  # left and right come before
     page.mouse.move(x, y + 120)
     expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", "-1")
 
@@ -61,9 +63,11 @@ def test_the_keyboard_goes_from_click_to_click_and_selects(astray):
     page = astray.page
     page.get_by_test_id("residuals").focus()
     page.keyboard.press("Home")
+    expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", "0")
     first = page.get_by_test_id("residuals").get_attribute("aria-valuetext")
     page.keyboard.press("ArrowRight")
     expect(page.get_by_test_id("residuals")).not_to_have_attribute("aria-valuetext", first)
+    expect(page.get_by_test_id("residuals")).to_have_attribute("data-at", "1")
     of = page.get_by_test_id("hovered").locator("circle").get_attribute("data-of")
     page.keyboard.press("Enter")
     expect(page.locator(f'[data-point="{of}"]')).to_have_class("point picked")
@@ -90,6 +94,7 @@ def test_the_histogram_counts_every_click_but_strays_and_rings_those_of_a_bar(as
     plot = page.get_by_test_id("histogram")
     plot.focus()
     page.keyboard.press("Home")
+    expect(plot).to_have_attribute("data-at", "0")
     counted = 0
     for _ in range(int(plot.get_attribute("aria-valuemax"))):
         count = int(plot.get_attribute("aria-valuetext").split()[0])
@@ -106,7 +111,7 @@ def test_the_histogram_counts_every_click_but_strays_and_rings_those_of_a_bar(as
 def test_a_saved_versions_residuals_and_distortion_stand_in_the_compare_step(astray):
     operator = astray.next("model").next("compare")
     page = operator.page
-    expect(page.get_by_test_id("residuals")).to_be_visible(timeout=20_000)
+    expect(page.get_by_test_id("residuals")).to_be_visible(timeout=LONG)
     before = operator.saved()["report"]["distortion"]["per_border"]["left"]["before_pct"]
     shown = page.get_by_test_id("distortion-left").locator("em").inner_text()
     assert float(shown.split()[0].replace("−", "-")) == pytest.approx(before, abs=0.006)
