@@ -1,9 +1,11 @@
 """Calibrations that exist already, by the page: chosen or dropped, kept as new versions, or refused with a cure."""
 
 import json
+import re
 
 import pytest
 from conftest import CLICKS
+from eventually import eventually
 from playwright.sync_api import expect
 
 SOON = 60_000
@@ -36,9 +38,10 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
         page.keyboard.press("Enter")
     chooser.value.set_files(file_of("north.yml", data))
     expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=SOON)
-    kept = server.api("GET", "/calibrations?camera=overhead&limit=1").json()["items"][0]
+    said = re.search(r"Version (\d+) for", page.get_by_test_id("imported").inner_text())
+    listed = server.api("GET", "/calibrations?camera=overhead").json()["items"]
+    kept = next(it for it in listed if it["version"] == int(said[1]))
     assert "Imported from" in kept["note"] and kept["made_by"]
-    expect(page.get_by_test_id("imported")).to_contain_text(f"Version {kept['version']} for")
     page.screenshot(path=tmp_path / "imported.png")
     page.get_by_test_id("import-activate").click()
     expect(page.get_by_text(f"Version {kept['version']} is active now.")).to_be_visible(timeout=SOON)
@@ -62,8 +65,9 @@ def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(exp
 
 
 def drop(page, name, text):
-    page.evaluate("""([name, text]) => {
+    """Once the page listens: it then keeps the browser from opening the file itself."""
+    eventually(lambda: page.evaluate("""([name, text]) => {
       const data = new DataTransfer();
       data.items.add(new File([text], name, { type: "application/json" }));
-      dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
-    }""", [name, text])
+      return dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+    }""", [name, text]), lambda is_left_to_browser: not is_left_to_browser)
