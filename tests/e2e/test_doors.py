@@ -3,6 +3,8 @@
 import base64
 
 import pytest
+from conftest import LONG_MS, Operator
+from eventually import eventually
 from playwright.sync_api import expect
 
 BORDERS = ("left", "right", "top", "bottom")
@@ -18,9 +20,13 @@ DROP = """async ([data, type]) => {
 }"""
 
 
-@pytest.mark.parametrize("content", [b"", b"GIF89a not a picture", b"\x89PNG\r\n\x1a\n" + b"\x00" * 40, b"<svg onload='alert(1)'/>"])
+NO_PICTURES = [b"", b"GIF89a not a picture", b"\x89PNG\r\n\x1a\n" + b"\x00" * 40, b"<svg onload='alert(1)'/>"]
+
+
+@pytest.mark.parametrize("content", NO_PICTURES)
 def test_a_file_that_is_no_picture_is_refused_with_its_fix(operator, content):
-    operator.page.get_by_test_id("file").set_input_files({"name": "holiday.png", "mimeType": "image/png", "buffer": content})
+    file = {"name": "holiday.png", "mimeType": "image/png", "buffer": content}
+    operator.page.get_by_test_id("file").set_input_files(file)
     notice = operator.page.get_by_test_id("notice")
     expect(notice).to_be_visible()
     assert len(notice.inner_text().split(".")) > 2, "what is wrong, and what to do"
@@ -37,8 +43,6 @@ def test_a_picture_can_be_pasted_and_dropped(operator, straight_picture, way):
 
 
 def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, server, straight_picture):
-    from conftest import Operator
-
     context = browser.new_context(viewport={"width": 1024, "height": 768}, has_touch=True)
     page = context.new_page()
     operator = Operator(page, server).visit().open(straight_picture, "table", "full")
@@ -56,15 +60,20 @@ def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, ser
     for x in (88, 85, 80):
         touch("touchMove", operator.spot(x, 220))
     touch("touchEnd")
-    assert operator.points("left") == [[pytest.approx(80, abs=0.6), pytest.approx(220, abs=0.6)]]
+    # Nobody waits until the page has felt a touch.
+    eventually(lambda: operator.points("left"),
+               lambda points: points == [[pytest.approx(80, abs=0.6), pytest.approx(220, abs=0.6)]])
 
-    before = page.get_by_test_id("picture").bounding_box()["width"]
+    def width():
+        return page.get_by_test_id("picture").bounding_box()["width"]
+
+    before = width()
     touch("touchStart", (400, 400))
     touch("touchStart", (400, 400), (500, 400))
     for step in range(10, 60, 10):
         touch("touchMove", (400 - step, 400), (500 + step, 400))
     touch("touchEnd")
-    assert page.get_by_test_id("picture").bounding_box()["width"] == pytest.approx(2 * before, rel=0.05)
+    eventually(width, lambda now: now == pytest.approx(2 * before, rel=0.05))
     expect(page.get_by_test_id("border-left")).to_contain_text("1 point")  # the first of two fingers places nothing
     assert len(operator.points("left")) == 1
     context.close()
@@ -74,7 +83,7 @@ def test_the_keyboard_alone_goes_from_the_camera_to_a_saved_version(operator):
     page = operator.page
     page.get_by_test_id("camera-overhead").focus()
     page.keyboard.press("Enter")
-    expect(page.get_by_test_id("next")).to_have_text("Next: borders", timeout=30_000)
+    expect(page.get_by_test_id("next")).to_have_text("Next: borders", timeout=LONG_MS)
     page.get_by_test_id("next").focus()
     page.keyboard.press("Enter")
     operator.wait_for_picture()
@@ -85,14 +94,14 @@ def test_the_keyboard_alone_goes_from_the_camera_to_a_saved_version(operator):
         for pressed in ("Escape", "0", key, *[towards] * 5, *["a", "Escape", along] * 5):
             page.keyboard.press(pressed)
     expect(page.get_by_test_id("next")).to_have_text("Next: model")
-    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=10_000)
+    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("next")).to_have_text("Save and compare")
     page.keyboard.press("Control+s")
-    expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step", timeout=20_000)
+    expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
     page.get_by_test_id("wipe").focus()
     page.keyboard.press("ArrowRight")
-    assert page.get_by_test_id("wipe").get_attribute("aria-valuenow") == "52"
+    expect(page.get_by_test_id("wipe")).to_have_attribute("aria-valuenow", "52")
 
 
 def test_help_lists_the_keys_of_every_action_and_opens_the_manual(operator):
@@ -108,8 +117,8 @@ def test_help_lists_the_keys_of_every_action_and_opens_the_manual(operator):
 
 
 def test_the_page_asks_nobody_but_its_own_server(page, server):
-    elsewhere = []
-    page.on("request", lambda request: elsewhere.append(request.url) if not request.url.startswith((server.url, "data:", "blob:")) else None)
+    own, elsewhere = (server.url, "data:", "blob:"), []
+    page.on("request", lambda request: None if request.url.startswith(own) else elsewhere.append(request.url))
     page.goto(server.url)
     expect(page.get_by_test_id("camera-overhead")).to_be_visible()
     page.goto(server.url + "/docs")
@@ -120,8 +129,6 @@ def test_the_page_asks_nobody_but_its_own_server(page, server):
 @pytest.mark.parametrize("size", [(1280, 800), (1024, 768)], ids=["laptop", "tablet"])
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_nothing_is_cut_off(browser, server, straight_picture, frame_points, tmp_path, size, scheme):
-    from conftest import Operator
-
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
     operator = Operator(context.new_page(), server).visit().open(straight_picture, "table", "full")
     for border in BORDERS:
@@ -133,6 +140,8 @@ def test_nothing_is_cut_off(browser, server, straight_picture, frame_points, tmp
         assert box["x"] >= 0 and box["x"] + box["width"] <= size[0] + 0.5, shown
     wide = operator.page.evaluate("document.documentElement.scrollWidth")
     assert wide <= size[0]
-    overflowing = operator.page.evaluate("[...document.querySelectorAll('aside, .verdict, footer')].filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.className || e.tagName)")
+    overflowing = operator.page.evaluate("[...document.querySelectorAll('aside, .verdict, footer')]"
+                                         ".filter(e => e.scrollWidth > e.clientWidth + 1)"
+                                         ".map(e => e.className || e.tagName)")
     assert overflowing == []
     context.close()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import LONG_MS
 from playwright.sync_api import expect
 
 from app.cli.server import DEMO_CAMERAS
@@ -27,7 +28,7 @@ def test_the_demo_camera_from_opening_to_an_active_calibration(operator, server,
     expect(operator.page.get_by_test_id("verdict")).to_have_attribute("data-level", "unknown")
     operator.page.screenshot(path=tmp_path / "borders.png")
     operator.next("model").next("compare")
-    expect(operator.page.get_by_test_id("corrected")).to_be_visible(timeout=20_000)
+    expect(operator.page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     operator.page.screenshot(path=tmp_path / "compare.png")
     operator.next("activate")
     operator.page.get_by_test_id("next").click()
@@ -47,13 +48,13 @@ def test_models_are_ranked_and_a_warning_leads_to_its_cure(operator, server):
     for feature, points in border_clicks(camera, region, 9).items():
         operator.click(feature, points[1:-1])
     operator.next("model")
-    expect(page.get_by_test_id("models").get_by_text("Recommended")).to_be_visible(timeout=30_000)
+    expect(page.get_by_test_id("models").get_by_text("Recommended")).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("model-brown-conrady").click()
-    page.get_by_test_id("enter-height").click(timeout=10_000)
+    page.get_by_test_id("enter-height").click()
     expect(page.get_by_test_id("option-height_mm")).to_be_focused()
     page.get_by_test_id("option-height_mm").fill(f"{camera.position_mm[2]:.0f}")
     page.keyboard.press("Enter")
-    expect(page.get_by_test_id("enter-height")).to_have_count(0, timeout=10_000)
+    expect(page.get_by_test_id("enter-height")).to_have_count(0, timeout=LONG_MS)
     assert operator.draft()["options"]["height_mm"]["value"] == pytest.approx(camera.position_mm[2], abs=0.5)
     expect(page.get_by_test_id("verdict")).to_have_attribute("data-level", "good")
     expect(page.get_by_test_id("next-click")).to_contain_text("next best click")
@@ -85,7 +86,7 @@ def test_real_clicks_through_the_page_give_the_numbers_of_rest_and_shell(operato
         across = np.array(answer["points"])[:, axis]
         wanted = page["corrected_size"][axis] - 1 if at is None else at
         assert np.abs(across - wanted).max() <= STRAIGHT_PX
-    expect(operator.page.get_by_test_id("corrected")).to_be_visible(timeout=20_000)
+    expect(operator.page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     operator.page.screenshot(path=tmp_path / "compare.png")
 
 

@@ -42,13 +42,14 @@ def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server
     page.reload()
     expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=20_000)
     page.get_by_test_id("look-corrected").click()
-    page.wait_for_timeout(1500)
+    expect(page.get_by_test_id("look-corrected")).to_have_attribute("aria-pressed", "true")
+    page.wait_for_timeout(1500)  # for a frame to look at
     page.screenshot(path=tmp_path / "4-live.png")
     server.api("DELETE", "/cameras/hall")
 
 
 def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_one_before(operator, server, tmp_path):
-    page, others = operator.page, len(server.api("GET", "/calibrations?camera=east&limit=100").json()["items"])
+    page, made = operator.page, []
     for turn in (1, 2):
         page.keyboard.press("Escape")
         page.get_by_test_id("camera-east").focus()
@@ -73,16 +74,22 @@ def test_by_keyboard_alone_from_the_camera_to_an_active_version_and_back_to_the_
         page.keyboard.press("Enter")
         expect(page.get_by_test_id("next")).to_contain_text("Activate version")
         page.keyboard.press("Enter")
-        expect(page.get_by_test_id("sentence")).to_contain_text(f"Version {others + turn} is active")
+        expect(page.get_by_test_id("sentence")).to_contain_text("is active")
+        made.append(operator.saved()["version"])
+        expect(page.get_by_test_id("sentence")).to_contain_text(f"Version {made[-1]} is active")
         page.screenshot(path=tmp_path / f"active-{turn}.png")
         page.keyboard.press("Enter")
         expect(page.get_by_test_id("step-camera")).to_have_attribute("aria-current", "step")
     page.keyboard.press("y")
     page.get_by_test_id("shelf-east").focus()
     page.keyboard.press("Enter")
+    expect(page.get_by_test_id("shelf-east")).to_have_attribute("aria-current", "page")
+    expect(page.get_by_test_id("do-roll-back")).to_have_text(f"Go back to version {made[0]}")  # of no other camera
     page.get_by_test_id("do-roll-back").focus()
     page.keyboard.press("Enter")
-    expect(page.locator("[data-testid=shelf-version][data-version='" + str(others + 1) + "']")).to_have_attribute("data-active", "true")
+    before = page.locator(f"[data-testid=shelf-version][data-version='{made[0]}']")
+    expect(before).to_have_attribute("data-active", "true")
+    assert made[0] < made[1]
     page.screenshot(path=tmp_path / "rolled-back.png")
 
 
@@ -103,6 +110,7 @@ def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_po
         for x, y in taps[border]:
             page.get_by_test_id("stage").scroll_into_view_if_needed()
             page.touchscreen.tap(*operator.spot(x, y))
+        expect(page.get_by_test_id(f"border-{border}")).to_contain_text("5 points")
     page.screenshot(path=tmp_path / "borders.png")
     for border in BORDERS:
         assert operator.points(border) == [pytest.approx(point, abs=1.0) for point in taps[border]]
@@ -110,7 +118,9 @@ def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_po
         expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
         page.get_by_test_id("next").tap()
         expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step")
-        page.wait_for_timeout(800)  # for the picture that is looked at
+        if step == "compare":
+            expect(page.get_by_test_id("corrected")).to_be_visible()
+        operator.wait_for_picture()
         page.screenshot(path=tmp_path / f"{step}.png")
     assert operator.saved()["report"]["verdict"]["mm"] is not None
     wide = page.evaluate("[...document.querySelectorAll('body, aside')].filter(e => e.scrollWidth > innerWidth + 1)"
@@ -119,6 +129,5 @@ def test_by_finger_on_a_small_screen(browser, server, straight_picture, frame_po
     for name in ("settings", "jobs", "versions"):
         page.goto(f"{server.url}/#/{name}")
         expect(page.get_by_test_id(f"{name}-page")).to_be_visible()
-        page.wait_for_timeout(500)
         page.screenshot(path=tmp_path / f"{name}.png")
     context.close()

@@ -2,9 +2,8 @@
 
 import re
 
+from conftest import LONG_MS
 from playwright.sync_api import expect
-
-SOON = 20_000
 
 
 def stops(page):
@@ -12,9 +11,9 @@ def stops(page):
     seen = {}
     while page.get_by_test_id("tour").count():
         stop = page.get_by_test_id("tour").get_attribute("data-stop")
-        expect(page.get_by_test_id("tour-ring")).to_be_visible(timeout=SOON)
+        expect(page.get_by_test_id("tour-ring")).to_be_visible(timeout=LONG_MS)
         if stop in ("verdict", "distortion", "residuals"):
-            expect(page.get_by_test_id("tour-numbers")).not_to_contain_text("–", timeout=SOON)
+            expect(page.get_by_test_id("tour-numbers")).not_to_contain_text("–", timeout=LONG_MS)
         seen[stop] = page.get_by_test_id("tour-numbers").inner_text()
         page.get_by_test_id("tour-ahead").click()
         expect(page.locator(f"[data-testid=tour][data-stop={stop}]")).to_have_count(0)
@@ -27,7 +26,7 @@ def test_the_tour_tells_the_numbers_of_the_picture_that_is_open(clicked, server)
     body = {name: draft[name] for name in ("field", "region", "model", "options", "observations")}
     saved = server.api("POST", "/calibrations", json=body | {"snapshot": operator.snapshot}).json()
     page.reload()
-    expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=SOON)
+    expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=LONG_MS)
     page.keyboard.press("F2")
     seen = stops(page)
     assert len(seen) > 10
@@ -54,7 +53,7 @@ def test_the_tour_is_left_and_gone_on_with_where_it_was(operator):
     page.reload()
     expect(page.get_by_test_id("tour")).to_have_attribute("data-stop", "picture")  # a reload does not end it
     page.get_by_test_id("camera-overhead").click()  # nor does the work wait for it
-    expect(page.get_by_test_id("step-picture")).to_have_attribute("aria-current", "step", timeout=30_000)
+    expect(page.get_by_test_id("step-picture")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
     expect(page.get_by_test_id("tour-ring")).to_be_visible()
 
 
@@ -78,7 +77,7 @@ def test_by_finger_on_a_telephone_the_tour_stands_below_the_picture(browser, cli
     context = browser.new_context(viewport={"width": 360, "height": 740}, has_touch=True)
     page = context.new_page()
     page.goto(operator.page.url)
-    expect(page.get_by_test_id("borders")).to_be_attached(timeout=SOON)
+    expect(page.get_by_test_id("borders")).to_be_attached(timeout=LONG_MS)
     page.get_by_test_id("help").tap()
     page.get_by_test_id("take-tour").tap()
     page.get_by_test_id("close-help").tap()
