@@ -1,11 +1,10 @@
 """Cameras on the page: live, dead, added, confirmed; watched only while somebody looks."""
 
-import time
-
 import pytest
-import requests
+from eventually import eventually
 from playwright.sync_api import expect
 
+LONG = 90_000  # ms; a camera that slept starts a process, and others want the machine as well
 SMALL = "sim://table?size=320x256&fps=10&robots=2"
 
 
@@ -13,18 +12,13 @@ def status(server, id):
     return server.api("GET", f"/cameras/{id}/status").json()
 
 
-def until(condition, seconds=30.0):
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, "it did not come about"
-        time.sleep(0.1)
-    return found
-
-
 def is_live(page, id):
-    expect(page.get_by_test_id(f"live-{id}")).to_have_attribute("data-state", "live", timeout=30_000)
-    before = until(lambda: int(page.get_by_test_id(f"live-{id}").get_attribute("data-seq")))
-    until(lambda: int(page.get_by_test_id(f"live-{id}").get_attribute("data-seq")) > before)
+    """One frame is shown, and then a later one."""
+    def seq():
+        return int(page.get_by_test_id(f"live-{id}").get_attribute("data-seq"))
+    expect(page.get_by_test_id(f"live-{id}")).to_have_attribute("data-state", "live", timeout=LONG)
+    before = eventually(seq, lambda now: now > 0)
+    eventually(seq, lambda now: now > before)
 
 
 @pytest.fixture
@@ -50,8 +44,8 @@ def test_cameras_are_live_on_the_start_page_and_nothing_is_sent_when_it_is_left(
     shown = page.get_by_test_id("live-overhead").locator("canvas").bounding_box()
     assert shown["width"] > 150 and shown["height"] > 100
     operator.take()
-    until(lambda: status(server, "overhead")["viewers"] == 0)
-    assert status(server, "overhead")["state"] == "live"  # still read: the next picture comes at once
+    # Still read: the next picture comes at once.
+    eventually(lambda: status(server, "overhead"), lambda now: now["viewers"] == 0 and now["state"] == "live")
 
 
 def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server, added, tmp_path):
@@ -68,15 +62,14 @@ def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server
     assert page.url.endswith(f"#/live/{id}")
     expect(page.get_by_test_id("look-corrected")).to_be_disabled()
     server.api("POST", f"/calibrations/{made['id']}/activate")
-    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=20_000)
+    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG)
     for view in ("corrected", "side"):
         page.get_by_test_id(f"look-{view}").click()
         is_live(page, id)
     page.get_by_test_id("look-raw").click()
     page.get_by_test_id("look-lines").click()
     lines = page.get_by_test_id(f"live-{id}").locator("svg path:not(.casing)")
-    expect(lines.first).to_be_attached(timeout=20_000)
-    assert lines.count() >= 5
+    expect(lines.nth(4)).to_be_attached(timeout=LONG)
     page.screenshot(path=tmp_path / "one.png")
     page.reload()
     is_live(page, id)
@@ -88,10 +81,10 @@ def test_a_camera_is_tried_kept_changed_and_removed(operator, server, tmp_path):
     expect(page.get_by_test_id("do-keep-camera")).to_be_disabled()
     page.get_by_test_id("camera-source").fill("picture://gone.png")
     page.get_by_test_id("do-try-camera").click()
-    expect(page.get_by_test_id("camera-refusal")).to_contain_text("gone.png", timeout=30_000)
+    expect(page.get_by_test_id("camera-refusal")).to_contain_text("gone.png", timeout=LONG)
     page.get_by_test_id("camera-source").fill(SMALL)
     page.get_by_test_id("do-try-camera").click()
-    expect(page.get_by_test_id("tried")).to_be_visible(timeout=30_000)
+    expect(page.get_by_test_id("tried")).to_be_visible(timeout=LONG)
     page.get_by_test_id("camera-id").fill("second")
     page.get_by_test_id("camera-name").fill("Second camera")
     page.get_by_test_id("camera-field").select_option("table")
@@ -101,13 +94,16 @@ def test_a_camera_is_tried_kept_changed_and_removed(operator, server, tmp_path):
     page.get_by_test_id("edit-camera").click()
     page.get_by_test_id("camera-name").fill("Camera two")
     page.get_by_test_id("do-try-camera").click()
-    page.get_by_test_id("do-keep-camera").click(timeout=30_000)
+    page.get_by_test_id("do-keep-camera").click(timeout=LONG)
     expect(page.locator("h1")).to_have_text("Camera two")
     assert server.api("GET", "/cameras/second").json()["name"] == "Camera two"
     page.get_by_test_id("remove-camera").click()
+    back = page.get_by_role("button", name="Put it back")
+    expect(back).to_be_visible()
+    expect(page.get_by_test_id("camera-overhead")).to_be_visible()  # at the list of cameras, of which it is none
     expect(page.get_by_test_id("camera-second")).to_have_count(0)
-    page.get_by_role("button", name="Put it back").click()
-    expect(page.get_by_test_id("camera-second")).to_be_visible(timeout=10_000)
+    back.click()
+    expect(page.get_by_test_id("camera-second")).to_be_visible()
     assert server.api("DELETE", "/cameras/second").status_code == 204
 
 
@@ -116,7 +112,7 @@ def test_a_dead_camera_says_what_to_do_and_the_others_go_on(operator, added, tmp
     added("dead", "picture://none.png")
     operator.visit()
     page.reload()
-    expect(page.get_by_test_id("live-dead")).to_have_attribute("data-state", "offline", timeout=30_000)
+    expect(page.get_by_test_id("live-dead")).to_have_attribute("data-state", "offline", timeout=LONG)
     expect(page.get_by_test_id("live-dead")).to_contain_text("none.png")
     is_live(page, "overhead")
     page.screenshot(path=tmp_path / "dead.png")
@@ -134,14 +130,14 @@ def test_a_camera_that_may_be_another_is_confirmed_by_one_click(operator, server
     server.api("POST", f"/calibrations/{made.json()['id']}/activate")
     etag = server.api("GET", f"/cameras/{id}").headers["ETag"]
     other = {"source": SMALL.replace("table", "vsss-3v3")}
-    server.api("PATCH", f"/cameras/{id}", json=other, headers={"If-Match": etag})
+    assert server.api("PATCH", f"/cameras/{id}", json=other, headers={"If-Match": etag}).ok
     page.goto(f"{server.url}/#/live/{id}")
     page.reload()
-    expect(page.get_by_test_id("camera-problem")).to_contain_text("another camera", timeout=30_000)
+    expect(page.get_by_test_id("camera-problem")).to_contain_text("another camera", timeout=LONG)
     expect(page.get_by_test_id("look-corrected")).to_be_disabled()
     page.screenshot(path=tmp_path / "mismatch.png")
     page.get_by_test_id("confirm").click()
-    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=20_000)
+    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG)
 
 
 def test_eight_live_cameras_leave_the_page_room_to_ask(operator, server, added):
@@ -152,24 +148,20 @@ def test_eight_live_cameras_leave_the_page_room_to_ask(operator, server, added):
     page.reload()
     for number in range(7):
         page.get_by_test_id(f"live-eight-{number}").scroll_into_view_if_needed()
-        expect(page.get_by_test_id(f"live-eight-{number}")).to_have_attribute("data-state", "live", timeout=60_000)
+        expect(page.get_by_test_id(f"live-eight-{number}")).to_have_attribute("data-state", "live", timeout=LONG)
     page.set_viewport_size({"width": 1280, "height": 3000})  # all in view
-    until(lambda: sum(status(server, f"eight-{number}")["viewers"] for number in range(7)) == 7)
-    took = page.evaluate("""async () => { const times = [];
-        for (let i = 0; i < 10; i++) {
-          const start = performance.now();
-          await fetch("/api/v1/models");
-          times.push(performance.now() - start);
-        }
-        return times.sort((a, b) => a - b)[5]; }""")
-    assert took < 5000  # it answers at all: six streams of another kind would block it; the figure is in the benchmark
+    eventually(lambda: [status(server, f"eight-{number}")["viewers"] for number in range(7)], lambda n: n == [1] * 7)
+    # It answers at all: six streams of another kind would block it for ever. How soon is told by the benchmark.
+    assert page.evaluate("""async (ms) => { const answers = [];
+        for (let i = 0; i < 10; i++) answers.push((await fetch("/api/v1/models", { signal: AbortSignal.timeout(ms) })).ok);
+        return answers; }""", LONG) == [True] * 10
 
 
 def test_streams_go_on_by_themselves_when_the_server_is_back(page, own_server):
     page.goto(own_server.url)
     is_live(page, "overhead")
     own_server.stop()
-    expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-state", "offline", timeout=30_000)
+    expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-state", "offline", timeout=LONG)
     own_server.start()
     is_live(page, "overhead")
 
@@ -184,5 +176,5 @@ def test_a_picture_is_taken_without_what_moves(operator, server, added):
     page.get_by_test_id("do-stop-watching").click()
     expect(page.get_by_test_id("watching")).to_have_count(0)
     page.get_by_test_id("do-take-still").click()
-    expect(page.get_by_test_id("next")).to_have_text("Next: borders", timeout=60_000)
-    assert requests.get(f"{server.url}/api/v1/snapshots/{operator.snapshot}", timeout=10).json()["camera"] == id
+    expect(page.get_by_test_id("next")).to_have_text("Next: borders", timeout=LONG)
+    assert server.api("GET", f"/snapshots/{operator.snapshot}").json()["camera"] == id

@@ -19,6 +19,16 @@ def exported(server):
     return lambda format: server.api("GET", f"/calibrations/{it['id']}/export/{format}").content
 
 
+@pytest.fixture
+def camera(server):
+    """One of its own: what is activated here is of a picture of another size than the demo's cameras give."""
+    made = server.api("POST", "/cameras", json={"id": "importing", "name": "Importing", "field": "ssl-div-b",
+                                                "region": "half", "source": "sim://ssl-div-b?size=320x256&fps=3"})
+    assert made.status_code == 201, made.text
+    yield "importing"
+    server.api("DELETE", "/cameras/importing")
+
+
 def start(page, server):
     page.goto(server.url + "/#/")
     expect(page.get_by_test_id("import-file")).to_be_enabled(timeout=SOON)
@@ -28,18 +38,19 @@ def file_of(name, data, kind="application/octet-stream"):
     return {"name": name, "mimeType": kind, "buffer": data}
 
 
-def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_activated(exported, server, page, tmp_path):
+def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_activated(exported, server, page, camera,
+                                                                                    tmp_path):
     data = exported("opencv")
     start(page, server)
     page.get_by_text("What the file does not say").click()
-    page.get_by_test_id("import-camera").select_option("overhead")
+    page.get_by_test_id("import-camera").select_option(camera)
     page.get_by_test_id("import-file").focus()
     with page.expect_file_chooser() as chooser:
         page.keyboard.press("Enter")
     chooser.value.set_files(file_of("north.yml", data))
     expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=SOON)
     said = re.search(r"Version (\d+) for", page.get_by_test_id("imported").inner_text())
-    listed = server.api("GET", "/calibrations?camera=overhead").json()["items"]
+    listed = server.api("GET", f"/calibrations?camera={camera}").json()["items"]
     kept = next(it for it in listed if it["version"] == int(said[1]))
     assert "Imported from" in kept["note"] and kept["made_by"]
     page.screenshot(path=tmp_path / "imported.png")
