@@ -26,12 +26,16 @@ const plain = ({ feature, kind, points, z_mm = 0 }) => [feature, kind, points, z
 
 /** Save what the document gives as a new version, unless the newest one is just that; then compare. */
 export async function saveVersion() {
+  if (busy.value) return; // asked for twice, it would be two versions
   if (!isSaved.value) {
     busy.value = "Saving the calibration…";
+    const picture = snapshot.value?.id;
     try {
       const camera = snapshot.value?.camera;
       const body = { ...fitBody(doc.value), ...(camera ? { camera } : {}), note: note.value };
-      version.value = await call("POST", "/calibrations", body);
+      const saved = await call("POST", "/calibrations", body);
+      if (snapshot.value?.id !== picture) return; // it stands among the versions of the picture that was left
+      version.value = saved;
       note.value = "";
       await list();
     } catch (error) {

@@ -101,6 +101,26 @@ def test_saving_the_same_clicks_again_makes_no_new_version(operator, straight_pi
     assert operator.saved()["id"] == first
 
 
+def test_a_version_that_is_asked_for_twice_is_saved_once(operator, server, straight_picture, frame_points):
+    """By a hand that is quicker than the server."""
+    page, held = operator.page, []
+    operator.open(straight_picture, "table", "full")
+    for feature in BORDERS:
+        operator.click(feature, frame_points[feature])
+    operator.next("model")
+    expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
+    page.route("**/api/v1/calibrations", lambda route: held.append(route))
+    with page.expect_request("**/api/v1/calibrations"):
+        page.keyboard.press("Control+s")
+    expect(page.get_by_test_id("next")).to_have_text("Saving the calibration…")
+    page.keyboard.press("Control+s")
+    page.wait_for_timeout(300)  # for a second request
+    for route in held:
+        route.continue_()
+    operator.is_at("compare")
+    assert len(held) == 1
+
+
 def test_every_download_is_the_saved_version(operator, straight_picture, frame_points):
     operator.open(straight_picture, "table", "full")
     for feature in BORDERS:
