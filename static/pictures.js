@@ -78,9 +78,12 @@ async function bring(doing, fetchIt, stopped = () => false) {
   }
 }
 
-/** Work on a kept picture, where its draft stands. @param {import("./types").Snapshot} picture @param {import("./types").StepId} at */
-export async function openSnapshot(picture, at) {
+let openings = 0;
+
+/** Work on a kept picture, where its draft stands; the one that was asked for last stays. @param {import("./types").Snapshot} picture @param {import("./types").StepId} at */
+export async function openSnapshot(picture, at, mine = ++openings) {
   const kept = await fetchDraft(picture.id);
+  if (mine !== openings) return;
   // At once: nothing may see one picture with another's clicks, and the address changes only once.
   batch(() => {
     closePicture();
@@ -101,9 +104,11 @@ export async function openSnapshot(picture, at) {
 
 /** The same by its id, from the address bar. @param {string} id @param {import("./types").StepId} at */
 export async function openById(id, at) {
+  const mine = ++openings;
   try {
-    await openSnapshot(await call("GET", `/snapshots/${encodeURIComponent(id)}`), at);
+    await openSnapshot(await call("GET", `/snapshots/${encodeURIComponent(id)}`), at, mine);
   } catch (error) {
+    if (mine !== openings) return;
     closePicture();
     step.value = "camera";
     const { message } = /** @type {Error} */ (error);

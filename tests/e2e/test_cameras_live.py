@@ -153,7 +153,8 @@ def test_eight_live_cameras_leave_the_page_room_to_ask(operator, server, added):
     eventually(lambda: [status(server, f"eight-{number}")["viewers"] for number in range(7)], lambda n: n == [1] * 7)
     # It answers at all: six streams of another kind would block it for ever. How soon is told by the benchmark.
     assert page.evaluate("""async (ms) => { const answers = [];
-        for (let i = 0; i < 10; i++) answers.push((await fetch("/api/v1/models", { signal: AbortSignal.timeout(ms) })).ok);
+        for (let i = 0; i < 10; i++)
+            answers.push((await fetch("/api/v1/models", { signal: AbortSignal.timeout(ms) })).ok);
         return answers; }""", LONG) == [True] * 10
 
 

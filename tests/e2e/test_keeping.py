@@ -3,6 +3,7 @@
 import re
 
 from conftest import LONG_MS, Operator
+from old_answer import OldAnswer
 from playwright.sync_api import expect
 
 
@@ -133,3 +134,21 @@ def test_work_goes_on_while_the_server_is_away(page, own_server, straight_pictur
     expect(page.get_by_test_id("away")).to_have_count(0, timeout=LONG_MS)
     assert operator.points("left") == frame_points["left"]
     expect(page.get_by_test_id("curve-left")).to_be_attached()
+
+
+def test_of_two_pictures_that_are_opened_the_one_asked_for_last_stays(operator, server, straight_picture, frame_points):
+    page = operator.page
+    first = operator.open(straight_picture, "table", "full").click("left", frame_points["left"][:3]).snapshot
+    operator.draft()
+    page.goto(f"{server.url}/#/")
+    second = server.api("POST", "/snapshots", json={"camera": "overhead"}).json()["id"]
+    page.reload()
+    expect(page.get_by_test_id(f"recent-{second}")).to_be_visible()
+    old = OldAnswer(page, f"**/api/v1/drafts/{first}")
+    page.get_by_test_id(f"recent-{first}").click()
+    old.made()
+    page.get_by_test_id(f"recent-{second}").click()
+    expect(page).to_have_url(re.compile(f"#/{second}/borders"))
+    old.comes()
+    assert operator.snapshot == second
+    expect(page.get_by_test_id("border-left")).not_to_contain_text("3 points")
