@@ -1,10 +1,9 @@
 // All long work on the server: heard on one line that is opened again whenever it breaks.
-import { computed, effect, signal } from "@preact/signals";
-import { address, call, online } from "./api.js";
+import { computed, signal } from "@preact/signals";
+import { call } from "./api.js";
 import { many } from "./format.js";
+import { openLine } from "./line.js";
 import { tellError } from "./state.js";
-
-const AGAIN_MS = 2000;
 
 /** @typedef {import("./pages_types").JobInList} JobInList */
 
@@ -31,24 +30,14 @@ export const jobsStanding = computed(() => {
 
 /** Hear of all jobs from now on. */
 export function startJobs() {
-  /** @type {WebSocket | null} */
-  let line = null;
-  const open = () => {
-    if (line || !online.value) return;
-    const to = line = new WebSocket(address("/jobs/stream"));
-    to.addEventListener("message", ({ data }) => {
-      const told = JSON.parse(data);
-      if (!("items" in told)) return;
-      jobs.value = told.items;
+  openLine("/jobs/stream", {
+    told: (now) => {
+      if (!("items" in now)) return;
+      jobs.value = now.items;
       hearing.value = true;
-    });
-    to.addEventListener("close", () => {
-      line = null;
-      hearing.value = false;
-      setTimeout(open, AGAIN_MS);
-    });
-  };
-  effect(() => { if (online.value) open(); });
+    },
+    broken: () => { hearing.value = false; },
+  });
 }
 
 /** @param {string} id */

@@ -1,12 +1,12 @@
 // A board held before a live camera: what the server sees of it, which views it has taken, and the view it wants next.
 import { computed, effect, signal } from "@preact/signals";
-import { address, online } from "./api.js";
+import { online } from "./api.js";
 import { addTaken, findLens, openBoard, pictures, wanted } from "./board.js";
 import { many } from "./format.js";
+import { openLine } from "./line.js";
 import { page } from "./page.js";
 import { cameras } from "./state.js";
 
-const AGAIN_MS = 1500;
 const GOOD = 12; // views from which a lens is worth finding
 
 /** @typedef {import("./pages_types").Look} Look */
@@ -21,7 +21,7 @@ export const shown = computed(() => (page.value?.name === "capture" ? cameras.va
 /** The views that were taken before this camera. */
 export const views = computed(() => pictures.value.filter((p) => p.quad && p.camera === shown.value?.id));
 
-/** @type {WebSocket | null} */
+/** @type {import("./line.js").Line | null} */
 let line = null;
 
 export const captureStanding = computed(() => {
@@ -39,47 +39,36 @@ function board() {
 
 /** Look for the board as long as the page is there, and again when the line breaks or another board is chosen. */
 export function startCapture() {
-  let timer = 0;
   const boards = computed(() => JSON.stringify(board()));
   effect(() => {
     const id = shown.value?.id, which = boards.value;
-    clearTimeout(timer);
-    line?.close();
+    line?.hangUp();
     line = null;
     look.value = null;
     refusal.value = null;
-    if (id && online.value) open(id, which);
+    if (id && online.value) line = open(id, which);
   });
 
   /** @param {string} id @param {string} which */
   function open(id, which) {
-    const to = line = new WebSocket(address(`/cameras/${encodeURIComponent(id)}/board`));
-    const isCurrent = () => line === to;
-    to.addEventListener("open", () => { if (isCurrent()) to.send(JSON.stringify({ board: JSON.parse(which), taken: views.peek().map((v) => v.quad), automatic: automatic.peek() })); });
-    to.addEventListener("message", ({ data }) => {
-      const told = JSON.parse(data);
-      if (!isCurrent()) return;
-      if ("detail" in told) { refusal.value = told; look.value = null; return; }
-      refusal.value = null;
-      look.value = told;
-      if (told.taken) addTaken(told.taken.id, id, told.quad);
+    return openLine(`/cameras/${encodeURIComponent(id)}/board`, {
+      opened: () => line?.say({ board: JSON.parse(which), taken: views.peek().map((v) => v.quad), automatic: automatic.peek() }),
+      told: (now) => {
+        refusal.value = "detail" in now ? now : null;
+        look.value = refusal.value ? null : now;
+        if (now.taken) addTaken(now.taken.id, id, now.quad);
+      },
     });
-    to.addEventListener("close", () => { if (isCurrent()) timer = setTimeout(() => { if (isCurrent()) open(id, which); }, AGAIN_MS); });
   }
-}
-
-/** @param {Record<string, unknown>} wish */
-function say(wish) {
-  if (line?.readyState === WebSocket.OPEN) line.send(JSON.stringify(wish));
 }
 
 export function switchAutomatic() {
   automatic.value = !automatic.value;
-  say({ automatic: automatic.value });
+  line?.say({ automatic: automatic.value });
 }
 
 /** This very view, whether it is still and new or not. */
-export const takeView = () => say({ take: true });
+export const takeView = () => line?.say({ take: true });
 
 /** With what was taken, at the board's desk. */
 export async function findCaptured() {

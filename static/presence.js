@@ -1,42 +1,34 @@
 // Who else has this picture open, and whether somebody has just saved its draft: told by the server at once.
 import { effect, signal, untracked } from "@preact/signals";
-import { address, online } from "./api.js";
+import { online } from "./api.js";
 import { lookAgain } from "./draft.js";
+import { openLine } from "./line.js";
 import { operatorName } from "./operator.js";
 import { snapshot } from "./state.js";
-
-const AGAIN_MS = 2000;
 
 /** Their names, "" for one who gave none. */
 export const others = signal(/** @type {string[]} */ ([]));
 
 /** Tell and hear who is at the picture that is open, from now on. */
 export function startPresence() {
-  /** @type {WebSocket | null} */
+  /** @type {import("./line.js").Line | null} */
   let line = null;
-  let timer = 0;
   effect(() => {
     const id = snapshot.value?.id, name = operatorName.value;
-    clearTimeout(timer);
-    line?.close();
+    line?.hangUp();
     line = null;
     others.value = [];
-    if (id && online.value) untracked(() => open(id, name));
+    if (id && online.value) untracked(() => { line = open(id, name); });
   });
 
   /** @param {string} id @param {string} name */
   function open(id, name) {
-    const to = line = new WebSocket(address(`/drafts/${encodeURIComponent(id)}/stream?name=${encodeURIComponent(name)}`));
-    to.addEventListener("message", ({ data }) => {
-      if (line !== to) return;
-      const told = JSON.parse(data);
-      others.value = told.others ?? [];
-      if (told.etag) void lookAgain(told.etag, told.by);
-    });
-    to.addEventListener("close", () => {
-      if (line !== to) return;
-      others.value = [];
-      timer = setTimeout(() => { if (line === to) open(id, name); }, AGAIN_MS);
+    return openLine(`/drafts/${encodeURIComponent(id)}/stream?name=${encodeURIComponent(name)}`, {
+      told: (now) => {
+        others.value = now.others ?? [];
+        if (now.etag) void lookAgain(now.etag, now.by);
+      },
+      broken: () => { others.value = []; },
     });
   }
 }

@@ -1,9 +1,8 @@
 // What plays on a rig's field, once each, however many of its cameras see it; heard only while somebody wants it.
 import { computed, effect, signal } from "@preact/signals";
-import { address, online } from "./api.js";
+import { online } from "./api.js";
+import { openLine } from "./line.js";
 import { rig } from "./rig.js";
-
-const AGAIN_MS = 2000; // after a line that was cut
 
 /** @typedef {{ track: number, kind: "ball" | "robot" | "marker", team: string | null, id: number | null, x_mm: number, y_mm: number, orientation_deg: number | null, cameras: string[], seam_mm: number | null }} Track
  * @typedef {{ items: Track[], seams: { things: number, median_mm: number | null, max_mm: number | null }, cameras: { camera: string, problem: { what: string, fix: string } | null }[] }} Tracks */
@@ -18,26 +17,20 @@ const wanted = computed(() => (following.value && online.value ? rig.value?.name
 
 /** Open and close the line as it is wanted. */
 export function startTracks() {
-  let line = /** @type {WebSocket | null} */ (null), timer = 0;
+  let line = /** @type {import("./line.js").Line | null} */ (null);
   effect(() => {
     const name = wanted.value;
-    clearTimeout(timer);
-    line?.close();
+    line?.hangUp();
     line = tracks.value = noTracks.value = null;
-    if (name !== null) listen(name);
+    if (name !== null) line = listen(name);
   });
 
   /** @param {string} name */
   function listen(name) {
-    const to = line = new WebSocket(address(`/rigs/${encodeURIComponent(name)}/tracks`));
-    to.addEventListener("message", ({ data }) => {
-      if (line !== to) return;
-      const heard = JSON.parse(data);
-      if ("detail" in heard) { noTracks.value = heard; return; }
-      noTracks.value = null;
-      tracks.value = heard;
-    });
-    to.addEventListener("close", () => { if (line === to) timer = setTimeout(() => { if (line === to) listen(name); }, AGAIN_MS); });
+    return openLine(`/rigs/${encodeURIComponent(name)}/tracks`, { told: (now) => {
+      noTracks.value = "detail" in now ? now : null;
+      if (!noTracks.value) tracks.value = now;
+    } });
   }
 }
 

@@ -1,13 +1,13 @@
 // A ball that rolls before a live camera: what moves, each straight roll with its number, and the lens that they make.
 import { computed, effect, signal } from "@preact/signals";
-import { address, call, online } from "./api.js";
+import { call, online } from "./api.js";
 import { longWork } from "./desks.js";
 import { many, number, pct } from "./format.js";
 import { workFor } from "./jobs.js";
+import { openLine } from "./line.js";
 import { page } from "./page.js";
 import { cameras, tellError } from "./state.js";
 
-const AGAIN_MS = 1500;
 const DOUBT_MS = 5000;
 const GOOD = 5; // rolls that are worth having
 const FEWEST = 3;
@@ -60,34 +60,26 @@ export const rollsStanding = computed(() => {
   return { action: "fit-rolls", label: "Fit the lens", missing: count < FEWEST ? "Three rolls are the fewest." : search.value ? "The server is at it." : "", done: count >= GOOD, sentence };
 });
 
-/** @type {WebSocket | null} */
+/** @type {import("./line.js").Line | null} */
 let line = null;
 
 /** Listen as long as the page is there, and again when the line breaks. */
 export function startRolls() {
-  let timer = 0;
   effect(() => {
     const id = shown.value?.id;
-    clearTimeout(timer);
-    line?.close();
+    line?.hangUp();
     line = moving.value = refusal.value = null;
     if (told.peek()?.camera !== id) { told.value = made.value = null; leftOut.value = []; work.refusal.value = null; }
-    if (id && online.value) open(id);
+    if (id && online.value) line = listen(id);
   });
 
   /** @param {string} id */
-  function open(id) {
-    const to = line = new WebSocket(address(`/cameras/${encodeURIComponent(id)}/rolls/stream`));
-    const isCurrent = () => line === to;
-    to.addEventListener("message", ({ data }) => {
-      const heard = JSON.parse(data);
-      if (!isCurrent()) return;
-      if ("detail" in heard) { refusal.value = heard; moving.value = null; return; }
-      refusal.value = null;
+  function listen(id) {
+    return openLine(`/cameras/${encodeURIComponent(id)}/rolls/stream`, { told: (heard) => {
+      refusal.value = "detail" in heard ? heard : null;
+      moving.value = refusal.value ? null : heard;
       if (heard.told) told.value = { ...heard.told, camera: id };
-      moving.value = heard;
-    });
-    to.addEventListener("close", () => { if (isCurrent()) timer = setTimeout(() => { if (isCurrent()) open(id); }, AGAIN_MS); });
+    } });
   }
 }
 

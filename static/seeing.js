@@ -1,14 +1,14 @@
 // What a live camera is to see: as it is set and kept, frame after frame as it is seen, and the way back from a change.
 import { computed, effect, signal } from "@preact/signals";
-import { Problem, address, call, online, request } from "./api.js";
+import { Problem, call, online, request } from "./api.js";
 import { many, number } from "./format.js";
+import { openLine } from "./line.js";
 import { page } from "./page.js";
 import { cameras, tellError } from "./state.js";
 
 /** @typedef {import("./seeing_types").SeeingTold} SeeingTold @typedef {import("./seeing_types").SeeingSet} SeeingSet @typedef {import("./seeing_types").SeenFrame} SeenFrame */
 /** @typedef {Pick<SeeingSet, "plan" | "colours" | "profile">} Tuned what can be undone */
 
-const AGAIN_MS = 1500;
 const LOOK_MS = 3000; // somebody else may change it, and a camera finds its colours by itself
 const MOST_UNDO = 40, MOST_RECENT = 20;
 
@@ -38,14 +38,14 @@ export const seeingStanding = computed(() => {
   return { action: "back", label: "Back", missing: "", done: it !== null && !refusal.value, sentence };
 });
 
-/** @type {WebSocket | null} */
+/** @type {import("./line.js").Line | null} */
 let line = null;
 let etag = "", saving = 0, asked = 0;
 let queue = Promise.resolve();
 
 /** Read and listen as long as the page is there, and again when the line breaks. */
 export function startSeeing() {
-  let timer = 0, look = 0;
+  let look = 0;
   const current = computed(() => shown.value?.id), isHeard = computed(() => listens.value && told.value?.on !== false);
   effect(() => {
     const id = current.value;
@@ -58,28 +58,21 @@ export function startSeeing() {
   });
   effect(() => {
     const id = current.value, wanted = isHeard.value;
-    clearTimeout(timer);
-    line?.close();
+    line?.hangUp();
     line = refusal.value = null;
     recent.value = [];
     pictured.value = 0;
-    if (id && wanted && online.value) listen(id);
+    if (id && wanted && online.value) line = listen(id);
     else if (!wanted) newest.value = null; // held, or switched off
   });
 
   /** @param {string} id */
   function listen(id) {
-    const to = line = new WebSocket(address(`/cameras/${encodeURIComponent(id)}/detections`));
-    const isCurrent = () => line === to;
-    to.addEventListener("message", ({ data }) => {
-      const heard = JSON.parse(data);
-      if (!isCurrent()) return;
-      if ("detail" in heard) { refusal.value = heard; newest.value = null; return; }
-      refusal.value = null;
-      newest.value = heard;
-      recent.value = [...recent.value, heard].slice(-MOST_RECENT);
-    });
-    to.addEventListener("close", () => { if (isCurrent()) timer = setTimeout(() => { if (isCurrent()) listen(id); }, AGAIN_MS); });
+    return openLine(`/cameras/${encodeURIComponent(id)}/detections`, { told: (heard) => {
+      refusal.value = "detail" in heard ? heard : null;
+      newest.value = refusal.value ? null : heard;
+      if (newest.value) recent.value = [...recent.value, newest.value].slice(-MOST_RECENT);
+    } });
   }
 }
 
