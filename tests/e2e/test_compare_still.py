@@ -175,7 +175,8 @@ def drawn(page, picture, line):
 def bend(points):
     """How far the corners lie from the straight line between the ends, in parts of its length."""
     chord = points[-1] - points[0]
-    across = np.abs(np.cross(points - points[0], chord)) / np.linalg.norm(chord)
+    (dx, dy), off = chord / np.linalg.norm(chord), points - points[0]
+    across = np.abs(off[:, 0] * dy - off[:, 1] * dx)
     return across.max() / np.linalg.norm(chord)
 
 
