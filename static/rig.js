@@ -11,6 +11,7 @@ import { cameras, fields, tell, tellError } from "./state.js";
 /** @typedef {import("./rig_types").Rig} Rig @typedef {import("./rig_types").Checked} Checked @typedef {import("./rig_types").Stitched} Stitched @typedef {import("./rig_types").Draft} Draft */
 
 const WIDTH_PX = 1200;
+const AGAIN_MS = 2500, TRIES = 12; // for cameras that are waking up
 
 export const rigs = signal(/** @type {Rig[]} */ ([]));
 export const stitched = signal(/** @type {{ of: string, told: Stitched | null, refusal: import("./types").Refusal | null, at: number } | null} */ (null));
@@ -102,16 +103,18 @@ export async function removeRig(it) {
 }
 
 /** The newest picture of all cameras, and where the lines lie in it. */
-export async function takeStitched() {
+/** All cameras in one picture; taken anew by itself while one that is calibrated is not in it yet. */
+export async function takeStitched(tries = TRIES) {
   const of = name.value;
   if (!of) return;
-  try {
-    const told = await call("GET", `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`);
-    if (name.value === of) stitched.value = { of, told, refusal: null, at: Date.now() };
-  } catch (error) {
-    if (name.value === of) stitched.value = { of, told: null, refusal: refused(error), at: Date.now() };
-  }
+  const taken = await call("GET", `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`).then((told) => ({ told, refusal: null }), (error) => ({ told: null, refusal: refused(error) }));
+  if (name.value !== of) return;
+  const now = stitched.value = { of, ...taken, at: Date.now() };
+  if (tries > 1 && !isWhole(now.told)) setTimeout(() => { if (name.value === of && stitched.value === now) void takeStitched(tries - 1); }, AGAIN_MS);
 }
+
+/** @param {Stitched | null} told */
+const isWhole = (told) => (rig.value?.cameras ?? []).every((c) => !c.calibration || told?.cameras.some((shown) => shown.camera === c.camera));
 
 /** @param {string} of @param {number} at */
 export const pictureAddress = (of, at) => address(`/rigs/${encodeURIComponent(of)}/stitched.jpg?width=${WIDTH_PX}&at=${at}`);
