@@ -19,7 +19,7 @@ from chromium import ARGUMENTS, chromium_path  # noqa: E402
 
 ROUNDS = 7
 IDLE_S = 20.0
-LONG_S, SAMPLES = 90.0, 9
+LONG_S, SAMPLES = 180.0, 9
 CAMERAS = """server: {port: 0}
 cameras:
 - {id: north, source: 'sim://table?size=1280x1024&fps=30', field: table}
