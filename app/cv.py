@@ -40,6 +40,16 @@ def paste(target: NDArray[np.uint8], pixels: NDArray[np.uint8], mask: NDArray[np
     cv2.copyTo(pixels, mask, target)
 
 
+def weighted(pixels: NDArray[np.uint8], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Pixels (n, 3) times their weights (n, 3)."""
+    return cv2.multiply(pixels, weight, dtype=cv2.CV_32F)
+
+
+def rounded(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """To the nearest grey level, 255 at most; no value may be negative."""
+    return cv2.convertScaleAbs(values)
+
+
 def refine_corners(gray: NDArray[np.uint8], corners: Points, half_window: int) -> Points:
     """Chessboard corners (n, 2) to sub-pixel, in a window of 2 · half_window + 1."""
     fine = np.ascontiguousarray(corners.reshape(-1, 1, 2), np.float32)

@@ -78,17 +78,21 @@ class Part:
     window: tuple[slice, slice]
     map: CorrectionMap
     alone: NDArray[np.uint8]  # 255 where nobody else is
-    seam: NDArray[np.int64]  # flat places in the window that are blended
-    weight: NDArray[np.float32]  # of those
+    seam: NDArray[np.int64]  # flat place in the window for each of the stitcher's seam; 0 where it shows nothing
+    weight: NDArray[np.float32]  # (n, 3) of those
     size: ImageSize
 
 
 @dataclass(frozen=True, eq=False)
 class Stitcher:
-    """Made once for a rig at a width; stitch() is one remap a camera. parts: None for one that is not shown at all."""
+    """Made once for a rig at a width; stitch() is one remap a camera. parts: None for one that is not shown at all.
+
+    seam: flat places (n,) of the view that are blended from more than one camera.
+    """
 
     view: FieldView
     parts: tuple[Part | None, ...]
+    seam: NDArray[np.int64]
     background: NDArray[np.uint8]
     unseen: NDArray[np.bool_]
     shown_share: tuple[float, ...]
@@ -113,14 +117,15 @@ class Stitcher:
         background = np.full((size.height, size.width, 3), BORDER_BGR, np.uint8)
         y, x = np.indices(seen.shape)
         background[(~seen) & ((x + y) % HATCH_PX < 2)] = HATCH_BGR
-        background[(weights > 0).sum(axis=0) > 1] = 0  # seams are added up
-        parts = tuple(_part(raw, weight, size_raw) for raw, weight, (_, size_raw, _)
+        seam = np.flatnonzero((weights > 0).sum(axis=0) > 1)
+        parts = tuple(_part(raw, weight, seam, size_raw) for raw, weight, (_, size_raw, _)
                       in zip(raws, weights, cameras, strict=True))
-        return cls(view, parts, background, ~seen, tuple(float(w.mean()) for w in weights))
+        return cls(view, parts, seam, background, ~seen, tuple(float(w.mean()) for w in weights))
 
     def stitch(self, pictures: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
         """(h, w, 3) BGR, of one raw picture for each camera."""
         out = self.background.copy()
+        blended = np.zeros((len(self.seam), 3), np.float32)
         for part, pixels in zip(self.parts, pictures, strict=True):
             if part is None:
                 continue
@@ -128,11 +133,11 @@ class Stitcher:
                 raise BadInput("A picture has another size than its camera's calibration.",
                                "Give pictures of the size that was calibrated.", reason="size-mismatch")
             seen = part.map.apply(pixels)
-            window = out[part.window]
-            cv.paste(window, seen, part.alone)
-            if len(part.seam):
-                rows, columns = np.divmod(part.seam, seen.shape[1])
-                window[rows, columns] += np.rint(seen[rows, columns] * part.weight[:, None]).astype(np.uint8)
+            cv.paste(out[part.window], seen, part.alone)
+            if len(self.seam):
+                blended += cv.weighted(_whole(seen).take(part.seam).view(np.uint8).reshape(-1, 3), part.weight)
+        if len(self.seam):
+            np.put(_whole(out), self.seam, _whole(cv.rounded(blended)))
         return out
 
     def told(self) -> dict[str, Any]:
@@ -152,6 +157,11 @@ class Stitcher:
                  f"{area:.2g} m² of the field ({100 * share:.2g} %) is seen by no camera, within x {where['x'][0]:.0f} "
                  f"to {where['x'][1]:.0f} mm and y {where['y'][0]:.0f} to {where['y'][1]:.0f} mm.")
         return {"share": share, "m2": area, "where": where, "words": words}
+
+
+def _whole(pixels: NDArray[np.uint8]) -> NDArray[np.void]:
+    """The same pixels (…, 3) in a row, each as one thing that is moved at once: four times as quick as by channels."""
+    return pixels.reshape(-1, 3).view(np.dtype("V3")).ravel()
 
 
 def _raw(model: CameraModel, view: FieldView) -> Points:
@@ -185,16 +195,18 @@ def _into(at: NDArray, span: tuple[float, float], side_mm: float) -> NDArray:
     return np.minimum(low, high)
 
 
-def _part(raw: Points, weight: NDArray[np.float32], size: ImageSize) -> Part | None:
+def _part(raw: Points, weight: NDArray[np.float32], seam: NDArray[np.int64], size: ImageSize) -> Part | None:
     shown = weight > 0
     if not shown.any():
         return None
     rows, columns = (np.flatnonzero(shown.any(axis=axis)) for axis in (1, 0))
     window = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
-    weight = weight[window]
-    seam = np.flatnonzero((weight > 0) & (weight < 1))
     maps = CorrectionMap(*(np.ascontiguousarray(raw[window][..., axis]) for axis in (0, 1)))
-    return Part(window, maps, np.where(weight == 1, 255, 0).astype(np.uint8), seam, weight.ravel()[seam], size)
+    alone = np.where(weight[window] == 1, 255, 0).astype(np.uint8)
+    of_seam = weight.ravel()[seam]
+    row, column = np.divmod(seam, weight.shape[1])
+    here = (row - rows[0]) * alone.shape[1] + column - columns[0]
+    return Part(window, maps, alone, np.where(of_seam > 0, here, 0), np.repeat(of_seam[:, None], 3, axis=1), size)
 
 
 def stitcher_of(rig: Mapping[str, Any], names: Container[str], view: FieldView) -> tuple[Stitcher, list[str]]:

@@ -22,12 +22,15 @@ def flat(count, level):
     return [np.full((1024, 1280, 3), level, np.uint8) for _ in range(count)]
 
 
-def test_one_brightness_stays_one_brightness_across_every_seam(rig):
+@pytest.mark.parametrize("level", [120, 255])  # shares of white, each rounded up, would be more than white
+def test_one_brightness_stays_one_brightness_across_every_seam(rig, level):
     made, names = stitcher_of(rig, ("cam0", "cam1"), VIEW)
     assert names == ["cam0", "cam1"]
-    seen = made.stitch(flat(2, 120))[~made.unseen]
+    seen = made.stitch(flat(2, level))[~made.unseen]
     # bilinear at the very rim of a raw picture takes in some of what is beyond it
-    assert np.mean(np.abs(seen.astype(int) - 120) > 1) < 2e-3
+    assert np.mean(np.abs(seen.astype(int) - level) > 1) < 2e-3
+    seam = made.stitch(flat(2, level)).reshape(-1, 3)[made.seam].astype(int)
+    assert len(seam) > 1000 and (np.abs(seam - level) <= 1).all()
 
 
 def test_a_seam_goes_over_without_a_step(rig):
