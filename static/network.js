@@ -1,6 +1,7 @@
 // Geometry on the league's multicast group: what the server sends and hears, asked for while the panel is looked at.
 import { computed, signal } from "@preact/signals";
 import { call, online } from "./api.js";
+import { turns } from "./newest.js";
 import { tell, tellError } from "./state.js";
 
 /** @typedef {import("./network_types").Publishing} Publishing @typedef {import("./network_types").HeardSender} HeardSender @typedef {import("./network_types").HeardCamera} HeardCamera */
@@ -11,9 +12,9 @@ export const publishing = signal(/** @type {Publishing | null} */ (null));
 export const heard = signal(/** @type {import("./network_types").Heard | null} */ (null));
 /** Whether the panel is unfolded. */
 export const unfolded = signal(false);
-let underway = 0, changes = 0;
+const changes = turns(), underway = signal(0);
 /** Whether a change is under way. */
-export const changing = signal(false);
+export const changing = computed(() => underway.value > 0);
 
 /** Who else publishes another calibration for a camera number of ours. */
 export const contradictions = computed(() => (heard.value?.items ?? []).flatMap((sender) => sender.cameras.filter((c) => c.contradicts).map((camera) => ({ sender, camera }))));
@@ -31,26 +32,26 @@ export function followNetwork() {
 }
 
 export async function ask() {
-  const before = changes;
+  const isStill = changes.since();
   try {
     const [state, others] = await Promise.all([call("GET", "/publishing"), call("GET", "/publishing/heard")]);
     heard.value = others;
-    if (before === changes) publishing.value = state; // else it is older than what was asked for since
+    if (isStill()) publishing.value = state; // else it is older than what was asked for since
   } catch { /* a silent server is told elsewhere */ }
 }
 
 /** @param {Record<string, unknown>} wanted */
 export async function set(wanted) {
-  const mine = ++changes;
-  changing.value = ++underway > 0;
+  const isNewest = changes.begin();
+  underway.value += 1;
   try {
     const now = await call("PUT", "/publishing", wanted);
-    if (mine === changes) publishing.value = now;
+    if (isNewest()) publishing.value = now;
   } catch (error) {
     if (publishing.value) publishing.value = { ...publishing.value }; // draw what stands
     tellError(error);
   } finally {
-    changing.value = --underway > 0;
+    underway.value -= 1;
   }
   await ask();
 }

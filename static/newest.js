@@ -27,3 +27,16 @@ export function newestWins(send) {
     return running;
   };
 }
+
+/**
+ * Questions whose answers may come in another order. begin(): a new one; since(): none, but whoever asks wants to know of a new one.
+ * Both give a function that says whether no question has begun meanwhile.
+ */
+export function turns() {
+  let last = 0;
+  const since = () => {
+    const mine = last;
+    return () => mine === last;
+  };
+  return { since, begin: () => { last += 1; return since(); } };
+}

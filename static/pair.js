@@ -5,6 +5,7 @@ import { call, request } from "./api.js";
 import { atBoard } from "./board.js";
 import { many } from "./format.js";
 import { createHistory, same } from "./history.js";
+import { turns } from "./newest.js";
 import { atPair, atStraight, busy, cameras, help, notices, snapshot, snapshots, tell, tellError } from "./state.js";
 import { createView } from "./view.js";
 
@@ -72,15 +73,15 @@ effect(() => { if (atBoard.value || atStraight.value || snapshot.value) atPair.v
 /** @param {string} a @param {string} b */
 const key = (a, b) => `${LAST}.${a}.${b}`;
 
-let turn = 0; // which wish for pictures is the newest
+const wishes = turns();
 
 /** Go to the pair: to these two pictures, else to those that were compared last. @param {string} [a] @param {string} [b] */
 export async function openPair(a, b) {
   const [lastA, lastB] = read(LAST) ?? [];
-  const wantedIds = a || b ? [a, b] : [lastA, lastB], mine = ++turn;
+  const wantedIds = a || b ? [a, b] : [lastA, lastB], isNewest = wishes.begin();
   batch(() => { atPair.value = true; atBoard.value = false; atStraight.value = false; help.value = ""; });
   const found = await Promise.all(wantedIds.map((id) => (id ? call("GET", `/snapshots/${encodeURIComponent(id)}`).catch(() => gone(Boolean(a || b))) : null)));
-  if (atPair.value && mine === turn) show({ a: found[0] ?? null, b: found[1] ?? null }); // else others were chosen meanwhile
+  if (atPair.value && isNewest()) show({ a: found[0] ?? null, b: found[1] ?? null }); // else others were chosen meanwhile
 }
 
 /** @param {boolean} wasAsked */
@@ -91,7 +92,7 @@ function gone(wasAsked) {
 
 /** Show two pictures, with what was clicked in them. @param {Record<Side, import("./types").Snapshot | null>} next */
 function show(next) {
-  turn += 1;
+  wishes.begin();
   const kept = next.a && next.b ? read(key(next.a.id, next.b.id)) : null;
   batch(() => {
     pictures.value = next;

@@ -4,6 +4,7 @@ import { call, request } from "./api.js";
 import { atBoard, holdLens } from "./board.js";
 import { doc, load } from "./document.js";
 import { closeDraft, fetchDraft, openDraft } from "./draft.js";
+import { turns } from "./newest.js";
 import { active, atLive, atStraight, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "./state.js";
 import { importFile, isCalibrationFile } from "./imports.js";
 import { findVersion, forgetVersion } from "./versions.js";
@@ -78,12 +79,12 @@ async function bring(doing, fetchIt, stopped = () => false) {
   }
 }
 
-let openings = 0;
+const openings = turns();
 
 /** Work on a kept picture, where its draft stands; the one that was asked for last stays. @param {import("./types").Snapshot} picture @param {import("./types").StepId} at */
-export async function openSnapshot(picture, at, mine = ++openings) {
+export async function openSnapshot(picture, at, isNewest = openings.begin()) {
   const kept = await fetchDraft(picture.id);
-  if (mine !== openings) return;
+  if (!isNewest()) return;
   // At once: nothing may see one picture with another's clicks, and the address changes only once.
   batch(() => {
     closePicture();
@@ -104,11 +105,11 @@ export async function openSnapshot(picture, at, mine = ++openings) {
 
 /** The same by its id, from the address bar. @param {string} id @param {import("./types").StepId} at */
 export async function openById(id, at) {
-  const mine = ++openings;
+  const isNewest = openings.begin();
   try {
-    await openSnapshot(await call("GET", `/snapshots/${encodeURIComponent(id)}`), at, mine);
+    await openSnapshot(await call("GET", `/snapshots/${encodeURIComponent(id)}`), at, isNewest);
   } catch (error) {
-    if (mine !== openings) return;
+    if (!isNewest()) return;
     closePicture();
     step.value = "camera";
     const { message } = /** @type {Error} */ (error);

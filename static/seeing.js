@@ -3,6 +3,7 @@ import { computed, effect, signal } from "@preact/signals";
 import { Problem, call, online, request } from "./api.js";
 import { many, number } from "./format.js";
 import { openLine } from "./line.js";
+import { turns } from "./newest.js";
 import { page } from "./page.js";
 import { cameras, tellError } from "./state.js";
 
@@ -40,7 +41,8 @@ export const seeingStanding = computed(() => {
 
 /** @type {import("./line.js").Line | null} */
 let line = null;
-let etag = "", saving = 0, asked = 0;
+const wishes = turns();
+let etag = "", saving = 0;
 let queue = Promise.resolve();
 
 /** Read and listen as long as the page is there, and again when the line breaks. */
@@ -88,10 +90,10 @@ async function readStages() {
 
 /** @param {string} id */
 async function read(id) {
-  const before = asked;
+  const isStill = wishes.since();
   try {
     const response = await request("GET", `/cameras/${encodeURIComponent(id)}/seeing`), answer = await response.json();
-    if (saving || before !== asked || shown.value?.id !== id) return; // older than what is being kept, or was since
+    if (saving || !isStill() || shown.value?.id !== id) return; // older than what is being kept, or was since
     etag = response.headers.get("ETag") ?? "";
     keep(id, answer);
   } catch (error) {
@@ -143,7 +145,7 @@ export function set(changes) {
   const { profile, ...rest } = changes;
   told.value = { ...it, ...rest, ...(profile ? { profile, learned: /** @type {const} */ ("clicks") } : profile === null ? { profile: null, learned: null, health: [] } : {}) };
   saving += 1;
-  asked += 1;
+  wishes.begin();
   queue = queue.then(() => put(id, before, changes)).catch((error) => { tellError(error); void call("GET", `/cameras/${encodeURIComponent(id)}/seeing`).then((now) => { if (shown.value?.id === id) keep(id, now); }, () => {}); }).finally(() => { saving -= 1; });
   return queue;
 }

@@ -1,6 +1,7 @@
 // The versions of one camera, or of pictures from files: activated, gone back to, annotated, compared, deleted.
 import { computed, signal } from "@preact/signals";
 import { call } from "./api.js";
+import { turns } from "./newest.js";
 import { page } from "./page.js";
 import { cameras, tell, tellError } from "./state.js";
 
@@ -32,14 +33,14 @@ export const shelfStanding = computed(() => {
 /** Of which camera it is, in a path. @param {string} camera */
 const query = (camera) => (camera ? `camera=${encodeURIComponent(camera)}` : "");
 
-let newestLook = 0;
+const looks = turns();
 
 /** @param {string} camera "" for pictures from files */
 export async function loadShelf(camera) {
-  const mine = ++newestLook;
+  const isNewest = looks.begin();
   try {
     const [list, history] = await Promise.all([call("GET", `/calibrations?limit=${PAGE}&${query(camera)}`), call("GET", `/calibrations/activations?${query(camera)}`)]);
-    if (mine !== newestLook || of.value !== camera) return; // somewhere else by now, or looked again since
+    if (!isNewest() || of.value !== camera) return; // somewhere else by now, or looked again since
     if (shelf.value?.camera !== camera) { pairOf.value = []; apart.value = null; }
     shelf.value = { camera, items: own(list.items, camera), next: list.next_cursor, history: history.items };
   } catch (error) {

@@ -3,6 +3,7 @@ import { computed, signal } from "@preact/signals";
 import { call } from "./api.js";
 import { doc, same } from "./document.js";
 import { fitBody } from "./fitting.js";
+import { turns } from "./newest.js";
 import { busy, rotation, snapshot, step, tellError } from "./state.js";
 
 /** The newest version of this picture, and its neighbours of the same camera. */
@@ -73,17 +74,16 @@ export async function findVersion(picture) {
 }
 
 export function forgetVersion() {
-  asked += 1; // what is on its way is of the former picture
+  lists.begin(); // what is on its way is of the former picture
   version.value = null;
   versions.value = [];
   note.value = "";
 }
 
-let asked = 0;
+const lists = turns();
 
-/** An earlier question's answer may come after a later one's. */
 async function list() {
-  const camera = snapshot.value?.camera, turn = ++asked;
+  const camera = snapshot.value?.camera, isNewest = lists.begin();
   const found = await call("GET", `/calibrations?limit=20${camera ? `&camera=${encodeURIComponent(camera)}` : ""}`);
-  if (turn === asked) versions.value = found.items;
+  if (isNewest()) versions.value = found.items;
 }
