@@ -8,8 +8,14 @@ from contextlib import aclosing, asynccontextmanager, closing
 
 from fastapi import APIRouter, FastAPI
 
-from app import __version__, serving
-from app.api import (
+from app import __version__
+from app.api import server
+from app.api.middleware import headers, problems
+from app.api.middleware.access import Access, login_router
+from app.api.middleware.connections import watched_connections
+from app.api.middleware.limits import MB, BodyLimits
+from app.api.middleware.page_files import PageFiles
+from app.api.routes import (
     archive,
     auto,
     board_capture,
@@ -24,61 +30,64 @@ from app.api import (
     drafts,
     fields,
     fit,
-    headers,
     health,
     jobs,
-    judgement,
     lenses,
+    live_detection,
     models,
     motion,
     pairs,
     pictures,
     points,
-    problems,
     publishing,
-    register,
     reports,
+    reregister,
     rigs,
     rolls,
     scene_proxy,
     scenes,
-    seeing,
-    settings_told,
+    settings_view,
     snapping,
     snapshots,
     straightness,
     streams,
     tracks,
+    uncertainty,
     versions,
 )
-from app.api.access import Access, login_router
-from app.api.camera_shelf import CameraShelf, live_cameras
-from app.api.connections import watched_connections
-from app.api.frames import Frames
-from app.api.limits import MB, BodyLimits
-from app.api.page_files import PageFiles
-from app.api.presence import Presence
-from app.api.publishing_shelf import PublishingShelf
-from app.api.results import keepers
-from app.api.scene_pages import ScenePages
-from app.api.schemas import PROBLEMS
-from app.api.seeing_shelf import SeeingShelf
+from app.api.schemas.requests import PROBLEMS
 from app.api.work import open_workplaces
 from app.images import ImageDecoder, Limits
 from app.jobs import Jobs
-from app.scene.theatre import Theatre
+from app.scene.scene_registry import Theatre
+from app.services.cameras import CameraShelf, live_cameras
+from app.services.detection import SeeingShelf
+from app.services.frames import Frames
+from app.services.presence import Presence
+from app.services.publishing import PublishingShelf
+from app.services.result_savers import keepers
+from app.services.scene_pages import ScenePages
 from app.settings import LOOPBACK, Settings, shipped
 from app.store import Store
-from app.store.field_shelf import FieldShelf
+from app.store.field_repository import FieldShelf
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
-             boards, lenses, judgement, reports, pairs, rigs, straightness, points, pictures, jobs, detections, seeing,
-             colours, snapping, publishing, settings_told, board_capture, rolls, motion, auto, scenes, checks,
-             register, tracks, clips)
+             boards, lenses, uncertainty, reports, pairs, rigs, straightness, points, pictures, jobs, detections,
+             live_detection, colours, snapping, publishing, settings_view, board_capture, rolls, motion, auto, scenes,
+             checks, reregister, tracks, clips)
 API = "/api/v1"
 # whose functions jobs may be
-MODULES = ("app.task", "app.board_task", "app.pair_pipeline", "app.plumb_task", "app.rig_pipeline", "app.auto_task",
-           "app.motion_task", "app.check_pipeline", "app.register_task")
+MODULES = (
+    "app.workflows.calibration_request",
+    "app.workflows.board_request",
+    "app.workflows.pair",
+    "app.workflows.straight_lines_request",
+    "app.workflows.rig",
+    "app.workflows.automatic_request",
+    "app.workflows.rolling_request",
+    "app.workflows.check",
+    "app.workflows.reregister",
+)
 ABOUT = """Calibrates the cameras above a robot-soccer field.
 
 Pixels are [x, y] from the centre of the top-left pixel; field positions are [x, y] in mm from the field's centre.
@@ -164,13 +173,13 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
 
 def serve(settings: Settings, *, open_page: bool = False, verbose: bool = False) -> None:
     """Serve until told to end. Says the address on stdout, once the door is open."""
-    data = serving.data_folder(settings.data)
-    settings = serving.with_token(settings, say=lambda text: print(text, file=sys.stderr, flush=True))
-    listener = serving.open_socket(settings.server.host, settings.server.port)
-    url = serving.url_of(listener)
+    data = server.data_folder(settings.data)
+    settings = server.with_token(settings, say=lambda text: print(text, file=sys.stderr, flush=True))
+    listener = server.open_socket(settings.server.host, settings.server.port)
+    url = server.url_of(listener)
     print(f"Touchline {__version__} is at {url}\nIt keeps everything in {data}. Ctrl-C ends it.", flush=True)
     if open_page:
         webbrowser.open(url)
     connection = watched_connections(head_s=settings.server.request_timeout_s,
                                      per_address=settings.server.max_connections_per_address)
-    serving.run(create_app(settings), listener, settings, connection, log_level="info" if verbose else "warning")
+    server.run(create_app(settings), listener, settings, connection, log_level="info" if verbose else "warning")

@@ -13,9 +13,9 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from app.errors import BadInput, NotFound
-from app.publish.plan import Plan
-from app.publish.route import GROUP, PORT
+from app.core.errors import BadInput, NotFound
+from app.league.config import Plan
+from app.league.multicast_address import GROUP, PORT
 
 Port = Annotated[int, Field(ge=0, le=65535)]
 Count = Annotated[int, Field(ge=1)]

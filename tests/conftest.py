@@ -9,13 +9,9 @@ from pathlib import Path
 import pytest
 
 from app.cli import main
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from postgres import PostgresServer, programs
-from store_opener import StoreOpener
-
-DATA = Path(__file__).parents[2] / "shared" / "data"
+from tests.support.paths import SHARED_DATA as DATA
+from tests.support.postgres import PostgresServer, programs
+from tests.support.store_opener import StoreOpener
 
 
 @pytest.fixture(scope="session")

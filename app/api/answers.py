@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from starlette.responses import Response
 
-from app.geometry import Points
+from app.core.geometry import Points
 from app.images import ENCODED_MEDIA_TYPES, encode
 
 

@@ -9,8 +9,8 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, ValidationError
 from starlette.datastructures import UploadFile
 
-from app.errors import BadInput, ImageTooLarge
-from app.geometry import Points, as_points
+from app.core.errors import BadInput, ImageTooLarge
+from app.core.geometry import Points, as_points
 
 TEXTS = ("camera", "purpose")
 BINARY = "application/octet-stream"

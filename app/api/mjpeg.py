@@ -6,10 +6,10 @@ from contextlib import suppress
 from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
-from app.api.connections import ABORT
-from app.errors import Unavailable
+from app.api.middleware.connections import ABORT
+from app.core.errors import Unavailable
 from app.live import Channel, LiveCamera
-from app.live.wire import parts
+from app.live.messages import parts
 
 BOUNDARY = "touchline-frame"
 TAKE_S = 10.0  # a viewer that takes nothing for so long is closed

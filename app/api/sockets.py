@@ -10,7 +10,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from app.api.answers import json_bytes
 from app.api.mjpeg import TAKE_S
-from app.errors import TouchlineError
+from app.core.errors import TouchlineError
 
 
 async def refuse(socket: WebSocket, error: TouchlineError) -> None:

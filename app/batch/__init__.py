@@ -8,9 +8,9 @@
     table.py       rows → CSV, JSON or HTML, from which a later run takes over what is the same
 """
 
-from app.batch.asking import Batch
-from app.batch.feeding import rows_of
 from app.batch.pictures import pictures_in
+from app.batch.requests import Batch
+from app.batch.scheduler import rows_of
 from app.batch.table import SUFFIXES, Row, counted, read_table, written
 
 __all__ = ["SUFFIXES", "Batch", "Row", "counted", "pictures_in", "read_table", "rows_of", "written"]

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from app import __version__
-from app.errors import BadInput
+from app.core.errors import BadInput
 from app.report.markup import Html, element
 from app.report.style import CSS
 

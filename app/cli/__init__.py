@@ -29,15 +29,15 @@ import typer
 
 from app import __version__
 from app.cli import (
-    archives,
+    archive,
     auto,
+    batch,
     boards,
     calibration,
     checking,
     detection,
+    evaluation,
     exports,
-    judging,
-    keeping,
     motion,
     network,
     pairs,
@@ -47,19 +47,19 @@ from app.cli import (
     server,
     straight,
 )
-from app.cli.words import EXIT_CODES, exit_code_of
+from app.cli.console import EXIT_CODES, exit_code_of
 
 cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
                   help="Calibrate the cameras above a robot-soccer field.", epilog=EXIT_CODES)
 cli.command()(server.serve)
 cli.command()(server.demo)
-cli.command()(keeping.archive)
-cli.command()(keeping.restore)
+cli.command()(archive.archive)
+cli.command()(archive.restore)
 cli.command()(calibration.calibrate)
 cli.command()(calibration.correct)
-cli.command()(judging.compare)
-cli.command()(judging.difference)
-cli.command()(judging.uncertainty)
+cli.command()(evaluation.compare)
+cli.command()(evaluation.difference)
+cli.command()(evaluation.uncertainty)
 cli.command()(reports.report)
 cli.command()(scenes.scene)
 cli.command()(exports.export)
@@ -74,7 +74,7 @@ cli.command()(motion.motion)
 cli.command()(auto.auto)
 cli.command()(detection.detect)
 cli.command()(checking.check)
-cli.command()(archives.batch)
+cli.command()(batch.batch)
 cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point
 
 

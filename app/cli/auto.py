@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from app.cli.tasks import (
+from app.cli.requests import (
     FieldName,
     HeightMm,
     HeightSigmaMm,
@@ -40,14 +40,14 @@ def auto(
     as_json: Annotated[bool, typer.Option("--json", help="Print everything that was found as JSON.")] = False,
 ) -> None:
     """Find the field's lines in a picture and calibrate from them; decline where they do not prove it."""
-    from app.auto_task import AutoTask, one_picture
     from app.cli import files
-    from app.cli.words import progress_bar
-    from app.errors import BadInput, FitFailed
+    from app.cli.console import progress_bar
+    from app.core.errors import BadInput, FitFailed
     from app.images import ImageDecoder
-    from app.pipeline import part_of
     from app.settings import Settings
-    from app.store.field_shelf import FieldShelf
+    from app.store.field_repository import FieldShelf
+    from app.workflows.automatic_request import AutoTask, one_picture
+    from app.workflows.calibration import part_of
 
     if field is None:
         raise BadInput("No field is named.", "Give --field.", reason="no-field")

@@ -24,12 +24,12 @@ def board(
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
 ) -> None:
     """Find a lens from pictures of a board; calibrate --lens then holds it."""
-    from app.board import Board
-    from app.board_task import BoardTask
     from app.cli import files
-    from app.cli.tasks import options_from
-    from app.cli.words import progress_bar
+    from app.cli.console import progress_bar
+    from app.cli.requests import options_from
+    from app.core.board import Board
     from app.images import ImageDecoder
+    from app.workflows.board_request import BoardTask
 
     markers = {"marker_mm": marker_mm, "dictionary": dictionary, "legacy": legacy}
     seen = Board.from_json({"kind": kind, "columns": columns, "rows": rows, "square_mm": square_mm,

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from app.cli.tasks import (
+from app.cli.requests import (
     FieldName,
     HeightMm,
     HeightSigmaMm,
@@ -50,7 +50,7 @@ def calibrate(
 ) -> None:
     """Calibrate one picture from clicked points."""
     from app.cli import files
-    from app.cli.words import progress_bar
+    from app.cli.console import progress_bar
 
     options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
     task = task_from(image, points, field, region, rotate, model, options, note, fields)
@@ -68,18 +68,18 @@ def correct(
     width: Annotated[int | None, typer.Option("--width", min=16, max=8192, help="Width of the result, px.")] = None,
 ) -> None:
     """Correct one picture."""
-    from app import pipeline
     from app.cli import files
-    from app.cli.words import progress_bar
-    from app.correction import View
+    from app.cli.console import progress_bar
+    from app.imaging.correction import View
     from app.models import model_from_json
+    from app.workflows import calibration as workflow
 
     known = files.read_calibration(calibration)
     model = model_from_json(known.model_name, known.model_parameters)
     with progress_bar("Correcting") as progress:
         frame = files.read_picture(image)
         progress(0.3, "Correcting")
-        corrected = pipeline.correct(frame.pixels, model, known.image_size, View(margin, width))
+        corrected = workflow.correct(frame.pixels, model, known.image_size, View(margin, width))
         progress(0.8, "Writing")
         files.write_picture(output, corrected)
 
@@ -94,14 +94,14 @@ def transform(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, null for a point out of reach.")] = False,
 ) -> None:
     """Turn pixels into field millimetres, or back."""
-    from app import pipeline
     from app.cli import files
     from app.models import model_from_json
+    from app.workflows import calibration as workflow
 
     known = files.read_calibration(calibration)
     model = model_from_json(known.model_name, known.model_parameters)
     given = files.points_from_pairs(points) if points else files.points_from_text(sys.stdin.read(files.MAX_POINT_BYTES))
-    found = pipeline.transform(model, given, source.value, target.value, z_mm).tolist()
+    found = workflow.transform(model, given, source.value, target.value, z_mm).tolist()
     reached = [point if math.isfinite(point[0]) else None for point in found]
     if as_json:
         print(json.dumps({"points": reached}, allow_nan=False))

@@ -23,12 +23,12 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
     """How far the field's lines lie from where a calibration has them; 0 if that is good enough."""
-    from app.auto_task import one_picture
-    from app.check_pipeline import check as judged
     from app.cli import files
-    from app.cli.words import progress_bar
+    from app.cli.console import progress_bar
     from app.images import ImageDecoder
-    from app.pipeline import part_of
+    from app.workflows.automatic_request import one_picture
+    from app.workflows.calibration import part_of
+    from app.workflows.check import check as judged
 
     known = files.read_calibration(calibration)
     with progress_bar("Checking the calibration") as progress, ImageDecoder(workers=1) as decoder:

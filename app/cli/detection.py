@@ -36,11 +36,11 @@ def detect(
     import yaml
 
     from app.cli import files
-    from app.colour_profile import ColourProfile
-    from app.detection_pipeline import detect as detected
-    from app.detection_pipeline import drawn as drawn_over
-    from app.detection_pipeline import setting_for
-    from app.strict_yaml import MAX_BYTES, plain_from_yaml
+    from app.core.colour_profile import ColourProfile
+    from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
+    from app.workflows.detection import detect as detected
+    from app.workflows.detection import drawn as drawn_over
+    from app.workflows.detection import setting_for
 
     told = None if calibration is None else files.read_calibration(calibration)
     profile = None if colours is None else ColourProfile.from_json(
@@ -68,7 +68,7 @@ def _plan(stages: str) -> Any:
 
 def _eye(text: str | None) -> tuple[float, float, float] | None:
     from app.cli.files import points_from_pairs
-    from app.errors import BadInput
+    from app.core.errors import BadInput
     if text is None:
         return None
     parts = text.split(",")
@@ -82,7 +82,7 @@ def _eye(text: str | None) -> tuple[float, float, float] | None:
 
 def _clicks(texts: list[str]) -> dict[str, list[list[float]]]:
     from app.cli.files import points_from_pairs
-    from app.errors import BadInput
+    from app.core.errors import BadInput
     found: dict[str, list[list[float]]] = {}
     for text in texts:
         colour, _, place = text.partition("=")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from app.cli.tasks import OwnFields, RegionName, Rotate
+from app.cli.requests import OwnFields, RegionName, Rotate
 
 CameraId = Annotated[int | None, typer.Option("--camera-id", min=0, max=2**32 - 1, help="The camera's number in a "
                                               "packet of the Small Size League.")]
@@ -22,8 +22,8 @@ def export(
     camera_id: CameraId = None,
 ) -> None:
     """Write a calibration as another program's file."""
-    from app import interchange
     from app.cli import files
+    from app.workflows import interchange
 
     known = files.read_calibration(calibration)
     if format is None:
@@ -51,12 +51,12 @@ def import_file(
     fields: OwnFields = None,
 ) -> None:
     """Read another program's file."""
-    from app import interchange
     from app.cli import files
-    from app.records import Calibration
+    from app.core.records import Calibration
     from app.settings import Settings
-    from app.store.field_shelf import FieldShelf
-    from app.task import stamped
+    from app.store.field_repository import FieldShelf
+    from app.workflows import interchange
+    from app.workflows.calibration_request import stamped
 
     size = None if image_size is None else interchange.size_from_text(image_size)
     wanted = interchange.Wanted(field, region, rotate, size, None, camera_id, model)

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from app.cli.words import FileTrouble
-from app.errors import BadInput
-from app.exports import EXPORTS
-from app.geometry import Points, as_points
+from app.cli.console import FileTrouble
+from app.core.errors import BadInput
+from app.core.geometry import Points, as_points
+from app.core.records import Calibration, Frame
+from app.fitting.ray_camera.distortion_prior import BentLens
+from app.formats import EXPORTS
 from app.images import Limits, encode, frame_from_bytes
-from app.models.bent_lens import BentLens
 from app.models.pinhole_lens import PinholeLens
-from app.records import Calibration, Frame
 from app.store.files import write_whole
 
 POINTS_KEYS = ("observations", "field", "region", "rotate", "model", "options", "image_size", "note")

@@ -22,25 +22,25 @@ def motion(
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
 ) -> None:
     """Follow a ball or robot through a film and say how far its straight rolls bow."""
-    from app import motion_task
     from app.cli import files
-    from app.cli.words import progress_bar, say
+    from app.cli.console import progress_bar, say
+    from app.workflows import rolling_request
 
     if refined is not None and calibration is None:
         raise typer.BadParameter("there is no --calibration that could be refined", param_hint="--refined")
-    motion_task.check("report", kind, 0.0)
+    rolling_request.check("report", kind, 0.0)
     told = None if calibration is None else files.read_calibration(calibration)
-    refinable = motion_task.refinable(told) if refined is not None else None
+    refinable = rolling_request.refinable(told) if refined is not None else None
     with progress_bar("Following what moves") as progress:
-        rolling = motion_task.followed(film.absolute(), progress, told)
-    found = rolling.report(*motion_task.judged(told, rolling.size))
+        rolling = rolling_request.followed(film.absolute(), progress, told)
+    found = rolling.report(*rolling_request.judged(told, rolling.size))
     if drawn is not None:
         files.write_picture(drawn, _drawn(rolling.last, found))
     if lens is not None:
-        files.write_lens(lens, motion_task.lens_record(rolling.rolls, rolling.size, kind, note=f"From {film.name}"))
+        files.write_lens(lens, rolling_request.lens_record(rolling.rolls, rolling.size, kind, note=f"From {film.name}"))
     if refined is not None:
-        made = motion_task.lens_record(rolling.rolls, rolling.size, refinable)
-        files.write_calibration(refined, motion_task.refined(told, made))
+        made = rolling_request.lens_record(rolling.rolls, rolling.size, refinable)
+        files.write_calibration(refined, rolling_request.refined(told, made))
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
     for path in (lens, refined):
         if path is not None:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from app.cli.words import say
+from app.cli.console import say
 
 GroupOption = Annotated[str, typer.Option("--group", help="The multicast group.")]
 PortOption = Annotated[int, typer.Option("--port", min=1, max=65535, help="Its UDP port.")]
@@ -34,9 +34,9 @@ def publish(
     from dataclasses import replace
 
     from app.cli import files
-    from app.publish.geometry import packet_of, spoken
-    from app.publish.group import Group
-    from app.publish.plan import Plan
+    from app.league.config import Plan
+    from app.league.geometry_packet import packet_of, spoken
+    from app.league.multicast_sender import Group
 
     known = [replace(files.read_calibration(path), camera=str(path)) for path in calibrations]
     numbers = dict(zip((one.camera for one in known), camera_id or (), strict=False))
@@ -65,11 +65,11 @@ def absorb(
 ) -> None:
     """Listen to the group, and tell who publishes geometry there."""
     from app.cli import files
-    from app.publish.absorber import Absorber
-    from app.publish.heard import heard_json
-    from app.publish.route import Route
+    from app.league.geometry_listener import Absorber
+    from app.league.multicast_address import Route
+    from app.league.received import heard_json
     from app.settings import Settings
-    from app.store.field_shelf import FieldShelf
+    from app.store.field_repository import FieldShelf
 
     known = tuple(FieldShelf(fields or Settings().own_fields).values())
     absorber = Absorber(Route(group, port, interface))
@@ -95,7 +95,7 @@ def absorb(
 
 
 def _send(way: Any, packet: bytes, every: float | None) -> None:
-    from app.errors import TouchlineError
+    from app.core.errors import TouchlineError
 
     if every is None:
         way.send(packet)

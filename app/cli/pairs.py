@@ -17,8 +17,8 @@ def pair(
 ) -> None:
     """Judge two cameras by matched points, by their calibrations, or by both."""
     from app.cli import files
-    from app.cli.words import progress_bar
-    from app.pair_pipeline import judge_pair
+    from app.cli.console import progress_bar
+    from app.workflows.pair import judge_pair
 
     given: dict[str, Any] = files.read_matches(matches) if matches is not None else {}
     one, other = (files.read_calibration(path) if path is not None else None for path in (a, b))

@@ -72,7 +72,7 @@ def _is_id(word: str) -> bool:
 
 def _kept(id: str, data: Path | None, config: Path | None) -> tuple[Any, Any]:
     """A calibration of the data folder with its picture."""
-    from app.cli.words import FileTrouble
+    from app.cli.console import FileTrouble
     from app.images import frame_from_bytes
     from app.main import store_of
     from app.report import shown_of
@@ -87,7 +87,7 @@ def _kept(id: str, data: Path | None, config: Path | None) -> tuple[Any, Any]:
 
 
 def _of_its_size(frame: Any, known: Any, path: Path) -> Any:
-    from app.errors import Conflict
+    from app.core.errors import Conflict
 
     if frame.size != known.image_size:
         raise Conflict(f"{path} is {frame.size.width} × {frame.size.height} px; the calibration was made for "

@@ -33,8 +33,8 @@ def check(
 ) -> None:
     """How far cameras are apart where two of them see the same carpet; 0 if that is good enough."""
     from app.cli import files
-    from app.cli.words import progress_bar
-    from app.rig_pipeline import check as judged
+    from app.cli.console import progress_bar
+    from app.workflows.rig import check as judged
 
     known, pictures = _rig(which, picture, data, config)
     given = []
@@ -58,10 +58,10 @@ def stitch(
 ) -> None:
     """The whole field corrected in one picture of all cameras; says what none of them sees."""
     from app.cli import files
-    from app.errors import BadInput
-    from app.field_reader import field_from_json
-    from app.rig_pipeline import refuse_other_sizes
-    from app.rig_stitch import FieldView, stitcher_of
+    from app.core.errors import BadInput
+    from app.core.field_json import field_from_json
+    from app.imaging.mosaic import FieldView, stitcher_of
+    from app.workflows.rig import refuse_other_sizes
 
     known, pictures = _rig(which, picture, data, config)
     if not pictures:
@@ -77,7 +77,7 @@ def _rig(which: list[str], picture: list[Path] | None, data: Path | None, config
          ) -> tuple[dict[str, Any], dict[str, Any]]:
     """The rig as rig_pipeline.py takes it, and its pictures by camera."""
     from app.cli import files
-    from app.errors import BadInput
+    from app.core.errors import BadInput
 
     named = len(which) == 1 and not Path(which[0]).suffix and not Path(which[0]).exists()
     known = _kept(which[0], data, config) if named else _of_files([Path(word) for word in which])
@@ -90,7 +90,7 @@ def _rig(which: list[str], picture: list[Path] | None, data: Path | None, config
 
 def _of_files(paths: list[Path]) -> dict[str, Any]:
     from app.cli import files
-    from app.errors import Conflict
+    from app.core.errors import Conflict
 
     calibrations = [files.read_calibration(path) for path in paths]
     if len({json.dumps(calibration.field, sort_keys=True) for calibration in calibrations}) > 1:
@@ -106,11 +106,11 @@ def _of_files(paths: list[Path]) -> dict[str, Any]:
 
 
 def _kept(name: str, data: Path | None, config: Path | None) -> dict[str, Any]:
-    from app.cli.words import FileTrouble
-    from app.evaluate.rig_rectangles import NAMES
+    from app.cli.console import FileTrouble
+    from app.evaluate.cameras.rectangles import NAMES
     from app.main import store_of
     from app.settings import load_settings
-    from app.store.field_shelf import FieldShelf
+    from app.store.field_repository import FieldShelf
 
     settings = load_settings(config, data=data)
     if not settings.data.is_dir():
@@ -128,7 +128,7 @@ def _kept(name: str, data: Path | None, config: Path | None) -> dict[str, Any]:
 
 
 def _first_two(known: dict[str, Any]) -> list[str]:
-    from app.errors import BadInput
+    from app.core.errors import BadInput
 
     names = [camera["camera"] for camera in known["cameras"]]
     if len(names) < 2:

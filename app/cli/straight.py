@@ -22,12 +22,12 @@ def straight(
 ) -> None:
     """Say how straight pictures show straight edges, and which lens makes them straight."""
     from app.cli import files
-    from app.cli.words import progress_bar
-    from app.geometry import ImageSize
+    from app.cli.console import progress_bar
+    from app.core.geometry import ImageSize
     from app.images import ImageDecoder
     from app.models.plumb_line import PlumbLens
-    from app.plumb_pipeline import straightened
-    from app.plumb_task import PlumbTask
+    from app.workflows.straight_lines import straightened
+    from app.workflows.straight_lines_request import PlumbTask
 
     pictures = pictures or []
     if corrected is not None and not pictures:

@@ -9,12 +9,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from app.errors import BadImage, Unavailable
+from app.core.errors import BadImage, Unavailable
+from app.core.records import Frame
 from app.images import child
 from app.images.limits import DEFAULT_LIMITS, RESAVE, SEND_AGAIN, Declared, Limits
 from app.images.screen import screen
 from app.images.worker import Worker, WorkerDied, WorkerTimeout
-from app.records import Frame
 
 
 class ImageDecoder:

@@ -7,7 +7,7 @@ to the next marker that is neither a stuffed FF 00 nor a restart. ITU-T T.81, an
 import re
 import struct
 
-from app.errors import BadImage
+from app.core.errors import BadImage
 from app.images.limits import Declared, Limits, checked_size, damaged, truncated, unsupported
 
 EOI, SOS = 0xD9, 0xDA

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from app.errors import BadImage, ImageTooLarge
+from app.core.errors import BadImage, ImageTooLarge
 
 RESAVE = "Open it in an image program and save it again as PNG or JPEG."
 SEND_AGAIN = "Copy or export the picture again; the file is probably incomplete or damaged."

@@ -6,7 +6,7 @@ Every chunk is length (4), type (4), body, CRC (4), big-endian. https://www.w3.o
 import struct
 from zlib import crc32
 
-from app.errors import BadImage
+from app.core.errors import BadImage
 from app.images.limits import Declared, Limits, animated, checked_size, damaged, truncated
 
 SIGNATURE_BYTES = 8

@@ -6,7 +6,7 @@ of formats; only those in FORMATS reach them.
 
 from collections.abc import Callable
 
-from app.errors import BadImage, ImageTooLarge
+from app.core.errors import BadImage, ImageTooLarge
 from app.images.bmp import screen_bmp
 from app.images.jpeg import screen_jpeg
 from app.images.limits import DEFAULT_LIMITS, RESAVE, Declared, Limits, checked_size

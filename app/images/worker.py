@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.errors import Unavailable
+from app.core.errors import Unavailable
 from app.images import child
 from app.images.limits import Declared, Limits
 

@@ -28,7 +28,7 @@ NICE = 5
 def main() -> None:
     """Serve standard input, a socket, until it closes. Arguments: paths for imports and modules, as JSON; bytes."""
     sys.path[:] = json.loads(sys.argv[1])
-    from app.child_line import confine
+    from app.processes.framing import confine
     os.nice(NICE)
     confine(int(sys.argv[3]))
     import cv2
@@ -54,8 +54,8 @@ class Child:
             self._do(self._given.get())
 
     def _do(self, task: dict) -> None:
-        from app.errors import Cancelled
-        from app.jobs.doing import done
+        from app.core.errors import Cancelled
+        from app.jobs.execute import done
 
         def progress(fraction: float, message: str) -> None:
             if self._cancelled == task["number"]:
@@ -71,7 +71,7 @@ class Child:
 
     def _listen(self) -> None:
         """Hear what is told while a job runs; without a server there is nobody to work for."""
-        from app.child_line import read_exactly
+        from app.processes.framing import read_exactly
         with contextlib.suppress(OSError):
             while True:
                 kind, length = HEADER.unpack(read_exactly(self._line, HEADER.size))
@@ -83,7 +83,7 @@ class Child:
         os._exit(0)
 
     def _send(self, kind: int, value: object) -> None:
-        from app.jobs.doing import plain
+        from app.jobs.execute import plain
         text = json.dumps(plain(value), allow_nan=False).encode("ascii")
         self._line.sendall(HEADER.pack(kind, len(text)) + text)
 

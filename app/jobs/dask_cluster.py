@@ -14,9 +14,9 @@ from threading import Lock, Thread
 from typing import Any
 
 from app import __version__
-from app.errors import BadInput, TouchlineError, Unavailable
+from app.core.errors import BadInput, TouchlineError, Unavailable
 from app.jobs.dask_task import do
-from app.jobs.place import Stopped
+from app.jobs.runner import Stopped
 
 ADDRESS = re.compile(r"dask(?P<tls>\+tls)?://(?P<host>[^/:\[\]]+):(?P<port>\d{1,5})")
 CONNECT_S = 10.0  # a scheduler that is started anew is back by then

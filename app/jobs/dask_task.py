@@ -9,8 +9,8 @@ import json
 import time
 
 from app import __version__
-from app.errors import Cancelled
-from app.jobs.doing import done, plain
+from app.core.errors import Cancelled
+from app.jobs.execute import done, plain
 
 LEAST_S = 0.05  # between two reports of progress; more often nobody sees
 SHARE = ("Let every worker have the server's data folder under the same path, such as a shared folder, or set "

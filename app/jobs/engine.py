@@ -8,12 +8,12 @@ from functools import partial
 from threading import Lock, Thread
 from typing import Any, Self
 
-from app.errors import BadInput, Busy, TouchlineError, Unavailable
-from app.jobs.book import Book, Rows
+from app.core.errors import BadInput, Busy, TouchlineError, Unavailable
 from app.jobs.dask_cluster import Cluster
-from app.jobs.dask_place import DaskPlace
+from app.jobs.dask_runner import DaskPlace
 from app.jobs.job import Job, Order, problem_of
-from app.jobs.place import JobFailed, OutOfTime, Place, Stopped, WorkerDied
+from app.jobs.registry import Book, Rows
+from app.jobs.runner import JobFailed, OutOfTime, Place, Stopped, WorkerDied
 from app.jobs.worker import Worker
 from app.models import Progress
 

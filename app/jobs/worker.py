@@ -12,7 +12,7 @@ from threading import Lock
 from typing import Any
 
 from app.jobs import child
-from app.jobs.place import JobFailed, OutOfTime, Report, Stopped, WorkerDied
+from app.jobs.runner import JobFailed, OutOfTime, Report, Stopped, WorkerDied
 
 START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
 STOP_S = 1.0  # a cancelled job has so long to stop by itself

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from app.board import Board
-from app.errors import Unavailable
-from app.evaluate.board_poses import Held, Pose, held
-from app.geometry import ImageSize
+from app.core.board import Board
+from app.core.errors import Unavailable
+from app.core.geometry import ImageSize
+from app.evaluate.board.poses import Held, Pose, held
 from app.live.capture import Capture
-from app.vision.board_glimpse import glimpse
+from app.vision.board.quick_board import glimpse
 
 WAIT_S = 2.0  # for the next frame
 STILL_S = 0.4  # longer than anybody's hand turns round in

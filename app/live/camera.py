@@ -9,14 +9,14 @@ import contextlib
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from app.errors import Conflict, TouchlineError, Unavailable
-from app.live import wire
-from app.live.channel import VIEWS, Channel
+from app.core.errors import Conflict, TouchlineError, Unavailable
+from app.core.records import Calibration
+from app.live import messages
+from app.live.detection_feed import Publish, Sighted
 from app.live.process import KINDS, CameraProcess
-from app.live.sighted import Publish, Sighted
 from app.live.state import KILL_AFTER_S, Told, frozen, mismatch, stalled
+from app.live.stream_spec import VIEWS, Channel
 from app.live.viewer import Viewer
-from app.records import Calibration
 from app.sources import Identity
 
 RETRY_S, LONGEST_RETRY_S = 0.5, 5.0
@@ -263,23 +263,23 @@ class LiveCamera:
 
     def _heard(self, process: CameraProcess, kind: int, number: int, body: bytes) -> None:
         now = asyncio.get_running_loop().time()
-        if kind == wire.PICTURE:
+        if kind == messages.PICTURE:
             self._newest[number] = body
             for channel, known in self._numbers.items():
                 if known == number:
                     for viewer in self._watchers[channel]:
                         viewer.offer(body, now)
-        elif kind == wire.STATUS:
-            self._told = Told(wire.parts(body)[0], now)
+        elif kind == messages.STATUS:
+            self._told = Told(messages.parts(body)[0], now)
             self.seeing.told(self._told.status)
             if self._calibration is not None and self._confirmed is None and self.identity is not None:
                 self._confirmed = self.identity
                 self._trust(self._calibration, self.identity)
             if self._applied != self._may_apply():
                 self._tell_calibration()
-        elif kind == wire.SEEN:
+        elif kind == messages.SEEN:
             self.seeing.heard(body)
-        elif kind == wire.ANSWER:
+        elif kind == messages.ANSWER:
             process.answered(number, body)
 
     async def _kill_when_stalled(self, process: CameraProcess) -> None:
@@ -308,16 +308,16 @@ class LiveCamera:
         self._applied = self._may_apply()
         if self._process is not None:
             calibration = self._calibration.to_json() if self._applied else None
-            self._process.send(wire.SHOW, {"calibration": calibration, "picture": self._picture})
+            self._process.send(messages.SHOW, {"calibration": calibration, "picture": self._picture})
 
     def _tell_seeing(self) -> None:
         if self._process is not None:
-            self._process.send(wire.SEE, self.seeing.message())
+            self._process.send(messages.SEE, self.seeing.message())
 
     def _tell_channels(self) -> None:
         if self._process is None:
             return
-        self._process.send(wire.WATCH, {"channels": [
+        self._process.send(messages.WATCH, {"channels": [
             {"number": self._numbers[channel], "channel": channel.to_json(),
              "interval_s": min(viewer.interval_s for viewer in watchers)}
             for channel, watchers in self._watchers.items()]})

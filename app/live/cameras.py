@@ -4,9 +4,9 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
+from app.core.records import Calibration
 from app.live.camera import LiveCamera, Trust
-from app.live.sighted import OFF, Publish
-from app.records import Calibration
+from app.live.detection_feed import OFF, Publish
 from app.sources import Identity
 
 Spec = Callable[[str], dict[str, Any]]

@@ -14,8 +14,8 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from app.errors import TouchlineError, Unavailable
-from app.records import Frame
+from app.core.errors import TouchlineError, Unavailable
+from app.core.records import Frame
 from app.sources import Control, Source, Surroundings, source_from_url
 
 RETRY_S, LONGEST_RETRY_S = 0.5, 5.0

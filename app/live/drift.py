@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.errors import TouchlineError
-from app.evaluate.drift import Reference, Sample
-from app.evaluate.drift_watch import DriftWatch
-from app.field_reader import field_from_json
+from app.core.errors import TouchlineError
+from app.core.field_json import field_from_json
+from app.evaluate.drift.alarm import DriftWatch
+from app.evaluate.drift.monitor import Reference, Sample
 from app.images import Limits, decode_inside
 from app.live.capture import Capture, Taken
 from app.live.picture import Shown

@@ -5,12 +5,12 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from app.errors import TouchlineError
+from app.core.errors import TouchlineError
 from app.images import encode
-from app.live import wire
+from app.live import messages
 from app.live.capture import Capture, Taken
-from app.live.channel import Channel
 from app.live.picture import Shown, drawn
+from app.live.stream_spec import Channel
 
 IDLE_S = 0.5
 EARLY = 0.25  # of a channel's interval: a frame so much too early is still taken, or every second would be lost
@@ -89,4 +89,4 @@ class Encoder:
         head |= more | {"width": pixels.shape[1], "height": pixels.shape[0],
                         "raw_width": taken.frame.size.width, "raw_height": taken.frame.size.height,
                         "spent_ms": round(1e3 * (time.monotonic() - begin), 2)}
-        self._send(wire.PICTURE, number, wire.message(head, jpeg, tail))
+        self._send(messages.PICTURE, number, messages.message(head, jpeg, tail))

@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.correction import CorrectionMap, View, correction_map
-from app.field_reader import field_from_json
-from app.geometry import ImageSize
-from app.live.channel import Channel
+from app.core.field_json import field_from_json
+from app.core.geometry import ImageSize
+from app.core.records import Calibration
+from app.imaging.correction import CorrectionMap, View, correction_map
+from app.live.stream_spec import Channel
 from app.models import CameraModel, model_from_json
-from app.pipeline import overlay
-from app.records import Calibration
+from app.workflows.calibration import overlay
 
 MARGIN = 0.06  # of the corrected frame's width is shown around the field, so that its borders are in view
 GAP_PX = 4  # between the two halves of a picture that stands side by side

@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from app.errors import BadInput, NotFound, TouchlineError, Unavailable
-from app.live import child, wire
+from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
+from app.live import messages, worker_main
 
 START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
 READ_BYTES = 1 << 22
@@ -43,9 +43,9 @@ class CameraProcess:
         started = cls(process, reader, writer)
         try:
             kind, _, _ = await asyncio.wait_for(started.receive(), START_S)
-            if kind != wire.READY:
+            if kind != messages.READY:
                 raise ConnectionResetError
-            started.send(wire.OPEN, spec)
+            started.send(messages.OPEN, spec)
         except (TimeoutError, OSError, asyncio.IncompleteReadError):
             await started.end()
             raise Unavailable("The camera's process does not start.", "Free some memory, or reinstall Touchline.",
@@ -61,14 +61,14 @@ class CameraProcess:
 
     async def receive(self) -> tuple[int, int, bytes]:
         """The next message; IncompleteReadError or ConnectionResetError when the process has gone."""
-        kind, number, length = wire.HEADER.unpack(await self._reader.readexactly(wire.HEADER.size))
-        if length > wire.MAX_BODY:
+        kind, number, length = messages.HEADER.unpack(await self._reader.readexactly(messages.HEADER.size))
+        if length > messages.MAX_BODY:
             raise ConnectionResetError
         return kind, number, await self._reader.readexactly(length)
 
     def send(self, kind: int, head: dict[str, Any], number: int = 0) -> None:
-        body = wire.message(head)
-        self._writer.write(wire.HEADER.pack(kind, number, len(body)) + body)
+        body = messages.message(head)
+        self._writer.write(messages.HEADER.pack(kind, number, len(body)) + body)
 
     async def ask(self, head: dict[str, Any], timeout_s: float) -> tuple[dict[str, Any], bytes]:
         """What the process answers; what it refuses is raised here. Unavailable when it does not answer."""
@@ -77,7 +77,7 @@ class CameraProcess:
         answer: asyncio.Future[tuple[dict[str, Any], bytes]] = asyncio.get_running_loop().create_future()
         self._asked[number] = answer
         try:
-            self.send(wire.ASK, head, number)
+            self.send(messages.ASK, head, number)
             return await asyncio.wait_for(answer, timeout_s)
         except TimeoutError:
             raise Unavailable("The camera does not answer.", "Look at its state, then try again.",
@@ -90,7 +90,7 @@ class CameraProcess:
         future = self._asked.pop(number, None)
         if future is None or future.done():
             return
-        head, payload = wire.parts(body)
+        head, payload = messages.parts(body)
         if problem := head.get("problem"):
             future.set_exception(KINDS.get(problem["kind"], Unavailable)(
                 problem["what"], problem["fix"], reason=problem["reason"]))
@@ -117,7 +117,8 @@ def _started(theirs: socket.socket) -> subprocess.Popen[bytes]:
     # A session of its own: an operator's Ctrl-C is for the server, which then ends its cameras. Our settings may hold a
     # token, for which a camera has no use.
     environment = {k: v for k, v in os.environ.items() if not k.startswith("TOUCHLINE_TOKEN")} | ONE_THREAD
-    return subprocess.Popen([sys.executable, "-P", str(Path(child.__file__)), json.dumps(sys.path)], env=environment,
-                            stdin=theirs, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    return subprocess.Popen([sys.executable, "-P", str(Path(worker_main.__file__)), json.dumps(sys.path)],
+                            env=environment, stdin=theirs, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                            start_new_session=True)
 
 

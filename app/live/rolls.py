@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from app.errors import Unavailable
+from app.core.errors import Unavailable
 from app.live.capture import Capture, Taken
-from app.motion_pipeline import Rolling
+from app.workflows.rolling import Rolling
 
 KEEP_S = 3.0  # without a question: then nobody watches any more
 WAIT_S = 2.0  # for the next frame

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from app.geometry import ImageSize
+from app.core.geometry import ImageSize
 from app.sources import Identity
 
 STALL_S = 1.5  # without a frame; a slow camera gets four of its own intervals

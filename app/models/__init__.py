@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
-from app.field import Field, Region
-from app.geometry import ImageSize, Points
-from app.options import Option, read_options
-from app.records import Fit, Observations
-from app.registry import Registry
+from app.core.field import Field, Region
+from app.core.geometry import ImageSize, Points
+from app.core.options import Option, read_options
+from app.core.records import Fit, Observations
+from app.core.registry import Registry
 
 __all__ = ["MODELS", "CameraModel", "Option", "Progress", "field_from_raw", "model_from_json", "no_progress",
            "parameters_json", "raw_from_field", "read_options"]

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from app.fitting.ray_camera.options import RAY_OPTIONS
 from app.models import Option
 from app.models.lens import (
     UNDISTORT_STEPS,
@@ -24,8 +25,7 @@ from app.models.lens import (
     radial_jacobian,
     rays_of,
 )
-from app.models.rays import RayCamera, example_fields
-from app.models.rays_options import RAY_OPTIONS
+from app.models.ray_camera import RayCamera, example_fields
 
 TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 

@@ -12,10 +12,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from app.fitting.ray_camera.options import RAY_OPTIONS
 from app.models import Option
 from app.models.lens import Array, pinhole, pinhole_jacobian, radial, radial_jacobian, rays_of
-from app.models.rays import RayCamera, example_fields
-from app.models.rays_options import RAY_OPTIONS
+from app.models.ray_camera import RayCamera, example_fields
 
 
 class DivisionLens:

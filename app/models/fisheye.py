@@ -12,10 +12,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from app.fitting.ray_camera.options import RAY_OPTIONS
 from app.models import Option
 from app.models.lens import Array, first_turn, invert_radius
-from app.models.rays import RayCamera, example_fields
-from app.models.rays_options import RAY_OPTIONS
+from app.models.ray_camera import RayCamera, example_fields
 
 SMALL = 1e-7  # of sin θ: nearer to the axis, θ / sin θ is 1 to all digits
 TERMS = ("k1", "k2", "k3", "k4")

@@ -14,16 +14,16 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from app.field import Field, Region
-from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.field import Field, Region
+from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.records import Fit, Observations
+from app.fitting.ray_camera.options import RAY_OPTIONS
+from app.fitting.sensitivity import FittedState, Sensitive
 from app.models import Option, Progress, no_progress
 from app.models.lens import Array
-from app.models.rays import example_fields
-from app.models.rays_options import RAY_OPTIONS
-from app.models.rectangle_view import VIEW_FIELDS, RectangleView, parameters_read, read_view
+from app.models.ray_camera import example_fields
 from app.models.rotation import matrix_from_vector
-from app.models.sensitivity import FittedState, Sensitive
-from app.records import Fit, Observations
+from app.models.top_view import VIEW_FIELDS, RectangleView, parameters_read, read_view
 
 SHARED = ("line_sigma_mm", "click_sigma_px", "w_max_rectangle_px", "h_max_rectangle_px", "n_rectangles_x",
           "n_rectangles_y", "robust")
@@ -61,7 +61,7 @@ class Homography(RectangleView, Sensitive):
         return np.linalg.inv(self._matrix)
 
     def fit_state(self) -> FittedState:
-        from app.models.homography_state import HomographyState
+        from app.fitting.homography.parameters import HomographyState
         return HomographyState.of(self)
 
     def corrected_from_raw(self, points: Points) -> Points:
@@ -77,7 +77,7 @@ class Homography(RectangleView, Sensitive):
     def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
             options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
         """Fit to points anywhere along lines and arcs, and to landmarks; see homography_fit.py."""
-        from app.models.homography_fit import fit_homography
+        from app.fitting.homography.fit import fit_homography
         return fit_homography(observations, field, region, image_size, options, progress)
 
     @classmethod

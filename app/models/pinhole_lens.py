@@ -6,8 +6,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from app.errors import BadInput
-from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.errors import BadInput
+from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
 from app.models import MODELS
 from app.models.lens import Array, Lens
 

@@ -14,8 +14,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from app.errors import BadInput
-from app.geometry import ImageSize, Points
+from app.core.errors import BadInput
+from app.core.geometry import ImageSize, Points
 from app.models.brown_conrady import BrownConradyLens
 from app.models.division import DivisionLens
 from app.models.division_even import EvenDivisionLens

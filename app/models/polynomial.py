@@ -18,13 +18,13 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.polynomial import polynomial
 
-from app.errors import BadInput
-from app.field import Field, Region
-from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.errors import BadInput
+from app.core.field import Field, Region
+from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.records import Fit, Observations
+from app.fitting.border import MAX_DEGREE, Curve
 from app.models import Option, Progress, no_progress
-from app.models.border import MAX_DEGREE, Curve
-from app.models.rectangle_view import parameters_read, read_view
-from app.records import Fit, Observations
+from app.models.top_view import parameters_read, read_view
 
 REACH = 1.0  # how far beyond the picture a border is still believed, as a share of the picture's extent
 MIN_EXTENT_PX = 1.0  # borders nearer than this have met
@@ -174,7 +174,7 @@ class Polynomial:
     def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
             options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
         """Fit the four borders, then the relation; see polynomial_fit.py."""
-        from app.models.polynomial_fit import fit_polynomial
+        from app.fitting.polynomial.fit import fit_polynomial
         return fit_polynomial(observations, field, region, image_size, options, progress)
 
     @classmethod

@@ -16,16 +16,16 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from app.errors import BadInput
-from app.field import Field, Region
-from app.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.errors import BadInput
+from app.core.field import Field, Region
+from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.records import Fit, Observations
+from app.fitting.thin_plate.uncertainty import BEND_NAMES, lattice, lattice_weights
 from app.models import CameraModel, Option, Progress, model_from_json, no_progress, raw_from_field
 from app.models.homography import Homography
 from app.models.lens import Array
-from app.models.rectangle_view import parameters_read
-from app.models.spline import Spline
-from app.models.thin_plate_sigma import BEND_NAMES, lattice, lattice_weights
-from app.records import Fit, Observations
+from app.models.thin_plate_spline import Spline
+from app.models.top_view import parameters_read
 
 BASES = ("homography", "division", "brown-conrady")
 REACHES = (0.5, 0.25, 0.1, 0.05)  # of the field's extent on each side; the widest without a fold is kept
@@ -175,7 +175,7 @@ class ThinPlate:
     def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
             options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
         """Fit the base, then the spline to what it leaves; see thin_plate_fit.py."""
-        from app.models.thin_plate_fit import fit_thin_plate
+        from app.fitting.thin_plate.fit import fit_thin_plate
         return fit_thin_plate(observations, field, region, image_size, options, progress)
 
     @classmethod
@@ -204,8 +204,8 @@ class ThinPlate:
     @classmethod
     def examples(cls) -> Iterable[Self]:
         """Two that find nothing to bend, and a lens's barrel bent away from a homography."""
+        from app.fitting.thin_plate.example import bent_example
         from app.models.division import Division
-        from app.models.thin_plate_example import bent_example
         flat = Spline(np.empty((0, 2)), np.empty((0, 2)), np.zeros((3, 2)))
         for base in (*list(Homography.examples())[1:2], *list(Division.examples())[2:]):
             yield cls.of(base, flat, REACHES[0])

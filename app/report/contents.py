@@ -6,16 +6,17 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
-from app import __version__, pipeline
-from app.errors import BadImage, NotFound, TouchlineError
-from app.evaluate.uncertainty import GRID
-from app.field import BORDERS, Field, Region
-from app.field_reader import field_from_json
+from app import __version__
+from app.core.errors import BadImage, NotFound, TouchlineError
+from app.core.field import BORDERS, Field, Region
+from app.core.field_json import field_from_json
+from app.core.records import Calibration, Frame
+from app.evaluate.fit.uncertainty import GRID
 from app.models import CameraModel, model_from_json
-from app.records import Calibration, Frame
 from app.report.figures import figures
 from app.report.reading import feature, number, pair, plain, rows, table, text, whole
 from app.store import DamagedFile
+from app.workflows import calibration as workflow
 
 FORMAT, FORMAT_VERSION = "touchline-report", 1
 LEVELS = ("good", "fair", "poor", "unknown")
@@ -158,7 +159,7 @@ def uncertainty(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:
 def _map(calibration: Calibration, built: Rebuilt, z_mm: float) -> dict[str, Any]:
     try:
         # the grid of the report's own figures, so that one place has one number
-        found = plain(pipeline.uncertainty(built.model, calibration.covariance, built.region, z_mm, *GRID))
+        found = plain(workflow.uncertainty(built.model, calibration.covariance, built.region, z_mm, *GRID))
     except TouchlineError as refusal:
         return {"map": None, "z_mm": z_mm, "why": refusal.what, "fix": refusal.fix}
     return {"map": found, "z_mm": z_mm, "why": None, "fix": None}

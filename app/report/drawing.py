@@ -11,17 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app import cv, pipeline
-from app.correction import View
-from app.errors import TouchlineError
-from app.field import BORDERS, Region
-from app.geometry import ImageSize
-from app.heatmap import heat_map, round_up
+from app.core import opencv
+from app.core.errors import TouchlineError
+from app.core.field import BORDERS, Region
+from app.core.geometry import ImageSize
+from app.core.records import Calibration, Observations, observations_from_json
 from app.images import encode
-from app.records import Calibration, Observations, observations_from_json
+from app.imaging.correction import View
+from app.imaging.heat_map import heat_map, round_up
 from app.report.contents import Rebuilt, Shown
 from app.report.markup import Html, element
 from app.report.reading import rows, table
+from app.workflows import calibration as workflow
 
 WIDEST_PX = 1600  # an A4 page is 190 mm wide: 210 dots an inch
 LARGEST_BYTES = 800_000  # of one photograph; two of them in base64 leave 0.8 of 3 MB for all the rest
@@ -52,14 +53,14 @@ def draw(calibration: Calibration, shown: Shown, said: Mapping[str, Any]) -> Dra
     if shown.frame is None:
         return Drawn(None, None, maps)
     observations = observations_from_json(calibration.observations)
-    lines = pipeline.overlay(built.model, built.field, built.region)
+    lines = workflow.overlay(built.model, built.field, built.region)
     before = _picture(shown.frame.pixels, [*_lines(lines, calibration.image_size),
                                            *_clicks(observations, _strays(calibration, observations),
                                                     calibration.image_size)], "The picture as it was taken")
     try:
         view = _view(calibration.corrected_size)
-        pixels = pipeline.correct(shown.frame.pixels, built.model, calibration.image_size, view)
-        lines = pipeline.overlay(built.model, built.field, built.region, "corrected", view)
+        pixels = workflow.correct(shown.frame.pixels, built.model, calibration.image_size, view)
+        lines = workflow.overlay(built.model, built.field, built.region, "corrected", view)
     except TouchlineError as refusal:
         return Drawn(before, None, maps, str(refusal))
     height, width = pixels.shape[:2]
@@ -70,7 +71,7 @@ def jpeg_within(pixels: NDArray[np.uint8], most: int = LARGEST_BYTES) -> bytes:
     """A JPEG of at most so many bytes: smaller, then coarser, until it fits; the last try counts as it is."""
     data = b""
     for width, quality in TRIES:
-        data = encode(cv.shrunk(pixels, width), "jpg", quality)
+        data = encode(opencv.shrunk(pixels, width), "jpg", quality)
         if len(data) <= most:
             break
     return data

@@ -8,14 +8,14 @@ import viser
 import viser.transforms as tf
 from numpy.typing import NDArray
 
-from app import cv
-from app.correction import CorrectionMap, View, correction_map
-from app.geometry import ImageSize
+from app.core import opencv
+from app.core.geometry import ImageSize
+from app.imaging.correction import CorrectionMap, View, correction_map
 from app.scene import METRES
-from app.space.hung import Hung
-from app.space.lying import Lying
-from app.space.shapes import Mesh, paint
-from app.space.standing import Standing
+from app.scene.geometry.frustum import Hung
+from app.scene.geometry.scene_camera import Standing
+from app.scene.geometry.shapes import Mesh, paint
+from app.scene.geometry.textured_quad import Lying
 
 Pixels = NDArray[np.uint8]
 Handle = viser.SceneNodeHandle
@@ -131,7 +131,7 @@ def add_lying(scene: viser.SceneApi, name: str, picture: Pixels, lying: Lying, a
 
 def small(raw: Pixels) -> Pixels:
     """As large as it is ever drawn."""
-    return cv.shrunk(raw, LYING_PX)
+    return opencv.shrunk(raw, LYING_PX)
 
 
 def _pose(hung: Hung) -> dict[str, object]:

@@ -4,11 +4,11 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from app.field import Field
+from app.core.field import Field
+from app.core.text_format import plain
 from app.scene import METRES
 from app.scene.cameras import Colour
-from app.space.standing import Standing
-from app.wording import plain
+from app.scene.geometry.scene_camera import Standing
 
 RIGHT, STRAY, MOVED = (255, 230, 60), (230, 50, 50), (255, 90, 220)
 RAY_MM, SHAFT_MM, HEAD_MM = 3.0, 9.0, 26.0

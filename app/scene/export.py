@@ -6,10 +6,10 @@ from html import escape
 from typing import Any
 
 from app.scene.cameras import Pixels
-from app.scene.locked import LockedViser
 from app.scene.page import dressed
 from app.scene.policy import KEPT
-from app.scene.room import Room
+from app.scene.scene_view import Room
+from app.scene.secured_viser import LockedViser
 
 
 def scene_html(given: Mapping[str, Any], pictures: Mapping[str, Pixels], *, dark: bool = False,

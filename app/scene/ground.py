@@ -3,9 +3,9 @@
 import numpy as np
 import viser
 
-from app.field import Field
+from app.core.field import Field
 from app.scene import METRES
-from app.space.shapes import carpet, goals, paint
+from app.scene.geometry.shapes import carpet, goals, paint
 
 # Under viser's lights they come out about twice as bright.
 GREEN, BLACK, WHITE, POST = (12, 58, 26), (14, 15, 16), (245, 245, 245), (235, 200, 60)

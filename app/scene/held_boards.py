@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from app.scene import METRES
-from app.space.boards import BoardViews
+from app.scene.geometry.boards import BoardViews
 
 CAMERA, BOARD, EDGE = (255, 160, 40), (70, 160, 255), (20, 60, 120)
 EDGE_MM = 3.0

@@ -12,10 +12,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from app.errors import TouchlineError, Unavailable
-from app.live import wire as form
+from app.core.errors import TouchlineError, Unavailable
+from app.live import messages as form
 from app.live.process import KINDS, ONE_THREAD, READ_BYTES
-from app.scene import child, wire
+from app.scene import messages, worker_main
 
 START_S = 45.0  # importing viser takes 1 s, on a busy small machine many
 ANSWER_S = 60.0
@@ -51,9 +51,9 @@ class SceneProcess:
             raise _no_start() from None
         made = cls(process, reader, writer, clicked)
         try:
-            made.send(wire.KEY, {"key": made.key})
+            made.send(messages.KEY, {"key": made.key})
             kind, head, _ = await asyncio.wait_for(made._receive(), START_S)
-            if kind != wire.READY:
+            if kind != messages.READY:
                 raise ConnectionResetError
         except (TimeoutError, OSError, asyncio.IncompleteReadError):
             await made.end()
@@ -71,11 +71,11 @@ class SceneProcess:
 
     async def show(self, given: dict[str, Any]) -> dict[str, Any]:
         """Draw it all anew; what is told beside the scene. What cannot be shown is refused."""
-        return (await self._ask(wire.SHOW, given))[0]
+        return (await self._ask(messages.SHOW, given))[0]
 
     async def export(self, title: str, dark: bool) -> bytes:
         """The scene as it stands, as one HTML file."""
-        return (await self._ask(wire.EXPORT, {"title": title, "dark": dark}))[1]
+        return (await self._ask(messages.EXPORT, {"title": title, "dark": dark}))[1]
 
     def send(self, kind: int, head: dict[str, Any], payload: bytes = b"") -> None:
         body = form.message(head, payload)
@@ -118,11 +118,11 @@ class SceneProcess:
         with contextlib.suppress(OSError, asyncio.IncompleteReadError):
             while True:
                 kind, head, payload = await self._receive()
-                if kind == wire.ANSWER:
+                if kind == messages.ANSWER:
                     self._answered(head, payload)
-                elif kind == wire.CLICKED:
+                elif kind == messages.CLICKED:
                     self._clicked(head)
-                elif kind == wire.VIEWERS:
+                elif kind == messages.VIEWERS:
                     self.viewers = head["count"]
         self._give_up()
 
@@ -158,5 +158,6 @@ def _no_start() -> Unavailable:
 
 def _started(theirs: socket.socket) -> subprocess.Popen[bytes]:
     environment = {k: v for k, v in os.environ.items() if not k.startswith("TOUCHLINE_TOKEN")} | ONE_THREAD
-    return subprocess.Popen([sys.executable, "-P", str(Path(child.__file__)), json.dumps(sys.path)], env=environment,
-                            stdin=theirs, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    return subprocess.Popen([sys.executable, "-P", str(Path(worker_main.__file__)), json.dumps(sys.path)],
+                            env=environment, stdin=theirs, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                            start_new_session=True)

@@ -15,11 +15,11 @@ from dataclasses import field as member
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
-from app.errors import NotFound
-from app.field import Field
+from app.core.errors import NotFound
+from app.core.field import Field
+from app.core.records import Frame
+from app.core.registry import Registry
 from app.models import Option
-from app.records import Frame
-from app.registry import Registry
 from app.sources.address import read_query, split_address, without_password
 
 __all__ = ["SOURCES", "Control", "Identity", "PlainSource", "Source", "Surroundings", "named_field", "source_from_url",
@@ -140,16 +140,16 @@ class PlainSource:
 
 
 SOURCES = Registry("source", {
-    "sim": "app.sources.sim.source:SimSource",       # a rendered field through a real lens model, with exact truth
-    "picture": "app.sources.picture:PictureSource",  # a picture file, again and again
-    "folder": "app.sources.folder:FolderSource",     # pictures of a folder, in name order
-    "video": "app.sources.video:VideoSource",        # a film, at its own pace or as fast as possible
-    "v4l2": "app.sources.v4l2:V4l2Source",           # a webcam or a capture card in this machine
-    "rtsp": "app.sources.rtsp:RtspSource",           # a network camera: H.264, H.265, MJPEG
-    "http": "app.sources.http_mjpeg:HttpSource",     # a network camera: MJPEG, or a picture asked for again and again
-    "https": "app.sources.http_mjpeg:HttpsSource",
-    "genicam": "app.sources.genicam:GenicamSource",  # an industrial camera through its maker's software
-    "aravis": "app.sources.aravis:AravisSource",     # one through Aravis, without it
+    "sim": "app.sources.sim.source:SimSource",  # a rendered field through a real lens model, with exact truth
+    "picture": "app.sources.local.picture:PictureSource",  # a picture file, again and again
+    "folder": "app.sources.local.folder:FolderSource",  # pictures of a folder, in name order
+    "video": "app.sources.local.video:VideoSource",  # a film, at its own pace or as fast as possible
+    "v4l2": "app.sources.local.v4l2:V4l2Source",  # a webcam or a capture card in this machine
+    "rtsp": "app.sources.network.rtsp:RtspSource",  # a network camera: H.264, H.265, MJPEG
+    "http": "app.sources.network.http_mjpeg:HttpSource",  # a network camera: MJPEG, or single pictures
+    "https": "app.sources.network.http_mjpeg:HttpsSource",
+    "genicam": "app.sources.industrial.genicam:GenicamSource",  # an industrial camera through its maker's software
+    "aravis": "app.sources.industrial.aravis:AravisSource",  # one through Aravis, without it
 })
 
 

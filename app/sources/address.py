@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 from urllib.parse import parse_qsl, unquote, urlsplit
 
-from app.errors import BadInput
+from app.core.errors import BadInput
 from app.models import Option
 
 MAX_ADDRESS = 2000  # characters

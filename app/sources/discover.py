@@ -14,7 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from app.errors import Unavailable
+from app.core.errors import Unavailable
 from app.sources import Identity, Surroundings
 
 DEADLINE_S = 5.0  # starting Python, then the second in which a network camera may answer; on a busy small machine
@@ -34,16 +34,16 @@ def found(around: Surroundings, deadline_s: float = DEADLINE_S) -> list[Found]:
 
 def in_this_machine() -> Iterable[Found]:
     """The webcams and capture cards that Linux knows; it is only asked, no camera is opened."""
-    from app.sources.v4l2 import V4l2Source
-    from app.sources.v4l2_devices import devices
+    from app.sources.local.v4l2 import V4l2Source
+    from app.sources.local.v4l2_devices import devices
     for camera in devices(V4l2Source.root):
         yield _told(camera.address, f"{camera.model}, {camera.node}", camera.identity)
 
 
 def through_producer(path: str) -> Iterable[Found]:
     """The GenICam cameras behind one producer."""
-    from app.sources.genicam import address_of, identity_of
-    from app.sources.genicam_producers import cameras_of, harvester_of, let_go
+    from app.sources.industrial.genicam import address_of, identity_of
+    from app.sources.industrial.genicam_producers import cameras_of, harvester_of, let_go
     producer = Path(path)
     harvester = harvester_of([producer])
     cameras = cameras_of(harvester)
@@ -56,7 +56,7 @@ def through_producer(path: str) -> Iterable[Found]:
 
 def through_aravis() -> Iterable[Found]:
     """The GigE Vision and USB3 Vision cameras that answer to Aravis."""
-    from app.sources.aravis import address_of, aravis, identity_of, plugged_in
+    from app.sources.industrial.aravis import address_of, aravis, identity_of, plugged_in
     cameras = plugged_in(aravis())
     for name, camera in zip(_short_names([(one.serial, one.id) for one in cameras]), cameras, strict=True):
         address = address_of(name)
@@ -83,7 +83,7 @@ def look() -> None:
 
 
 def _tasks(around: Surroundings) -> list[tuple[str, tuple[str, ...]]]:
-    from app.sources.genicam_producers import producers_in
+    from app.sources.industrial.genicam_producers import producers_in
     return [*(("genicam", (str(path),)) for path in producers_in(around.producers).values()), ("aravis", ())]
 
 

@@ -27,14 +27,15 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Self
 
-from app.errors import NotFound, Unavailable
-from app.geometry import ImageSize
-from app.records import Calibration, Warning
+from app.core.errors import NotFound, Unavailable
+from app.core.geometry import ImageSize
+from app.core.records import Calibration, Warning
 from app.store.archive import archive
 from app.store.backups import Backups
 from app.store.calibrations import Calibrations
 from app.store.cameras import Cameras, Identities, KeptCamera
 from app.store.clips import Clips
+from app.store.disk_usage import Room, room_of
 from app.store.drafts import EMPTY, Draft, Drafts
 from app.store.files import make_folder
 from app.store.former import take_over
@@ -44,11 +45,10 @@ from app.store.lock import FolderLock
 from app.store.opening import FILE, open_postgresql, open_sqlite
 from app.store.presets import Preset, Presets
 from app.store.quarantine import Damage, DamagedFile, Quarantine
+from app.store.repository import Clock, Page, utc_now
 from app.store.restoring import refuse_unfinished
 from app.store.rigs import KeptRig, Rigs
 from app.store.rolls import Rolls
-from app.store.room import Room, room_of
-from app.store.shelf import Clock, Page, utc_now
 from app.store.snapshots import Snapshot, Snapshots
 from app.store.space import BACKUPS_BYTES, UPLOADS_BYTES, Space, free_bytes
 

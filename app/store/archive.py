@@ -23,13 +23,13 @@ from typing import IO, Any
 from sqlalchemy import insert, select, text
 
 from app import __version__
-from app.errors import BadInput, Conflict
+from app.core.errors import BadInput, Conflict
+from app.store.checksummed import is_whole
 from app.store.database import Database
 from app.store.fields import load_field
 from app.store.files import make_folder, write_whole
+from app.store.repository import Clock, stamp
 from app.store.schema import HEAD
-from app.store.sealed import is_whole
-from app.store.shelf import Clock, stamp
 from app.store.tables import KEPT, Sealed
 
 FORMAT = "touchline-archive-1"

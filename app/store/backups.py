@@ -17,10 +17,10 @@ from pathlib import Path
 from threading import Event, Thread
 from time import monotonic
 
-from app.records import Warning
+from app.core.records import Warning
 from app.store.check import changes_of, trouble_of
 from app.store.files import flush_folder, make_folder, sweep
-from app.store.shelf import Clock, utc_now
+from app.store.repository import Clock, utc_now
 from app.store.space import BACKUPS_BYTES, LEAST_FREE_BYTES, free_bytes
 
 log = logging.getLogger("touchline")

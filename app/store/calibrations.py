@@ -12,10 +12,10 @@ from typing import Any
 from sqlalchemy import ColumnElement, func, select
 from sqlalchemy.orm import Session
 
-from app.errors import Conflict, NotFound
-from app.records import Calibration
-from app.store.sealed import as_text, content, is_whole, resealed, sealed
-from app.store.shelf import Page, Shelf, column, new_id, stamp
+from app.core.errors import Conflict, NotFound
+from app.core.records import Calibration
+from app.store.checksummed import as_text, content, is_whole, resealed, sealed
+from app.store.repository import Page, Shelf, column, new_id, stamp
 from app.store.tables import ActivationRow, ActiveRow, CalibrationRow
 
 ACTIVE = ',"active":{},"field_definition":'  # within Calibration.to_json()

@@ -12,10 +12,10 @@ from typing import Any
 from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
-from app.errors import BadInput, Conflict, NotFound, Stale
+from app.core.errors import BadInput, Conflict, NotFound, Stale
+from app.store.checksummed import content, sealed
 from app.store.quarantine import DamagedFile
-from app.store.sealed import content, sealed
-from app.store.shelf import Shelf, stamp
+from app.store.repository import Shelf, stamp
 from app.store.tables import CameraRow, IdentityRow
 
 

@@ -10,7 +10,7 @@ from urllib.parse import quote
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.store.sealed import is_whole
+from app.store.checksummed import is_whole
 from app.store.tables import SEALED, Sealed
 
 FETCH = 500  # rows at a time

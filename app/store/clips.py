@@ -15,9 +15,9 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
-from app.errors import BadInput, DiskFull, NotFound
+from app.core.errors import BadInput, DiskFull, NotFound
 from app.store.files import keeping, make_folder, write_whole
-from app.store.shelf import Clock, new_id, stamp
+from app.store.repository import Clock, new_id, stamp
 from app.store.space import MB, Space
 
 LENGTH = struct.Struct("<I")

@@ -21,7 +21,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnection
 from sqlalchemy.orm import Session
 
-from app.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
+from app.core.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
 from app.store.files import write_whole
 from app.store.tables import LedgerRow
 

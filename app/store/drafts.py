@@ -11,10 +11,10 @@ from typing import Any
 
 from sqlalchemy import select
 
-from app.errors import Stale
+from app.core.errors import Stale
+from app.store.checksummed import content, sealed
 from app.store.quarantine import DamagedFile
-from app.store.sealed import content, sealed
-from app.store.shelf import Shelf, stamp
+from app.store.repository import Shelf, stamp
 from app.store.tables import DraftRow
 
 EMPTY: Mapping[str, Any] = {"field": None, "region": None, "rotate": None, "model": None, "options": {},

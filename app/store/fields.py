@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from app.errors import BadInput, NotFound
-from app.field import Field
-from app.field_reader import field_from_json
-from app.strict_yaml import MAX_BYTES, plain_from_yaml
+from app.core.errors import BadInput, NotFound
+from app.core.field import Field
+from app.core.field_json import field_from_json
+from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
 
 _APP = Path(__file__).resolve().parent.parent
 # An installed wheel carries configs/ inside the package; a checkout has it beside.

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from app.errors import DiskFull, Unavailable
+from app.core.errors import DiskFull, Unavailable
 
 TEMPORARY = ".tmp"
 

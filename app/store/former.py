@@ -17,7 +17,7 @@ from typing import Any
 from sqlalchemy import select, text
 from sqlalchemy.orm import Session
 
-from app.records import Calibration
+from app.core.records import Calibration
 from app.store.calibrations import calibration_row, put_active
 from app.store.cameras import KeptCamera, camera_row, identity_row
 from app.store.database import Database

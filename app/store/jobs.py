@@ -16,10 +16,10 @@ from typing import Any
 
 from sqlalchemy import and_, delete, or_, select, update
 
-from app.errors import NotFound
+from app.core.errors import NotFound
+from app.store.checksummed import as_text
 from app.store.database import Database
-from app.store.sealed import as_text
-from app.store.shelf import Clock, is_id, new_id, stamp
+from app.store.repository import Clock, is_id, new_id, stamp
 from app.store.tables import JobRow
 
 ENDED = ("done", "failed", "cancelled")

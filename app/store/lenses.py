@@ -5,9 +5,9 @@ from typing import Any
 
 from sqlalchemy import delete
 
-from app.errors import NotFound
-from app.store.sealed import content, sealed
-from app.store.shelf import Page, Shelf, new_id, stamp
+from app.core.errors import NotFound
+from app.store.checksummed import content, sealed
+from app.store.repository import Page, Shelf, new_id, stamp
 from app.store.tables import LensRow
 
 

@@ -4,7 +4,7 @@ import fcntl
 import os
 from pathlib import Path
 
-from app.errors import Unavailable
+from app.core.errors import Unavailable
 
 
 class FolderLock:

@@ -15,13 +15,13 @@ from pathlib import Path
 
 from sqlalchemy.exc import DBAPIError
 
-from app.errors import Unavailable
+from app.core.errors import Unavailable
 from app.store.backups import Backups
 from app.store.check import damaged_rows, trouble_of
 from app.store.database import Database, PostgresLock, postgresql_url
 from app.store.files import flush_folder, write_whole
-from app.store.healing import heal, salvage
 from app.store.quarantine import Quarantine
+from app.store.recovery import heal, salvage
 from app.store.schema import HEAD, check_not_newer, schema_of, upgrade
 
 log = logging.getLogger("touchline")

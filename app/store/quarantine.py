@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.errors import Unavailable
+from app.core.errors import Unavailable
 from app.store.files import make_folder, move_whole, write_whole
 
 log = logging.getLogger("touchline")

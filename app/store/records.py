@@ -10,7 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from app.errors import BadInput
+from app.core.errors import BadInput
 from app.store.files import keeping, make_folder, sweep, write_whole
 from app.store.quarantine import Quarantine
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from app.errors import Conflict, NotFound, Unavailable
+from app.core.errors import Conflict, NotFound, Unavailable
 from app.store.archive import restore
 from app.store.database import Database
 from app.store.files import flush_folder, make_folder

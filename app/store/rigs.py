@@ -8,11 +8,11 @@ from typing import Any
 from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
-from app.errors import Conflict, NotFound, Stale
+from app.core.errors import Conflict, NotFound, Stale
 from app.store.cameras import check_name, is_name
+from app.store.checksummed import content, sealed
 from app.store.quarantine import DamagedFile
-from app.store.sealed import content, sealed
-from app.store.shelf import Shelf, new_id, stamp
+from app.store.repository import Shelf, new_id, stamp
 from app.store.tables import RigRow
 
 MAX_RIGS = 200

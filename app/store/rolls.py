@@ -6,10 +6,10 @@ from typing import Any
 
 from sqlalchemy import delete, func, select
 
-from app.errors import NotFound
+from app.core.errors import NotFound
+from app.store.checksummed import as_text, content, resealed, sealed
 from app.store.quarantine import DamagedFile
-from app.store.sealed import as_text, content, resealed, sealed
-from app.store.shelf import Shelf, is_id, stamp
+from app.store.repository import Shelf, is_id, stamp
 from app.store.tables import RollRow
 
 MOST = 300  # of one camera: with more nothing is known better; the oldest go

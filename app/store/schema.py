@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sqlalchemy import Engine, inspect, text
 
-from app.errors import Unavailable
+from app.core.errors import Unavailable
 
 HEAD = "0004"
 MIGRATIONS = Path(__file__).parent / "migrations"

@@ -13,13 +13,13 @@ from typing import Any
 from sqlalchemy import ColumnElement, delete, func, select
 from sqlalchemy.orm import Session
 
-from app.errors import NotFound, Unavailable
-from app.geometry import ImageSize
+from app.core.errors import NotFound, Unavailable
+from app.core.geometry import ImageSize
+from app.store.checksummed import content, sealed
 from app.store.database import Database
 from app.store.files import keeping, make_folder, sweep, write_whole
 from app.store.quarantine import Damage, DamagedFile, Quarantine
-from app.store.sealed import content, sealed
-from app.store.shelf import Clock, Page, Shelf, column, new_id, stamp
+from app.store.repository import Clock, Page, Shelf, column, new_id, stamp
 from app.store.space import Space
 from app.store.tables import CalibrationRow, DraftRow, LensRow, SnapshotRow
 

@@ -4,8 +4,8 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from app.errors import DiskFull
-from app.records import Warning
+from app.core.errors import DiskFull
+from app.core.records import Warning
 
 MB = 1_000_000
 WARN_FREE_BYTES = 500 * MB

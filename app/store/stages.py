@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from app.errors import BadInput, NotFound
-from app.strict_yaml import MAX_BYTES, plain_from_yaml
-from app.vision.sight import Plan
+from app.core.errors import BadInput, NotFound
+from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
+from app.vision.stage_pipeline import Plan
 
 _APP = Path(__file__).resolve().parent.parent
 # An installed wheel carries configs/ inside the package; a checkout has it beside.

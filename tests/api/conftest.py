@@ -1,17 +1,16 @@
 """The real application on a data folder of its own, driven through starlette's client."""
 
 import json
-from pathlib import Path
 
 import pytest
-from pictures import encoded, gradient
-from refusals import API, without_size
 from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
+from tests.support.paths import CLICKS
+from tests.support.pictures import encoded, gradient
+from tests.support.refusals import API, without_size
 
-CLICKS = Path(__file__).parents[1] / "clicks"
 HERE = "http://127.0.0.1:8000"
 CAMERAS = ({"id": "north", "name": "North half", "source": "sim://table?size=320x256&fps=200", "field": "table",
             "region": "full"},)

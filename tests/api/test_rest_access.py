@@ -5,7 +5,7 @@ import re
 import pytest
 from starlette.testclient import TestClient
 
-from app.api.access import MAX_WRONG, OPEN
+from app.api.middleware.access import MAX_WRONG, OPEN
 from app.main import create_app
 from app.settings import Settings
 

@@ -7,7 +7,6 @@ import sys
 import cv2
 import numpy as np
 import pytest
-from refusals import API, without_size
 from starlette.testclient import TestClient
 
 from app.cli import main
@@ -16,7 +15,8 @@ from app.main import create_app
 from app.settings import Settings
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_observations
-from app.store.field_shelf import FieldShelf
+from app.store.field_repository import FieldShelf
+from tests.support.refusals import API, without_size
 
 PICTURES = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}
 

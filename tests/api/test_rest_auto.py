@@ -3,10 +3,11 @@
 import cv2
 import numpy as np
 import pytest
-from auto_scenes import SceneSpec, scene_of
-from jobs_watched import accepted, ended
-from pictures import encoded, gradient
-from refusals import API, refusal
+
+from tests.support.auto_scenes import SceneSpec, scene_of
+from tests.support.pictures import encoded, gradient
+from tests.support.refusals import API, refusal
+from tests.support.rest_jobs import accepted, ended
 
 AUTO = f"{API}/calibrations/auto"
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)

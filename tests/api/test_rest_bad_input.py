@@ -4,7 +4,8 @@ import copy
 import json
 
 import pytest
-from refusals import API, refusal, without_size
+
+from tests.support.refusals import API, refusal, without_size
 
 JSON = {"Content-Type": "application/json"}
 

@@ -5,12 +5,12 @@ import time
 from contextlib import contextmanager
 
 import pytest
-from board_film import BOARD, SIZE, film
-from refusals import API
 from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
+from tests.support.board_film import BOARD, SIZE, film
+from tests.support.refusals import API
 
 LONG_S = 90.0  # a loaded machine starts a camera's process slowly
 

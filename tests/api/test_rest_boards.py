@@ -5,16 +5,16 @@ import shutil
 
 import numpy as np
 import pytest
-from boards_seen import BOARD, SIZE, TRUTH, picture_of, views_of
-from jobs_watched import accepted, ended
-from lens_over_field import FIELD, clicks_through_the_lens
-from pictures import encoded
-from refusals import API, refusal
-from store_opener import damage_row
 
-from app.board import Board
+from app.core.board import Board
 from app.store import Store
 from app.store.tables import LensRow
+from tests.support.board_views import BOARD, SIZE, TRUTH, picture_of, views_of
+from tests.support.lens_over_field import FIELD, clicks_through_the_lens
+from tests.support.pictures import encoded
+from tests.support.refusals import API, refusal
+from tests.support.rest_jobs import accepted, ended
+from tests.support.store_opener import damage_row
 
 CAL, LENSES = f"{API}/calibrations", f"{API}/lenses"
 SMALL = Board("chessboard", 8, 6, 30.0)

@@ -6,10 +6,10 @@ import json
 import cv2
 import numpy as np
 import pytest
-from pictures import encoded, gradient
-from refusals import API, refusal, without_size
 
 from app import __version__
+from tests.support.pictures import encoded, gradient
+from tests.support.refusals import API, refusal, without_size
 
 CAL = f"{API}/calibrations"
 BINARY = {"Content-Type": "application/octet-stream"}

@@ -9,11 +9,11 @@ import time
 import cv2
 import numpy as np
 import pytest
-from pictures import encoded
-from refusals import API, refusal
 from starlette.testclient import TestClient
 
 from app.main import create_app
+from tests.support.pictures import encoded
+from tests.support.refusals import API, refusal
 
 SOUTH = {"id": "south", "name": "South half", "source": "sim://table?size=320x256&seed=4", "field": "table",
          "region": "full"}

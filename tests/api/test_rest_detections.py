@@ -3,11 +3,11 @@
 import cv2
 import numpy as np
 import pytest
-from field_watched import calibration_of, clicked, world
-from pictures import encoded
-from refusals import API, refusal
 
-from app.exports import EXPORTS
+from app.formats import EXPORTS
+from tests.support.pictures import encoded
+from tests.support.refusals import API, refusal
+from tests.support.watched_field import calibration_of, clicked, world
 
 DETECTIONS = f"{API}/detections"
 

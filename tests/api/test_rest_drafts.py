@@ -1,7 +1,8 @@
 """Drafts: a reload loses nothing, and of two operators the slower one is told and loses nothing either."""
 
 import pytest
-from refusals import API, refusal
+
+from tests.support.refusals import API, refusal
 
 
 @pytest.fixture

@@ -3,12 +3,12 @@
 import time
 
 import pytest
-from live_seen import calibrated
-from refusals import API, refusal
 from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
+from tests.support.live_cameras import calibrated
+from tests.support.refusals import API, refusal
 
 URL = "sim://table?size=480x384&fps=20&robots=3"
 CAMERAS = ({"id": "north", "name": "North", "source": URL, "field": "table", "region": "full"},)

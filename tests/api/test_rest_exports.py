@@ -8,10 +8,10 @@ from urllib.parse import unquote
 import cv2
 import numpy as np
 import pytest
-from refusals import API, refusal
 
-from app.api.headers_of_files import attachment
-from app.exports import EXPORTS
+from app.api.file_headers import attachment
+from app.formats import EXPORTS
+from tests.support.refusals import API, refusal
 
 CAL = f"{API}/calibrations"
 LENS_FORMATS = [name for name in EXPORTS if hasattr(EXPORTS[name], "LENSES")]

@@ -3,10 +3,10 @@
 import json
 
 import pytest
-from refusals import API, refusal
 from starlette.testclient import TestClient
 
 from app.main import create_app
+from tests.support.refusals import API, refusal
 
 FIELDS = f"{API}/fields"
 GARAGE = {"name": "garage", "length_mm": 3000, "width_mm": 2000,

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from refusals import API, without_size
+
+from tests.support.refusals import API, without_size
 
 BORDER = f"{API}/fit/border"
 

@@ -14,11 +14,13 @@ from http.client import IncompleteRead
 from pathlib import Path
 from urllib.request import Request, urlopen
 
-import jobs_done
 import pytest
-from jobs_watched import accepted, ended
-from refusals import API, refusal
 from starlette.websockets import WebSocketDisconnect
+
+from tests.support import sample_jobs
+from tests.support.paths import ROOT
+from tests.support.refusals import API, refusal
+from tests.support.rest_jobs import accepted, ended
 
 CAL = f"{API}/calibrations"
 
@@ -84,7 +86,7 @@ def test_a_comparison_looks_only_at_the_models_that_it_names(client, task):
 
 
 def test_a_job_is_cancelled_as_often_as_one_likes_and_an_unknown_one_is_404(client, engine):
-    job = engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 30})
+    job = engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
     for _ in range(3):
         answer = client.delete(f"{API}/jobs/{job.id}")
         assert answer.status_code == 200 and answer.json()["state"] == "cancelled"
@@ -116,7 +118,7 @@ def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client
 
 
 def test_a_job_whose_worker_is_killed_is_tried_again_and_has_failed_after_three(client, engine, task):
-    job = engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 30})
+    job = engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
     for attempt in (1, 2, 3):
         until = time.monotonic() + 30
         while (told := client.get(f"{API}/jobs/{job.id}").json())["message"] != "sleeping" or (
@@ -132,7 +134,7 @@ def test_a_job_whose_worker_is_killed_is_tried_again_and_has_failed_after_three(
 
 
 def test_events_tell_every_change_until_the_end(client, engine):
-    job = engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 1.0})
+    job = engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1.0})
     with client.stream("GET", f"{API}/jobs/{job.id}/events") as answer:
         assert answer.headers["content-type"].startswith("text/event-stream")
         told = [json.loads(line.removeprefix("data: ")) for line in answer.iter_lines() if line.startswith("data: ")]
@@ -151,7 +153,7 @@ def socket_to(client, path):
 def test_a_page_hears_a_job_and_all_jobs_by_websocket(client, engine):
     with socket_to(client, f"{API}/jobs/stream") as all_jobs:
         assert all_jobs.receive_json() == {"items": []}
-        job = engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 0.6})
+        job = engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 0.6})
         with socket_to(client, f"{API}/jobs/{job.id}/stream") as line:
             told = []
             with pytest.raises(WebSocketDisconnect) as end:
@@ -174,7 +176,7 @@ def test_a_page_hears_a_job_and_all_jobs_by_websocket(client, engine):
 
 def test_too_many_jobs_are_429_and_not_an_error_of_the_server(client, engine, task):
     for _ in range(22):
-        engine.start("sleeping", jobs_done.sleeps_and_says, {"seconds": 60})
+        engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60})
         time.sleep(0.02)
         if sum(job.state == "queued" for job in engine.all()) >= 20:
             break
@@ -185,7 +187,7 @@ def test_too_many_jobs_are_429_and_not_an_error_of_the_server(client, engine, ta
 def start_server(tmp_path):
     """A real server on that folder: (url, its process)."""
     server = subprocess.Popen([sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0",
-                               "--data", str(tmp_path / "data")], cwd=Path(__file__).parents[2],
+                               "--data", str(tmp_path / "data")], cwd=ROOT,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     return server.stdout.readline().split()[-1] + "api/v1", server
 

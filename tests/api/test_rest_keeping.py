@@ -4,14 +4,14 @@ import io
 import json
 import zipfile
 
-from refusals import API
 from starlette.testclient import TestClient
-from store_opener import damage_row
 
 from app.main import create_app
 from app.store import Store
 from app.store.restoring import restore_into
 from app.store.tables import CalibrationRow
+from tests.support.refusals import API
+from tests.support.store_opener import damage_row
 
 HERE = "http://127.0.0.1:8000"
 

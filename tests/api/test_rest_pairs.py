@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from pair_over_field import calibrations, cameras, matches
-from refusals import API, refusal
 
-from app.exports import EXPORTS
+from app.formats import EXPORTS
+from tests.support.pair_over_field import calibrations, cameras, matches
+from tests.support.refusals import API, refusal
 
 PAIRS = f"{API}/pairs"
 

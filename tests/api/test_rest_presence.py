@@ -1,6 +1,6 @@
 """Who else has a picture open, and that its draft was saved: told at once, to everybody but who did it."""
 
-from refusals import API
+from tests.support.refusals import API
 
 
 def listening(client, path):

@@ -3,7 +3,8 @@
 import re
 
 import pytest
-from refusals import refusal
+
+from tests.support.refusals import refusal
 
 BORDER = "/api/v1/fit/border"
 JSON = {"Content-Type": "application/json"}

@@ -5,16 +5,16 @@ import socket
 import time
 
 import pytest
-from exported import example, model_of, of_model
-from group_listener import Listener, free_group, said, until
-from refusals import API, refusal
 from starlette.testclient import TestClient
 
-from app import interchange
+from app.league.config import Plan
+from app.league.geometry_packet import packet_of, spoken
 from app.main import create_app
-from app.publish.geometry import packet_of, spoken
-from app.publish.plan import Plan
 from app.settings import Settings
+from app.workflows import interchange
+from tests.support.exported import example, model_of, of_model
+from tests.support.group_listener import Listener, free_group, said, until
+from tests.support.refusals import API, refusal
 
 HERE = "http://127.0.0.1:8000"
 NORTH = {"id": "north", "source": "sim://table?size=320x256&fps=5", "field": "table"}

@@ -3,15 +3,15 @@
 import cv2
 import numpy as np
 import pytest
-from jobs_watched import accepted, ended
-from refusals import API, refusal
-from rig_over_field import FIELD, REGIONS, sim_source, sim_task
 from starlette.testclient import TestClient
 
-from app.exports import EXPORTS
+from app.formats import EXPORTS
 from app.images import encode
 from app.main import create_app
 from app.settings import Settings
+from tests.support.refusals import API, refusal
+from tests.support.rest_jobs import accepted, ended
+from tests.support.rig_over_field import FIELD, REGIONS, sim_source, sim_task
 
 RIGS = f"{API}/rigs"
 HERE = "http://127.0.0.1:8000"

@@ -6,9 +6,6 @@ from contextlib import ExitStack, contextmanager
 import cv2
 import numpy as np
 import pytest
-from jobs_watched import accepted, ended
-from refusals import API, refusal
-from rolling_balls import FPS, SIZE, chords, film, lens_of
 from starlette.testclient import TestClient
 
 from app.main import create_app
@@ -16,6 +13,9 @@ from app.settings import Settings
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_clicks
 from app.store.fields import load_fields
+from tests.support.refusals import API, refusal
+from tests.support.rest_jobs import accepted, ended
+from tests.support.rolling_balls import FPS, SIZE, chords, film, lens_of
 
 SOURCE = "sim://table?robots=0&ball=true&lens=division&k=-0.3&size=640x480&fps=25&height=1400"
 LONG_S = 90.0  # a loaded machine starts a camera's process slowly

@@ -9,20 +9,20 @@ from pathlib import Path
 import msgspec
 import pytest
 import viser
-from rig_over_field import sim_task
-from served import served
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from app.api import scenes
-from app.api.scene_schemas import read_word
-from app.errors import BadInput
-from app.exports import EXPORTS
+from app.api.routes import scenes
+from app.api.schemas.scenes import read_word
+from app.core.errors import BadInput
+from app.formats import EXPORTS
 from app.main import create_app
-from app.scene import theatre
+from app.scene import scene_registry
 from app.settings import Settings
+from tests.support.rig_over_field import sim_task
+from tests.support.servers import served
 
 PROTOCOL = f"viser-v{viser.__version__}"
 HOST = {"host": "127.0.0.1:8000"}
@@ -160,7 +160,7 @@ def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kep
 
 
 def test_so_many_scenes_and_no_more(standing, monkeypatch):
-    monkeypatch.setattr(theatre, "MOST", 1)
+    monkeypatch.setattr(scene_registry, "MOST", 1)
     with opened(standing) as line:
         line.receive_json()
         with opened(standing) as one_more:
@@ -257,7 +257,7 @@ def test_the_scene_as_a_file(standing, kept, monkeypatch):
     assert answer.status_code == 200 and "__VISER_EMBED_DATA__" in answer.text
     assert answer.headers["content-security-policy"].startswith("sandbox allow-scripts;")
     assert "-scene.html" in answer.headers["content-disposition"]
-    monkeypatch.setattr(theatre, "MOST", 0)  # a version never changes: the same file needs no process again
+    monkeypatch.setattr(scene_registry, "MOST", 0)  # a version never changes: the same file needs no process again
     assert standing.get(f"/api/v1/calibrations/{kept}/scene.html?dark=true").content == answer.content
     busy = standing.get(f"/api/v1/calibrations/{kept}/scene.html")
     assert busy.status_code == 429 and busy.json()["fix"]

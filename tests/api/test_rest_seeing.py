@@ -7,16 +7,16 @@ from contextlib import contextmanager
 import cv2
 import numpy as np
 import pytest
-from group_listener import Listener, free_group
-from live_play import Before
-from refusals import API, refusal
-from ssl_listener import Packet
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from app.live.wire import parts
+from app.live.messages import parts
 from app.main import create_app
 from app.settings import Settings
+from tests.support.group_listener import Listener, free_group
+from tests.support.live_play import Before
+from tests.support.refusals import API, refusal
+from tests.support.ssl_listener import Packet
 
 HOST = {"host": "127.0.0.1:8000"}
 LONG_S = 90.0  # a loaded machine starts a camera's process slowly

@@ -1,11 +1,11 @@
 """GET /settings: everything that is set, with its meaning, and no secret."""
 
 import pytest
-from refusals import API
 from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
+from tests.support.refusals import API
 
 SECRETS = {"token": "a-token-that-is-long-enough", "password": "geheim-4711"}
 

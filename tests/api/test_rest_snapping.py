@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
-from pictures import encoded
-from refusals import API, refusal
 
-from app.geometry import ImageSize
+from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.clicks import border_clicks
+from app.sources.sim.illumination import Light
 from app.sources.sim.lens import LENSES
-from app.sources.sim.look import Light
-from app.sources.sim.play import Play
+from app.sources.sim.motion import Play
 from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
+from tests.support.pictures import encoded
+from tests.support.refusals import API, refusal
 
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]

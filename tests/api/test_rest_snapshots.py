@@ -6,8 +6,9 @@ import time
 import cv2
 import numpy as np
 import pytest
-from pictures import apng, encoded, gradient, jpeg_of_many_scans, jpeg_with_size, png_bomb
-from refusals import API, refusal
+
+from tests.support.pictures import apng, encoded, gradient, jpeg_of_many_scans, jpeg_with_size, png_bomb
+from tests.support.refusals import API, refusal
 
 
 def pixels_of(answer):

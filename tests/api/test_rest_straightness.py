@@ -5,11 +5,12 @@ import json
 import cv2
 import numpy as np
 import pytest
-from bars_drawn import BENT, SIZE, STRAIGHT, bars_behind
-from jobs_watched import accepted, ended
-from lines_seen import lens_of, lines_seen
-from pictures import encoded, gradient
-from refusals import API, refusal
+
+from tests.support.bar_pictures import BENT, SIZE, STRAIGHT, bars_behind
+from tests.support.pictures import encoded, gradient
+from tests.support.refusals import API, refusal
+from tests.support.rest_jobs import accepted, ended
+from tests.support.straight_edges import lens_of, lines_seen
 
 STRAIGHTNESS = f"{API}/straightness"
 WORLD = lens_of("division", (-0.25,))

@@ -4,12 +4,12 @@ import time
 
 import numpy as np
 import pytest
-from live_play import Before
-from refusals import API, refusal
 from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
+from tests.support.live_play import Before
+from tests.support.refusals import API, refusal
 
 LONG_S = 90.0
 RIG = {"field": "ssl-div-b", "cameras": ["low", "high"]}

@@ -1,7 +1,8 @@
 """REST of versions that stand already: who activated which, a note that changes, a deletion that is taken back."""
 
 import pytest
-from refusals import API, refusal
+
+from tests.support.refusals import API, refusal
 
 CAL = f"{API}/calibrations"
 

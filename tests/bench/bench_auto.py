@@ -13,12 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from auto_scenes import FIELDS, SceneSpec, SeenScene, carpet_error_mm, fields, scene_of, spec_of
-
-from app.auto_task import AutoTask
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from app.core.records import Calibration, Frame
 from app.models import field_from_raw, model_from_json
-from app.records import Calibration, Frame
+from app.workflows.automatic_request import AutoTask
+from tests.support.auto_scenes import FIELDS, SceneSpec, SeenScene, carpet_error_mm, fields, scene_of, spec_of
 
 RIGHT_MM, RIGHT_PX = 5.0, 0.5  # whichever is more: a wrong assignment is off by decimetres
 

@@ -13,13 +13,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from auto_scenes import fields
-
-from app.auto_task import AutoTask
-from app.check_pipeline import check
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from app.core.records import Calibration, Frame
 from app.models import model_from_json, raw_from_field
-from app.records import Calibration, Frame
+from app.workflows.automatic_request import AutoTask
+from app.workflows.check import check
+from tests.support.auto_scenes import fields
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "fields"
 PICTURES = [

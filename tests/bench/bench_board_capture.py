@@ -14,10 +14,10 @@ from pathlib import Path
 import pytest
 from websockets.sync.client import connect
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from board_film import BOARD, film
-from served import served
+from tests.support.board_film import BOARD, film
+from tests.support.servers import served
 
 ROUNDS, SECONDS = 5, 8.0
 LEAST_SHARE = 0.95  # of the frames without

@@ -10,12 +10,12 @@ import time
 import numpy as np
 import pytest
 from bench.peers import mrcal, opencv
-from boards_seen import BOARD, PLAIN, SIZE, TRUTH, views_of
 
-from app.evaluate.lens_difference import lens_difference, median_difference
-from app.evaluate.lens_uncertainty import expected_px, lens_sensitivity
+from app.evaluate.board.lens_difference import lens_difference, median_difference
+from app.evaluate.board.lens_uncertainty import expected_px, lens_sensitivity
+from app.fitting.board.fit import fit_board
 from app.models import MODELS
-from app.models.board_fit import fit_board
+from tests.support.board_views import BOARD, PLAIN, SIZE, TRUTH, views_of
 
 BROWN = MODELS["brown-conrady"]
 SEEDS = range(8)

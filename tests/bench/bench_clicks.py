@@ -11,15 +11,14 @@ import cv2
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from clicked import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
-
-from app.evaluate.uncertainty import HAT_MM, at_height, expected_error, grid_over
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from app.core.records import Fit
+from app.evaluate.fit.uncertainty import HAT_MM, at_height, expected_error, grid_over
+from app.fitting.ray_camera.parameters import RayState
+from app.fitting.ray_camera.problem import gather
 from app.models import MODELS, field_from_raw
-from app.models.ray_problem import gather
-from app.models.ray_state import RayState
-from app.records import Fit
 from app.sources.sim.clicks import border_observations, known_grid, landmark_observations, rms_mm
+from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 
 SEEDS = 16
 BOUND_SEEDS = 60

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.correction import View, correction_map
+from app.imaging.correction import View, correction_map
 from app.models.polynomial import Polynomial
 
 FULL_HD = replace(next(iter(Polynomial.examples())), width_px=1919.0, height_px=1079.0)

@@ -9,22 +9,21 @@ import signal
 import time
 from pathlib import Path
 
-import batch_pictures
-import jobs_done
 import numpy as np
 import pytest
-from batch_pictures import folder_of
-from boards_seen import SIZE, TRUTH, picture_of, views_of
-from cluster import dask_cluster
-from pictures import encoded
 
 from app.batch import Batch, pictures_in, rows_of
-from app.board import Board
-from app.board_task import BoardTask, run_pictures, run_views
 from app.cli.files import read_points_file
+from app.core.board import Board
+from app.core.records import observations_from_json
 from app.jobs import Jobs
-from app.records import observations_from_json
-from app.task import Task
+from app.workflows.board_request import BoardTask, run_pictures, run_views
+from app.workflows.calibration_request import Task
+from tests.support import batch_pictures, sample_jobs
+from tests.support.batch_pictures import folder_of
+from tests.support.board_views import SIZE, TRUTH, picture_of, views_of
+from tests.support.dask_cluster import dask_cluster
+from tests.support.pictures import encoded
 
 SMALL, LENSES, PICTURES = 200, 16, 200
 DISTINCT = 10  # of the archive's pictures; the others are copies of them
@@ -71,7 +70,7 @@ def told(what, jobs, took):
 
 
 def test_many_small_jobs(jobs):
-    told(f"{SMALL} small jobs", jobs, all_done(jobs, jobs_done.adds, [{"a": n, "b": 1} for n in range(SMALL)])[1])
+    told(f"{SMALL} small jobs", jobs, all_done(jobs, sample_jobs.adds, [{"a": n, "b": 1} for n in range(SMALL)])[1])
 
 
 def test_lenses_from_boards(jobs):

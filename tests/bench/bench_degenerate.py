@@ -11,13 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from clicked import FIELD, REGION, SIZE, reference_camera
-
-from app.errors import TouchlineError
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from app.core.errors import TouchlineError
+from app.core.records import Observation
 from app.models import MODELS, parameters_json
-from app.records import Observation
 from app.sources.sim.clicks import border_observations
+from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 
 BORDERS = ("left", "right", "top", "bottom")
 SLOW_S = 10.0

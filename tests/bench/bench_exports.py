@@ -12,17 +12,16 @@ from pathlib import Path
 import numpy as np
 
 if __name__ == "__main__":
-    sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
+    sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from exported import of_model
-
-from app import interchange
-from app.evaluate.stand_in import loss_of
-from app.geometry import ImageSize
+from app.core.geometry import ImageSize
+from app.evaluate.fit.approximation import loss_of
 from app.models.brown_conrady import BrownConrady
 from app.models.rotation import vector_from_matrix
 from app.models.ssl import Ssl
 from app.store.fields import load_fields
+from app.workflows import interchange
+from tests.support.exported import of_model
 
 FIELD = load_fields()["ssl-div-b"]
 SIZE = ImageSize(1224, 1024)

@@ -11,10 +11,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from industrial import GvCamera, held, opened, with_viky  # noqa: E402
-
 from app.sources.discover import found  # noqa: E402
-from app.sources.pixel_formats import FORMATS, bgr_from_raw  # noqa: E402
+from app.sources.industrial.pixel_formats import FORMATS, bgr_from_raw  # noqa: E402
+from tests.support.industrial import GvCamera, held, opened, with_viky  # noqa: E402
 
 CYCLES = 100
 VIKY, FAKE, WIRE = "genicam://1?producer=viky&fps=200", "aravis://Fake_1?fps=200", "aravis://127.0.0.1?fps=100"

@@ -14,9 +14,8 @@ import pytest
 import requests
 from playwright.sync_api import sync_playwright
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "e2e"))
-from chromium import ARGUMENTS, chromium_path
-from live_seen import calibrated
+from tests.support.chromium import ARGUMENTS, chromium_path
+from tests.support.live_cameras import calibrated
 
 ROOT = Path(__file__).parents[2]
 SOURCE = "sim://table?size=1920x1080&fps=30&robots=6&timecode=true"

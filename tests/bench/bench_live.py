@@ -19,14 +19,13 @@ import cv2
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from live_seen import calibrated, live, until
-from mjpeg_camera import MjpegCamera
-
-from app.correction import View, correction_map
+from app.imaging.correction import View, correction_map
 from app.live import Channel
 from app.live.picture import Shown
+from tests.support.live_cameras import calibrated, live, until
+from tests.support.mjpeg_camera import MjpegCamera
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 30.0
@@ -63,7 +62,7 @@ def test_capture_goes_on_whoever_watches(served, reading, mute):
     while asked(host, port, "/cameras/north/status")["state"] != "live":
         time.sleep(0.1)
     path = "/api/v1/cameras/north/stream.mjpg?width=960"
-    command = [sys.executable, str(Path(__file__).parent / "live_viewers.py"), host, str(port), path]
+    command = [sys.executable, "-m", "tests.support.live_viewers", host, str(port), path]
     crowd = subprocess.Popen([*command, str(reading), str(mute), str(SECONDS)], stdout=subprocess.PIPE, text=True)
     time.sleep(4)
     before, began, memory = asked(host, port, "/cameras/north/status")["seq"], time.monotonic(), memory_mb(server.pid)
@@ -172,7 +171,7 @@ def test_from_the_shutter_to_the_viewer():
             await until(lambda: camera.status()["calibration_applied"])
             with camera.watching(Channel.asked("corrected", 960)) as viewer:
                 ages = []
-                from app.live.wire import parts
+                from app.live.messages import parts
                 for _ in range(120):
                     head = parts(await viewer.next(10))[0]
                     ages.append(time.time() - head["time"])

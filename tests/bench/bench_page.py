@@ -15,7 +15,7 @@ from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "e2e"))
-from chromium import ARGUMENTS, chromium_path  # noqa: E402
+from tests.support.chromium import ARGUMENTS, chromium_path  # noqa: E402
 
 ROUNDS = 7
 IDLE_S = 20.0

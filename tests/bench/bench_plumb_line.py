@@ -11,14 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from lines_seen import FLOOR_PX, SIZE, lens_of, lines_seen
-from plumb_pictures import department, picture
-
-from app.geometry import ImageSize
-from app.models.plumb_line_fit import fit_plumb
-from app.plumb_pipeline import straightness
-from app.vision.edges import edge_chains
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from app.core.geometry import ImageSize
+from app.fitting.plumb_line.fit import fit_plumb
+from app.vision.lines.edges import edge_chains
+from app.workflows.straight_lines import straightness
+from tests.support.plumb_pictures import department, picture
+from tests.support.straight_edges import FLOOR_PX, SIZE, lens_of, lines_seen
 
 SEEDS = 16
 WORLDS = {"division": (-0.25,), "division-even": (-0.3, -0.1), "brown-conrady": (-0.28, 0.09)}

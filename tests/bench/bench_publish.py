@@ -18,22 +18,21 @@ from pathlib import Path
 import numpy as np
 
 if __name__ == "__main__":
-    sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
+    sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from exported import example, model_of
-from group_listener import Listener, free_group, said, until
-from served import Line, form, served
-from ssl_listener import Packet
-
-from app import interchange
-from app.exports.ssl_field import wire_field
-from app.publish.absorber import Absorber
-from app.publish.geometry import packet_of, spoken
-from app.publish.plan import Plan
-from app.publish.route import Route
+from app.formats.ssl_field import wire_field
+from app.league.config import Plan
+from app.league.geometry_listener import Absorber
+from app.league.geometry_packet import packet_of, spoken
+from app.league.multicast_address import Route
+from app.ssl_protocol.messages import DetectedRobot, DetectionFrame, Geometry, WrapperPacket
+from app.ssl_protocol.protobuf import decode, encode
 from app.store.fields import load_fields
-from app.wire.protobuf import decode, encode
-from app.wire.ssl_messages import DetectedRobot, DetectionFrame, Geometry, WrapperPacket
+from app.workflows import interchange
+from tests.support.exported import example, model_of
+from tests.support.group_listener import Listener, free_group, said, until
+from tests.support.servers import Line, form, served
+from tests.support.ssl_listener import Packet
 
 TIMES = 100
 

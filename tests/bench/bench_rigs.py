@@ -8,11 +8,11 @@ import time
 
 import cv2
 import numpy as np
-from rig_over_field import FIELD, sim_rig, sim_source
 
+from app.imaging.mosaic import FieldView, stitcher_of
 from app.models import field_from_raw, model_from_json
-from app.rig_pipeline import check
-from app.rig_stitch import FieldView, stitcher_of
+from app.workflows.rig import check
+from tests.support.rig_over_field import FIELD, sim_rig, sim_source
 
 WIDTH = 1600
 ROUNDS = 40

@@ -13,17 +13,17 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from app.evaluate.roll_report import Rolled  # noqa: E402
-from app.geometry import ImageSize  # noqa: E402
+from app.core.geometry import ImageSize  # noqa: E402
+from app.evaluate.motion.roll_report import Rolled  # noqa: E402
 from app.models import field_from_raw, model_from_json  # noqa: E402
-from app.motion_pipeline import Rolling  # noqa: E402
-from app.motion_task import lens_record, refined  # noqa: E402
 from app.sources import Surroundings, source_from_url  # noqa: E402
 from app.sources.sim.camera import SimCamera  # noqa: E402
 from app.sources.sim.clicks import border_observations, known_grid, rms_mm  # noqa: E402
 from app.sources.sim.lens import LENSES  # noqa: E402
 from app.store.fields import load_fields  # noqa: E402
-from app.task import Task  # noqa: E402
+from app.workflows.calibration_request import Task  # noqa: E402
+from app.workflows.rolling import Rolling  # noqa: E402
+from app.workflows.rolling_request import lens_record, refined  # noqa: E402
 
 FIELDS = load_fields()
 SIZE = ImageSize(1224, 1024)

@@ -11,10 +11,9 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from rolling_balls import chords, lens_of  # noqa: E402
-
-from app.evaluate.rolls import border_pct, rolls_of  # noqa: E402
-from app.geometry import ImageSize  # noqa: E402
+from app.core.geometry import ImageSize  # noqa: E402
+from app.evaluate.motion.rolls import border_pct, rolls_of  # noqa: E402
+from tests.support.rolling_balls import chords, lens_of  # noqa: E402
 
 SIZE = ImageSize(1224, 1024)
 SETS = 400

@@ -21,10 +21,10 @@ import viser
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from scene_world import clicked
-from served import served
+from tests.support.scene_calibrations import clicked
+from tests.support.servers import served
 
 HERE = Path(__file__).parent
 TURNS, SECONDS, FPS = 5, 8.0, 30
@@ -63,7 +63,7 @@ def an_open_scene(url: str, calibration: str):
 
 def stream_fps(url: str) -> float:
     host, _, port = url.removeprefix("http://").partition(":")
-    told = subprocess.run([sys.executable, str(HERE / "live_viewers.py"), host, port,
+    told = subprocess.run([sys.executable, "-m", "tests.support.live_viewers", host, port,
                            "/api/v1/cameras/north/stream.mjpg?width=640", "1", "0", str(SECONDS)],
                           capture_output=True, text=True, check=True).stdout
     return json.loads(told)["fps_median"]

@@ -21,20 +21,19 @@ import websockets.sync.client
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-sys.path[:0] = [str(ROOT), str(HERE.parent)]
+sys.path.insert(0, str(ROOT))
 
-from field_watched import calibration_of, clicked, world  # noqa: E402
-from mjpeg_camera import MjpegCamera  # noqa: E402
-
-from app.exports import EXPORTS  # noqa: E402
-from app.live import wire  # noqa: E402
+from app.core.records import Frame  # noqa: E402
+from app.formats import EXPORTS  # noqa: E402
+from app.live import messages  # noqa: E402
 from app.live.capture import Capture  # noqa: E402
+from app.live.detector import Seeing  # noqa: E402
 from app.live.picture import Shown  # noqa: E402
-from app.live.seeing import Seeing  # noqa: E402
-from app.records import Frame  # noqa: E402
 from app.sources import Surroundings  # noqa: E402
 from app.store.stages import named_plan  # noqa: E402
-from app.vision.colour_learning import learned  # noqa: E402
+from app.vision.colour.learning import learned  # noqa: E402
+from tests.support.mjpeg_camera import MjpegCamera  # noqa: E402
+from tests.support.watched_field import calibration_of, clicked, world  # noqa: E402
 
 FPS = 60.0
 REEL = 30  # rendered frames, shown to and fro
@@ -78,7 +77,7 @@ def core(seconds: float) -> None:
     first, cpu, began, sent = len(heard), time.process_time(), time.monotonic(), capture.status()["seq"]
     time.sleep(seconds)
     took, spent = time.monotonic() - began, time.process_time() - cpu
-    told, sent = [wire.parts(body)[0] for body in heard[first:]], capture.status()["seq"] - sent
+    told, sent = [messages.parts(body)[0] for body in heard[first:]], capture.status()["seq"] - sent
     stages = {one["name"]: np.median([t["stages"][i]["ms"] for t in told]) for i, one in enumerate(told[0]["stages"])}
     whole = np.array([t["ms"] for t in told])
     print(f"{len(told) / took:.1f} of {sent / took:.1f} frames/s looked at, {100 * spent / took:.0f} % of the core, "
@@ -139,7 +138,7 @@ def cpu_s(pid: int) -> float:
 
 
 def measured(port: int, server: int, count: int, seconds: float) -> None:
-    crowd = subprocess.Popen([sys.executable, str(HERE / "live_viewers.py"), "127.0.0.1", str(port),
+    crowd = subprocess.Popen([sys.executable, "-m", "tests.support.live_viewers", "127.0.0.1", str(port),
                               "/api/v1/cameras/north/stream.mjpg?width=960", str(count), "0", str(seconds + 4)],
                              stdout=subprocess.PIPE, text=True)
     told, spent, began = [], cpu_s(server), time.monotonic()

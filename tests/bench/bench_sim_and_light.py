@@ -12,16 +12,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from line_centres import centroids, clear_of_others
-
+sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.render import Rendering
 from app.store.fields import load_fields
-from app.vision.background import Background
-from app.vision.flicker import flicker_of, row_means
-from app.vision.light import light_of
-from app.vision.sharpness import sharpness_of
+from app.vision.motion.background import Background
+from app.vision.quality.flicker import flicker_of, row_means
+from app.vision.quality.light import light_of
+from app.vision.quality.sharpness import sharpness_of
+from tests.support.line_centres import centroids, clear_of_others
 
 FIELDS = load_fields()
 

@@ -11,17 +11,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from painted import painted, straight
-
-from app.geometry import ImageSize
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
+from app.sources.sim.illumination import Light
 from app.sources.sim.lens import LENSES
-from app.sources.sim.look import Light
-from app.sources.sim.play import Play
+from app.sources.sim.motion import Play
 from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
-from app.vision.line_snap import Snapped, snap
+from app.vision.lines.snap import Snapped, snap
+from tests.support.rendered import painted, straight
 
 SEEDS = 3
 PER_SEED = 16

@@ -12,13 +12,12 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from clicked import FIELD, REGION, reference_camera, true_camera
-
-from app.models.ray_problem import gather
-from app.models.ray_state import RayState
-from app.models.solve import minimise
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from app.fitting.least_squares import minimise
+from app.fitting.ray_camera.parameters import RayState
+from app.fitting.ray_camera.problem import gather
 from app.sources.sim.clicks import border_observations
+from tests.support.operator import FIELD, REGION, reference_camera, true_camera
 
 HELD = {"centre_x", "centre_y", "p1", "p2", "k3", "k4", "k5", "k6"}
 

@@ -16,11 +16,10 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from field_watched import Score, clicked, scored, sight_of, world  # noqa: E402
-from labelled import SETS, read_set, tallies, there  # noqa: E402
-
-from app.options import read_options  # noqa: E402
+from app.core.options import read_options  # noqa: E402
 from app.vision.stages import STAGES, Seeing  # noqa: E402
+from tests.support.labelled import SETS, read_set, tallies, there  # noqa: E402
+from tests.support.watched_field import Score, clicked, scored, sight_of, world  # noqa: E402
 
 SEEDS = (1, 2, 3, 4)
 PERIOD_S = 60.0  # of the simulated light

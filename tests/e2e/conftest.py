@@ -14,20 +14,20 @@ from pathlib import Path
 
 import pytest
 import requests
-from chromium import ARGUMENTS, FIX, chromium_path
 from playwright.sync_api import Page, expect
 
 from app.cli.server import DEMO_CAMERAS
-from app.field_reader import field_from_json
+from app.core.field_json import field_from_json
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_clicks
+from tests.support.chromium import ARGUMENTS, FIX, chromium_path
+from tests.support.paths import CLICKS, ROOT
 
 FPS = 3
 SOON_MS = 20_000  # what is there at once on a quiet machine
 LONG_MS = 90_000  # what has to be computed, or fetched from a camera that is only starting
 START_S = 120  # a loaded machine imports OpenCV for many seconds
 ANSWER_S = 90
-CLICKS = Path(__file__).parents[1] / "clicks"
 # Where the picture's corner is on the screen, and how large one of its pixels is there.
 WHERE = """async (picture) => {
   if (!picture.naturalWidth) await picture.decode();
@@ -66,7 +66,7 @@ class Server:
 
     def start(self) -> None:
         late_ms = os.environ.get("TOUCHLINE_LATE_MS")  # see late_answers.py
-        touchline = ([sys.executable, str(Path(__file__).with_name("late_answers.py")), late_ms] if late_ms else
+        touchline = ([sys.executable, str(ROOT / "tests" / "support" / "late_answers.py"), late_ms] if late_ms else
                      [str(Path(sys.executable).parent / "touchline")])
         settings = self.data / "e2e.yaml"
         cameras = [{**camera, "source": camera["source"].replace("fps=10", f"fps={FPS}")} for camera in DEMO_CAMERAS]

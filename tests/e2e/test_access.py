@@ -3,8 +3,9 @@
 import re
 
 import pytest
-from axe import axe_path, grave
 from playwright.sync_api import expect
+
+from tests.support.axe import axe_path, grave
 
 # Where, and what is there once it is open.
 PLACES = {"start": ("#/", "camera-overhead"), "camera": ("#/live/overhead", "live-desk"),

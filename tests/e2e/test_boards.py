@@ -5,9 +5,10 @@ import re
 import cv2
 import numpy as np
 import pytest
-from eventually import jobs_so_far, newest_job
-from held_requests import holding, wait_until_held
 from playwright.sync_api import expect
+
+from tests.support.eventually import jobs_so_far, newest_job
+from tests.support.held_requests import holding, wait_until_held
 
 LONG = 120_000  # ms, for a search on a busy machine
 

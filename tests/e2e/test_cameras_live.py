@@ -1,8 +1,9 @@
 """Cameras on the page: live, dead, added, confirmed; watched only while somebody looks."""
 
 import pytest
-from eventually import eventually
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
 
 LONG = 90_000  # ms; a camera that slept starts a process, and others want the machine as well
 SMALL = "sim://table?size=320x256&fps=10&robots=2"

@@ -3,10 +3,10 @@
 import re
 
 import pytest
-from eventually import eventually
 from playwright.sync_api import expect
 
 from app.cli.server import DEMO_CAMERAS
+from tests.support.eventually import eventually
 
 LONG = 90_000  # ms; a camera that slept starts a process
 

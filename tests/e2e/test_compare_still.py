@@ -4,8 +4,9 @@ import re
 
 import numpy as np
 import pytest
-from eventually import eventually
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
 
 KNOWN_HEIGHT = {"value": 3000.0, "sigma": 30.0}
 

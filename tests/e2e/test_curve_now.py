@@ -3,8 +3,9 @@
 import re
 
 import numpy as np
-from eventually import eventually
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
 
 
 def drawn(page, border: str) -> np.ndarray:

@@ -4,8 +4,9 @@ import base64
 
 import pytest
 from conftest import LONG_MS, Operator
-from eventually import eventually
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
 
 BORDERS = ("left", "right", "top", "bottom")
 PASTE = """async ([data, type]) => {

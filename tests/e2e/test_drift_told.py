@@ -1,9 +1,10 @@
 """A camera that is knocked while the operator looks on: told at once, registered anew by a button, used by another."""
 
 import pytest
-from eventually import eventually
-from live_seen import calibrated
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
+from tests.support.live_cameras import calibrated
 
 ID = "knocked"
 SOURCE = "sim://table?size=480x384&fps=10&robots=3"

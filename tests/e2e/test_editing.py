@@ -3,8 +3,9 @@
 import re
 
 import pytest
-from eventually import eventually
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
 
 # Marks when a move of the pointer was heard, when the curve was redrawn, and when the next frame began.
 WATCH = """() => {

@@ -3,7 +3,7 @@
 import yaml
 from playwright.sync_api import expect
 
-from app.exports import EXPORTS
+from app.formats import EXPORTS
 
 ELSEWHERE = {"json", "npz"}  # offered to everybody
 

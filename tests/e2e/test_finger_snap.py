@@ -5,8 +5,9 @@ import re
 import cv2
 import pytest
 from conftest import Operator
-from eventually import eventually
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
 
 LINE_X = 80.0  # of the drawn frame's left side
 BESIDE_STAGE_PX = 17  # beyond a mouse's reach of 12 on the screen, within a finger's 22

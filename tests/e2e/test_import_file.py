@@ -5,8 +5,9 @@ import re
 
 import pytest
 from conftest import CLICKS
-from eventually import eventually
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
 
 SOON = 60_000
 

@@ -1,8 +1,9 @@
 """The table of models: sorted as one likes, in plain words, the recommended one marked and explained."""
 
 import pytest
-from eventually import eventually
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
 
 LONG = 90_000  # ms, for seven models on a busy machine
 LEVELS = {"good": "Good", "fair": "Fair", "poor": "Poor", "unknown": "Not known inside"}

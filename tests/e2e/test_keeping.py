@@ -3,8 +3,9 @@
 import re
 
 from conftest import LONG_MS, Operator
-from old_answer import OldAnswer
 from playwright.sync_api import expect
+
+from tests.support.old_answer import OldAnswer
 
 
 def test_a_picture_opened_before_the_lists_are_there_stays(page, server, straight_picture):

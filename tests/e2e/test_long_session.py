@@ -1,8 +1,9 @@
 """A long session of edits: undone to the beginning and redone to the end, every document is the same as before."""
 
 import pytest
-from eventually import eventually
-from held_requests import holding, wait_until_held
+
+from tests.support.eventually import eventually
+from tests.support.held_requests import holding, wait_until_held
 
 EDITS = 1000
 

@@ -1,7 +1,8 @@
 """Maps over the picture: expected error of a version, and the difference between two, as REST tells them."""
 
-from eventually import eventually
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
 
 LONG = 90_000  # ms, for a map on a busy machine
 

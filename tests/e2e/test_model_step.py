@@ -1,9 +1,10 @@
 """Choosing a model: all are compared on the same clicks, one is recommended, and every refusal says what to do."""
 
 import pytest
-from eventually import jobs_so_far, newest_job
-from held_requests import holding, wait_until_held
 from playwright.sync_api import expect
+
+from tests.support.eventually import jobs_so_far, newest_job
+from tests.support.held_requests import holding, wait_until_held
 
 BORDERS = ("left", "right", "top", "bottom")
 LONG = 90_000  # ms, for seven models on a busy machine

@@ -6,13 +6,13 @@ import socket
 from pathlib import Path
 
 import pytest
-from exported import example, model_of
-from group_listener import Listener, free_group, said
 from playwright.sync_api import expect
 
-from app import interchange
-from app.publish.geometry import packet_of, spoken
-from app.publish.plan import Plan
+from app.league.config import Plan
+from app.league.geometry_packet import packet_of, spoken
+from app.workflows import interchange
+from tests.support.exported import example, model_of
+from tests.support.group_listener import Listener, free_group, said
 
 listener = pytest.importorskip("ssl_listener", reason="the protobuf package is not installed")
 LONG = 60_000  # ms, for what comes by packets and polls

@@ -7,13 +7,13 @@ import time
 
 import numpy as np
 import pytest
-from board_film import film
 from conftest import Operator
-from eventually import eventually
-from old_answer import OldAnswer
 from playwright.sync_api import expect
 
-from app.field import BORDERS
+from app.core.field import BORDERS
+from tests.support.board_film import film
+from tests.support.eventually import eventually
+from tests.support.old_answer import OldAnswer
 
 LONG = 120_000  # ms, for work on a busy machine
 

@@ -6,9 +6,10 @@ import re
 import cv2
 import numpy as np
 import pytest
-from held_requests import holding, wait_until_held
-from pair_pictures import calibration_body, pair_seen
 from playwright.sync_api import expect
+
+from tests.support.held_requests import holding, wait_until_held
+from tests.support.pair_pictures import calibration_body, pair_seen
 
 SOON = 90_000  # ms, for an answer on a busy machine
 NUMBER = re.compile(r"[\d.]+")

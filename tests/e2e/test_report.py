@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clicked import FIELD, REGION, SIZE, reference_camera
-from pictures import encoded
 from playwright.sync_api import Page, expect
 
 from app.sources.sim.clicks import border_observations
 from app.sources.sim.render import Rendering
+from tests.support.operator import FIELD, REGION, SIZE, reference_camera
+from tests.support.pictures import encoded
 
 LONG = 90_000  # ms, for a report on a busy machine
 FRIENDLY_PAGES = 6  # an operator's calibration; ours has four borders and their parameters

@@ -1,18 +1,14 @@
 """A rig, by the page: made of two cameras, seen as one picture, checked, and told which camera was knocked."""
 
 import json
-import sys
-from pathlib import Path
 
 import pytest
-from eventually import eventually
 from playwright.sync_api import expect
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from live_play import Before
-from rig_over_field import sim_task
-
-from app.exports import EXPORTS
+from app.formats import EXPORTS
+from tests.support.eventually import eventually
+from tests.support.live_play import Before
+from tests.support.rig_over_field import sim_task
 
 SOON = 90_000  # ms, for live cameras and a check on a busy machine
 ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=10"

@@ -1,8 +1,9 @@
 """A ball before a live camera, by the page: tracks and numbers as it rolls, left out, kept over a reload, fitted."""
 
 import pytest
-from eventually import eventually
 from playwright.sync_api import expect
+
+from tests.support.eventually import eventually
 
 SOURCE = "sim://table?robots=0&ball=true&lens=division&k=-0.3&size=640x480&fps=25"
 LONG = 120_000  # ms, for rolls and jobs on a busy machine

@@ -1,19 +1,15 @@
 """The scene in 3-D by the page, with WebGL in software: what stands in it, and what a click on the carpet tells."""
 
 import re
-import sys
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from eventually import eventually
 from playwright.sync_api import expect
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from scene_world import clicked
-
 from app.cli.server import DEMO_CAMERAS
+from tests.support.eventually import eventually
+from tests.support.scene_calibrations import clicked
 
 LONG = 90_000  # ms: WebGL in software draws a few frames a second, on a busy machine fewer
 FOV_DEG, ROOM = 50, 1.12  # app/space/views.py

@@ -3,11 +3,12 @@
 import re
 
 import pytest
-from axe import axe_path, grave
-from eventually import eventually
-from live_play import Before
-from old_answer import OldAnswer
 from playwright.sync_api import expect
+
+from tests.support.axe import axe_path, grave
+from tests.support.eventually import eventually
+from tests.support.live_play import Before
+from tests.support.old_answer import OldAnswer
 
 LONG = 120_000
 FPS = 4

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import LONG_MS
-from eventually import eventually
 from playwright.sync_api import expect
 
 from app.cli.server import DEMO_CAMERAS
-from app.field import BORDERS
-from app.field_reader import field_from_json
+from app.core.field import BORDERS
+from app.core.field_json import field_from_json
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_clicks
+from tests.support.eventually import eventually
 
 STRAIGHT_PX = 1.0  # how straight a border must be in the corrected picture
 REAL = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}

@@ -7,7 +7,7 @@ import pytest
 from conftest import LONG_MS, SOON_MS, Operator
 from playwright.sync_api import expect
 
-from app.field import BORDERS
+from app.core.field import BORDERS
 
 
 @pytest.fixture(autouse=True)

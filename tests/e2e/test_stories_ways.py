@@ -4,7 +4,7 @@ import pytest
 from conftest import LONG_MS, SOON_MS, Operator
 from playwright.sync_api import expect
 
-from app.field import BORDERS
+from app.core.field import BORDERS
 
 REAL = "fields/ssl_2008/ssl-field-2008.jpg"
 

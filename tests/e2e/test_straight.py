@@ -5,9 +5,10 @@ import re
 import cv2
 import numpy as np
 import pytest
-from bars_drawn import BENT, STRAIGHT, bars_behind
-from eventually import jobs_so_far, newest_job
 from playwright.sync_api import expect
+
+from tests.support.bar_pictures import BENT, STRAIGHT, bars_behind
+from tests.support.eventually import jobs_so_far, newest_job
 
 LONG = 120_000  # ms, for a job on a busy machine
 

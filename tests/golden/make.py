@@ -11,13 +11,12 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE.parent), str(HERE.parents[1])]
+sys.path.insert(0, str(HERE.parents[1]))
 
-from exported import EXAMPLES, LENS_FORMATS, example, model_of  # noqa: E402
-
-from app import interchange  # noqa: E402
-from app.exports import EXPORTS  # noqa: E402
-from app.exports.holding import own_camera  # noqa: E402
+from app.formats import EXPORTS  # noqa: E402
+from app.formats.approximation import own_camera  # noqa: E402
+from app.workflows import interchange  # noqa: E402
+from tests.support.exported import EXAMPLES, LENS_FORMATS, example, model_of  # noqa: E402
 
 
 def cases() -> list[tuple[str, str, int]]:

@@ -7,9 +7,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from app.errors import BadInput
-from app.field import BORDERS, Region
-from app.geometry import ImageSize, Points
+from app.core.errors import BadInput
+from app.core.field import BORDERS, Region
+from app.core.geometry import ImageSize, Points
 from app.sources.sim.lens import Lens
 
 Matrix = tuple[tuple[float, float, float], ...]

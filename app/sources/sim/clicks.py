@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from app.field import BORDERS, Line, Region
-from app.geometry import Points
-from app.records import Observation, Observations
+from app.core.field import BORDERS, Line, Region
+from app.core.geometry import Points
+from app.core.records import Observation, Observations
 from app.sources.sim.camera import SimCamera
 
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from app.errors import BadInput, NotFound
-from app.geometry import ImageSize
+from app.core.errors import BadInput, NotFound
+from app.core.geometry import ImageSize
 from app.sources import Control
 from app.sources.sim.render import USUAL_EXPOSURE_MS, Shot
 

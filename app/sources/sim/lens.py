@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyadd, polyder, polymul, polysub, polyval
 from numpy.typing import NDArray
 
-from app.geometry import Points
+from app.core.geometry import Points
 
 Rays = NDArray[np.float64]  # (..., 3), any length
 _STEPS = 12  # Newton from a table good to 1e-5 needs three; the rest is for folds

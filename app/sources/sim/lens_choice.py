@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
-from app.errors import BadInput
+from app.core.errors import BadInput
 from app.models import Option
 from app.sources.sim.lens import LENSES, Lens
 

@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.field import Arc, Line
-from app.geometry import ImageSize
+from app.core.field import Arc, Line
+from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
 
 Plane = NDArray[np.float32]  # (height, width)

@@ -6,8 +6,8 @@ partly to the side, as a camera on a loose ball head is; so the field leaves the
 
 import numpy as np
 
-from app.field import Field, Line, Region
-from app.geometry import ImageSize
+from app.core.field import Field, Line, Region
+from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.lens import LENSES, Lens
 

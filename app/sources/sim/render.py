@@ -8,17 +8,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.field import Field, Region
-from app.geometry import ImageSize
-from app.sources.sim import bodies, look
-from app.sources.sim import play as play_of
+from app.core.field import Field, Region
+from app.core.geometry import ImageSize
+from app.sources.sim import illumination, robot_shapes
+from app.sources.sim import motion as play_of
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.canvas import Canvas
 from app.sources.sim.draw import Scene, draw
+from app.sources.sim.illumination import Light
 from app.sources.sim.lamps import Lamps
-from app.sources.sim.look import Light
+from app.sources.sim.motion import Play
 from app.sources.sim.paint import Ground, Plane
-from app.sources.sim.play import Play
 from app.sources.sim.things import Colour, Thing
 from app.sources.sim.truth import CARPET, Owners, Truth, own, truth_of
 
@@ -69,12 +69,12 @@ class Rendering:
     def of(cls, camera: SimCamera, field: Field, region: Region, play: Play = PLAY, light: Light = LIGHT,
            sensor: Sensor = SENSOR, lamps: Lamps = LAMPS) -> Self:
         ground = Ground.of(camera)
-        shade = look.lighting(ground, light, field)
+        shade = illumination.lighting(ground, light, field)
         scene = Scene.of(ground, shade, sensor.blur_px)
-        still = look.ground_colour(ground, field, light, sensor.blur_px, play.seed) * shade[..., None]
-        draw(still, scene, bodies.goals(field))
+        still = illumination.ground_colour(ground, field, light, sensor.blur_px, play.seed) * shade[..., None]
+        draw(still, scene, robot_shapes.goals(field))
         if light.glare:
-            still += look.glare(ground, light, field)[..., None]
+            still += illumination.glare(ground, light, field)[..., None]
         return cls(camera, field, region, play, sensor, lamps, scene, still)
 
     def knocked(self, by_px: float, softer_px: float, light: Light = LIGHT) -> Self:
@@ -134,18 +134,18 @@ class Rendering:
     def truth_at(self, time_s: float) -> Truth:
         owners, names = self._still_owners
         where = self.play, self.field, self.region, time_s
-        ball = (play_of.ball_at(*where), bodies.ball_radius_mm(self.field)) if self.play.has_ball else None
+        ball = (play_of.ball_at(*where), robot_shapes.ball_radius_mm(self.field)) if self.play.has_ball else None
         return truth_of(self.scene, owners, names, self._moving(time_s), time_s, play_of.robots_at(*where), ball,
                         play_of.people_at(self.play, self.region, time_s))
 
     def _moving(self, time_s: float) -> list[Thing]:
-        return bodies.moving(self.play, self.field, self.region, time_s, self.camera.position_mm)
+        return robot_shapes.moving(self.play, self.field, self.region, time_s, self.camera.position_mm)
 
     @cached_property
     def _still_owners(self) -> tuple[Owners, tuple[str, ...]]:
         names, size = ("goal",), self.camera.image_size
         bare = np.full((size.height, size.width), CARPET, np.int16)
-        return own(bare, self.scene, bodies.goals(self.field), names), names
+        return own(bare, self.scene, robot_shapes.goals(self.field), names), names
 
     @cached_property
     def _canvases(self) -> dict[Colour, Canvas]:

@@ -9,19 +9,19 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from app.errors import BadInput, Unavailable
-from app.field import Field, Region
-from app.geometry import ImageSize
+from app.core.errors import BadInput, Unavailable
+from app.core.field import Field, Region
+from app.core.geometry import ImageSize
+from app.core.records import Frame
 from app.models import Option
-from app.records import Frame
 from app.sources import Control, Identity, Surroundings, named_field
 from app.sources.sim import timecode
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.controls import RATES_HZ, Settings
+from app.sources.sim.illumination import Light
 from app.sources.sim.lamps import Lamps
 from app.sources.sim.lens_choice import LENS_OPTIONS, chosen_lens
-from app.sources.sim.look import Light
-from app.sources.sim.play import Play
+from app.sources.sim.motion import Play
 from app.sources.sim.render import LIGHT, Rendering, Sensor, Shot
 from app.sources.sim.truth import Truth
 

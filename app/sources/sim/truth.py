@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.geometry import Points
+from app.core.geometry import Points
 from app.sources.sim.draw import Patch, Scene, layers
-from app.sources.sim.play import PersonTruth, RobotTruth
+from app.sources.sim.motion import PersonTruth, RobotTruth
 from app.sources.sim.things import Spot, Thing
 
 CARPET = -1

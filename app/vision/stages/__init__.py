@@ -18,13 +18,13 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from app.colour_profile import Bgr, ColourProfile
-from app.detections import Detection
-from app.geometry import ImageSize
-from app.options import Option
-from app.registry import Registry
-from app.vision.blob_features import Blobs
-from app.vision.views import View
+from app.core.colour_profile import Bgr, ColourProfile
+from app.core.detections import Detection
+from app.core.geometry import ImageSize
+from app.core.options import Option
+from app.core.registry import Registry
+from app.vision.blobs.features import Blobs
+from app.vision.stages.localisation import View
 
 Picture = NDArray[np.uint8]  # (height, width, 3) BGR
 
@@ -96,9 +96,9 @@ STAGES = Registry("stage", {
     "colours": "app.vision.stages.colours:Colours",  # each pixel's colour from a lookup table
     "edges": "app.vision.stages.edges:Edges",  # how steep the picture is
     "blobs": "app.vision.stages.blobs:FindBlobs",  # patches of one colour: where, how large, of what form
-    "butterfly": "app.vision.stages.butterfly:Butterfly",  # robots by the Small Size League's five dots
-    "tags": "app.vision.stages.tags:Tags",  # robots by a team's colour beside their own
+    "butterfly": "app.vision.stages.ssl_robots:Butterfly",  # robots by the Small Size League's five dots
+    "tags": "app.vision.stages.patch_robots:Tags",  # robots by a team's colour beside their own
     "markers": "app.vision.stages.markers:Markers",  # patches of a team's colour, and no more
     "ball": "app.vision.stages.ball:FindBall",  # the ball
-    "places": "app.vision.stages.places:Places",  # pixels to field mm, at each thing's own height
+    "places": "app.vision.stages.localise:Places",  # pixels to field mm, at each thing's own height
 })

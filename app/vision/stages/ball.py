@@ -6,9 +6,9 @@ from typing import Any, ClassVar
 import cv2
 import numpy as np
 
-from app.colour_profile import NAMES
-from app.detections import Detection
-from app.options import Option
+from app.core.colour_profile import NAMES
+from app.core.detections import Detection
+from app.core.options import Option
 from app.vision.stages import Picture, Seeing, Setting
 
 _HAT_MM = 75.0  # from a robot's middle: no ball is seen there

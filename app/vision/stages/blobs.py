@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 import cv2
 import numpy as np
 
-from app.colour_profile import NAMES
-from app.options import Option
-from app.vision.blob_features import Blobs, fine_middles
-from app.vision.runs import runs_of
+from app.core.colour_profile import NAMES
+from app.core.options import Option
+from app.vision.blobs.features import Blobs, fine_middles
+from app.vision.blobs.runs import runs_of
 from app.vision.stages import Picture, Seeing, Setting
 
 _FLOOD_PX = 120_000  # of one colour: more is a floor or badly learned, and would take longer than a frame

@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 import cv2
 import numpy as np
 
-from app.colour_profile import NAMES, Bgr
-from app.options import Option
-from app.vision.colour_learning import light_of
-from app.vision.colour_table import in_light, table_of
+from app.core.colour_profile import NAMES, Bgr
+from app.core.options import Option
+from app.vision.colour.learning import light_of
+from app.vision.colour.table import in_light, table_of
 from app.vision.stages import Picture, Seeing, Setting
 
 _EVERY = 5  # frames; lamps and clouds are slower

@@ -5,11 +5,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from app.colour_profile import NAMES
-from app.detections import Detection
-from app.options import Option
+from app.core.colour_profile import NAMES
+from app.core.detections import Detection
+from app.core.options import Option
 from app.vision.stages import Picture, Seeing, Setting
-from app.vision.stages.butterfly import drawn_robots
+from app.vision.stages.ssl_robots import drawn_robots
 
 
 class Markers:

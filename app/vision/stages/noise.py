@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import cv2
 
-from app.options import Option
+from app.core.options import Option
 from app.vision.stages import Picture, Seeing, Setting
 
 

@@ -1,0 +1,1 @@
+"""What every request passes: connections, limits, access, headers, problems, the page's files."""

@@ -1,0 +1,125 @@
+"""How much may come in, and how slowly: bodies are counted while they stream, and must be whole in time.
+
+    app.add_middleware(BodyLimits, upload_bytes=…)     before (that is, inside) whatever checks who may come in
+    uvicorn.Config(app, http=watched_connections(…))   app/api/connections.py: the headers before any app is called
+
+JSON and forms of text are small and quick; pictures and points in bulk (multipart, octet-stream) may be larger and
+slower. Nothing is buffered here: a body that is too large is refused at the first byte beyond its limit.
+"""
+
+import asyncio
+from http import HTTPStatus
+
+from starlette.datastructures import Headers
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from app.api.middleware.problems import problem
+
+MB = 1_000_000
+ENVELOPE_BYTES = 64 * 1024  # what multipart adds to a file
+UPLOADS = ("multipart/", "application/octet-stream", "image/")
+LINGER_S = 2.0  # a sender that is still sending would never read the refusal if the line were cut at once
+
+
+class BodyLimits:
+    """Refuses bodies that are too large (413) or not whole in time (408), without buffering them.
+
+    text_*: for JSON and everything that is no upload. upload_bytes: the largest file; its envelope comes on top.
+    """
+
+    def __init__(self, app: ASGIApp, *, text_bytes: int = 1 * MB, upload_bytes: int = 32 * MB, text_s: float = 10.0,
+                 upload_s: float = 30.0) -> None:
+        self.app = app
+        self._text = (text_bytes, text_s)
+        self._upload = (upload_bytes + ENVELOPE_BYTES, upload_s)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            return await self.app(scope, receive, send)
+        headers = Headers(scope=scope)
+        is_upload = headers.get("content-type", "").lower().startswith(UPLOADS)
+        body = _Body(scope, receive, send, *(self._upload if is_upload else self._text), is_upload)
+        declared = headers.get("content-length", "")
+        if declared.isascii() and declared.isdigit() and int(declared[:18]) > body.limit:
+            return await body.refuse_size()
+        try:
+            await self.app(scope, body.receive, body.send)
+        except Exception:
+            if not body.refused:
+                raise  # otherwise the app only complains that its caller has gone, and we have told the caller why
+
+
+class _Body:
+    """One request's body on its way in. Once refused, the app hears that the caller has gone, and is not heard."""
+
+    def __init__(self, scope: Scope, receive: Receive, send: Send, limit: int, seconds: float, is_upload: bool) -> None:
+        self.limit = limit
+        self._scope = scope
+        self._receive = receive
+        self._send = send
+        self._seconds = seconds
+        self._is_upload = is_upload
+        self._deadline: float | None = None  # runs from when the app first asks: until then it is the slow one
+        self._size = 0
+        self._whole = False
+        self._answered = False
+        self.refused = False
+
+    async def receive(self) -> Message:
+        if self.refused:
+            return {"type": "http.disconnect"}
+        if self._whole:
+            return await self._receive()  # nothing but the caller's leaving is left to hear
+        if self._deadline is None:
+            self._deadline = asyncio.get_running_loop().time() + self._seconds
+        try:
+            message = await self._next(self._deadline)
+        except TimeoutError:
+            await self._refuse_time()
+            return {"type": "http.disconnect"}
+        self._size += len(message.get("body", b""))
+        self._whole = not message.get("more_body", False)
+        if self._size > self.limit:
+            await self.refuse_size()
+            return {"type": "http.disconnect"}
+        return message
+
+    async def send(self, message: Message) -> None:
+        if not self.refused:
+            self._answered = True
+            await self._send(message)
+
+    async def refuse_size(self) -> None:
+        """Answer 413, then let the sender finish for a moment so that it reads the answer."""
+        what = "file" if self._is_upload else "body"
+        fix = ("Scale the picture down or save it as JPEG." if self._is_upload else
+               "Send less at once; points in bulk go as application/octet-stream.")
+        limit = self.limit - ENVELOPE_BYTES if self._is_upload else self.limit
+        await self._answer(413, "too-large", f"The {what} has more than {limit / MB:g} MB.", fix)
+
+    async def _refuse_time(self) -> None:
+        await self._answer(408, "too-slow", f"The request was not whole after {self._seconds:g} s.",
+                           "Send it again over a faster connection, or send less.")
+
+    async def _answer(self, status: HTTPStatus | int, reason: str, detail: str, fix: str) -> None:
+        self.refused = True
+        if self._answered:
+            return  # half an answer has gone; the app ends when it hears that the caller has left
+        answer = problem(status, reason, reason.replace("-", " ").capitalize(), detail, fix, {"Connection": "close"})
+        await self._send({"type": "http.response.start", "status": status, "headers": answer.raw_headers})
+        await self._send({"type": "http.response.body", "body": answer.body, "more_body": True})
+        if status == 413 and not self._whole:
+            await self._linger()
+        await self._send({"type": "http.response.body"})
+
+    async def _linger(self) -> None:
+        until = asyncio.get_running_loop().time() + LINGER_S
+        try:
+            while (await self._next(until)).get("more_body", False):
+                pass
+        except TimeoutError:
+            pass
+
+    async def _next(self, deadline: float) -> Message:
+        async with asyncio.timeout_at(deadline):
+            return await self._receive()

@@ -1,0 +1,23 @@
+"""GET /models: every camera model, described well enough to build its form."""
+
+from typing import Any
+
+from fastapi import APIRouter
+
+from app.api.answers import Json
+from app.api.schemas import responses
+from app.models import MODELS
+
+router = APIRouter(tags=["models"])
+
+
+@router.get("/models", response_model=responses.Models)
+def list_models() -> Json:
+    """Every model with its options (name, type, default, range, unit, help) and how few points it needs."""
+    return Json({"items": [_described(name) for name in MODELS], "next_cursor": None})
+
+
+def _described(name: str) -> dict[str, Any]:
+    model = MODELS[name]
+    return {"name": name, "title": model.TITLE, "help": model.HELP, "points_needed": model.points_needed(),
+            "options": [option.to_json() for option in model.OPTIONS]}

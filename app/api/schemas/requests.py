@@ -1,0 +1,254 @@
+"""What a request may look like. Strict: nothing unknown, no strings for numbers, nothing infinite.
+
+Sizes are bounded here, so that a body that passes is a small one; what the values mean is the business of the
+floors below, which check again.
+"""
+
+from typing import Annotated, Any, Literal
+
+from fastapi import Path, Query
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.core.geometry import MAX_COORDINATE
+
+MAX_TRANSFORM_POINTS = 100_000
+
+Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
+Pair = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+Triple = Annotated[list[Coordinate], Field(min_length=2, max_length=3)]
+Side = Annotated[int, Field(ge=2, le=65536)]
+Size = Annotated[list[Side], Field(min_length=2, max_length=2)]
+Name = Annotated[str, Field(min_length=1, max_length=64)]
+Rotate = Literal[0, 90, 180, 270]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+OptionText = Annotated[str, Field(max_length=200)]
+OptionValue = (bool | int | Number | OptionText | Annotated[list[OptionText], Field(max_length=20)]
+               | Annotated[dict[OptionText, int | Number | OptionText], Field(max_length=8)] | None)
+FrameName = Literal["image", "corrected", "field"]
+
+# Ids and names in a path: short, and never a path of their own.
+Id = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+IdQuery = Annotated[str, Query(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+MarginPx = Annotated[int, Query(ge=0, le=2000, description="carpet shown around the region, px")]
+WidthPx = Annotated[int | None, Query(ge=16, le=8192, description="width of the picture, px; natural when left out")]
+Limit = Annotated[int, Query(ge=1, le=200)]
+AsJob = Annotated[bool, Query(description="answer 202 with a job at once, and do it in the background")]
+Cursor = Annotated[str | None, Query(max_length=200)]
+
+
+class Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Observation(Strict):
+    """Where one feature of the field was seen on one image."""
+
+    feature: Annotated[str, Field(min_length=1, max_length=200)] | Pair = Field(
+        description="a border, line, arc or landmark of the field by name, or a field position [x, y] in mm")
+    kind: Literal["line", "landmark"] = "line"
+    points: Annotated[list[Pair], Field(max_length=20_000)] = Field(description="[x, y] px in the raw picture")
+    z_mm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
+
+
+class BorderRequest(Strict):
+    """One border's clicks."""
+
+    points: Annotated[list[Pair], Field(max_length=2000)]
+    axis: Literal["x_of_y", "y_of_x"]
+    degree: Annotated[int, Field(ge=1, le=8)] | Literal["auto"] = "auto"
+    image_size: Size | None = None
+
+
+class FitRequest(Strict):
+    """Everything that a calibration is made from."""
+
+    camera: Name | None = None
+    snapshot: Name | None = None
+    image_size: Size | None = None
+    field: Name
+    region: Name
+    rotate: Rotate | None = None
+    model: Name = "polynomial"
+    options: Annotated[dict[str, OptionValue], Field(max_length=50)] = {}
+    observations: Annotated[list[Observation], Field(max_length=500)]
+    note: Annotated[str, Field(max_length=2000)] = ""
+
+
+class CompareRequest(FitRequest):
+    """The same, for several models; `model` is not looked at."""
+
+    models: Annotated[list[Name], Field(min_length=1, max_length=20)] | None = None
+
+
+CameraId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")]  # as the settings take names
+Address = Annotated[str, Field(min_length=1, max_length=2000)]
+
+
+class NewCamera(Strict):
+    """A camera to add."""
+
+    id: CameraId
+    name: Annotated[str, Field(max_length=100)] = ""
+    source: Address = Field(description="where frames come from, such as rtsp://10.0.0.5/live")
+    field: CameraId | None = None
+    region: CameraId | None = None
+
+
+class CameraChanges(Strict):
+    """What is to change of it; what is left out stays."""
+
+    name: Annotated[str, Field(max_length=100)] = ""
+    source: Address | None = None
+    field: CameraId | None = None
+    region: CameraId | None = None
+
+
+class CameraTest(Strict):
+    """A source to try out."""
+
+    source: Address
+
+
+class ControlChanges(Strict):
+    """New values by the control's name; "auto" hands it to the camera."""
+
+    controls: Annotated[dict[OptionText, bool | int | Number | OptionText], Field(min_length=1, max_length=20)]
+
+
+class SeenBoard(Strict):
+    """One view of a board: corners in the picture, and where they are on the board."""
+
+    image_points: Annotated[list[Pair], Field(max_length=10_000)] = Field(description="[x, y] px in the raw picture")
+    object_points: Annotated[list[Triple], Field(max_length=10_000)] = Field(description="[x, y, z] mm on the board")
+    name: Annotated[str, Field(max_length=200)] = ""
+
+
+class BoardRequest(Strict):
+    """Pictures of a board, or views of it, from which a lens is found."""
+
+    snapshots: Annotated[list[Name], Field(min_length=1, max_length=500)] | None = None
+    views: Annotated[list[SeenBoard], Field(min_length=1, max_length=1000)] | None = None
+    image_size: Size | None = None
+    board: Annotated[dict[OptionText, bool | int | Number | OptionText], Field(max_length=10)] | None = Field(
+        None, description='{"kind": "chessboard" or "charuco", "columns", "rows" (inner corners), "square_mm"}; a '
+                          'charuco board has "marker_mm", "dictionary" and "legacy" too')
+    model: Name = "brown-conrady"
+    options: Annotated[dict[str, OptionValue], Field(max_length=50)] = {}
+    camera: Name | None = None
+    note: Annotated[str, Field(max_length=2000)] = ""
+
+
+Height = Annotated[float, Field(ge=0, le=5000)]
+
+
+class PairRequest(Strict):
+    """The same things in two pictures, two calibrations over one field, or both."""
+
+    points_a: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
+        None, description="[x, y] px in picture a; null for one that is not clicked yet and only counts")
+    points_b: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
+        None, description="and in picture b")
+    calibration_a: Name | None = None
+    calibration_b: Name | None = None
+    z_mm: Height | Annotated[list[Height | None], Field(max_length=20_000)] = Field(
+        0.0, description="height of the matched things, mm: of all, or of each, null where it is not known")
+
+
+class PairLinesRequest(Strict):
+    """Points in one picture of a pair, whose lines in the other are wanted: by a matrix, or by two calibrations."""
+
+    points_a: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture a")
+    points_b: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture b")
+    matrix: Annotated[list[Annotated[list[Number], Field(min_length=3, max_length=3)]],
+                      Field(min_length=3, max_length=3)] | None = Field(None, description="as `POST /pairs` tells it")
+    image_size_a: Size | None = Field(None, description="[width, height] px, with a matrix")
+    image_size_b: Size | None = None
+    calibration_a: Name | None = None
+    calibration_b: Name | None = None
+    z_mm: Height | None = Field(0.0, description="height of the things, mm; null where it is not known")
+
+
+class StraightnessRequest(Strict):
+    """Pictures of one camera, lines clicked in the first of them (or in none), or both."""
+
+    snapshots: Annotated[list[Name], Field(max_length=50)] = []
+    lines: Annotated[list[Annotated[list[Pair], Field(max_length=20_000)]], Field(max_length=2000)] = Field(
+        [], description="[[x, y], …] px along one straight edge each")
+    image_size: Size | None = Field(None, description="of the picture, where there are only lines")
+    lens: Name = Field("auto", description="division, division-even, brown-conrady, or auto")
+    centre_sigma_px: Annotated[float, Field(ge=0, le=MAX_COORDINATE)] | None = Field(
+        None, description="how far the lens' centre may be from the picture's; 0 holds it, 1 % of the diagonal by "
+                          "default")
+
+
+class BentLens(Strict):
+    """A lens as `lens` of an answer on straightness gives it."""
+
+    name: Name
+    terms: Annotated[dict[OptionText, Coordinate], Field(max_length=10)]
+    centre_px: Pair
+    image_size: Size
+    unit: Literal["half-diagonal"] = "half-diagonal"
+    unit_px: Number | None = None
+
+
+class StraightenedRequest(Strict):
+    """A picture, and the lens whose bend is taken out of it."""
+
+    snapshot: Name
+    lens: BentLens
+
+
+class Draft(Strict):
+    """An operator's work in progress on one snapshot."""
+
+    field: Name | None = None
+    region: Name | None = None
+    rotate: Rotate | None = None
+    model: Name | None = None
+    options: Annotated[dict[str, OptionValue], Field(max_length=50)] = {}
+    observations: Annotated[list[Observation], Field(max_length=500)] = []
+
+
+class TransformRequest(Strict):
+    """Points from one frame to another."""
+
+    source: FrameName = Field(alias="from")
+    target: FrameName = Field(alias="to")
+    points: Annotated[list[Pair], Field(max_length=MAX_TRANSFORM_POINTS)]
+    z_mm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
+    image_size: Size | None = Field(None, description="size of the picture the points are from, checked against "
+                                                      "the calibration's")
+
+
+Purpose = Literal["picture", "board", "straight", "rig", "seeing"]
+
+
+class CameraSnapshot(Strict):
+    """Take a picture from a camera: one frame, or what most of several frames agree on."""
+
+    camera: Name
+    frames: Annotated[int, Field(ge=1, le=60)] = Field(
+        1, description="more than 1: people and robots that move vanish, and the noise with them")
+    over_s: Annotated[float, Field(ge=0, le=60)] | None = Field(
+        None, description="over how long they are spread, s; a third of a second each when left out")
+    purpose: Purpose = Field("picture", description="what it is taken for: a field, a board, straight edges,"
+                             " a rig's check, or a frame that is held while colours are clicked")
+
+
+class Problem(BaseModel):
+    """What was wrong, and what to do about it (RFC 9457 with `fix`)."""
+
+    model_config = ConfigDict(extra="allow")
+
+    type: str
+    title: str
+    status: int
+    detail: str
+    fix: str
+
+
+# "default" describes every refusal: any call may be refused for its token, its size or its path.
+PROBLEMS: dict[int | str, dict[str, Any]] = {
+    "default": {"description": "What was wrong, and what to do", "content": {
+        "application/problem+json": {"schema": Problem.model_json_schema()}}}}

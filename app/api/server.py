@@ -1,0 +1,88 @@
+"""A socket, a token and uvicorn: how the application is put on the network."""
+
+import asyncio
+import contextlib
+import os
+import secrets
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from app.core.errors import Conflict, Unavailable
+from app.settings import Settings
+
+TOKEN_BYTES = 24  # 192 bits: nobody guesses it, and it still fits on one line
+BACKLOG = 1024
+STOP_S = 2  # a viewer of an endless stream must not keep the server from ending
+
+
+def with_token(settings: Settings, say: Callable[[str], None]) -> Settings:
+    """The settings with an access token where one is needed: any address but this machine's.
+
+    Made once, kept in the data folder for its owner alone, and said once, when it is made.
+    """
+    if settings.token is not None or settings.server.is_loopback:
+        return settings
+    path = settings.data / "token"
+    if not path.is_file():
+        settings.data.mkdir(parents=True, exist_ok=True)
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii") as file:
+            file.write(token + "\n")
+        say(f"Access token, said only now: {token}\n(kept in {path})")
+    token = path.read_text(encoding="ascii").strip()
+    if len(token) < 16:
+        raise Conflict(f"The token in {path} is too short.", "Delete that file; a new token is made at the next start.",
+                       reason="bad-token")
+    return settings.model_validate({**settings.model_dump(), "token": token})
+
+
+def open_socket(host: str, port: int) -> socket.socket:
+    """A bound socket, before anything else starts, so that a taken port is said plainly."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((host, port))
+        listener.listen(BACKLOG)  # from here on a caller waits for the answer and is not turned away
+    except OSError as error:
+        listener.close()
+        raise Unavailable(f"Cannot listen on {host}, port {port}: {error.strerror}.",
+                          "Choose another with --port, or 0 for any free one.", reason="port-taken") from None
+    listener.set_inheritable(False)
+    return listener
+
+
+def url_of(listener: socket.socket) -> str:
+    """Where a browser on this machine finds the page."""
+    host, port = listener.getsockname()[:2]
+    host = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, f"[{host}]" if ":" in host else host)
+    return f"http://{host}:{port}/"
+
+
+def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: type[asyncio.Protocol], *,
+        log_level: str = "warning") -> None:
+    """Serve until SIGTERM or Ctrl-C; requests in progress get STOP_S seconds to end. connection: uvicorn's, or ours."""
+    config = uvicorn.Config(
+        app, log_level=log_level, access_log=log_level == "info", server_header=False,
+        limit_concurrency=settings.server.max_connections, timeout_graceful_shutdown=STOP_S, timeout_keep_alive=20,
+        http=connection, ws="websockets-sansio",
+        ws_per_message_deflate=False)  # JPEGs do not get smaller, only the server slower
+    with contextlib.closing(listener), contextlib.suppress(KeyboardInterrupt):
+        uvicorn.Server(config).run(sockets=[listener])
+
+
+def data_folder(path: Path) -> Path:
+    """The folder, made if missing and tried for writing."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        probe = path / f".write-{os.getpid()}"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise Unavailable(f"The data folder {path} cannot be written: {error.strerror}.",
+                          "Name another with --data.", reason="data-folder") from None
+    return path.resolve()

@@ -1,0 +1,92 @@
+"""What is asked of each picture, looked up and checked before it takes a worker's time."""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from app import __version__
+from app.batch.pictures import clicks_of
+from app.batch.table import Row, row_of
+from app.batch.tasks import run_calibrated, run_held
+from app.core.errors import BadInput, Conflict, TouchlineError
+from app.core.geometry import ImageSize
+from app.core.records import Calibration, observations_from_json
+from app.images import Limits, screen
+from app.workflows.calibration_request import Task
+
+Read = Callable[[Path], bytes]
+TaskOf = Callable[[Path, ImageSize, str, Path], Task]  # picture, its size, sha256 of its bytes, its clicks
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One picture's job. inputs: a hash of all that its row rests on besides the picture."""
+
+    picture: str
+    sha256: str
+    inputs: str
+    run: Callable[..., Any]
+    spec: dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """How each picture is asked: with calibration, whether that holds; else task_of makes what is to be fitted.
+
+    read: a file's bytes. read_points: what a file of clicks says. before: rows of an earlier run.
+    """
+
+    read: Read
+    read_points: Callable[[Path], Mapping[str, Any]]
+    task_of: TaskOf
+    points: Path | None = None
+    calibration: Calibration | None = None
+    before: tuple[Row, ...] = ()
+
+    def asked(self, pictures: list[Path]) -> Iterator[Asked | Row]:
+        """For each picture its job; or its row, where there is one already or nothing can be asked."""
+        known = {(row["sha256"], row["inputs"]): row for row in self.before if row["inputs"]}
+        for path in pictures:
+            head: dict[str, Any] = {"picture": path.name}
+            try:
+                data = self.read(path)
+                head["sha256"] = hashlib.sha256(data).hexdigest()
+                declared = screen(data, Limits())
+                one = self._asked(path, ImageSize(declared.width, declared.height), head["sha256"])
+            except TouchlineError as error:
+                yield row_of(**head, verdict="failed", problem=error.what, fix=error.fix)
+                continue
+            row = known.get((one.sha256, one.inputs))
+            yield one if row is None else {**row, "picture": path.name}
+
+    def _asked(self, path: Path, size: ImageSize, sha256: str) -> Asked:
+        clicks = clicks_of(path, self.points)
+        if self.calibration is not None:
+            seen = self._clicked(clicks, size)
+            run, rest = run_held, {"calibration": self.calibration.to_json(), "observations": seen}
+        elif clicks is None:
+            raise BadInput(f"There are no clicks for {path.name}.", f"Write them to {path.stem}.json beside it, or "
+                           "name their file or folder with --points.", reason="no-clicks")
+        else:
+            run, rest = run_calibrated, {"task": self.task_of(path, size, sha256, clicks).to_json()}
+        text = json.dumps([__version__, rest], sort_keys=True, allow_nan=False)
+        place = {"name": path.name, "path": str(path.resolve()), "sha256": sha256}
+        return Asked(path.name, sha256, hashlib.sha256(text.encode()).hexdigest()[:16], run, {**rest, "picture": place})
+
+    def _clicked(self, clicks: Path | None, size: ImageSize) -> list[dict[str, Any]]:
+        """The observations of a file that must be of the calibration's field and the picture's size."""
+        known = self.calibration
+        if clicks is None or known is None:
+            return []
+        given = self.read_points(clicks)
+        for what, is_so in (("field", known.field["name"]), ("region", known.region)):
+            if given.get(what, is_so) != is_so:
+                raise Conflict(f"{clicks.name} has clicks on the {what} {given[what]}, the calibration is of {is_so}.",
+                               "Give clicks on the calibration's own field and region.", reason="other-field")
+        if "image_size" in given and ImageSize.of(given["image_size"]) != size:
+            raise Conflict(f"{clicks.name} is for a picture of {given['image_size']}, this one has {size.width} × "
+                           f"{size.height} px.", "Give the clicks in this picture.", reason="size-mismatch")
+        return [observation.to_json() for observation in observations_from_json(given["observations"])]

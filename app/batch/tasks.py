@@ -1,0 +1,54 @@
+"""What a job of a batch does with its one picture; plain JSON in, the figures of a row out."""
+
+import time
+from functools import cache
+from typing import Any
+
+from app.batch.verification import held
+from app.core.errors import Conflict
+from app.core.field_json import field_from_json
+from app.core.records import Calibration, Frame, observations_from_json
+from app.images import ImageDecoder
+from app.models import Progress, model_from_json
+from app.store.snapshots import checked_bytes
+from app.workflows.calibration_request import Task
+
+
+def run_calibrated(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: {"picture", "task"}: the task fitted and judged, as the page and calibrate do it."""
+    start = time.perf_counter()
+    task = Task.from_json(spec["task"])
+    _checked(spec["picture"], task.image_size)
+    report = task.run(progress).report
+    distortion = report["distortion"]
+    return {"verdict": report["verdict"]["level"], "judged_by": "fit", "held_out_mm": report["cv_rms_mm"],
+            "rms_mm": report["rms_mm"], "rms_px": report["rms_px"], "worst_mm": report["max_mm"],
+            "distortion_before_pct": distortion["before_pct"], "distortion_after_pct": distortion["after_pct"],
+            "warnings": [f"{warning['text']} {warning['fix']}" for warning in report["warnings"]],
+            "seconds": time.perf_counter() - start}
+
+
+def run_held(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: {"picture", "calibration", "observations"}: how well the calibration holds on the picture."""
+    start = time.perf_counter()
+    known = Calibration.from_json(spec["calibration"])
+    model = model_from_json(known.model_name, known.model_parameters)
+    field = field_from_json(known.field)
+    frame = _checked(spec["picture"], known.image_size)
+    found = held(model, frame.pixels, observations_from_json(spec["observations"]), field,
+                 field.region(known.region, known.rotate), frame.sha256 == known.image_sha256, progress)
+    return {**found, "seconds": time.perf_counter() - start}
+
+
+def _checked(picture: dict[str, str], size: Any) -> Frame:
+    frame = _decoder().frame_from_bytes(checked_bytes(**picture))
+    if frame.size != size:
+        raise Conflict(f"The picture is {frame.size.width} × {frame.size.height} px, not {size.width} × {size.height} "
+                       "px.", "Give pictures of one camera in one mode.", reason="size-mismatch")
+    return frame
+
+
+@cache
+def _decoder() -> ImageDecoder:
+    """One for the life of this process, which does many pictures; its own process ends with this one."""
+    return ImageDecoder(workers=1)

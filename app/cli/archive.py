@@ -1,0 +1,41 @@
+"""archive and restore: everything that is kept as one file, and a data folder made of it."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from app.cli.console import FileTrouble, say
+from app.cli.server import ConfigOption
+
+FromOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="The data folder of a server that does "
+                                                 "not run now.")]
+ToOption = Annotated[Path, typer.Option("--data", metavar="DIR", help="An empty or new folder.")]
+
+
+def archive(file: Annotated[Path, typer.Argument(metavar="FILE", help="The zip to write.")], data: FromOption = None,
+            config: ConfigOption = None) -> None:
+    """Write everything that is kept into one zip."""
+    from app.main import store_of
+    from app.settings import load_settings
+
+    settings = load_settings(config, data=data)
+    if not settings.data.is_dir():
+        raise FileTrouble(f"There is no data folder {settings.data}.", "Name the one that the server uses with --data.")
+    with store_of(settings) as store, file.open("xb") as out:
+        for piece in store.archive(settings.own_fields):
+            out.write(piece)
+    say(f"{file}: {file.stat().st_size / 1e6:.1f} MB")
+
+
+def restore(file: Annotated[Path, typer.Argument(metavar="FILE", help="A zip from archive or GET /archive.")],
+            data: ToOption, config: ConfigOption = None) -> None:
+    """Make a data folder of such a zip, in an empty folder and an empty database."""
+    from app.settings import load_settings
+    from app.store.restoring import restore_into
+
+    settings = load_settings(config, data=data)
+    database = settings.database.get_secret_value() if settings.database else None
+    counts = restore_into(file, settings.data, database)
+    say(f"{settings.data}: {counts['calibrations']} calibrations, {counts['snapshots']} pictures, "
+        f"{counts['drafts']} drafts, {counts['lenses']} lenses, {counts['cameras']} cameras")

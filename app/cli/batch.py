@@ -1,0 +1,188 @@
+"""batch: a folder of pictures, each calibrated or checked, and a table of them."""
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from app.cli.console import USAGE, exit_code_of, say
+from app.cli.reports import ACCEPTED, Enough
+from app.cli.requests import FieldName, Options, OwnFields, RegionName, Rotate
+
+BAD, STOPPED = 1, 130
+SAVE_EVERY_S = 0.5
+MOST_WORKERS = 64
+
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", exists=True, file_okay=False, help="Its PNG, JPEG, BMP and "
+                                        "WebP files.")]
+Points = Annotated[Path | None, typer.Option("--points", metavar="CLICKS.json|DIR", exists=True, help="One file of "
+                                             "clicks for all pictures, or a folder of them; PICTURE.json beside each "
+                                             "picture when left out.")]
+Known = Annotated[Path | None, typer.Option("--calibration", "-c", metavar="CAL.json", exists=True, dir_okay=False,
+                                            help="Check how well this one holds on each picture.")]
+Table = Annotated[Path | None, typer.Option("--output", "-o", metavar="TABLE.csv|.json|.html", help="The table to "
+                                            "write.")]
+Workers = Annotated[int | None, typer.Option("--workers", min=1, max=MOST_WORKERS, help="Pictures at once; as many as "
+                                             "this machine has cores when left out.")]
+EnoughOfAll = Annotated[Enough, typer.Option("--enough", help=f"Exit code {BAD} for a verdict below this.")]
+
+
+def batch(
+    folder: Folder, field: FieldName = None, region: RegionName = None, rotate: Rotate = None,
+    model: Annotated[str | None, typer.Option("--model", help="Camera model; polynomial when left out.")] = None,
+    option: Options = None, calibration: Known = None, points: Points = None, output: Table = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Take over from the table what is the same.")] = False,
+    engine: Annotated[str, typer.Option("--engine", help="local, or dask://host:port.")] = "local",
+    workers: Workers = None,
+    enough: EnoughOfAll = Enough.fair,
+    fields: OwnFields = None,
+) -> None:
+    """Calibrate, or check, every picture of a folder."""
+    from app.batch import pictures_in
+    from app.core.errors import BadInput, TouchlineError
+    from app.jobs import Jobs
+
+    own = (field, region, rotate, model, option, fields)
+    if calibration is not None and any(it is not None for it in own):
+        raise typer.BadParameter("it brings its own field, region and model", param_hint="--calibration")
+    count = workers or os.cpu_count() or 1
+    with _wrong_use():
+        table = _Table(output, resume)
+        asking = _asking(field, region, rotate, model, option, fields, calibration, points, table.before)
+        pictures = pictures_in(folder)
+        if not pictures:
+            raise BadInput(f"There is no picture in {folder}.", "Name a folder of PNG, JPEG, BMP or WebP files.",
+                           reason="no-pictures")
+        jobs = Jobs(count, engine=engine)
+    order = {path.name: number for number, path in enumerate(pictures)}
+    try:
+        with jobs:
+            _work(jobs, count, asking.asked(pictures), table, order)
+    except KeyboardInterrupt:
+        say(f"Stopped after {len(table.rows)} of {len(order)} pictures." + (" --resume goes on." if output else ""))
+        raise typer.Exit(STOPPED) from None
+    except TouchlineError:
+        say(f"Ended after {len(table.rows)} of {len(order)} pictures.")
+        raise
+    rows = table.in_order()
+    print(_summary(rows, output))
+    if any(row["verdict"] not in ACCEPTED[enough] for row in rows):
+        raise typer.Exit(BAD)
+
+
+def _work(jobs: Any, count: int, asked: Any, table: "_Table", order: dict[str, int]) -> None:
+    """Every row as it comes into the table, which is whole at all times; the bar counts parts of pictures too."""
+    from app.batch import rows_of
+    from app.cli.console import progress_bar
+
+    with progress_bar("Looking through the folder") as bar:
+        def watch(under_way: float) -> None:
+            done = len(table.rows)
+            bar(min((done + under_way) / len(order), 1.0), f"{done} of {len(order)} pictures")
+
+        try:
+            for row in rows_of(jobs, count, asked, watch):
+                table.add(order[row["picture"]], row)
+                watch(0.0)
+        finally:
+            table.save()
+
+
+class _Table:
+    """Rows by their place in the folder, and the file that holds those there are. before: of an earlier run."""
+
+    def __init__(self, path: Path | None, resume: bool) -> None:
+        from app.batch import SUFFIXES, Row, read_table
+        from app.cli import files
+        from app.core.errors import BadInput
+
+        self.rows: dict[int, Row] = {}
+        self.before: tuple[Row, ...] = ()
+        self._path, self._saved_at, self._took_s = path, time.monotonic(), 0.0
+        self._suffix = "" if path is None else path.suffix.lower()
+        if path is not None and self._suffix not in SUFFIXES:
+            raise BadInput(f"{path.name} does not say what kind of table to write.",
+                           f"End its name with {', '.join(SUFFIXES)}.", reason="unknown-table-format")
+        if path is None and resume:
+            raise BadInput("--resume needs the table of the earlier run.", "Name it with -o.", reason="no-table")
+        if path is not None and resume and path.exists():
+            self.before = tuple(read_table(files.read_bytes(path), self._suffix))
+
+    def add(self, place: int, row: Any) -> None:
+        self.rows[place] = row
+        # The whole file is written each time: seldom enough that an archive of thousands is not slowed by it.
+        if time.monotonic() - self._saved_at > max(SAVE_EVERY_S, 20 * self._took_s):
+            self.save()
+
+    def in_order(self) -> list[Any]:
+        return [self.rows[place] for place in sorted(self.rows)]
+
+    def save(self) -> None:
+        from app.batch import written
+        from app.cli import files
+
+        if self._path is not None:
+            start = time.monotonic()
+            files.write_bytes(self._path, written(self.in_order(), self._suffix))
+            self._saved_at = time.monotonic()
+            self._took_s = self._saved_at - start
+
+
+def _asking(field: str | None, region: str | None, rotate: int | None, model: str | None, option: list[str] | None,
+            fields: Path | None, calibration: Path | None, points: Path | None, before: Any) -> Any:
+    """What is asked of each picture; a field, region or model that does not exist is refused before the first."""
+    from app.batch import Batch
+    from app.cli import files
+    from app.cli.requests import options_from, own_fields, task_of
+    from app.models import MODELS
+
+    shelf, options = own_fields(fields), options_from(option, None, None, None, None)
+    if field is not None and region is not None:
+        shelf[field].region(region, rotate)
+    elif field is not None:
+        shelf[field]
+    if model is not None:
+        MODELS[model]
+
+    def task(path: Path, size: Any, sha256: str, clicks: Path) -> Any:
+        given = files.read_points_file(clicks)
+        asked = task_of(path, size, sha256, given, shelf, field, region, rotate, model, options)
+        asked.check_names([asked.model])
+        return asked
+
+    known = None if calibration is None else files.read_calibration(calibration)
+    return Batch(files.read_bytes, files.read_points_file, task, points, known, before)
+
+
+@contextmanager
+def _wrong_use() -> Iterator[None]:
+    """What is refused before the first picture is a command line that cannot be meant."""
+    from app.core.errors import TouchlineError
+
+    try:
+        yield
+    except TouchlineError as error:
+        exit_code_of(error)
+        raise typer.Exit(USAGE) from None
+
+
+def _summary(rows: list[Any], output: Path | None) -> str:
+    """How many are how good; those that are not good by name; without a file the figures of all."""
+    from app.batch import counted
+
+    lines = [f"{len(rows)} pictures: " + ", ".join(f"{count} {level}" for level, count in counted(rows).items()) + "."]
+    for row in rows:
+        if row["verdict"] == "failed":
+            lines.append(f"{row['picture']}: {row['problem']} {row['fix']}")
+        elif row["verdict"] not in ("good", "fair") or output is None:
+            lines.append(f"{row['picture']}: {row['verdict']}, {_mm(row['rms_mm'])} rms, {_mm(row['held_out_mm'])} "
+                         f"held out, {_mm(row['worst_mm'])} at worst.")
+    return "\n".join([*lines, *([f"Written to {output}."] if output else [])])
+
+
+def _mm(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.2f} mm"

@@ -1,0 +1,142 @@
+"""compare, difference and uncertainty: which model, how far two calibrations are apart, how far to trust one."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from app.cli.requests import (
+    FieldName,
+    HeightMm,
+    HeightSigmaMm,
+    ImageFile,
+    LensFile,
+    LensSigma,
+    Options,
+    OwnFields,
+    PointsFile,
+    RegionName,
+    Rotate,
+    options_from,
+    task_from,
+)
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print everything as JSON.")]
+PngFile = Annotated[Path | None, typer.Option("--png", metavar="OUT.png", help="Draw it as a map with a scale in mm.")]
+
+
+def compare(
+    image: ImageFile, points: PointsFile, field: FieldName = None, region: RegionName = None, rotate: Rotate = None,
+    models: Annotated[str | None, typer.Option("--models", metavar="NAME,…", help="Camera models with commas between; "
+                                               "all when left out.")] = None,
+    option: Options = None, lens: LensFile = None, lens_sigma: LensSigma = None, height_mm: HeightMm = None,
+    height_sigma_mm: HeightSigmaMm = None, fields: OwnFields = None, as_json: AsJson = False,
+) -> None:
+    """Fit every camera model to the same points and say which to trust."""
+    from app.cli.console import progress_bar
+
+    options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
+    task = task_from(image, points, field, region, rotate, None, options, "", fields)
+    names = [name.strip() for name in models.split(",")] if models else None
+    with progress_bar("Comparing") as progress:
+        found = task.compare(names, progress)
+    if as_json:
+        print(json.dumps(found, allow_nan=False))
+    else:
+        _show_ranking(found)
+
+
+def difference(
+    one: Annotated[Path, typer.Argument(metavar="A.json", help="A calibration.")],
+    other: Annotated[Path, typer.Argument(metavar="B.json", help="Another one for the same picture size.")],
+    png: PngFile = None, as_json: AsJson = False,
+) -> None:
+    """How far two calibrations are apart over the region, in mm on the carpet and px in the picture."""
+    from app.cli import files
+    from app.workflows import calibration as workflow
+
+    a, b = files.read_calibration(one), files.read_calibration(other)
+    found = workflow.difference(_model(a), _model(b), _region(a))
+    if png is not None:
+        files.write_picture(png, workflow.millimetre_map(_grid(found, "mm"), _region(a),
+                                                         f"{other.stem} from {one.stem}"))
+    if as_json:
+        print(json.dumps(found, allow_nan=False))
+    elif found["max_mm"] is None:
+        print("There is no place on the region that both calibrations reach.")
+    else:
+        x, y = found["worst_place"]
+        print(f"{found['rms_mm']:.2f} mm rms over the region, median {found['median_mm']:.2f} mm, "
+              f"{found['max_mm']:.2f} mm at most, at ({x:.0f}, {y:.0f}) mm.\n"
+              f"In the picture {found['rms_px']:.2f} px rms, {found['max_px']:.2f} px at most.")
+
+
+def uncertainty(
+    calibration: Annotated[Path, typer.Argument(metavar="CAL.json", help="As calibrate wrote it.")],
+    z_mm: Annotated[float, typer.Option("--z", min=0, max=5000, help="Height of the plane above the carpet, mm.")] = 0,
+    png: PngFile = None, as_json: AsJson = False,
+) -> None:
+    """Expected error over the region, in the plane at a height: what the clicks' noise does to it."""
+    from app.cli import files
+    from app.workflows import calibration as workflow
+
+    known = files.read_calibration(calibration)
+    found = workflow.uncertainty(_model(known), known.covariance, _region(known), z_mm)
+    if png is not None:
+        files.write_picture(png, workflow.millimetre_map(_grid(found, "sigma_mm"), _region(known),
+                                                         f"expected error at z = {z_mm:g} mm"))
+    if as_json:
+        print(json.dumps(found, allow_nan=False))
+    else:
+        x, y = found["worst_place"]
+        print(f"At z = {z_mm:g} mm the expected error is {found['rms']:.2f} mm rms over the region, "
+              f"median {found['median']:.2f} mm, {found['max']:.2f} mm at most, at ({x:.0f}, {y:.0f}) mm.")
+
+
+def _model(calibration: Any) -> Any:
+    from app.models import model_from_json
+
+    return model_from_json(calibration.model_name, calibration.model_parameters)
+
+
+def _region(calibration: Any) -> Any:
+    from app.core.field_json import field_from_json
+
+    return field_from_json(calibration.field).region(calibration.region, calibration.rotate)
+
+
+def _grid(found: dict[str, Any], name: str) -> Any:
+    from app.core.errors import FitFailed
+
+    if found["grid"] is None:
+        raise FitFailed("There is no place on the region that both calibrations reach.",
+                        "Choose two calibrations of one camera.", reason="no-overlap")
+    return found["grid"][name]
+
+
+def _show_ranking(found: dict[str, Any]) -> None:
+    """A table, best first, then the choice in a sentence and what could not be fitted."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
+    table.add_column("")
+    table.add_column("model", no_wrap=True)
+    for title in ("field mm", "held out mm", "hat mm", "rms px", "numbers"):
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("to trust")
+    for row in found["ranking"]:
+        table.add_row("→" if row["model"] == found["recommended"] else "", row["model"], _number(row["field_mm"]),
+                      _number(row["held_out_mm"]), _number(row["expected_hat_mm"]), _number(row["rms_px"]),
+                      str(row["parameters"]), row["verdict"]["level"])
+    console = Console(highlight=False)
+    console.print(table, end="")
+    print(found["reason"])
+    for failed in found["failed"]:
+        print(f"{failed['title']} could not be fitted: {failed['what']} {failed['fix']}")
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:.2f}"

@@ -1,0 +1,92 @@
+"""The task that a picture, a file of points and some options describe; calibrate and compare share it."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+ImageFile = Annotated[Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG, BMP or WebP.")]
+PointsFile = Annotated[Path, typer.Option("--points", metavar="FILE.json", help="Observations: a list, or an object "
+                                          "with observations, field and region.")]
+FieldName = Annotated[str | None, typer.Option("--field", help="Field name, such as ssl-2008.")]
+RegionName = Annotated[str | None, typer.Option("--region", help="Part of the field that is seen.")]
+Rotate = Annotated[int | None, typer.Option("--rotate", help="0, 90, 180 or 270: how the region stands.")]
+Options = Annotated[list[str] | None, typer.Option("--option", metavar="NAME=VALUE", help="A setting of the fit, such "
+                                                   "as degree=3; may be repeated.")]
+OwnFields = Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="Folder of your own fields.")]
+LensFile = Annotated[Path | None, typer.Option("--lens", metavar="LENS.json|CAL.json", help="Take the lens over, as "
+                                               "board or calibrate wrote it; the field then fixes the pose.")]
+LensSigma = Annotated[str | None, typer.Option("--lens-sigma", metavar="0|own", help="0 holds that lens fast; own as "
+                                               "well as the board told it.")]
+HeightMm = Annotated[float | None, typer.Option("--height-mm", help="The camera's height above the carpet by tape.")]
+HeightSigmaMm = Annotated[float | None, typer.Option("--height-sigma-mm", help="How sure it is; 30 when left out.")]
+TAPE_SIGMA_MM = 30.0
+
+
+def task_from(image: Path, points: Path, field: str | None, region: str | None, rotate: int | None,
+              model: str | None, options: dict[str, Any], note: str, fields: Path | None) -> Any:
+    """What is given wins over what the file of points says."""
+    from app.cli import files
+
+    given = files.read_points_file(points)
+    frame = files.read_picture(image)
+    return task_of(image, frame.size, frame.sha256, given, own_fields(fields), field, region, rotate, model, options,
+                   note)
+
+
+def own_fields(folder: Path | None) -> Any:
+    """Every field that can be named: the shipped ones and those of a folder, or of the settings' folder."""
+    from app.settings import Settings
+    from app.store.field_repository import FieldShelf
+
+    return FieldShelf(folder or Settings().own_fields)
+
+
+def task_of(image: Path, size: Any, sha256: str, given: dict[str, Any], shelf: Any, field: str | None,
+            region: str | None, rotate: int | None, model: str | None, options: dict[str, Any], note: str = "") -> Any:
+    """The same for a picture whose size and hash are known; given: what a file of points says."""
+    from app.core.errors import BadInput, Conflict
+    from app.core.geometry import ImageSize
+    from app.core.records import observations_from_json
+    from app.workflows.calibration_request import Task
+
+    field_name, region_name = field or given.get("field"), region or given.get("region")
+    if field_name is None or region_name is None:
+        raise BadInput("No field or no region is named.", "Give --field and --region, or name them in the points file.",
+                       reason="no-field")
+    seen = shelf[field_name]
+    turn = rotate if rotate is not None else given.get("rotate")
+    if "image_size" in given and ImageSize.of(given["image_size"]) != size:
+        raise Conflict(f"{image} is {size.width} × {size.height} px; the points are for a picture of "
+                       f"{given['image_size']}.", "Give the picture that was clicked.", reason="size-mismatch")
+    return Task(observations_from_json(given["observations"]), seen, seen.region(region_name, turn), size,
+                model or given.get("model") or "polynomial", {**(given.get("options") or {}), **options},
+                image_sha256=sha256, note=note or given.get("note", ""))
+
+
+def options_from(words: list[str] | None, lens: Path | None, lens_sigma: str | None, height_mm: float | None,
+                 height_sigma_mm: float | None) -> dict[str, Any]:
+    """name=value words (a value is JSON where it can be read so, else text), a known lens, a height by tape."""
+    from app.cli import files
+
+    options: dict[str, Any] = {}
+    for word in words or []:
+        name, equals, value = word.partition("=")
+        if not equals:
+            raise typer.BadParameter(f"{word!r} is not NAME=VALUE", param_hint="--option")
+        try:
+            options[name] = json.loads(value)
+        except ValueError:
+            options[name] = value
+    if lens is not None:
+        options["lens"] = files.read_held_lens(lens)
+    if lens_sigma is not None:
+        if lens is None:
+            raise typer.BadParameter("there is no --lens that it could be of", param_hint="--lens-sigma")
+        options["lens_sigma"] = lens_sigma
+    if height_mm is not None:
+        options["height_mm"] = {"value": height_mm, "sigma": height_sigma_mm or TAPE_SIGMA_MM}
+    elif height_sigma_mm is not None:
+        raise typer.BadParameter("there is no --height-mm that it could be of", param_hint="--height-sigma-mm")
+    return options

@@ -1,0 +1,169 @@
+"""A calibration board: its corners in millimetres, and what one picture showed of it.
+
+The board's frame: x along a row of corners, y along a column, z = 0 on its face, the first inner corner at (0, 0).
+Only inner corners count, those where four squares meet.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import BadInput
+from app.core.geometry import MAX_COORDINATE, Points, as_points
+from app.core.text_format import sentence
+
+KINDS = ("chessboard", "charuco")
+FORM = ('Send {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 30}: columns and rows of inner corners; '
+        'or "kind": "charuco" with "marker_mm" and "dictionary" as well.')
+CORNERS = (3, 100)  # along one side; finders take no fewer
+# The families that OpenCV prints and how many markers each has; a name outside is looked up nowhere.
+DICTIONARIES = {**{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
+                "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
+                "DICT_APRILTAG_36h10": 2320, "DICT_APRILTAG_36h11": 587}
+MAX_VIEWS = 1000
+MAX_CORNERS = 10_000  # in one view
+MAX_WORK = 300_000  # views times the corners of the fullest: 2000 views of a usual board, and a few hundred megabytes
+
+
+@dataclass(frozen=True)
+class Board:
+    """columns × rows inner corners, square_mm apart. legacy: a ChArUco board of OpenCV before 4.6, whose even rows of
+    squares begin with a marker where newer ones begin with a black square."""
+
+    kind: Literal["chessboard", "charuco"]
+    columns: int
+    rows: int
+    square_mm: float
+    marker_mm: float = 0.0
+    dictionary: str = ""
+    legacy: bool = False
+
+    @classmethod
+    def from_json(cls, value: Any) -> Self:
+        """Read a board; refuse what is not of its form, by name."""
+        if not isinstance(value, Mapping):
+            raise BadInput("The board is not an object.", FORM, reason="bad-board")
+        known = {"kind", "columns", "rows", "square_mm", "marker_mm", "dictionary", "legacy"}
+        unknown = [str(name) for name in value if name not in known]
+        if unknown:
+            raise BadInput(f"A board has no {unknown[0]!r}.", FORM, reason="bad-board")
+        kind = value.get("kind")
+        if kind not in KINDS:
+            raise BadInput(f"{kind!r} is no kind of board.", FORM, reason="bad-board")
+        columns, rows = (_whole(value.get(name), name) for name in ("columns", "rows"))
+        square_mm = _length(value.get("square_mm"), "square_mm")
+        if kind == "chessboard":
+            extra = [name for name in ("marker_mm", "dictionary", "legacy") if value.get(name)]
+            if extra:
+                raise BadInput(f"A chessboard has no {extra[0]}.", FORM, reason="bad-board")
+            return cls(kind, columns, rows, square_mm)
+        marker_mm = _length(value.get("marker_mm"), "marker_mm")
+        if marker_mm >= square_mm:
+            raise BadInput(f"Markers of {marker_mm:g} mm do not fit into squares of {square_mm:g} mm.",
+                           "Measure both: the marker is the smaller one.", reason="bad-board")
+        dictionary, legacy = value.get("dictionary"), value.get("legacy", False)
+        if not isinstance(dictionary, str) or dictionary not in DICTIONARIES:
+            raise BadInput(f"{dictionary!r} is no dictionary of markers.", f"Use one of: {', '.join(DICTIONARIES)}.",
+                           reason="bad-board")
+        needed = (columns + 1) * (rows + 1) // 2
+        if needed > DICTIONARIES[dictionary]:
+            raise BadInput(f"The board has {needed} markers, {dictionary} only {DICTIONARIES[dictionary]}.",
+                           "Choose the dictionary that the board was printed with.", reason="bad-board")
+        if not isinstance(legacy, bool):
+            raise BadInput("A board's legacy is neither true nor false.", "Use true for boards printed by OpenCV "
+                           "before 4.6.", reason="bad-board")
+        return cls(kind, columns, rows, square_mm, marker_mm, dictionary, legacy)
+
+    def to_json(self) -> dict[str, Any]:
+        plain = {"kind": self.kind, "columns": self.columns, "rows": self.rows, "square_mm": self.square_mm}
+        if self.kind == "chessboard":
+            return plain
+        return {**plain, "marker_mm": self.marker_mm, "dictionary": self.dictionary, "legacy": self.legacy}
+
+    @property
+    def places_mm(self) -> NDArray[np.float64]:
+        """(columns · rows, 3), row by row."""
+        y, x = np.mgrid[:self.rows, :self.columns]
+        return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1) * self.square_mm
+
+
+@dataclass(frozen=True, eq=False)
+class BoardView:
+    """One picture's corners: pixels (n, 2) raw, places_mm (n, 3) on the board. name: what messages call it."""
+
+    pixels: Points
+    places_mm: NDArray[np.float64]
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if len(self.pixels) != len(self.places_mm):
+            raise BadInput(sentence(f"{self.name or 'A view'} has {len(self.pixels)} points in the picture and "
+                                    f"{len(self.places_mm)} on the board."), "Give one of each for every corner.",
+                           reason="bad-view")
+        for array in (self.pixels, self.places_mm):
+            array.setflags(write=False)
+
+    def only(self, keep: NDArray[np.bool_]) -> "BoardView":
+        return BoardView(self.pixels[keep], self.places_mm[keep], self.name)
+
+    def to_json(self) -> dict[str, Any]:
+        return {"image_points": self.pixels.tolist(), "object_points": self.places_mm.tolist(), "name": self.name}
+
+
+def views_from_json(value: Any) -> tuple[BoardView, ...]:
+    """Read [{"image_points": [[x, y], …], "object_points": [[X, Y, Z], …] mm}, …]."""
+    form = 'Send [{"image_points": [[x, y], …], "object_points": [[X, Y, Z], …]}, …], millimetres on the board.'
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        raise BadInput("The views are not a list.", form, reason="bad-view")
+    if len(value) > MAX_VIEWS:
+        raise BadInput(f"{len(value)} views are more than the {MAX_VIEWS} that a calibration takes.",
+                       "Leave some out: beyond a few dozen, well spread, little is gained.", reason="too-many-views")
+    views = []
+    for number, item in enumerate(value, 1):
+        if not isinstance(item, Mapping) or set(item) - {"image_points", "object_points", "name"}:
+            raise BadInput(f"View {number} is not of the form of a view.", form, reason="bad-view")
+        name = str(item.get("name") or f"view {number}")[:200]
+        pixels = as_points(item.get("image_points", ()), f"The image points of {name}").reshape(-1, 2)
+        if len(pixels) > MAX_CORNERS:
+            raise BadInput(sentence(f"{name} has {len(pixels)} corners; {MAX_CORNERS} are the most."),
+                           "Use a coarser board.", reason="too-many-points")
+        views.append(BoardView(pixels, _places(item.get("object_points", ()), name), name))
+    most = max((len(view.pixels) for view in views), default=0)
+    if len(views) * most > MAX_WORK:
+        raise BadInput(f"{len(views)} views with up to {most} corners are more than a calibration takes.",
+                       "Leave some views out.", reason="too-many-points")
+    return tuple(views)
+
+
+def _places(value: Any, name: str) -> NDArray[np.float64]:
+    try:
+        places = np.array(value, dtype=np.float64)
+        if places.size and (places.ndim != 2 or places.shape[1] not in (2, 3)):
+            raise ValueError
+    except (TypeError, ValueError, OverflowError):
+        raise BadInput(f"The object points of {name} are not triples of numbers.", "Send [[X, Y, Z], …] in mm.",
+                       reason="bad-view") from None
+    places = places.reshape(-1, places.shape[-1] if places.size else 3)
+    if not (np.abs(places) <= MAX_COORDINATE).all():
+        raise BadInput(f"The object points of {name} contain a number that is not finite or too large.",
+                       "Correct it.", reason="non-finite-points")
+    return places if places.shape[1] == 3 else np.pad(places, ((0, 0), (0, 1)))
+
+
+def _whole(value: Any, name: str) -> int:
+    low, high = CORNERS
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or not low <= value <= high \
+            or value != int(value):
+        raise BadInput(f"A board's {name} cannot be {value!r}.", f"Count the inner corners: {low} to {high}.",
+                       reason="bad-board")
+    return int(value)
+
+
+def _length(value: Any, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.01 <= value <= 10_000:
+        raise BadInput(f"A board's {name} cannot be {value!r}.", "Give millimetres, from 0.01 to 10000.",
+                       reason="bad-board")
+    return float(value)

@@ -1,0 +1,210 @@
+"""A playing field: its lines, arcs, landmarks and regions, in millimetres (frames: see geometry.py).
+
+All positions are those of line *centres*. A region names the part of the field that one camera sees, and
+how it stands in the corrected picture: `rotate` turns the field counter-clockwise, in quarter turns, so that
+the region's left and right borders run down the picture and its top and bottom borders across it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from dataclasses import field as member
+from typing import Any, Self
+
+import numpy as np
+
+from app.core.errors import BadInput, NotFound
+from app.core.geometry import Points, as_points
+
+Point = tuple[float, float]
+BORDERS = ("left", "right", "top", "bottom")
+QUARTER_TURNS = (0, 90, 180, 270)
+DEFAULT_LINE_WIDTH_MM = 10.0
+HAT_MM = 150.0  # where the pattern of a Small Size League robot is; other leagues' fields say theirs
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight marking, or a region's border."""
+
+    name: str
+    start: Point
+    end: Point
+    width_mm: float = DEFAULT_LINE_WIDTH_MM
+
+    def nearest(self, points: Points) -> Points:
+        """The foot on the endless line of each point (..., 2) mm, field frame."""
+        start, end = np.asarray(self.start), np.asarray(self.end)
+        along = (end - start) / np.linalg.norm(end - start)
+        return start + ((points - start) @ along)[..., None] * along
+
+    def sample(self, count: int) -> Points:
+        """(count, 2) evenly spaced points from start to end."""
+        t = np.linspace(0.0, 1.0, count)[:, None]
+        return np.asarray(self.start) * (1 - t) + np.asarray(self.end) * t
+
+    @property
+    def length_mm(self) -> float:
+        return float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1]))
+
+    def to_json(self) -> dict[str, Any]:
+        return {"name": self.name, "from": list(self.start), "to": list(self.end), "width_mm": self.width_mm}
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A circular marking, counter-clockwise from start_deg to end_deg."""
+
+    name: str
+    centre: Point
+    radius_mm: float
+    start_deg: float = 0.0
+    end_deg: float = 360.0
+    width_mm: float = DEFAULT_LINE_WIDTH_MM
+
+    def nearest(self, points: Points) -> Points:
+        """The foot on the whole circle of each point (..., 2) mm; NaN at the very centre."""
+        arm = points - np.asarray(self.centre)
+        length = np.linalg.norm(arm, axis=-1, keepdims=True)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(self.centre) + arm * (self.radius_mm / length)
+
+    def sample(self, count: int) -> Points:
+        """(count, 2) evenly spaced points from start_deg to end_deg."""
+        angle = np.radians(np.linspace(self.start_deg, self.end_deg, count))
+        return np.asarray(self.centre) + self.radius_mm * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+    @property
+    def length_mm(self) -> float:
+        return float(np.radians(abs(self.end_deg - self.start_deg)) * self.radius_mm)
+
+    def to_json(self) -> dict[str, Any]:
+        return {"name": self.name, "centre": list(self.centre), "radius_mm": self.radius_mm,
+                "start_deg": self.start_deg, "end_deg": self.end_deg, "width_mm": self.width_mm}
+
+
+@dataclass(frozen=True)
+class Landmark:
+    """A single known spot of the field."""
+
+    name: str
+    position: Point
+
+    def nearest(self, points: Points) -> Points:
+        return np.broadcast_to(np.asarray(self.position), points.shape)
+
+
+Feature = Line | Arc | Landmark
+
+
+@dataclass(frozen=True)
+class Region:
+    """A rectangle of the field, and how it stands in the corrected picture."""
+
+    name: str
+    x_mm: tuple[float, float]  # smallest, largest field x
+    y_mm: tuple[float, float]
+    rotate_deg: int = 0  # the field's turn in the picture, counter-clockwise
+
+    @property
+    def _axes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Unit vectors of u (right) and v (down) in the field frame."""
+        turn = np.radians(self.rotate_deg)
+        cos, sin = round(np.cos(turn)), round(np.sin(turn))
+        return np.array([cos, -sin], float), np.array([-sin, -cos], float)
+
+    @property
+    def _origin(self) -> np.ndarray:
+        """The region's top-left corner as it stands in the picture, field mm."""
+        u, v = self._axes
+        corners = np.array([(x, y) for x in self.x_mm for y in self.y_mm])
+        return corners[np.argmin(corners @ (u + v))]
+
+    @property
+    def width_mm(self) -> float:
+        """Extent along u, across the picture."""
+        x, y = np.ptp(self.x_mm), np.ptp(self.y_mm)
+        return float(x if self.rotate_deg % 180 == 0 else y)
+
+    @property
+    def height_mm(self) -> float:
+        """Extent along v, down the picture."""
+        x, y = np.ptp(self.x_mm), np.ptp(self.y_mm)
+        return float(y if self.rotate_deg % 180 == 0 else x)
+
+    def field_from_region(self, points: Points) -> Points:
+        """(..., 2) mm (u, v) to field mm (x, y)."""
+        return self._origin + points @ np.stack(self._axes)
+
+    def region_from_field(self, points: Points) -> Points:
+        """(..., 2) field mm to (u, v) mm."""
+        return (points - self._origin) @ np.stack(self._axes).T
+
+    def border(self, name: str) -> Line:
+        """One of left, right, top, bottom, as a line in field mm, running right or down the picture."""
+        w, h = self.width_mm, self.height_mm
+        ends = {"left": ((0, 0), (0, h)), "right": ((w, 0), (w, h)),
+                "top": ((0, 0), (w, 0)), "bottom": ((0, h), (w, h))}[name]
+        start, end = (self.field_from_region(np.array(p, float)) for p in ends)
+        return Line(name, (float(start[0]), float(start[1])), (float(end[0]), float(end[1])))
+
+    def rotated(self, rotate_deg: int) -> Self:
+        """The same rectangle, standing otherwise in the picture."""
+        if rotate_deg not in QUARTER_TURNS:
+            raise BadInput(f"A region cannot be turned by {rotate_deg}°.", "Use 0, 90, 180 or 270.",
+                           reason="bad-rotation")
+        return replace(self, rotate_deg=rotate_deg)
+
+    def to_json(self) -> dict[str, Any]:
+        return {"name": self.name, "x": list(self.x_mm), "y": list(self.y_mm), "rotate": self.rotate_deg,
+                "width_mm": self.width_mm, "height_mm": self.height_mm,
+                **{name: self.border(name).to_json() for name in BORDERS}}
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field by name, with everything that is painted on it.
+
+    hat_height_mm: how high above the carpet robots carry their patterns, where positions are judged as well.
+    """
+
+    name: str
+    title: str
+    length_mm: float
+    width_mm: float
+    lines: Mapping[str, Line]
+    arcs: Mapping[str, Arc]
+    landmarks: Mapping[str, Landmark]
+    regions: Mapping[str, Region]
+    extras: Mapping[str, Any] = member(default_factory=dict)  # goals, boundary, ball: drawn and published, not fitted
+    hat_height_mm: float = HAT_MM
+
+    def region(self, name: str, rotate_deg: int | None = None) -> Region:
+        """A region by name, turned otherwise if rotate_deg is given."""
+        try:
+            region = self.regions[name]
+        except (KeyError, TypeError):
+            raise NotFound(f"The field {self.name} has no region called {name!r}.",
+                           f"Use one of: {', '.join(self.regions)}.", reason="unknown-region") from None
+        return region if rotate_deg is None else region.rotated(rotate_deg)
+
+    def feature(self, name: str | Point, region: Region) -> Feature:
+        """What an observation's feature means: a region's border, a marking, or a spot given in mm."""
+        if not isinstance(name, str):
+            x, y = as_points(name, "The landmark's field position")
+            return Landmark(f"({x:g}, {y:g}) mm", (float(x), float(y)))
+        if name in BORDERS:
+            return region.border(name)
+        for table in (self.lines, self.arcs, self.landmarks):
+            if name in table:
+                return table[name]
+        known = (*BORDERS, *self.lines, *self.arcs, *self.landmarks)
+        raise BadInput(f"The field {self.name} has no feature called {name!r}.",
+                       f"Use one of: {', '.join(known)}.", reason="unknown-feature")
+
+    def to_json(self) -> dict[str, Any]:
+        return {"name": self.name, "title": self.title, "length_mm": self.length_mm, "width_mm": self.width_mm,
+                "lines": [line.to_json() for line in self.lines.values()],
+                "arcs": [arc.to_json() for arc in self.arcs.values()],
+                "landmarks": {m.name: list(m.position) for m in self.landmarks.values()},
+                "regions": {r.name: r.to_json() for r in self.regions.values()},
+                "hat_height_mm": self.hat_height_mm, "extras": dict(self.extras)}

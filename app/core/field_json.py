@@ -1,0 +1,248 @@
+"""Reads a field from plain data, as it comes from YAML or JSON, and refuses everything that is no field.
+
+The form is the one that Field.to_json writes and the REST contract shows. Lengths are mm. Optional shorthands:
+`line_width_mm` for all markings that give none, and a region either as {x, y, rotate} or as its four border lines.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+
+from app.core.errors import BadInput
+from app.core.field import (
+    BORDERS,
+    DEFAULT_LINE_WIDTH_MM,
+    HAT_MM,
+    QUARTER_TURNS,
+    Arc,
+    Field,
+    Landmark,
+    Line,
+    Point,
+    Region,
+)
+
+NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
+MAX_NAME = 64
+HIGHEST_HAT_MM = 2000.0  # a grown-up humanoid
+SMALLEST_MM, LARGEST_MM = 100.0, 100_000.0  # a table top to a stadium
+MAX_MEMBERS = 500  # of each kind; the richest league field has 60
+SAME_MM = 0.01  # two ways to say one place may differ by this
+
+T = TypeVar("T")
+
+
+def field_from_json(value: Any) -> Field:
+    """The field that plain data describes; BadInput says which entry is wrong and what it should be."""
+    keys(value, "The field", ("name", "length_mm", "width_mm", "regions"),
+         ("title", "line_width_mm", "lines", "arcs", "landmarks", "hat_height_mm", "extras"))
+    name = safe_name(value["name"], "name")
+    length = number(value["length_mm"], "length_mm", SMALLEST_MM, LARGEST_MM)
+    width = number(value["width_mm"], "width_mm", SMALLEST_MM, LARGEST_MM)
+    thick = number(value.get("line_width_mm", DEFAULT_LINE_WIDTH_MM), "line_width_mm", 0.1, 500)
+    far = (length, width)  # markings may lie outside the field, as goals do, but not by more than half of it
+    lines = members(value.get("lines", []), "lines", lambda v, at: _line(v, at, far, thick))
+    arcs = members(value.get("arcs", []), "arcs", lambda v, at: _arc(v, at, far, thick))
+    landmarks = table(value.get("landmarks", {}), "landmarks",
+                      lambda key, v, at: Landmark(key, point(v, at, far)))
+    regions = table(value["regions"], "regions", lambda key, v, at: _region(key, v, at, length, width))
+    if not regions:
+        raise refuse("regions is empty.", 'Give at least the region "full".')
+    _every_name_once(lines, arcs, landmarks)
+    return Field(name, text(value.get("title", name), "title", 120), length, width, lines, arcs, landmarks, regions,
+                 _extras(value.get("extras", {}), landmarks),
+                 number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, HIGHEST_HAT_MM))
+
+
+def _line(value: Any, at: str, far: Point, thick: float) -> Line:
+    keys(value, at, ("name", "from", "to"), ("width_mm",))
+    line = Line(safe_name(value["name"], f"{at}.name"), point(value["from"], f"{at}.from", far),
+                point(value["to"], f"{at}.to", far), number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500))
+    if line.length_mm < 1:
+        raise refuse(f"{at} ({line.name}) is no longer than a point.", "Give it two different ends.")
+    return line
+
+
+def _arc(value: Any, at: str, far: Point, thick: float) -> Arc:
+    keys(value, at, ("name", "centre", "radius_mm"), ("start_deg", "end_deg", "width_mm"))
+    arc = Arc(safe_name(value["name"], f"{at}.name"), point(value["centre"], f"{at}.centre", far),
+              number(value["radius_mm"], f"{at}.radius_mm", 1, max(far)),
+              number(value.get("start_deg", 0.0), f"{at}.start_deg", -720, 720),
+              number(value.get("end_deg", 360.0), f"{at}.end_deg", -720, 720),
+              number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500))
+    if not 0 < arc.end_deg - arc.start_deg <= 360:
+        raise refuse(f"{at} ({arc.name}) runs from {arc.start_deg:g}° to {arc.end_deg:g}°.",
+                     "Give end_deg above start_deg, by at most 360.")
+    return arc
+
+
+def _region(name: str, value: Any, at: str, length: float, width: float) -> Region:
+    """From x and y, from the four borders, or from both if they agree."""
+    keys(value, at, (), ("name", "x", "y", "rotate", "width_mm", "height_mm", *BORDERS))
+    if value.get("name", name) != name:
+        raise refuse(f"{at} calls itself {value['name']!r}.", "Give it one name.")
+    by_lines = all(border in value for border in BORDERS)
+    if "x" in value and "y" in value:
+        rotate = value.get("rotate", 0)
+        if isinstance(rotate, bool) or rotate not in QUARTER_TURNS:
+            raise refuse(f"{at}.rotate is {rotate!r}.", "Use 0, 90, 180 or 270.")
+        x_mm, y_mm = (_span(value["x"], f"{at}.x", length / 2), _span(value["y"], f"{at}.y", width / 2))
+        region = Region(name, x_mm, y_mm, int(rotate))
+        if by_lines and _border_gap(region, value, at, (length, width)) > SAME_MM:
+            raise refuse(f"The four borders of {at} disagree with its x, y and rotate.", "Send one or the other.")
+        return region
+    if by_lines:
+        return _region_from_borders(name, value, at, length, width)
+    raise refuse(f"{at} says neither x and y nor all four borders.",
+                 'Send {"x": [from, to], "y": [from, to]} in mm, or the lines left, right, top and bottom.')
+
+
+def _region_from_borders(name: str, value: Any, at: str, length: float, width: float) -> Region:
+    """The rectangle and the quarter turn at which each border stands where its name says."""
+    ends = np.array([_ends(value[border], f"{at}.{border}", (length, width)) for border in BORDERS]).reshape(-1, 2)
+    (x0, y0), (x1, y1) = ends.min(axis=0), ends.max(axis=0)
+    x_mm = _span([float(x0), float(x1)], f"{at} in x", length / 2)
+    y_mm = _span([float(y0), float(y1)], f"{at} in y", width / 2)
+    turned = [Region(name, x_mm, y_mm, turn) for turn in QUARTER_TURNS]
+    best = min(turned, key=lambda region: _border_gap(region, value, at, (length, width)))
+    if _border_gap(best, value, at, (length, width)) > SAME_MM:
+        raise refuse(f"The four borders of {at} form no rectangle that stands upright in a picture.",
+                     "Let left, top, right and bottom meet at the corners, along the field's x and y.")
+    return best
+
+
+def _border_gap(region: Region, value: Mapping[str, Any], at: str, far: Point) -> float:
+    """Largest distance in mm from a border's ends to those given, in whichever order they are given."""
+    gaps = []
+    for border in BORDERS:
+        given = np.array(_ends(value[border], f"{at}.{border}", far))
+        line = region.border(border)
+        ours = np.array([line.start, line.end])
+        gaps.append(min(np.abs(given - ours).max(), np.abs(given[::-1] - ours).max()))
+    return float(max(gaps))
+
+
+def _ends(value: Any, at: str, far: Point) -> tuple[Point, Point]:
+    keys(value, at, ("from", "to"), ("name", "width_mm"))
+    return point(value["from"], f"{at}.from", far), point(value["to"], f"{at}.to", far)
+
+
+def _span(value: Any, at: str, half: float) -> tuple[float, float]:
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        raise refuse(f"{at} is no pair of numbers.", "Send [from, to] in mm.")
+    low, high = (number(v, at, -half - SAME_MM, half + SAME_MM) for v in value)
+    if high - low < 10:
+        raise refuse(f"{at} runs from {low:g} to {high:g} mm.", "Send the smaller number first, 10 mm apart or more.")
+    return low, high
+
+
+def _extras(value: Any, landmarks: Mapping[str, Landmark]) -> dict[str, Any]:
+    """What is drawn and published but not fitted. Every key is known, so that nothing is carried unread."""
+    sizes = {"boundary": ("touch_mm", "goal_mm"), "goal": ("width_mm", "depth_mm", "height_mm"),
+             "ball": ("radius_mm",), "robot": ("radius_mm", "height_mm")}
+    keys(value, "extras", (), (*sizes, "corner_cut_mm", "carpet", "marks", "note"))
+    extras: dict[str, Any] = {}
+    for key, given in value.items():
+        at = f"extras.{key}"
+        if key in sizes:
+            keys(given, at, sizes[key], ())
+            extras[key] = {size: number(given[size], f"{at}.{size}", 0, LARGEST_MM) for size in sizes[key]}
+        elif key == "corner_cut_mm":
+            extras[key] = number(given, at, 0, LARGEST_MM)
+        elif key == "carpet":
+            extras[key] = choice(given, at, ("green", "black"))
+        elif key == "note":
+            extras[key] = text(given, at, 500)
+        else:
+            extras[key] = [_mark(item, f"{at}[{i}]", landmarks) for i, item in enumerate(limited(given, at, list))]
+    return extras
+
+
+def _mark(value: Any, at: str, landmarks: Mapping[str, Landmark]) -> dict[str, Any]:
+    keys(value, at, ("at", "shape", "size_mm"), ())
+    return {"at": choice(value["at"], f"{at}.at", tuple(landmarks)),
+            "shape": choice(value["shape"], f"{at}.shape", ("dot", "cross")),
+            "size_mm": number(value["size_mm"], f"{at}.size_mm", 1, 1000)}
+
+
+def _every_name_once(*tables: Mapping[str, Any]) -> None:
+    seen = set(BORDERS)  # an observation's "left" means the region's border
+    for name in (name for members_ in tables for name in members_):
+        if name in seen:
+            raise refuse(f"The name {name!r} is used twice, or is a border's.",
+                         "Give every line, arc and landmark a name of its own.")
+        seen.add(name)
+
+
+# --- plain data, checked ---------------------------------------------------------------------------------
+
+def refuse(what: str, fix: str) -> BadInput:
+    return BadInput(what, fix, reason="bad-field")
+
+
+def keys(value: Any, at: str, required: tuple[str, ...], optional: tuple[str, ...]) -> None:
+    """Check that value is a mapping with these keys and no others."""
+    if not isinstance(value, Mapping):
+        raise refuse(f"{at} is no mapping.", f"Send an object with {', '.join(required or optional)}.")
+    for key in required:
+        if key not in value:
+            raise refuse(f"{at} has no {key}.", f"Add {key}.")
+    for key in value:
+        if key not in required and key not in optional:
+            raise refuse(f"{at} has an entry {str(key)[:MAX_NAME]!r} that nobody knows.",
+                         f"Use only: {', '.join((*required, *optional))}.")
+
+
+def number(value: Any, at: str, low: float, high: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
+        shown = repr(value) if isinstance(value, float) else "no such number"
+        raise refuse(f"{at} is {shown}.", f"Send a number from {low:g} to {high:g}.")
+    return float(value)
+
+
+def point(value: Any, at: str, far: Point) -> Point:
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        raise refuse(f"{at} is no pair of numbers.", "Send [x, y] in mm from the field's centre.")
+    return number(value[0], at, -far[0], far[0]), number(value[1], at, -far[1], far[1])
+
+
+def safe_name(value: Any, at: str) -> str:
+    if not isinstance(value, str) or len(value) > MAX_NAME or not NAME.fullmatch(value):
+        raise refuse(f"{at} is no name that we use in files and addresses.",
+                     f"Use small letters, digits and single hyphens, at most {MAX_NAME}, such as my-field-2.")
+    return value
+
+
+def text(value: Any, at: str, longest: int) -> str:
+    if not isinstance(value, str) or len(value) > longest or not value.isprintable():
+        raise refuse(f"{at} is no plain text.", f"Send one line of at most {longest} characters.")
+    return value
+
+
+def choice(value: Any, at: str, allowed: tuple[str, ...]) -> str:
+    if not isinstance(value, str) or value not in allowed:
+        raise refuse(f"{at} is not one of the known words.", f"Use one of: {', '.join(allowed)}.")
+    return value
+
+
+def limited(value: Any, at: str, kind: type) -> Any:
+    if not isinstance(value, kind) or len(value) > MAX_MEMBERS:
+        raise refuse(f"{at} is no {'list' if kind is list else 'mapping'} of at most {MAX_MEMBERS}.",
+                     f"Send {'[…]' if kind is list else '{name: …}'}, or leave it out.")
+    return value
+
+
+def members(value: Any, at: str, read: Callable[[Any, str], T]) -> dict[str, T]:
+    """A list of named things as a table by name."""
+    found = [read(item, f"{at}[{i}]") for i, item in enumerate(limited(value, at, list))]
+    names = {item.name: item for item in found}
+    if len(names) < len(found):
+        raise refuse(f"Two {at} have the same name.", "Give each a name of its own.")
+    return names
+
+
+def table(value: Any, at: str, read: Callable[[str, Any, str], T]) -> dict[str, T]:
+    return {safe_name(key, f"A name in {at}"): read(key, item, f"{at}.{key}")
+            for key, item in limited(value, at, dict).items()}

@@ -1,0 +1,89 @@
+"""The conventions that everything else keeps: frames, units, the pixel origin, and the NaN rule.
+
+Frames
+    raw         pixels of the picture as it came from the camera
+    corrected   pixels of the corrected picture, straight borders; column 0 is the left border
+    region      (u, v) mm from the region's top-left corner, u right and v down, as it stands in
+                the corrected picture
+    field       (x, y) mm from the field's centre, x goal to goal, y to the left of x, z up
+
+Pixels are floats. (0, 0) is the *centre* of the top-left pixel; x goes right and y goes down. A picture
+of width w therefore covers x from -0.5 to w - 0.5, and scaling it by s maps x to s (x + 0.5) - 0.5.
+
+Functions are named target_from_source: corrected = model.corrected_from_raw(raw).
+
+Points are arrays (..., 2), x before y; leading axes are anybody's and are kept. A point that a
+mapping cannot reach is NaN in both coordinates, never a guess; NaN in gives NaN out. At every border
+of the program non-finite input is refused, because one infinity hangs numpy's SVD.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import BadInput
+
+Points = NDArray[np.float64]  # (..., 2)
+
+# Nothing on a picture or a playing field is larger; beyond it, squares and cubes of coordinates
+# lose the digits that a least squares needs, and 1e308 overflows.
+MAX_COORDINATE = 1e7
+
+
+@dataclass(frozen=True)
+class ImageSize:
+    """Width and height of a picture, px."""
+
+    width: int
+    height: int
+
+    def __iter__(self):
+        return iter((self.width, self.height))
+
+    @classmethod
+    def of(cls, value: Any) -> "ImageSize":
+        """Read an ImageSize from (width, height); refuse what no camera delivers."""
+        try:
+            width, height = (int(v) for v in value)
+        except (TypeError, ValueError, OverflowError):
+            raise BadInput(f"{value!r} is not a picture size.", "Give it as [width, height] in pixels.",
+                           reason="bad-image-size") from None
+        if not (2 <= width <= 65536 and 2 <= height <= 65536):
+            raise BadInput(f"A picture of {width} × {height} px cannot be calibrated.",
+                           "Give a width and a height between 2 and 65536 pixels.", reason="bad-image-size")
+        return cls(width, height)
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        return (self.width - 1) / 2, (self.height - 1) / 2
+
+
+def as_points(value: Any, what: str = "The points") -> Points:
+    """Turn anything point-like into a fresh float64 array (..., 2); refuse NaN, infinities and giants.
+
+    what: how the error calls them, such as "The left border's points".
+    """
+    try:
+        points = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise BadInput(f"{what} are not pairs of numbers.", "Send them as [[x, y], …].",
+                       reason="bad-points") from None
+    if points.size == 0:
+        return points.reshape(0, 2)
+    if points.ndim < 1 or points.shape[-1] != 2:
+        raise BadInput(f"{what} are not pairs of numbers.", "Send them as [[x, y], …].", reason="bad-points")
+    flat = points.reshape(-1, 2)
+    bad = np.flatnonzero(~(np.abs(flat) <= MAX_COORDINATE).all(axis=1))  # catches NaN and inf as well
+    if bad.size:
+        raise BadInput(
+            f"{what} contain a number that is not finite or beyond {MAX_COORDINATE:g} (point {bad[0] + 1}).",
+            "Remove or correct that point.", reason="non-finite-points", index=int(bad[0]))
+    return points
+
+
+def unreachable_where(bad: NDArray[np.bool_], points: Points) -> Points:
+    """The points, with NaN in both coordinates where bad (...) is true or either coordinate is not finite."""
+    bad = bad | ~np.isfinite(points).all(axis=-1)
+    return np.where(bad[..., None], np.nan, points)

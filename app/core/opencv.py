@@ -1,0 +1,139 @@
+"""The one seam to OpenCV: point shapes normalised, so that 4.x and 5.x answer alike.
+
+OpenCV 5 returns (N, 2) where OpenCV 4 returned (N, 1, 2); fisheye functions take only (1, N, 2).
+Whoever passes points to cv2 or takes points from it comes through here.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.geometry import Points
+
+
+def points_from_cv(array: NDArray | None) -> Points:
+    """Any of OpenCV's point shapes, or None, as float64 (N, 2)."""
+    if array is None:
+        return np.empty((0, 2))
+    return np.asarray(array, dtype=np.float64).reshape(-1, 2)
+
+
+def remap(pixels: NDArray, map_1: NDArray, map_2: NDArray, *, border: tuple[int, int, int] = (0, 0, 0),
+          fine: bool = False) -> NDArray:
+    """Sample the picture by float32 maps or fixed-point ones, bilinearly or (fine) bicubically.
+
+    Outside gives the border colour, and so does NaN in a float map with bilinear sampling.
+    """
+    return cv2.remap(pixels, map_1, map_2, interpolation=cv2.INTER_CUBIC if fine else cv2.INTER_LINEAR,
+                     borderMode=cv2.BORDER_CONSTANT, borderValue=border)
+
+
+def fixed_point_maps(raw_x: NDArray[np.float32], raw_y: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
+    """Float maps as OpenCV's quicker pair: int16 places and an index into 32 × 32 weights; NaN becomes outside."""
+    outside = np.float32(-30_000)  # fits int16, and no picture begins there
+    maps = [np.clip(np.nan_to_num(m, nan=outside), outside, -outside) for m in (raw_x, raw_y)]
+    return cv2.convertMaps(*maps, dstmap1type=cv2.CV_16SC2)
+
+
+def paste(target: NDArray[np.uint8], pixels: NDArray[np.uint8], mask: NDArray[np.uint8]) -> None:
+    """Put the picture into the target (which may be a window of a larger one) where the mask is not 0."""
+    cv2.copyTo(pixels, mask, target)
+
+
+def weighted(pixels: NDArray[np.uint8], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Pixels (n, 3) times their weights (n, 3)."""
+    return cv2.multiply(pixels, weight, dtype=cv2.CV_32F)
+
+
+def rounded(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """To the nearest grey level, 255 at most; no value may be negative."""
+    return cv2.convertScaleAbs(values)
+
+
+def refine_corners(gray: NDArray[np.uint8], corners: Points, half_window: int) -> Points:
+    """Chessboard corners (n, 2) to sub-pixel, in a window of 2 · half_window + 1."""
+    fine = np.ascontiguousarray(corners.reshape(-1, 1, 2), np.float32)
+    stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-3)
+    return points_from_cv(cv2.cornerSubPix(gray, fine, (half_window, half_window), (-1, -1), stop))
+
+
+def find_chessboard(gray: NDArray[np.uint8], columns: int, rows: int, *, thorough: bool) -> Points | None:
+    """All columns × rows inner corners, row by row, or None. thorough: the sector-based finder, slower, finds more."""
+    if thorough:
+        flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
+        found, corners = cv2.findChessboardCornersSB(gray, (columns, rows), flags=flags)
+    else:
+        flags = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
+        found, corners = cv2.findChessboardCorners(gray, (columns, rows), flags=flags)
+    corners = points_from_cv(corners)
+    return corners if found and len(corners) == columns * rows else None
+
+
+def find_charuco(gray: NDArray[np.uint8], columns: int, rows: int, square: float, marker: float, dictionary: str,
+                 legacy: bool) -> tuple[Points, NDArray[np.int64]]:
+    """Inner corners that were seen, (n, 2), and their numbers row by row; columns and rows are of inner corners."""
+    table = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
+    board = cv2.aruco.CharucoBoard((columns + 1, rows + 1), square, marker, table)
+    board.setLegacyPattern(legacy)
+    corners, ids, _, _ = cv2.aruco.CharucoDetector(board).detectBoard(gray)
+    if ids is None:
+        return np.empty((0, 2)), np.empty(0, np.int64)
+    return points_from_cv(corners), np.asarray(ids, np.int64).reshape(-1)
+
+
+def smaller(gray: NDArray[np.uint8], longest: int) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+    """The picture with its longer side at most `longest` px, and the scale (x, y) it was given; 1 where it fits."""
+    height, width = gray.shape
+    if max(height, width) <= longest:
+        return gray, np.ones(2)
+    scale = longest / max(height, width)
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    return cv2.resize(gray, size, interpolation=cv2.INTER_AREA), np.array([size[0] / width, size[1] / height])
+
+
+def shrunk(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
+    """A picture (h, w[, channels]) at most so wide; as it is where it fits."""
+    if pixels.shape[1] <= width:
+        return pixels
+    return cv2.resize(pixels, (width, max(1, round(pixels.shape[0] * width / pixels.shape[1]))),
+                      interpolation=cv2.INTER_AREA)
+
+
+def resized(values: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
+    """A grid of values spread bilinearly over width × height pixels, its corners on the corners; NaN spreads."""
+    rows, columns = values.shape
+    x, y = np.meshgrid(np.linspace(0, columns - 1, width, dtype=np.float32),
+                       np.linspace(0, rows - 1, height, dtype=np.float32))
+    return cv2.remap(values.astype(np.float32), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
+
+
+def colours() -> NDArray[np.uint8]:
+    """256 BGR shades from dark to bright that colour-blind eyes tell apart as well (viridis)."""
+    return cv2.applyColorMap(np.arange(256, dtype=np.uint8)[:, None], cv2.COLORMAP_VIRIDIS)[:, 0]
+
+
+def write(picture: NDArray[np.uint8], text: str, at: tuple[int, int], colour: tuple[int, int, int]) -> None:
+    """Small text into a picture; at is its lower left corner."""
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.42, colour, 1, cv2.LINE_AA)
+
+
+def mark(picture: NDArray[np.uint8], at: tuple[int, int], colour: tuple[int, int, int]) -> None:
+    """A small cross in a ring."""
+    cv2.circle(picture, at, 7, colour, 1, cv2.LINE_AA)
+    cv2.drawMarker(picture, at, colour, cv2.MARKER_CROSS, 7, 1, cv2.LINE_AA)
+
+
+def grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """One channel of a picture (h, w), (h, w, 3) BGR or (h, w, 4) BGRA."""
+    if pixels.ndim == 2:
+        return pixels
+    return cv2.cvtColor(pixels, cv2.COLOR_BGRA2GRAY if pixels.shape[2] == 4 else cv2.COLOR_BGR2GRAY)
+
+
+def gradients(gray: NDArray[np.uint8], blur_px: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Brightness by x and by y, grey levels a px, of the picture blurred by a Gaussian."""
+    soft = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), blur_px, borderType=cv2.BORDER_REPLICATE)
+    half = np.array([-0.5, 0.0, 0.5], np.float32)
+    one = np.ones(1, np.float32)
+    return (cv2.sepFilter2D(soft, cv2.CV_32F, half, one, borderType=cv2.BORDER_REPLICATE),
+            cv2.sepFilter2D(soft, cv2.CV_32F, one, half, borderType=cv2.BORDER_REPLICATE))

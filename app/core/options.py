@@ -1,0 +1,92 @@
+"""One setting of a fit, a source or a stage, described well enough to check it and to build a form from it."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from app.core.errors import BadInput
+
+
+@dataclass(frozen=True)
+class Option:
+    """One setting of a fit, described well enough to build a form from it."""
+
+    name: str
+    type: str  # "int", "float", "bool", "choice", "int-or-auto", "names": a list of choices
+    default: Any
+    help: str
+    range: tuple[float, float] | None = None
+    unit: str | None = None
+    choices: tuple[str, ...] = ()
+
+    def read(self, value: Any) -> Any:
+        """The value, checked; BadInput says what is allowed."""
+        if value is None:
+            return self.default
+        if self.type == "choice":
+            if value in self.choices:
+                return value
+            raise self._refuse(value, " or ".join(repr(c) for c in self.choices))
+        if self.type == "terms-or-auto":
+            if value == "auto":
+                return value
+            if isinstance(value, (list, tuple)) and all(v in self.choices for v in value):
+                return tuple(c for c in self.choices if c in value)
+            raise self._refuse(value, f'"auto", or a list out of {", ".join(self.choices)}')
+        if self.type == "names":
+            given = [part.strip() for part in value.split(",")] if isinstance(value, str) else value
+            if isinstance(given, (list, tuple)) and given and all(v in self.choices for v in given):
+                return tuple(given)
+            raise self._refuse(value, f"names out of {', '.join(self.choices)}")
+        if self.type == "value-and-sigma":
+            return self._read_value_and_sigma(value)
+        if self.type == "calibration":
+            if isinstance(value, Mapping) and "name" in value \
+                    and (isinstance(value.get("parameters"), Mapping) or isinstance(value.get("lens"), Mapping)):
+                return value
+            raise self._refuse(value, "the id of a calibration")
+        if self.type == "bool":
+            if isinstance(value, bool):
+                return value
+            raise self._refuse(value, "true or false")
+        if self.type == "int-or-auto" and value == "auto":
+            return value
+        allowed = f"a number from {self.range[0]:g} to {self.range[1]:g}" if self.range else "a number"
+        if self.type == "int-or-auto":
+            allowed += ', or "auto"'
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value:
+            raise self._refuse(value, allowed)
+        if self.range and not self.range[0] <= value <= self.range[1]:
+            raise self._refuse(value, allowed)
+        if self.type.startswith("int"):
+            if value != int(value):
+                raise self._refuse(value, "a whole number, " + allowed)
+            return int(value)
+        return float(value)
+
+    def _read_value_and_sigma(self, value: Any) -> dict[str, float]:
+        allowed = f'{{"value": {self.range[0]:g} to {self.range[1]:g}, "sigma": 0.1 to 5000}} in {self.unit}'
+        if not isinstance(value, Mapping) or set(value) != {"value", "sigma"}:
+            raise self._refuse(value, allowed)
+        for number, (low, high) in ((value["value"], self.range), (value["sigma"], (0.1, 5000))):
+            if isinstance(number, bool) or not isinstance(number, (int, float)) or not low <= number <= high:
+                raise self._refuse(value, allowed)
+        return {"value": float(value["value"]), "sigma": float(value["sigma"])}
+
+    def _refuse(self, value: Any, allowed: str) -> BadInput:
+        return BadInput(f"The option {self.name} cannot be {value!r}.", f"Use {allowed}.", reason="bad-option")
+
+    def to_json(self) -> dict[str, Any]:
+        return {"name": self.name, "type": self.type, "default": self.default, "help": self.help,
+                "range": list(self.range) if self.range else None, "unit": self.unit, "choices": list(self.choices)}
+
+
+def read_options(described: Iterable[Option], given: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Every described option with its given or default value; an unknown one is refused by name."""
+    table = {option.name: option for option in described}
+    given = given or {}
+    for name in given:
+        if name not in table:
+            raise BadInput(f"There is no option called {name!r} here.", f"Use one of: {', '.join(table)}.",
+                           reason="unknown-option")
+    return {name: option.read(given.get(name)) for name, option in table.items()}

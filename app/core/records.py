@@ -1,0 +1,204 @@
+"""The records that flow through the house: Frame → Observations → Fit → Report → Calibration.
+
+Each is frozen; a better fit is a new Calibration that keeps its inputs and names its parent. Arrays inside
+are read-only. JSON both ways where a record is kept.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from dataclasses import field as member
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import BadInput
+from app.core.geometry import ImageSize, Points, as_points
+
+Kind = Literal["line", "landmark"]
+MAX_POINTS = 20_000  # an operator clicks dozens and a detector finds thousands; more is a mistake
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A decoded picture: pixels (height, width, 3) BGR uint8."""
+
+    pixels: NDArray[np.uint8]
+    sha256: str = ""  # of the bytes it was decoded from
+    camera: str | None = None
+
+    @property
+    def size(self) -> ImageSize:
+        return ImageSize(self.pixels.shape[1], self.pixels.shape[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """Where one feature of the field was seen: points (n, 2) px, raw.
+
+    feature: a border, line, arc or landmark by name, or a field position (x, y) mm.
+    kind: "line", anywhere along that line or arc; "landmark", that very spot.
+    z_mm: height of the observed points above the carpet.
+    """
+
+    feature: str | tuple[float, float]
+    kind: Kind
+    points: Points
+    z_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        points = as_points(self.points, f"The points on {self.label}").reshape(-1, 2)
+        points.setflags(write=False)
+        object.__setattr__(self, "points", points)
+
+    @property
+    def label(self) -> str:
+        """How a message calls it: "the left border", "centre-line", "(0, 500) mm"."""
+        if isinstance(self.feature, str):
+            return f"the {self.feature} border" if self.feature in ("left", "right", "top", "bottom") else self.feature
+        return f"({self.feature[0]:g}, {self.feature[1]:g}) mm"
+
+    def to_json(self) -> dict[str, Any]:
+        feature = self.feature if isinstance(self.feature, str) else list(self.feature)
+        json = {"feature": feature, "kind": self.kind, "points": self.points.tolist()}
+        return json if self.z_mm == 0 else {**json, "z_mm": self.z_mm}
+
+    @classmethod
+    def from_json(cls, value: Any) -> Self:
+        """Read one observation; refuse what is not of its form."""
+        form = 'Send {"feature": …, "kind": "line" or "landmark", "points": [[x, y], …]}.'
+        if not isinstance(value, Mapping):
+            raise BadInput("An observation is not an object.", form, reason="bad-observation")
+        unknown = set(value) - {"feature", "kind", "points", "z_mm"}
+        if unknown:
+            raise BadInput(f"An observation has no {sorted(unknown)[0]!r}.", form, reason="bad-observation")
+        feature, kind, z_mm = value.get("feature"), value.get("kind", "line"), value.get("z_mm", 0.0)
+        if isinstance(feature, (list, tuple)):
+            spot = as_points(feature, "A landmark's field position")
+            if spot.shape != (2,):
+                raise BadInput("A landmark's field position is not a pair of numbers.", form, reason="bad-observation")
+            feature = (float(spot[0]), float(spot[1]))
+        elif not isinstance(feature, str):
+            raise BadInput("An observation names no feature.", form, reason="bad-observation")
+        if kind not in ("line", "landmark"):
+            raise BadInput(f"{kind!r} is no kind of observation.", form, reason="bad-observation")
+        if isinstance(z_mm, bool) or not isinstance(z_mm, (int, float)) or not abs(z_mm) <= 10_000:
+            raise BadInput("An observation's z_mm is no height.", "Give millimetres above the carpet.",
+                           reason="bad-observation")
+        return cls(feature, kind, as_points(value.get("points", ()), "An observation's points"), float(z_mm))
+
+
+Observations = tuple[Observation, ...]
+
+
+def observations_from_json(value: Any) -> Observations:
+    """Read a list of observations, refusing more points than anybody can mean."""
+    if not isinstance(value, (list, tuple)):
+        raise BadInput("The observations are not a list.", "Send a list of observations.", reason="bad-observation")
+    observations = tuple(Observation.from_json(item) for item in value)
+    count = sum(len(o.points) for o in observations)
+    if count > MAX_POINTS:
+        raise BadInput(f"{count} points are more than the {MAX_POINTS} that a fit takes.", "Send fewer points.",
+                       reason="too-many-points")
+    return observations
+
+
+@dataclass(frozen=True)
+class Warning:
+    """Something the operator should know, with its cure. reason: kebab-case, for scripts."""
+
+    reason: str
+    text: str
+    fix: str
+    feature: str | None = None
+    index: int | None = None  # of the point within its observation, from 0
+
+    def to_json(self) -> dict[str, Any]:
+        return {"reason": self.reason, "text": self.text, "fix": self.fix, "feature": self.feature,
+                "index": self.index}
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A model and how it came about.
+
+    inliers: for each observation a bool array, false where a point was named a stray and left out.
+    used: for each observation, whether the model rests on it; the others only check it.
+    covariance (n, n) of the parameters named by parameter_names, where the fit knows it.
+    """
+
+    model: Any  # a CameraModel; models stand one floor up
+    inliers: tuple[NDArray[np.bool_], ...]
+    used: tuple[bool, ...]
+    warnings: tuple[Warning, ...] = ()
+    notes: Mapping[str, Any] = member(default_factory=dict)  # how choices were made, e.g. {"degree": {…}}
+    covariance: NDArray[np.float64] | None = None
+    parameter_names: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """One immutable version: the model, what it came from, and what it is worth. All plain JSON inside."""
+
+    id: str
+    version: int
+    camera: str | None
+    field: Mapping[str, Any]  # the field as it was then, Field.to_json()
+    region: str
+    rotate: int
+    model_name: str
+    model_parameters: Mapping[str, Any]
+    image_size: ImageSize
+    corrected_size: ImageSize
+    observations: tuple[Mapping[str, Any], ...]
+    options: Mapping[str, Any]
+    report: Mapping[str, Any]
+    created_at: str  # ISO 8601, UTC
+    software: str
+    snapshot: str | None = None
+    image_sha256: str | None = None
+    parent: str | None = None
+    note: str = ""
+    made_by: str = ""  # who saved it: a name that the operator gave, or an address
+    active: bool = False
+
+    def to_json(self) -> dict[str, Any]:
+        return {"id": self.id, "version": self.version, "camera": self.camera, "field": self.field["name"],
+                "region": self.region, "rotate": self.rotate,
+                "model": {"name": self.model_name, "parameters": dict(self.model_parameters)},
+                "image_size": list(self.image_size), "corrected_size": list(self.corrected_size),
+                "observations": [dict(o) for o in self.observations], "options": dict(self.options),
+                "report": dict(self.report), "created_at": self.created_at, "software": self.software,
+                "snapshot": self.snapshot, "image_sha256": self.image_sha256, "parent": self.parent,
+                "note": self.note, "made_by": self.made_by, "active": self.active, "field_definition": dict(self.field)}
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> Self:
+        """Read what to_json wrote; refuse anything else."""
+        try:
+            return cls(
+                id=str(value["id"]), version=int(value["version"]), camera=value["camera"],
+                field=value["field_definition"], region=value["region"], rotate=int(value["rotate"]),
+                model_name=value["model"]["name"], model_parameters=value["model"]["parameters"],
+                image_size=ImageSize.of(value["image_size"]), corrected_size=ImageSize.of(value["corrected_size"]),
+                observations=tuple(value["observations"]), options=value["options"], report=value["report"],
+                created_at=value["created_at"], software=value["software"], snapshot=value.get("snapshot"),
+                image_sha256=value.get("image_sha256"), parent=value.get("parent"), note=value.get("note", ""),
+                made_by=value.get("made_by", ""),
+                active=bool(value.get("active", False)))
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            raise BadInput(f"This is no calibration: {error!r}.", "Give a file that Touchline exported as json.",
+                           reason="bad-calibration") from None
+
+    def held_lens(self) -> dict[str, Any]:
+        """As the option "lens" of another fit takes it: the camera, and how well its fit knew it where that is told."""
+        return {"name": self.model_name, "parameters": dict(self.model_parameters),
+                **({} if self.covariance is None else {"covariance": self.covariance})}
+
+    @property
+    def covariance(self) -> Any:
+        """What the report says of it; a report from outside may be anything."""
+        return self.report.get("covariance") if isinstance(self.report, Mapping) else None
+
+    def activated(self, active: bool) -> Self:
+        return replace(self, active=active)

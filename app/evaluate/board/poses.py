@@ -1,0 +1,188 @@
+"""How a board is held before a camera whose lens nobody knows yet, and how to hold it next.
+
+A pose is told by the picture of the board's four outermost corners, its quad: where it is, how large, which edge is
+nearer. A focal length as long as the picture is wide is assumed: good enough to say "tilt it more", and no fit rests
+on it. Once a lens is known, board_coverage.py says better which view would help most.
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any, Self
+
+import cv2
+import numpy as np
+
+from app.core.board import Board, BoardView
+from app.core.errors import BadInput
+from app.core.geometry import ImageSize
+from app.evaluate.board.coverage import CELLS, LEANS, NEXT_SHARE, NEXT_TILT_DEG, PLACES, lean, turn_to, view_words
+from app.fitting.board.parameters import matrices_from_vectors
+from app.models.lens import Array
+
+FEWEST_CORNERS = 6  # that tell where the rest of a board is
+FACE_ON_DEG = 15.0  # less is hardly a tilt; coarser than for a known lens, since the focal length is assumed
+EACH_LEAN = 2  # views with each edge nearer, and as many that face the camera
+BLOCK_SHARE = 0.6  # of the cells of a ninth of the picture in which corners were seen: then it is covered
+RIM = 1.3  # squares around the inner corners: the outer squares, and some white
+ENOUGH = 12  # views; fewer leave the worst place of a lens twice as doubtful
+SAME_PLACE, SAME_SIZE, SAME_LEAN = 0.08, 0.25, 0.25  # of the picture's width; of its logarithm; of the tilt's tangent
+
+
+@dataclass(frozen=True)
+class Pose:
+    """One quad (4, 2) px, the board's corners in the order (0, 0), (1, 0), (1, 1), (0, 1); size: of the picture."""
+
+    quad: Array
+    size: ImageSize
+
+    @classmethod
+    def of(cls, view: BoardView, board: Board, size: ImageSize) -> Self | None:
+        """None where too little of the board is seen to tell."""
+        if len(view.pixels) < FEWEST_CORNERS:
+            return None
+        found, _ = cv2.findHomography(view.places_mm[:, :2], np.asarray(view.pixels), 0)
+        if found is None:
+            return None
+        quad = _through(found, board.places_mm[_outline(board), :2])
+        return cls(quad, size) if _is_quad(quad) else None
+
+    @classmethod
+    def from_points(cls, points: Any, size: ImageSize) -> Self:
+        """From four points as JSON; BadInput where they are no quad."""
+        quad = np.array(points, dtype=np.float64)
+        if quad.shape != (4, 2) or not _is_quad(quad):
+            raise BadInput("A view's outline is not a quad.", "Send the four corners that were told of it.",
+                           reason="bad-view")
+        return cls(quad, size)
+
+    @cached_property
+    def centre(self) -> Array:
+        return self.quad.mean(axis=0)
+
+    @cached_property
+    def share(self) -> float:
+        """How much of the picture's width its longer side fills."""
+        return float(np.linalg.norm(self.quad - np.roll(self.quad, 1, axis=0), axis=1).max() / self.size.width)
+
+    @cached_property
+    def leaning(self) -> Array:
+        """(2,): to the nearer edge as the picture shows it, as long as the tangent of its tilt to the line of sight."""
+        # A board that faces who looks at it from the side has its outer edge nearer to the picture's plane.
+        total = -(self.centre - (np.array(tuple(self.size)) - 1) / 2) / self.size.width
+        for first in (0, 1):
+            near, far = (self.quad[[k, (k + 1) % 4]] for k in (first, first + 2))
+            across = near.mean(axis=0) - far.mean(axis=0)
+            extent = np.linalg.norm(across)
+            # A board seen under the angle s leans by t: its edges are as 1 + s sin t / 2 to 1 - s sin t / 2.
+            ratio = np.log(np.linalg.norm(near[1] - near[0]) / np.linalg.norm(far[1] - far[0]))
+            total += across / extent * ratio * self.size.width / extent
+        return total
+
+    @property
+    def nearer(self) -> str:
+        """Which edge, as the picture shows it; "" where it faces the camera."""
+        x, y = self.leaning
+        if np.degrees(np.arctan(np.hypot(x, y))) < FACE_ON_DEG:
+            return ""
+        return ("right" if x > 0 else "left") if abs(x) > abs(y) else ("bottom" if y > 0 else "top")
+
+    def moved_px(self, before: "Pose") -> float:
+        """How far a corner has moved at most; whichever way round the board was found."""
+        apart = np.linalg.norm(self.quad[:, None] - before.quad[None], axis=-1)
+        return float(apart.min(axis=1).max())
+
+    def is_like(self, other: "Pose") -> bool:
+        """Whether it tells nothing that the other does not."""
+        return bool(np.linalg.norm(self.centre - other.centre) < SAME_PLACE * self.size.width
+                    and abs(np.log(self.share / other.share)) < SAME_SIZE
+                    and np.linalg.norm(self.leaning - other.leaning) < SAME_LEAN)
+
+    def corners(self, board: Board) -> Array:
+        """(n, 2) px: where its inner corners are about."""
+        places = board.places_mm[:, :2].astype(np.float32)
+        return _through(cv2.getPerspectiveTransform(places[_outline(board)], self.quad.astype(np.float32)), places)
+
+
+@dataclass(frozen=True)
+class Held:
+    """What the views so far cover. cells: (rows, columns) of corners; leans: views by nearer edge. wanted: or None."""
+
+    cells: Array
+    leans: dict[str, int]
+    wanted: dict[str, Any] | None
+
+    def to_json(self) -> dict[str, Any]:
+        return {"cells": self.cells.tolist(), "share": float((self.cells > 0).mean()), "tilts": self.leans,
+                "wanted": self.wanted}
+
+
+def held(poses: list[Pose], board: Board, size: ImageSize) -> Held:
+    """Coverage, and the next view that is wanted: where least was seen, tilted as seldom as any."""
+    points = np.concatenate([pose.corners(board) for pose in poses]) if poses else np.zeros((0, 2))
+    cells, *_ = np.histogram2d(points[:, 1], points[:, 0], bins=(CELLS[1], CELLS[0]),
+                               range=((-0.5, size.height - 0.5), (-0.5, size.width - 0.5)))
+    leans = {name: sum(pose.nearer == name for pose in poses) for name in ("", *LEANS)}
+    told = {name or "face on": count for name, count in leans.items()}
+    shares = _shares(cells)
+    bare = min(shares.values()) < BLOCK_SHARE
+    if not bare and min(leans.values()) >= EACH_LEAN and len(poses) >= ENOUGH:
+        return Held(cells.astype(int), told, None)
+    there = Counter(tuple(np.clip(pose.centre / tuple(size) * 3, 0, 2).astype(int)) for pose in poses)
+    places = sorted(shares, key=lambda at: (min(shares[at], BLOCK_SHARE), there[at]))
+    seldom = sorted(leans, key=lambda name: (leans[name], name != ""))
+    order = product(places, seldom) if bare else ((place, name) for name, place in product(seldom, places))
+    for (across, down), nearer in order:
+        spot = np.array([0.22 + 0.28 * across, 0.22 + 0.28 * down])
+        pose = Pose(_outline_at(spot, nearer, board, size), size)
+        if not any(pose.is_like(other) for other in poses):
+            place = f"{PLACES[1][down]} {PLACES[0][across]}".strip()
+            return Held(cells.astype(int), told, {
+                "text": view_words(place, nearer), "outline": pose.quad.tolist(), "nearer": nearer,
+                "tilt_deg": NEXT_TILT_DEG if nearer else 0.0})
+    return Held(cells.astype(int), told, None)
+
+
+def _shares(cells: Array) -> dict[tuple[int, int], float]:
+    """By ninths of the picture (column, row): in which share of its cells corners were seen."""
+    return {(i, j): float((block > 0).mean()) for j, row in enumerate(np.array_split(cells, 3, axis=0))
+            for i, block in enumerate(np.array_split(row, 3, axis=1))}
+
+
+def _outline_at(spot: Array, nearer: str, board: Board, size: ImageSize) -> Array:
+    """(4, 2) px: the board's outermost corners, held there and so, seen by a plain camera."""
+    focal, middle = float(size.width), (np.array([size.width, size.height]) - 1) / 2
+    at = (spot * [size.width, size.height] - middle) / focal
+    ray = np.array([*at, 1.0]) / np.hypot(1.0, np.linalg.norm(at))
+    places = board.places_mm[_outline(board)]
+    places = places - places.mean(axis=0)
+    distance = np.ptp(places[:, 0]) / NEXT_SHARE
+    turn = matrices_from_vectors(turn_to(ray)[None])[0] @ matrices_from_vectors(lean(nearer)[None])[0]
+    rim = places + np.sign(places) * RIM * board.square_mm
+    seen = np.concatenate([places, rim]) @ turn.T + ray * distance
+    pixels = seen[:, :2] / seen[:, 2:] * focal + middle
+    # A finder wants the board's white rim as well: as far into the picture as that needs.
+    inwards = np.maximum(0, -pixels.min(axis=0)) + np.minimum(0, np.array([size.width, size.height]) - 1
+                                                              - pixels.max(axis=0))
+    return pixels[:4] + inwards
+
+
+def _outline(board: Board) -> list[int]:
+    return [0, board.columns - 1, board.columns * board.rows - 1, board.columns * (board.rows - 1)]
+
+
+def _through(homography: Array, places: Array) -> Array:
+    with np.errstate(all="ignore"):
+        seen = np.column_stack([places, np.ones(len(places))]) @ np.asarray(homography, np.float64).T
+        return seen[:, :2] / seen[:, 2:]
+
+
+def _is_quad(quad: Array) -> bool:
+    """Convex, finite, of some size."""
+    if not np.isfinite(quad).all() or np.abs(quad).max() > 1e6:
+        return False
+    sides = np.roll(quad, -1, axis=0) - quad
+    after = np.roll(sides, -1, axis=0)
+    turns = sides[:, 0] * after[:, 1] - sides[:, 1] * after[:, 0]
+    return bool((turns > 1).all() or (turns < -1).all())

@@ -1,0 +1,107 @@
+"""What a lens from a board is worth, as one plain record: residuals, coverage, cross-validation, doubts, next view."""
+
+from typing import Any
+
+import numpy as np
+
+from app.core.text_format import plain
+from app.evaluate.board.coverage import FACE_ON_DEG, LEANS, cell_counts, next_view, tilts
+from app.evaluate.board.cross_validation import cross_validate
+from app.evaluate.board.lens_uncertainty import expected_over_picture
+from app.evaluate.board.residual_structure import neighbour_correlation
+from app.evaluate.board.warnings import board_warnings
+from app.fitting.board.fit import BoardFit, shared_covariance
+from app.fitting.board.parameters import WARP
+
+
+def board_report(fit: BoardFit) -> dict[str, Any]:
+    """Plain JSON; what is unknown is None."""
+    lengths = np.linalg.norm(fit.residuals_px, axis=-1)
+    degrees, leans = tilts(fit)
+    counts, expected = cell_counts(fit), expected_over_picture(fit.lens)
+    cv, correlation = cross_validate(fit), neighbour_correlation(fit.residuals_px, fit.sights)
+    cover = float((counts > 0).mean())
+    warnings = [w.to_json() for w in board_warnings(fit, cv, expected, cover, degrees, correlation)]
+    following = next_view(fit)
+    report = {
+        "rms_px": fit.rms_px, "sigma_px": fit.sigma_px, "max_px": float(np.nanmax(lengths)),
+        "corners": int(fit.sights.present.sum()), "strays": int(fit.strays.sum()),
+        "views": _views(fit, lengths, degrees, leans),
+        "terms": {"chosen": list(fit.terms), "tried": dict(fit.tried)},
+        "parameters": {name: {"value": value, "sigma": fit.lens.sigma.get(name)}
+                       for name, value in fit.lens.values.items()},
+        "bow_mm": _bow(fit),
+        "coverage": {"cells": counts.tolist(), "share": cover,
+                     "tilts": {"face on": leans.count(""), **{f"{edge} edge nearer": leans.count(edge)
+                                                             for edge in LEANS}},
+                     "median_tilt_deg": float(np.median(degrees)), "face_on_below_deg": FACE_ON_DEG},
+        "expected_px": {"median": float(np.nanmedian(expected)), "max": float(np.nanmax(expected)),
+                        "grid": expected.tolist()},
+        "cross_validation": cv.to_json(), "neighbour_correlation": correlation,
+        "next_view": following.to_json() if following else None,
+        "warnings": warnings,
+    }
+    report["verdict"] = _verdict(report)
+    return _plain(report)
+
+
+def _views(fit: BoardFit, lengths: np.ndarray, degrees: np.ndarray, leans: tuple[str, ...]) -> list[dict[str, Any]]:
+    reasons = {out.index: out for out in fit.left_out}
+    quads = _quads(fit)
+    places = iter(range(len(lengths)))
+    told = []
+    for index, view in enumerate(fit.views):
+        entry: dict[str, Any] = {"name": view.name, "corners": len(view.pixels), "used": bool(fit.used[index])}
+        if fit.used[index]:
+            k = next(places)
+            entry |= {"rms_px": float(np.sqrt(np.nanmean(lengths[k] ** 2))), "strays": int(fit.strays[k].sum()),
+                      "tilt_deg": float(degrees[k]), "nearer": leans[k],
+                      "distance_mm": float(np.linalg.norm(fit.state.shifts_mm[k])), "quad_mm": quads[k].tolist()}
+        else:
+            entry |= {"reason": reasons[index].reason, "text": reasons[index].text}
+        told.append(entry)
+    return told
+
+
+def _quads(fit: BoardFit) -> np.ndarray:
+    """(used views, 4, 3) mm in the camera's frame: where the board's outermost corners were held, one way round."""
+    places = fit.sights.places[fit.sights.present]
+    (x0, y0), (x1, y1) = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
+    outline = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
+    return outline @ fit.state.rotations.transpose(0, 2, 1) + fit.state.shifts_mm[:, None]
+
+
+def _bow(fit: BoardFit) -> dict[str, Any] | None:
+    if not set(WARP) <= set(fit.solved.names):
+        return None
+    sigma = np.sqrt(np.diag(shared_covariance(fit.solved)))
+    at = [fit.solved.names.index(name) for name in WARP]
+    return {"x": float(fit.state.warp_mm[0]), "y": float(fit.state.warp_mm[1]),
+            "sigma": [float(sigma[i]) for i in at]}
+
+
+DOUBTS = ("wrong-model", "noisy-corners", "badly-spread-views", "halves-disagree")
+GOOD_SIGMAS = 3.0  # of a corner: so well a lens is known from about twenty well-spread views
+
+
+def _verdict(report: dict[str, Any]) -> dict[str, Any]:
+    """good: nothing to doubt; fair: small doubts; poor: the lens is not to be trusted over the whole picture."""
+    reasons = {w["reason"] for w in report["warnings"]}
+    halves, sigma = report["cross_validation"]["halves_px"], report["sigma_px"]
+    known = float(np.nanmax([report["expected_px"]["median"], halves]))  # noise alone, or what the halves showed
+    doubts = [r for r in DOUBTS if r in reasons]
+    if doubts:
+        text = next(w["text"] for w in report["warnings"] if w["reason"] == doubts[0])
+        return {"level": "poor", "sentence": text}
+    level = "fair" if "picture-not-covered" in reasons or not known <= GOOD_SIGMAS * sigma else "good"
+    return {"level": level, "sentence": f"Over the picture the lens is known to about {plain(known)} px; corners were "
+            f"found to {plain(sigma)} px."}
+
+
+def _plain(value: Any) -> Any:
+    """NaN and infinity as None: JSON has neither."""
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [_plain(v) for v in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value

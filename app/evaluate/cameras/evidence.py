@@ -1,0 +1,150 @@
+"""Where two cameras put the same thing: measured places, each with the directions in which they can be told apart.
+
+    offset = (place by camera b − place by camera a) · normal, mm on the carpet
+
+Along a line nobody can tell, so a line gives one direction, its normal; a landmark and a matched thing give both. A
+thing a little above the carpet counts as one on it: whether a camera was moved or turned, that is right to the share
+height / camera height. What is higher than HIGHEST_MM is left out.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from app.core.errors import FitFailed
+from app.core.field import Arc, Field, Landmark, Line, Region
+from app.core.geometry import Points
+from app.core.records import Observation, Observations
+from app.fitting.two_view.fundamental_matrix import as_matches
+from app.models import CameraModel, field_from_raw
+from app.models.lens import Array
+
+HIGHEST_MM = 400.0
+SAME_MM = 1.0  # two cameras may call one line by two names: a border of theirs, or the field's
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """places (n, 2) mm; normals (n, 2), length 1; offset_mm (n,); own_a_mm, own_b_mm (n,): how far each camera alone
+    puts it from where the field has it, NaN where the field says nothing."""
+
+    places: Points
+    normals: Points
+    offset_mm: Array
+    own_a_mm: Array
+    own_b_mm: Array
+
+    def __len__(self) -> int:
+        return len(self.offset_mm)
+
+    @classmethod
+    def of_lines(cls, feet: Points, normals: Points, own_a: Array, own_b: Array) -> Self:
+        """Places of the field's own markings, and each camera's distance from them along the normal."""
+        fine = np.isfinite(own_a) & np.isfinite(own_b)
+        return cls(feet[fine], normals[fine], (own_b - own_a)[fine], own_a[fine], own_b[fine])
+
+    @classmethod
+    def of_places(cls, at_a: Points, at_b: Points, truth: Points | None = None) -> Self:
+        """The same things as placed by both, (n, 2) mm: two directions each."""
+        fine = np.isfinite(at_a).all(axis=1) & np.isfinite(at_b).all(axis=1)
+        at_a, at_b = at_a[fine], at_b[fine]
+        places, normals = np.repeat((at_a + at_b) / 2, 2, axis=0), np.tile(np.eye(2), (len(at_a), 1))
+        nothing = np.full(2 * len(at_a), np.nan)
+        own = (nothing, nothing) if truth is None else tuple((at - truth[fine]).reshape(-1) for at in (at_a, at_b))
+        return cls(places, normals, (at_b - at_a).reshape(-1), *own)
+
+    @classmethod
+    def together(cls, parts: list["Evidence"]) -> Self:
+        """All of them; FitFailed nothing-shared where that is nothing."""
+        names = ("places", "normals", "offset_mm", "own_a_mm", "own_b_mm")
+        if not sum(map(len, parts)):
+            raise FitFailed("Nothing was seen by both cameras.", "Check with pictures in which lines can be seen where "
+                            "both look, click the same lines in both, or give matched points.", reason="nothing-shared")
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points, z_mm: float | Array) -> Evidence:
+    """The same things in both pictures, (n, 2) raw px each, at z_mm above the carpet: (n,) or one for all, NaN unknown.
+
+    Those above the carpet need rays in both; without, FitFailed no-rays where there is nothing else.
+    """
+    pixels_a, pixels_b = as_matches(pixels_a, pixels_b)
+    z = np.broadcast_to(np.asarray(z_mm, float), len(pixels_a))
+    at_a, at_b = (np.full((len(z), 2), np.nan) for _ in range(2))
+    low, up = z == 0, (z > 0) & (z <= HIGHEST_MM)
+    at_a[low], at_b[low] = field_from_raw(a, pixels_a[low]), field_from_raw(b, pixels_b[low])
+    if up.any() and hasattr(a, "unproject") and hasattr(b, "unproject"):
+        at_a[up], at_b[up] = a.unproject(pixels_a[up], z[up]), b.unproject(pixels_b[up], z[up])
+    elif up.any() and not low.any():
+        raise FitFailed(f"A model without rays cannot place what is {z[up][0]:g} mm above the carpet.",
+                        "Calibrate both cameras with a lens model.", reason="no-rays")
+    return Evidence.of_places(at_a, at_b)
+
+
+def from_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: CameraModel, seen_b: Observations,
+                region_b: Region, field: Field) -> Evidence:
+    """Lines, arcs and landmarks that were clicked in both pictures, on the carpet.
+
+    It rests on the clicks that the calibrations were made from: what has moved since, it cannot see.
+    """
+    parts = []
+    for one, other in _on_carpet(seen_a, seen_b):
+        here, there = field.feature(one.feature, region_a), field.feature(other.feature, region_b)
+        places_a, places_b = (p[np.isfinite(p).all(axis=1)] for p in (field_from_raw(a, one.points),
+                                                                      field_from_raw(b, other.points)))
+        if not (len(places_a) and len(places_b)):
+            continue
+        if isinstance(here, Landmark) and isinstance(there, Landmark):
+            if np.allclose(here.position, there.position, atol=SAME_MM):
+                parts.append(Evidence.of_places(places_a.mean(axis=0, keepdims=True),
+                                                places_b.mean(axis=0, keepdims=True), np.array([here.position])))
+        elif isinstance(here, Line) and isinstance(there, Line) and _same_line(here, there):
+            parts.append(_along_line(here, places_a, places_b))
+        elif isinstance(here, Arc) and here == there:
+            parts.append(_along_arc(here, places_a, places_b))
+    return Evidence.together(parts)
+
+
+def _on_carpet(seen_a: Observations, seen_b: Observations) -> Iterator[tuple[Observation, Observation]]:
+    for one in seen_a:
+        for other in seen_b:
+            if not (one.z_mm or other.z_mm):
+                yield one, other
+
+
+def _same_line(one: Line, other: Line) -> bool:
+    ends = np.array([other.start, other.end])
+    return bool(np.linalg.norm(one.nearest(ends) - ends, axis=1).max() < SAME_MM)
+
+
+def _along_line(line: Line, places_a: Points, places_b: Points) -> Evidence:
+    start = np.array(line.start)
+    along = (np.array(line.end) - start) / line.length_mm
+    across = np.array([-along[1], along[0]])
+    tracks = [((places - start) @ along, (places - start) @ across) for places in (places_a, places_b)]
+    s, off_a, off_b = _shared(tracks)
+    return Evidence.of_lines(start + s[:, None] * along, np.broadcast_to(across, (len(s), 2)), off_a, off_b)
+
+
+def _along_arc(arc: Arc, places_a: Points, places_b: Points) -> Evidence:
+    centre = np.array(arc.centre)
+    middle = float(np.arctan2(*(np.concatenate([places_a, places_b]).mean(axis=0) - centre)[::-1]))
+    tracks = []
+    for places in (places_a, places_b):
+        arm = places - centre
+        angle = np.arctan2(arm[:, 1], arm[:, 0])
+        tracks.append(((angle - middle + np.pi) % (2 * np.pi) - np.pi,  # cut opposite to where the clicks are
+                       np.linalg.norm(arm, axis=1) - arc.radius_mm))
+    s, off_a, off_b = _shared(tracks)
+    out = np.stack([np.cos(s + middle), np.sin(s + middle)], axis=1)
+    return Evidence.of_lines(centre + arc.radius_mm * out, out, off_a, off_b)
+
+
+def _shared(tracks: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
+    """Where along it both have clicks, and each one's distance from it there, in between linearly."""
+    (s_a, off_a), (s_b, off_b) = ((s[order], off[order]) for s, off in tracks for order in (np.argsort(s),))
+    s = np.sort(np.concatenate([s_a, s_b]))
+    s = s[(s >= max(s_a[0], s_b[0])) & (s <= min(s_a[-1], s_b[-1]))]
+    return s, np.interp(s, s_a, off_a), np.interp(s, s_b, off_b)

@@ -1,0 +1,93 @@
+"""The field's own markings, looked for in two pictures where both calibrations expect them: evidence of today.
+
+At even steps along every line and arc that both cameras see, the painted line is measured across its direction, to a
+few hundredths of a pixel (vision/line_snap.py). A camera that was knocked after its calibration shows all of them
+beside their place; the other one does not.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.field import Arc, Field, Line
+from app.core.geometry import ImageSize, Points
+from app.evaluate.cameras.evidence import Evidence
+from app.models import CameraModel, Progress, field_from_raw, no_progress, raw_from_field
+from app.models.lens import Array
+from app.vision.lines.snap import Hint, Snapped, snap
+
+STEP_MM = 90.0
+MOST_PLACES = 160  # of one pair: some milliseconds each
+REACH_MM = 120.0  # a camera knocked further shows no line where one is expected
+CLEAR_MM = 180.0  # from every other marking: nothing else may be within reach
+LEAST_REACH_PX, MOST_REACH_PX = 6.0, 30.0
+SURE_PX = 0.5
+CONFIDENT = 0.6
+TINY_MM = 1.0
+
+
+def marking_places(field: Field, step_mm: float = STEP_MM) -> tuple[Points, Points, Array]:
+    """Places (n, 2) mm on the markings, clear of the others, their normals (n, 2) and the markings' widths (n,) mm."""
+    shapes: list[Line | Arc] = [*field.lines.values(), *field.arcs.values()]
+    drawn = [shape.sample(max(2, round(shape.length_mm / 20))) for shape in shapes]
+    found = []
+    for index, shape in enumerate(shapes):
+        places = shape.sample(max(3, round(shape.length_mm / step_mm) + 1))
+        if isinstance(shape, Arc):
+            normals = (places - np.asarray(shape.centre)) / shape.radius_mm
+        else:
+            along = np.subtract(shape.end, shape.start) / shape.length_mm
+            normals = np.broadcast_to([-along[1], along[0]], places.shape)
+        others = [points for other, points in enumerate(drawn) if other != index]
+        marks = [np.array([m["position"]]) for m in _marks(field)]
+        away = np.min([np.linalg.norm(places[:, None] - points, axis=-1).min(axis=1) for points in (*others, *marks)],
+                      axis=0, initial=np.inf)
+        ends = 0.0 if isinstance(shape, Arc) else CLEAR_MM  # a line's end is a corner, or nothing
+        to_end = np.minimum(*(np.linalg.norm(places - end, axis=1) for end in (places[0], places[-1])))
+        clear = (away > CLEAR_MM) & (to_end >= ends)
+        found.append((places[clear], normals[clear], np.full(int(clear.sum()), shape.width_mm)))
+    return tuple(np.concatenate(parts) for parts in zip(*found, strict=True))
+
+
+def _marks(field: Field) -> list[dict]:
+    """Spots that are painted, where a line crosses none."""
+    return [{"position": field.landmarks[m["at"]].position} for m in field.extras.get("marks", ())
+            if m.get("at") in field.landmarks]
+
+
+def from_pictures(a: CameraModel, pixels_a: NDArray[np.uint8], b: CameraModel, pixels_b: NDArray[np.uint8],
+                  field: Field, progress: Progress = no_progress) -> Evidence:
+    """Markings that both pictures show where both see the carpet. No evidence at all is no error here."""
+    places, normals, widths = marking_places(field)
+    seen = _inside(a, pixels_a, places) & _inside(b, pixels_b, places)
+    which = np.flatnonzero(seen)
+    which = which[np.linspace(0, len(which) - 1, min(len(which), MOST_PLACES)).round().astype(int)]
+    own = np.full((2, len(which)), np.nan)
+    for number, index in enumerate(which):
+        if number % 16 == 0:
+            progress(number / len(which), "Looking for lines that both cameras see")
+        for side, (model, pixels) in enumerate(((a, pixels_a), (b, pixels_b))):
+            own[side, number] = _off_mm(model, pixels, places[index], normals[index], widths[index])
+            if np.isnan(own[side, number]):
+                break
+    return Evidence.of_lines(places[which], normals[which], *own)
+
+
+def _inside(model: CameraModel, pixels: NDArray, places: Points) -> NDArray[np.bool_]:
+    raw = raw_from_field(model, places)
+    size = ImageSize(pixels.shape[1], pixels.shape[0])
+    with np.errstate(invalid="ignore"):
+        return ((raw >= 2) & (raw <= np.array(tuple(size)) - 3)).all(axis=-1)
+
+
+def _off_mm(model: CameraModel, pixels: NDArray, place: Points, normal: Points, width_mm: float) -> float:
+    """How far beside the place, along the normal, this camera sees the marking; NaN where it sees none."""
+    along = np.array([normal[1], -normal[0]])
+    raw = raw_from_field(model, np.stack([place, place + TINY_MM * along, place + TINY_MM * normal]))
+    tangent, scale = raw[1] - raw[0], float(np.linalg.norm(raw[2] - raw[0]))  # px, px a mm
+    if not (np.isfinite(raw).all() and scale > 0):
+        return float("nan")
+    reach = float(np.clip(REACH_MM * scale, LEAST_REACH_PX, MOST_REACH_PX))
+    found = snap(pixels, raw[0], Hint(reach, width_mm * scale, float(np.arctan2(tangent[1], tangent[0]) % np.pi)))
+    if not isinstance(found, Snapped) or found.sigma_px > SURE_PX or found.confidence < CONFIDENT:
+        return float("nan")
+    return float((field_from_raw(model, np.array(found.point)) - place) @ normal)

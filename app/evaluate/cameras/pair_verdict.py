@@ -1,0 +1,105 @@
+"""What the figures of a pair mean, in a sentence each, and what to do about them."""
+
+from typing import Any
+
+import numpy as np
+
+from app.evaluate.cameras.pair_agreement import Agreement
+from app.evaluate.fit.report import FAIR_MM, GOOD_MM
+from app.models.lens import Array
+
+GOOD_PX, FAIR_PX = 1.0, 3.0  # a careful click is good to half a pixel, and two of them meet
+SPREAD_SHARE = 0.5  # of a shift: with less beside it, the shift is the matter
+STANDS_OUT = 3.0  # times the median: one place is the matter
+FEW_PLACES = 4
+FEW_MATCHES = 20  # seven numbers are fitted; fewer matches hardly test them
+SURE_SIGMAS = 3.0
+TURNED_DEG = 0.1  # less moves nothing by a pixel
+
+
+def of_agreement(found: Agreement, covered: float) -> dict[str, Any]:
+    """{"level", "sentence", "fix"}. covered: the share of the common part that lies near a measured place."""
+    apart = found.apart_mm
+    median, worst = float(np.median(apart)), float(apart.max())
+    usual = apart[apart <= max(STANDS_OUT * median, FAIR_MM)]  # a mistaken match says nothing about the cameras
+    size = float(np.sqrt(np.mean(usual**2)))
+    level = "good" if size <= GOOD_MM else "fair" if size <= FAIR_MM else "poor"
+    words = {"good": "Both cameras put the same thing at the same place.",
+             "fair": "A robot jumps a little where one camera takes over from the other.",
+             "poor": "The cameras put the same thing at different places."}[level]
+    sentence = f"{words} They are {_mm(median)} apart in the median, {_mm(worst)} at the worst place."
+    if few := len(apart) - len(usual):
+        x, y = found.places[int(np.argmax(apart))]
+        return {"level": "fair" if level == "good" else level,
+                "sentence": f"{sentence} {few} of {len(apart)} {'stands' if few == 1 else 'stand'} out.",
+                "fix": f"Look at the worst, at ({x:.0f}, {y:.0f}) mm: is it the same thing in both pictures, and at "
+                       "that height? If it is, click more near there and calibrate again."}
+    if level == "good":
+        fix = ("Match more, all over the part that both see: these figures speak for a small piece of it."
+               if len(apart) < FEW_PLACES or covered < 0.25 else "")
+        return {"level": level, "sentence": sentence, "fix": fix}
+    return {"level": level, "sentence": sentence, "fix": _cure(found)}
+
+
+def _mm(value: float) -> str:
+    return f"{value:.1f} mm" if value < 10 else f"{value:.0f} mm"
+
+
+def _cure(found: Agreement) -> str:
+    shift = np.median(found.offset_mm, axis=0)
+    spread = float(np.sqrt(np.mean(np.sum((found.offset_mm - shift) ** 2, axis=1))))
+    if len(found.places) < FEW_PLACES:
+        return "Check these few, and that each has its true height; then match more, all over the part that both see."
+    if spread <= SPREAD_SHARE * float(np.hypot(*shift)):
+        return (f"Nearly all of it is one shift by ({shift[0]:.0f}, {shift[1]:.0f}) mm: one camera was moved after "
+                "it was calibrated, or things are higher than was said. Calibrate again the one whose lines no "
+                "longer fit.")
+    return ("Check the heights of what was matched. If they are right, give both cameras their height, click lines "
+            "inside the part that both see, and let the models be compared.")
+
+
+def of_fundamental(epipolar_px: Array, good: Array, which: Array) -> dict[str, Any]:
+    """{"level", "sentence", "fix"} of a geometry that was found from matches; all (n,), which: as they are counted."""
+    rms, wrong = float(np.sqrt(np.mean(epipolar_px[good] ** 2))), which[~good]
+    level = "poor" if rms > FAIR_PX else "fair" if rms > GOOD_PX or len(wrong) else "good"
+    agreed = f"{int(good.sum())} of {len(good)} matches agree with one geometry, to {rms:.2f} px."
+    if len(wrong):
+        return {"level": level, "sentence": f"{agreed} {_named(wrong)} not.",
+                "fix": "Look whether they show the same thing in both pictures; move or remove them."}
+    few = int(good.sum()) < FEW_MATCHES
+    return {"level": level, "sentence": agreed,
+            "fix": "Match more: so few hardly test the geometry that was fitted to them." if few else ""}
+
+
+def _named(wrong: Array) -> str:
+    numbers = [str(i + 1) for i in wrong[:6]]
+    if len(wrong) == 1:
+        return f"Match {numbers[0]} does"
+    more = f" and {len(wrong) - 6} more" if len(wrong) > 6 else ""
+    listed = ", ".join(numbers) if more else f"{', '.join(numbers[:-1])} and {numbers[-1]}"
+    return f"Matches {listed}{more} do"
+
+
+def of_calibrated(epipolar_px: Array, which: Array) -> dict[str, Any]:
+    """{"level", "sentence", "fix"} of matches beside the lines that two calibrations foretell; (n,) px, NaN unseen."""
+    seen = epipolar_px[np.isfinite(epipolar_px)]
+    median, worst = float(np.median(seen)), int(np.nanargmax(epipolar_px))
+    level = "good" if median <= GOOD_PX else "fair" if median <= FAIR_PX else "poor"
+    sentence = f"Matches lie {median:.2f} px, in the median, from where the two calibrations foretell them."
+    if epipolar_px[worst] > max(STANDS_OUT * median, FAIR_PX):
+        return {"level": "fair" if level == "good" else level, "sentence": sentence,
+                "fix": f"Look at match {which[worst] + 1}, {epipolar_px[worst]:.1f} px off: is it the same thing?"}
+    fix = "" if level == "good" else ("One camera was turned or moved after it was calibrated, or a lens is not what "
+                                      "its model says. Calibrate again, first the one whose lines no longer fit.")
+    return {"level": level, "sentence": sentence, "fix": fix}
+
+
+def of_pose(rotation_apart_deg: float, rotation_sigma_deg: float) -> dict[str, Any]:
+    """{"level", "sentence", "fix"} of a rotation from matches beside that of two calibrations."""
+    sure = rotation_apart_deg > max(SURE_SIGMAS * rotation_sigma_deg, TURNED_DEG)
+    sentence = (f"The matches see the cameras turned {rotation_apart_deg:.2f}° otherwise than the calibrations do, "
+                f"known to ± {rotation_sigma_deg:.2f}°: ")
+    if sure:
+        return {"level": "poor", "sentence": f"{sentence}a camera was turned, or a lens is wrong.",
+                "fix": "Calibrate again, first the camera whose lines no longer fit."}
+    return {"level": "good", "sentence": f"{sentence}no more than the matches can tell.", "fix": ""}

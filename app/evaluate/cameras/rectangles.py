@@ -1,0 +1,75 @@
+"""W_max_rectangle, H_max_rectangle and N_rectangles: equal for all cameras of a rig, Eq. (3) and (7).
+
+Only then do equal corrected coordinates of two cameras mean equal distances on the carpet. They belong to the rig.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from app.core.errors import BadInput
+from app.core.field import Region
+from app.core.geometry import ImageSize
+from app.models import read_options
+from app.models.corrected_rectangle import rectangles
+from app.models.polynomial import Polynomial
+
+NAMES = ("w_max_rectangle_px", "h_max_rectangle_px", "n_rectangles_x", "n_rectangles_y")
+SAME = 1e-6  # relative: what a product and a quotient of doubles leave
+
+
+@dataclass(frozen=True)
+class Rectangles:
+    """How large a rectangle is in the corrected picture, px, and how many there are each way."""
+
+    w_max_px: float
+    h_max_px: float
+    n_x: int
+    n_y: int
+
+    @classmethod
+    def of_parameters(cls, parameters: Mapping[str, Any]) -> Self | None:
+        """Those that a model was made with; None for parameters without a corrected rectangle."""
+        try:
+            n_x, n_y = int(parameters["n_rectangles_x"]), int(parameters["n_rectangles_y"])
+            return cls(float(parameters["width_px"]) / n_x, float(parameters["height_px"]) / n_y, n_x, n_y)
+        except (KeyError, TypeError, ValueError, ZeroDivisionError):
+            return None
+
+    @classmethod
+    def of_rig(cls, given: Mapping[str, Any]) -> Self | None:
+        """Those that a rig says; None where it says nothing. BadInput for a part of them, or nonsense."""
+        values = [given.get(name) for name in NAMES]
+        if all(value is None for value in values):
+            return None
+        if any(value is None for value in values):
+            raise BadInput("Only some of the rig's rectangles are given.",
+                           f"Give all of {', '.join(NAMES)}, or none.", reason="bad-rectangles")
+        read = read_options((o for o in Polynomial.OPTIONS if o.name in NAMES), dict(zip(NAMES, values, strict=True)))
+        return cls(*(read[name] for name in NAMES))
+
+    def check(self, region: Region, image_size: ImageSize) -> None:
+        """BadInput where they make no corrected picture."""
+        rectangles(self.options(), region, image_size)
+
+    def options(self) -> dict[str, Any]:
+        """As a fit takes them."""
+        return dict(zip(NAMES, (self.w_max_px, self.h_max_px, self.n_x, self.n_y), strict=True))
+
+    def same_as(self, other: "Rectangles") -> bool:
+        return (self.n_x, self.n_y) == (other.n_x, other.n_y) and bool(np.allclose(
+            (self.w_max_px, self.h_max_px), (other.w_max_px, other.h_max_px), rtol=SAME, atol=0))
+
+    def words(self) -> str:
+        return f"{self.n_x} × {self.n_y} rectangles of {self.w_max_px:.4g} × {self.h_max_px:.4g} px"
+
+
+def common(each: Sequence[Rectangles]) -> Rectangles | None:
+    """Those that most have, of as many the first; None of none."""
+    if not each:
+        return None
+    votes = Counter(next(i for i, known in enumerate(each) if known.same_as(one)) for one in each)
+    return each[max(votes, key=lambda i: (votes[i], -i))]

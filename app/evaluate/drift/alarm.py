@@ -1,0 +1,145 @@
+"""What is said about a camera that is looked at each second: steady, or an alarm that two looks in a row agree on."""
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from app.evaluate.drift.monitor import Sample
+
+State = Literal["learning", "unfollowed", "steady", "knocked", "out-of-focus", "replaced", "covered", "dark"]
+ALARMS = ("knocked", "out-of-focus", "replaced")
+PASSING = ("covered", "dark", "replaced")
+
+KNOCKED_PX, KNOCKED_MM = 0.5, 1.5  # either is a knock: half of what must be found
+LEAST_PX = 0.1  # less is no knock, however many mm a pixel is
+SURE = 6.0  # σ
+BACK = 0.7  # of that, a knocked camera is back
+REWORD = 0.15  # of the millimetres: whoever has an alarm read out does not want it each second
+HOLD = 2  # looks in a row
+LONGER = 4  # for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
+
+FIXES: dict[State, str] = {
+    "learning": "Wait some seconds.",
+    "unfollowed": "Calibrate it from a picture that shows the field's lines.",
+    "steady": "",
+    "knocked": "Put it back, or register its pose anew: the lens is kept.",
+    "out-of-focus": "Focus it again and lock the ring. Another focus is another lens: calibrate anew if it stays.",
+    "replaced": "Look at its picture. Put the camera back, or calibrate it anew.",
+    "covered": "Clear the lines, or wait: somebody may stand in the way.",
+    "dark": "Switch the lamps on, or lengthen the exposure.",
+}
+
+
+def state_of(sample: Sample, was_knocked: bool = False) -> State:
+    """What one look says by itself."""
+    if sample.kind == "seen" and sample.judged is not None:
+        now, share = sample.judged, BACK if was_knocked else 1.0
+        far = now.px >= share * KNOCKED_PX or now.mm >= share * KNOCKED_MM
+        return "knocked" if far and now.px >= share * LEAST_PX and sample.sure >= SURE else "steady"
+    states: dict[str, State] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark"}
+    return states[sample.kind]
+
+
+@dataclass(frozen=True)
+class Told:
+    """The state that holds, since when (unix, s), and the newest look that said so.
+
+    worded: the look that the sentence is about; an alarm is worded anew only when it has become another.
+    """
+
+    state: State
+    since: float
+    sample: Sample | None = None
+    worded: Sample | None = None
+
+    def seen_again(self, sample: Sample) -> "Told":
+        return replace(self, sample=sample, worded=self.worded if self.alarm and self._much_like(sample) else sample)
+
+    def _much_like(self, sample: Sample) -> bool:
+        before, now = self.worded and self.worded.judged, sample.judged
+        if before is None or now is None:
+            return before is now
+        return abs(now.mm - before.mm) < REWORD * before.mm and self.worded.softer_px == sample.softer_px
+
+    @property
+    def alarm(self) -> bool:
+        return self.state in ALARMS
+
+    def to_json(self) -> dict[str, Any]:
+        judged = self.sample.judged if self.sample else None
+        return {"state": self.state, "alarm": self.alarm, "since": round(self.since, 3),
+                "px": _rounded(judged and judged.px), "mm": _rounded(judged and judged.mm),
+                "sigma_px": _rounded(judged and judged.sigma_px), "sigma_mm": _rounded(judged and judged.sigma_mm),
+                "softer_px": self.sample.softer_px if self.sample else None,
+                "seen": self.sample.seen if self.sample else 0,
+                "sentence": sentence(self.state, self.worded), "fix": FIXES[self.state]}
+
+
+class DriftWatch:
+    """Takes one look after the other. An alarm, of one kind or another, holds once HOLD looks in a row gave one."""
+
+    def __init__(self, now: float) -> None:
+        self.told = Told("learning", now)
+        self._row: list[tuple[State, float]] = []  # what the last looks said, of one sort
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether the last look said something else than what holds: then the next should not wait."""
+        return bool(self._row) and self._row[-1][0] != self.told.state
+
+    def add(self, sample: Sample, now: float) -> Told:
+        """now: unix, s, when the picture was taken."""
+        state = state_of(sample, self.told.state == "knocked")
+        if self._row and not _one_sort(self._row[-1][0], state):
+            self._row = []
+        self._row = [*self._row, (state, now)][-LONGER:]
+        enough = LONGER if state in PASSING else 1 if (self.told.state, state) == ("learning", "steady") else HOLD
+        if state == self.told.state:
+            self.told = self.told.seen_again(sample)
+        elif len(self._row) >= enough:
+            self.told = Told(state, self._row[-enough][1], sample, sample)
+        return self.told
+
+    def unfollowed(self, now: float) -> Told:
+        """There is nothing to look at."""
+        self._row = []
+        if self.told.state != "unfollowed":
+            self.told = Told("unfollowed", now)
+        return self.told
+
+
+def _one_sort(before: State, state: State) -> bool:
+    return before == state or (before in ALARMS and state in ALARMS)
+
+
+def sentence(state: State, sample: Sample | None) -> str:
+    """In the operator's words."""
+    if state == "learning":
+        return "Where the field's lines are is being looked at."
+    if state == "unfollowed":
+        return ("Too few of the field's lines are where the calibration expects them: whether the camera stays cannot "
+                "be told.")
+    if state == "covered":
+        return "Too many of the field's lines are covered to tell whether the camera still stands as it did."
+    if state == "dark":
+        return "It is too dark to tell whether the camera still stands as it did."
+    if state == "replaced":
+        return "The field's lines are neither where they were nor near: the camera was turned far, or replaced."
+    if state == "out-of-focus":
+        how = "softer" if sample.softer_px > 0 else "sharper"
+        return f"The focus was changed: lines are {how} than they were, by {_px(abs(sample.softer_px))} px."
+    now = sample.judged
+    if state == "knocked":
+        return f"The camera was knocked: the field lies {_mm(now.mm)} mm ({_px(now.px)} px) beside its place."
+    return f"Steady, {_px(now.px)} px ({_mm(now.mm)} mm)."
+
+
+def _px(px: float) -> str:
+    return "under 0.01" if px < 0.01 else f"{px:.2f}" if px < 1 else f"{px:.1f}" if px < 10 else f"{px:.0f}"
+
+
+def _mm(mm: float) -> str:
+    return "under 0.1" if mm < 0.1 else f"{mm:.1f}" if mm < 10 else f"{mm:.0f}"
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 4)

@@ -1,0 +1,194 @@
+"""Whether a camera still stands as it did: the field's lines followed at some hundred places, at next to no cost.
+
+    reference = Reference.of(pictures, model, field, region)     once: where the lines are, and what they look like
+    sample = reference.look(picture, sample before)              each second: how far the picture has moved
+
+Lines are looked for where the calibration expects them, and followed from where they *were seen*: what the model does
+not tell exactly is no drift. Robots and people change places that do not agree with the others, and have no say.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core import opencv
+from app.core.field import Field, Region
+from app.core.geometry import ImageSize, Points
+from app.evaluate.drift.search import best_motion
+from app.fitting.field_lines.expected_lines import fine_pattern, spread_out
+from app.fitting.image_motion import Flow, Judged, PictureMotion, Yardstick, motion_of
+from app.models import CameraModel, raw_from_field
+from app.models.lens import Array
+from app.vision.lines.patches import LinePatches, Offsets
+from app.vision.lines.profiles import across_lines
+
+PLACES = 160  # at most are looked for
+APART_PX, CLEAR_PX = 6.0, 7.0
+CAPTURE = 0.007  # of the picture's width: a model may be off by so much, 9 px of 1280
+LEAST_PLACES = 12  # that a reference must have, and of which so many must be seen:
+LEAST_SEEN = 8
+SEEN_SHARE = 0.25
+LEAST_CONTRAST = 8.0  # grey levels
+MOST_STEPS = 3
+STILL_PX = 0.15  # moved less, a look from the nominal places is as good as from the moved ones
+SOFTER_PX = 1.0  # σ: softer than that by a bump, not by the night's cold
+DARK_LEVEL = 14.0  # mean grey level about the lines, and
+DARK_SHARE = 0.35  # of what it was
+THUMB_PX = 32
+ALIKE = 0.6  # correlation of the whole picture, very small: the same scene, with somebody in the way
+GRID = (13, 9)
+
+OTHER_FOCUS = (1.0, 2.0, 4.0, -1.0, -2.0)  # px softer, where hardly anything looks as it did
+MORE = 1.5  # times as many places must be seen elsewhere, to believe that
+MOST_BARE = 0.4
+MOST_STILL = 0.6  # by chance, an eighth of them would be
+
+Kind = Literal["seen", "soft", "covered", "gone", "dark"]
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """One look. judged: how far the picture moved, None where that cannot be told; sure: in σ; seen: lines there.
+
+    softer_px: σ by which lines are softer than they were, negative for sharper.
+    """
+
+    kind: Kind
+    seen: int
+    judged: Judged | None = None
+    motion: PictureMotion | None = None
+    sure: float = 0.0
+    softer_px: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What is followed. across (n, 4): n · B. level: mean grey about the lines; thumb: the picture, very small."""
+
+    patches: LinePatches
+    across: Array
+    yardstick: Yardstick
+    level: float
+    thumb: NDArray[np.float64]
+    size: ImageSize
+
+    @classmethod
+    def of(cls, pictures: list[NDArray[np.uint8]], model: CameraModel, field: Field, region: Region,
+           ) -> "Reference | None":
+        """From one picture or several of the same scene; None where too few lines are where they are expected."""
+        size = ImageSize(pictures[0].shape[1], pictures[0].shape[0])
+        flow = Flow(model, tuple(size))
+        measure = Yardstick.of(flow, _all_over(region))
+        found = found_lines(opencv.grey(pictures[0]), model, field, size)
+        if measure is None or found is None:
+            return None
+        places, normals, width_px = found
+        patches = LinePatches.of(pictures, places, normals, width_px)
+        over = flow.at(places)
+        good = np.isfinite(over).all(axis=(1, 2)) & (patches.contrast > LEAST_CONTRAST)
+        if good.sum() < LEAST_PLACES:
+            return None
+        patches = LinePatches(places[good], normals[good], patches.away, patches.rows[good], patches.weight[good],
+                              patches.contrast[good])
+        across = np.einsum("ni,nik->nk", patches.normals, over[good])
+        return cls(patches, across, measure, float(patches.rows.mean()), _thumb(pictures[0]), size)
+
+    def look(self, picture: NDArray[np.uint8], before: Sample | None = None) -> Sample:
+        """Where the lines are now. before: the last sample; a camera that was knocked is likely to lie as it did."""
+        guesses = [np.zeros(4)]
+        if before is not None and before.motion is not None and self._far(before.motion.q):
+            guesses.append(before.motion.q)
+        if np.mean(self.patches.seen_now(picture, np.zeros((1, 2)))) < min(DARK_LEVEL, DARK_SHARE * self.level):
+            return Sample("dark", 0)
+        best = max((self._tried(picture, guess) for guess in guesses), key=lambda tried: tried.count)
+        if best.count < 2 * self.least:
+            others = [self._tried(picture, guesses[0], level) for level in OTHER_FOCUS]
+            elsewhere = best_motion(self.patches, self.across, picture)
+            others += [] if elsewhere is None else [self._tried(picture, elsewhere)]
+            other = max(others, key=lambda tried: tried.count)
+            best = other if other.count > MORE * max(best.count, LEAST_SEEN) else best
+        return self._measured(picture, best) or self._unseen(picture, best)
+
+    @property
+    def least(self) -> float:
+        """So many places must be seen to tell anything."""
+        return max(LEAST_SEEN, SEEN_SHARE * len(self.across))
+
+    def _tried(self, picture: NDArray[np.uint8], q: Array, softer_px: float = 0.0) -> "_Tried":
+        shifts = self.yardstick.flow.shifts(self.patches.places, q)
+        rows = self.patches.seen_now(picture, np.nan_to_num(shifts))
+        return _Tried(q, rows, self.patches.offsets(rows, softer_px))
+
+    def _measured(self, picture: NDArray[np.uint8], tried: "_Tried") -> Sample | None:
+        """None where too few places agree."""
+        for _ in range(MOST_STEPS):
+            seen = tried.offsets.seen
+            if tried.count < self.least:
+                return None
+            softer = self.patches.softness(tried.rows, seen)
+            motion = motion_of(self.across[seen], tried.offsets.px[seen], tried.offsets.sigma_px[seen]).after(tried.q)
+            if not self._far(motion.q - tried.q):
+                break
+            tried = self._tried(picture, motion.q, softer)
+        count = int(motion.agreeing.sum())
+        if count < self.least:
+            return None
+        kind: Kind = "soft" if abs(softer) >= SOFTER_PX else "seen"
+        return Sample(kind, count, self.yardstick.judged(motion), motion, motion.sure, softer)
+
+    def _unseen(self, picture: NDArray[np.uint8], tried: "_Tried") -> Sample:
+        """Somebody in the way, or lines that are not there any more."""
+        here = self._tried(picture, np.zeros(4))
+        left = np.abs(here.offsets.px[here.offsets.seen])
+        if len(left) >= LEAST_SEEN and np.mean(left < STILL_PX) > MOST_STILL:
+            return Sample("covered", tried.count)  # few, but all where they were
+        with np.errstate(invalid="ignore"):  # a picture of one colour is like nothing
+            alike = float(np.corrcoef(_thumb(picture).ravel(), self.thumb.ravel())[0, 1])
+        bare = float(self.patches.bare(here.rows).mean())
+        return Sample("covered" if alike > ALIKE and bare < MOST_BARE else "gone", tried.count)
+
+    def _far(self, q: Array) -> bool:
+        return float(np.percentile(np.linalg.norm(self.yardstick.linear @ q, axis=1), 95)) > STILL_PX
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    q: Array
+    rows: NDArray[np.float64]
+    offsets: Offsets
+
+    @property
+    def count(self) -> int:
+        return int(self.offsets.seen.sum())
+
+
+def found_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field, size: ImageSize,
+                ) -> tuple[Points, Points, Array] | None:
+    """Middles of lines (n, 2) px that are seen near where the model expects them, normals, and widths (n,) px."""
+    pattern = fine_pattern(field)
+
+    def project(points: Array) -> Points:
+        return raw_from_field(model, points[:, :2])
+    places = spread_out(project, pattern, size, PLACES, APART_PX, CLEAR_PX)
+    if not places.clear.any():
+        return None
+    some = places.clear
+    capture = float(np.clip(CAPTURE * size.width, 3.0, 12.0))
+    profiles = across_lines(gray, places.places[some], places.normals[some], places.width_px[some],
+                            places.marking[some], capture)
+    hits = profiles.found
+    middles = places.places[some] + np.where(hits, profiles.middle, 0.0)[:, None] * places.normals[some]
+    margin = places.width_px[some] / 2 + CLEAR_PX
+    hits = hits & ((middles >= margin[:, None]) & (middles <= np.array(tuple(size)) - 1 - margin[:, None])).all(axis=1)
+    return (middles[hits], places.normals[some][hits], places.width_px[some][hits]) if hits.any() else None
+
+
+def _all_over(region: Region) -> Points:
+    x, y = np.meshgrid(np.linspace(*region.x_mm, GRID[0]), np.linspace(*region.y_mm, GRID[1]))
+    return np.stack([x.ravel(), y.ravel()], axis=-1)
+
+
+def _thumb(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
+    return opencv.grey(opencv.shrunk(picture, THUMB_PX)).astype(np.float64)

@@ -1,0 +1,1 @@
+"""What a fit is worth: residuals, expected error, observability, comparison, and the report."""

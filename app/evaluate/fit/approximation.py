@@ -1,0 +1,218 @@
+"""Another kind of camera in place of a model: the nearest one there is, and what it costs in millimetres.
+
+    minimise Σ |G (pixel' - pixel)|²,   G = how the place on the field moves with the pixel, mm/px
+
+over a grid of the region on the carpet and, where the model has rays, at hat height: what a robot's pattern is seen at.
+Pose, focal length and centre are free: a lens with one term borrows from them what it lacks itself.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from app.core.errors import Conflict, FitFailed
+from app.core.field import Region
+from app.core.geometry import Points
+from app.fitting.least_squares import Minimum, minimise
+from app.fitting.linear import (
+    Incidences,
+    focal_from_vanishing_points,
+    homography_from_lines,
+    pose_from_homography,
+)
+from app.fitting.ray_camera.parameters import RayState
+from app.models import CameraModel, field_from_raw, raw_from_field
+from app.models.lens import Array
+from app.models.ray_camera import RayCamera
+
+GRID = (25, 19)  # columns, rows over the region: the figures
+FIT_GRID = (15, 13)
+HALF_PX = 0.5
+OUTSIDE = 0.05  # the weight of what the picture shows beyond the region, so that a rich lens stays sane there
+BENDS = (0.05, 0.4, 0.8)  # radii in focal lengths at which the other lens's bend is looked up for a start
+FIRST_STEPS, STEPS = 8, 60  # from every start; onwards from the best
+FOCALS = (0.7, 1.0, 1.4)  # of the picture's width, tried where the carpet tells none
+# The carpet alone hardly tells focal length, centre and height apart. What is guessed stays near its start, unless
+# moving it by its σ gains a millimetre.
+GUESS_MM = 1.0
+
+
+@dataclass(frozen=True)
+class Loss:
+    """How far a camera puts things from where the model puts them: field mm over the region, as far as it is in view.
+
+    hat: the same at hat height; None where the model has no rays to say it.
+    """
+
+    rms_mm: float
+    worst_mm: float
+    worst_place: tuple[float, float]
+    hat_rms_mm: float | None
+    hat_worst_mm: float | None
+    hat_height_mm: float
+
+    def to_json(self) -> dict[str, Any]:
+        return {"rms_mm": self.rms_mm, "worst_mm": self.worst_mm, "worst_place": list(self.worst_place),
+                "hat_rms_mm": self.hat_rms_mm, "hat_worst_mm": self.hat_worst_mm,
+                "hat_height_mm": self.hat_height_mm}
+
+
+def loss_of(model: CameraModel, other: RayCamera, region: Region, hat_height_mm: float) -> Loss:
+    """What it costs to take `other` for the model; infinite where it does not even reach what the model sees."""
+    places, pixels = _seen(model, region, GRID, 0.0)
+    errors = _length(other.unproject(pixels) - places)
+    worst = int(np.argmax(errors))
+    hat = None
+    if hasattr(model, "project"):
+        hat_places, hat_pixels = _seen(model, region, GRID, hat_height_mm)
+        hat = _length(other.unproject(hat_pixels, hat_height_mm) - hat_places)
+    return Loss(_rms(errors), float(errors[worst]), tuple(map(float, places[worst])),
+                None if hat is None else _rms(hat), None if hat is None else float(hat.max(initial=0.0)), hat_height_mm)
+
+
+def stand_in(model: CameraModel, family: type[RayCamera], terms: tuple[str, ...], region: Region, hat_height_mm: float,
+             *, square: bool = False) -> RayCamera:
+    """The camera of that family nearest to the model over the region. terms: those of its lens that it may use.
+
+    square: with square pixels. Raises Conflict where nothing comes near.
+    """
+    points, pixels, weights = _samples(model, region, hat_height_mm)
+    starts = _starts(model, family, points, pixels, square)
+    free = np.array([name not in family.LENS.TERMS or name in terms for name in starts[0].names])
+    prior = np.zeros(len(free)) if isinstance(model, RayCamera) else _guesses(starts[0], len(points))
+    known = np.diag(prior)[prior > 0][:, free]
+
+    def evaluate_from(start: RayState) -> Callable[[RayState], tuple[Array, Array]]:
+        def evaluate(state: RayState) -> tuple[Array, Array]:
+            with np.errstate(all="ignore"):
+                found, _, by = state.project_jacobian(points)
+                residuals = np.einsum("nij,nj->ni", weights, found - pixels)
+                jacobian = np.einsum("nij,njk->nik", weights, by)[..., free]
+            moved = (_about(state) - _about(start)) * prior
+            return (np.concatenate([residuals.ravel(), moved[prior > 0]]),
+                    np.concatenate([jacobian.reshape(-1, int(free.sum())), known]))
+        return evaluate
+
+    def search(start: RayState, state: RayState, steps: int) -> Minimum[RayState]:
+        return minimise(state, evaluate_from(start), lambda s, delta: s.moved(delta, free), max_steps=steps,
+                        tolerance=1e-9)
+
+    tried = [(search(start, start, FIRST_STEPS), start) for start in starts]
+    near, start = min(tried, key=lambda found: found[0].cost)
+    best = search(start, near.state, STEPS) if np.isfinite(near.cost) else near
+    found = family(**best.state.parameters(), **_view(model, region))
+    if not np.isfinite(best.cost) or not found.plausible():
+        raise Conflict(f"No {family.TITLE} lens comes near this calibration over its region.",
+                       "Fit a lens model to the same clicks, and export that.", reason="no-approximation")
+    return found
+
+
+def _guesses(start: RayState, samples: int) -> Array:
+    """What one unit of each parameter away from its start costs, mm, where the carpet alone is known: see GUESS."""
+    sigma = {"log_focal": 0.3, "centre_x": 0.02 * np.exp(start.log_focal), "centre_y": 0.02 * np.exp(start.log_focal),
+             **dict.fromkeys(start.lens.TERMS, 1.0)}
+    return np.array([GUESS_MM * np.sqrt(samples) / sigma[name] if name in sigma else 0.0 for name in start.names])
+
+
+def _about(state: RayState) -> Array:
+    """The numbers that a guess can be about, in the order of names; the pose as zeros."""
+    return np.concatenate([[state.log_focal], state.centre_px, state.terms, np.zeros(6)])
+
+
+def _samples(model: CameraModel, region: Region, hat_height_mm: float) -> tuple[Array, Points, Array]:
+    """Field points (n, 3) mm, the pixels (n, 2) that they must be seen at, and what a pixel is worth (n, 2, 2) mm."""
+    heights = (0.0, hat_height_mm) if hasattr(model, "project") else (0.0,)
+    parts = [(*_seen(model, region, FIT_GRID, z), z, 1.0) for z in heights]
+    if hasattr(model, "project"):
+        pixels = _grid(np.zeros(2), np.array(tuple(model.image_size), float) - 1, FIT_GRID)
+        parts.append((_place(model, pixels, 0.0), pixels, 0.0, OUTSIDE))
+    points, seen, weights = [], [], []
+    for places, pixels, z, weight in parts:
+        step = np.array([[HALF_PX, 0.0], [0.0, HALF_PX]])
+        worth = np.stack([_place(model, pixels + s, z) - _place(model, pixels - s, z) for s in step], axis=-1)
+        fine = np.isfinite(worth).all(axis=(-2, -1)) & np.isfinite(places).all(axis=-1)
+        # towards the horizon a pixel is worth kilometres: nobody plays there
+        fine &= np.abs(worth).max(axis=(-2, -1)) < 20 * np.median(np.abs(worth[fine]).max(axis=(-2, -1))) \
+            if fine.any() else False
+        points.append(np.concatenate([places, np.full((len(places), 1), z)], axis=1)[fine])
+        seen.append(pixels[fine])
+        weights.append(weight * worth[fine])
+    return np.concatenate(points), np.concatenate(seen), np.concatenate(weights)
+
+
+def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: Points, square: bool) -> list[RayState]:
+    if not isinstance(model, RayCamera):
+        return _seen_from(model, family, points, pixels)
+    own = RayState.of(model)
+    if square:
+        own = replace(own, aspect=1.0, log_focal=own.log_focal + float(np.log(own.aspect)) / 2)
+    bends = [0.0]
+    for r in BENDS:
+        seen = model.LENS.distort(np.array(model.lens_terms), np.array([r, 0.0, 1.0]))[0]
+        bends.append((float(seen) / r - 1) / r**2)
+    return [replace(own, lens=family.LENS, terms=np.asarray(family.lens_start(b), float))
+            for b in dict.fromkeys(bends) if np.isfinite(b)]
+
+
+def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixels: Points) -> list[RayState]:
+    """Where a camera could stand that shows the carpet as a model without rays does, for some focal lengths."""
+    one, zero = np.ones(len(points)), np.zeros(len(points))
+    lines = np.concatenate([np.stack([one, zero, -points[:, 0]], 1), np.stack([zero, one, -points[:, 1]], 1)])
+    centre = np.array(model.image_size.centre)
+    found = homography_from_lines(Incidences(np.concatenate([pixels, pixels]), lines), centre)
+    plane_from_field = np.linalg.inv(found.field_from_plane)
+    told = focal_from_vanishing_points(plane_from_field)
+    states = []
+    for focal in [model.image_size.width * f for f in FOCALS] + [told] * (told is not None):
+        with suppress(FitFailed):
+            rotation, position = pose_from_homography(plane_from_field, focal)
+            terms = np.asarray(family.lens_start(float(np.clip(found.bend * focal**2, -1.0, 0.5))), float)
+            states.append(RayState(family.LENS, float(np.log(focal)), 1.0, centre, terms, rotation, position,
+                                   np.empty(0)))
+    if not states:
+        raise Conflict("No camera shows the carpet as this calibration has it.",
+                       "Fit a lens model to the same clicks, and export that.", reason="no-approximation")
+    return states
+
+
+def _view(model: CameraModel, region: Region) -> dict[str, Any]:
+    """The corrected rectangle that the model makes, so that both make the same picture."""
+    width, height = model.corrected_size
+    return {"width_px": float(getattr(model, "width_px", width - 1)),
+            "height_px": float(getattr(model, "height_px", height - 1)), "n_rectangles_x": model.n_rectangles_x,
+            "n_rectangles_y": model.n_rectangles_y, "region": region, "image_size": model.image_size}
+
+
+def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float) -> tuple[Points, Points]:
+    """Places (n, 2) mm of the region, at z_mm, that the picture shows, and their pixels; all where it shows none."""
+    corner = np.array([region.width_mm, region.height_mm])
+    places = region.field_from_region(_grid(np.zeros(2), corner, grid))
+    pixels = raw_from_field(model, places) if z_mm == 0 else model.project(
+        np.concatenate([places, np.full((len(places), 1), z_mm)], axis=1))
+    reached = np.isfinite(pixels).all(axis=1)
+    inside = reached & (pixels >= -0.5).all(axis=1) & (pixels <= np.array(tuple(model.image_size)) - 0.5).all(axis=1)
+    chosen = inside if inside.sum() >= 12 else reached
+    if not chosen.any():
+        raise Conflict("The calibration does not see its own region.", "Calibrate it anew.", reason="no-approximation")
+    return places[chosen], pixels[chosen]
+
+
+def _place(model: CameraModel, pixels: Points, z_mm: float) -> Points:
+    return model.unproject(pixels, z_mm) if hasattr(model, "unproject") else field_from_raw(model, pixels)
+
+
+def _grid(low: Array, high: Array, grid: tuple[int, int]) -> Points:
+    x, y = (np.linspace(a, b, n) for a, b, n in zip(low, high, grid, strict=True))
+    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+
+
+def _length(vectors: Points) -> Array:
+    length = np.linalg.norm(vectors, axis=-1)
+    return np.where(np.isfinite(length), length, np.inf)
+
+
+def _rms(errors: Array) -> float:
+    return float(np.sqrt(np.mean(errors**2)))

@@ -1,0 +1,113 @@
+"""Where a fit expects a line of the field in the picture: what a click beside it is told, and points all along it."""
+
+import numpy as np
+
+from app.core.errors import BadInput
+from app.core.field import BORDERS, Feature, Field, Landmark, Line, Region
+from app.core.geometry import ImageSize, Points
+from app.models import CameraModel, field_from_raw, raw_from_field
+from app.vision.lines.snap import Hint, Snapped, snap
+
+SAMPLES = 400
+MARGIN_PX = 6.0  # a line is not looked for where its background ends with the picture
+ENDS = 0.03  # of the part that is seen: corners belong to two lines
+STEP_MM = 5.0
+FEWEST = 5  # so many tell which of them is a stray
+STRAY_PX = 1.0
+BEND = 3  # degree of how far a fit may be off along one line
+
+
+def hints(model: CameraModel, feature: Feature, field: Field, region: Region, points: Points,
+          reach_px: float) -> list[Hint]:
+    """For each click (n, 2) px on a line or arc, which way the line runs there and how wide it should look."""
+    if isinstance(feature, Landmark):
+        return [Hint(reach_px)] * len(points)
+    places = feature.nearest(field_from_raw(model, points))
+    ahead, aside = _directions(feature, places)
+    width_mm = _width_mm(feature, field, region)
+    before, after = (raw_from_field(model, places + sign * STEP_MM * ahead) for sign in (-1, 1))
+    near, far = (raw_from_field(model, places + sign * width_mm / 2 * aside) for sign in (-1, 1))
+    angles = np.arctan2(*(after - before).T[::-1])
+    widths = np.linalg.norm(far - near, axis=1)
+    return [Hint(reach_px, float(width) if np.isfinite(width) and width > 0.2 else None,
+                 float(angle) if np.isfinite(angle) else None)
+            for angle, width in zip(angles, widths, strict=True)]
+
+
+def along(pixels: np.ndarray, model: CameraModel, name: str, field: Field, region: Region, count: int,
+          reach_px: float) -> list[Snapped]:
+    """Up to `count` points of a line or arc, evenly over what the picture shows of it; fewer where it is hidden."""
+    feature = field.feature(name, region)
+    if isinstance(feature, Landmark):
+        raise BadInput(f"{name} is a single spot; points lie along lines and arcs.", "Click the spot itself.",
+                       reason="not-a-line")
+    size = ImageSize(pixels.shape[1], pixels.shape[0])
+    places = evenly(raw_from_field(model, feature.sample(SAMPLES)), size, count)
+    told = hints(model, feature, field, region, places, reach_px)
+    found = [snap(pixels, place, hint) for place, hint in zip(places, told, strict=True)]
+    kept = np.array([isinstance(f, Snapped) for f in found], bool)
+    snapped = [f for f in found if isinstance(f, Snapped)]
+    steps = np.array([f.point for f in snapped]).reshape(-1, 2) - places[kept]
+    aside = np.array([[-np.sin(f.angle_rad), np.cos(f.angle_rad)] for f in snapped]).reshape(-1, 2)
+    fits = _together(np.flatnonzero(kept), _one_way(aside, steps))
+    return [f for f, ok in zip(snapped, fits, strict=True) if ok]
+
+
+def evenly(pixels: Points, size: ImageSize, count: int) -> Points:
+    """(≤ count, 2) places evenly along what a picture shows of a polyline (n, 2) px, clear of its ends."""
+    inside = np.isfinite(pixels).all(axis=1)
+    inside[inside] = ((pixels[inside] >= MARGIN_PX)
+                      & (pixels[inside] <= np.array(tuple(size)) - 1 - MARGIN_PX)).all(axis=1)
+    seen = pixels[inside]
+    if len(seen) < 2:
+        return np.empty((0, 2))
+    step = np.linalg.norm(np.diff(seen, axis=0), axis=1)
+    step[np.diff(np.flatnonzero(inside)) > 1] = 0.0  # nothing lies in a gap
+    travelled = np.concatenate([[0.0], np.cumsum(step)])
+    wanted = np.linspace(ENDS, 1 - ENDS, count) * travelled[-1]
+    return np.stack([np.interp(wanted, travelled, seen[:, axis]) for axis in (0, 1)], axis=1)
+
+
+def _directions(feature: Feature, places: Points) -> tuple[Points, Points]:
+    """Unit vectors along a line or arc and across it, field frame."""
+    if isinstance(feature, Line):
+        ahead = np.subtract(feature.end, feature.start) / feature.length_mm
+        ahead = np.broadcast_to(ahead, places.shape)
+    else:
+        arm = (places - np.asarray(feature.centre)) / feature.radius_mm
+        ahead = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
+    return ahead, np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+
+
+def _width_mm(feature: Feature, field: Field, region: Region) -> float:
+    """As painted: a region's border is as wide as the line that it lies on."""
+    if feature.name in BORDERS and feature.name not in field.lines:
+        ends = np.array([feature.start, feature.end])
+        for line in field.lines.values():
+            if np.linalg.norm(line.nearest(ends) - ends, axis=1).max() < 1:
+                return line.width_mm
+    return feature.width_mm
+
+
+def _one_way(aside: Points, steps: Points) -> np.ndarray:
+    """How far each was moved across the line, signed alike all along it: normals turn with an arc, not over."""
+    flips = np.ones(len(aside))
+    for i in range(1, len(aside)):
+        flips[i] = flips[i - 1] * (1 if aside[i] @ aside[i - 1] >= 0 else -1)
+    return flips * np.sum(aside * steps, axis=1)
+
+
+def _together(place: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Which points were moved as their neighbours were: a fit is off smoothly, a robot's edge is not."""
+    ok = np.ones(len(moved), bool)
+    if len(moved) < FEWEST:
+        return ok
+    for _ in range(5):
+        curve = np.polynomial.Polynomial.fit(place[ok], moved[ok], min(BEND, int(ok.sum()) - 3))
+        off = np.abs(moved - curve(place))
+        limit = max(STRAY_PX, 4 * float(np.median(off[ok])))
+        worst = int(np.argmax(np.where(ok, off, 0)))
+        if off[worst] <= limit or ok.sum() <= FEWEST:
+            break
+        ok[worst] = False
+    return ok

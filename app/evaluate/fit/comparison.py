@@ -1,0 +1,114 @@
+"""Every model on the same clicks, ranked by what it would miss inside the field, and one of them recommended.
+
+    field error² = held-out error² + (distance to the reference, rms over the field)²
+
+A model made of borders predicts borders well and knows nothing between them; its held-out error alone would flatter it.
+So each is also held against the reference: the model of a camera with rays whose held-out error is least. Where no
+such model could be fitted, the second part is missing, and the ranking says so.
+
+Recommended is the model with the fewest parameters whose field error is within chance of the least.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from app.core.field import Region
+from app.core.records import Fit
+from app.evaluate.fit.difference import difference_mm
+from app.evaluate.fit.residuals import rms
+
+WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about this factor
+SAME_MM = 0.3
+BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
+NO_LENS = 0.3  # % of Eq. (9): less bow than that in every border is no significant distortion
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One fitted model. parameters: how many numbers it found."""
+
+    name: str
+    title: str
+    fit: Fit
+    report: Mapping[str, Any]
+    parameters: int
+
+
+def compare(candidates: list[Candidate], region: Region) -> dict[str, Any]:
+    """Ranked rows, best first, the recommended one's name, and why in a sentence; plain JSON."""
+    reference = _reference(candidates)
+    rows = sorted((_row(c, reference, region) for c in candidates),
+                  key=lambda row: np.inf if row["field_mm"] is None else row["field_mm"])
+    known = [row for row in rows if row["field_mm"] is not None]
+    if not known:
+        return {"ranking": rows, "recommended": None, "no_significant_distortion": None,
+                "reason": "No model could be checked with points left out; click more points."}
+    least = known[0]["field_mm"]
+    close = [row for row in known if row["field_mm"] <= WITHIN_CHANCE * least + SAME_MM]
+    chosen = min(close, key=lambda row: (row["parameters"], row["field_mm"]))
+    straight = _no_significant_distortion(candidates, known, least)
+    return {"ranking": rows, "recommended": chosen["model"], "no_significant_distortion": straight,
+            "reason": _sentence(chosen, known, straight, reference)}
+
+
+def parameters_of(fit: Fit) -> int:
+    """How many numbers the fit found: a border's coefficients, or all free parameters."""
+    if "parameters" in fit.notes:  # a spline's are not those that its covariance is of
+        return int(fit.notes["parameters"])
+    degrees = fit.notes.get("degree")
+    if degrees is not None:  # four curves and the relation's two scales and bends
+        return sum(d["degree"] + 1 for d in degrees.values()) + fit.notes["relation"]["degree"] - 1
+    return len(fit.parameter_names)
+
+
+def _reference(candidates: list[Candidate]) -> Candidate | None:
+    with_rays = [c for c in candidates if hasattr(c.fit.model, "project") and c.report["cv_rms_mm"] is not None]
+    return min(with_rays, key=lambda c: c.report["cv_rms_mm"], default=None)
+
+
+def _row(candidate: Candidate, reference: Candidate | None, region: Region) -> dict[str, Any]:
+    held_out = candidate.report["cv_rms_mm"]
+    check = candidate.report["check_rms_mm"]
+    apart = None
+    if reference is not None and candidate is not reference:
+        apart = rms(difference_mm(reference.fit.model, candidate.fit.model, region)[1].ravel())
+    parts = [v for v in (max(filter(None, (held_out, check)), default=None), apart) if v is not None]
+    sigma = candidate.report["sigma_mm"]
+    return {"model": candidate.name, "title": candidate.title, "parameters": candidate.parameters,
+            "held_out_mm": held_out, "check_mm": check, "apart_mm": apart,
+            "field_mm": float(np.hypot.reduce(parts)) if held_out is not None else None,
+            "rms_px": candidate.report["rms_px"], "expected_mm": None if sigma is None else sigma["rms"],
+            "expected_hat_mm": sigma["hat"]["rms"] if sigma and "hat" in sigma else None,
+            "hat_height_mm": sigma["hat"]["z_mm"] if sigma and "hat" in sigma else None,
+            "verdict": candidate.report["verdict"], "warnings": [w["reason"] for w in candidate.report["warnings"]]}
+
+
+def _no_significant_distortion(candidates: list[Candidate], known: list[dict[str, Any]], least: float) -> bool:
+    """A model without any lens does as well as the best, or the best lens hardly bends a border."""
+    def bends(c: Candidate) -> bool:
+        if c.name in BENDS:
+            return BENDS[c.name]
+        terms = getattr(c.fit.model, "lens_terms", None)
+        return terms is None or any(terms)
+
+    straight = {c.name for c in candidates if not bends(c)}
+    return any(row["model"] in straight and row["field_mm"] <= WITHIN_CHANCE * least + SAME_MM for row in known)
+
+
+def _sentence(chosen: Mapping[str, Any], known: list[dict[str, Any]], straight: bool,
+              reference: Candidate | None) -> str:
+    rivals = [row for row in known if row["model"] != chosen["model"]]
+    words = f"{chosen['title']}: {chosen['field_mm']:.1f} mm inside the field with {chosen['parameters']} parameters"
+    better = [row for row in rivals if row["field_mm"] < chosen["field_mm"]]
+    if better:
+        words += f"; {better[0]['title']} ({better[0]['field_mm']:.1f} mm) is no better within chance and has more"
+    elif rivals:
+        words += f"; next is {rivals[0]['title']} with {rivals[0]['field_mm']:.1f} mm"
+    if straight:
+        words = "No significant distortion. " + words
+    if reference is None:
+        words += ". No camera with rays could be fitted, so the inside of the field is not compared"
+    return words + "."

@@ -1,0 +1,52 @@
+"""A covariance that somebody else's file tells, believed only where it can be one of that model.
+
+Read as it is, a matrix with a negative variance would promise an error of 0 mm, and one of names that the model does
+not have would promise that nothing moves.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import Conflict
+from app.models import CameraModel
+
+LINE = re.compile(r"line_\d{1,6}")  # a line's own offset, which moves no ray
+MOST = 1e18  # a σ of 10⁹ px, mm or rad: beyond it arithmetic ends before knowledge has begun
+ASYMMETRY = 1e-6  # of the correlations; rounding leaves 1e-12
+NEGATIVE = -1e-6  # of the correlations' least value, likewise
+
+
+def told_covariance(value: Any, model: CameraModel) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+    """Names and their matrix (n, n) from a report's "covariance"; Conflict where it is not that model's."""
+    try:
+        if not isinstance(value, Mapping) or not isinstance(value["names"], (list, tuple)):
+            raise ValueError("no covariance")
+        names, matrix = tuple(value["names"]), np.array(value["matrix"], float)
+        if not (_named(names, model) and matrix.shape == (len(names), len(names)) and _is_covariance(matrix)):
+            raise ValueError("no covariance of this model")
+    except (TypeError, ValueError, KeyError, OverflowError, np.linalg.LinAlgError):
+        raise Conflict("The calibration came with a covariance that is not its model's, so its expected error is not "
+                       "known.", "Calibrate again, from its clicks.", reason="foreign-covariance") from None
+    return names, matrix
+
+
+def _named(names: tuple[Any, ...], model: CameraModel) -> bool:
+    """Each once, all the model's, and not only of lines' offsets."""
+    own = set(model.covariance_names)
+    return (all(isinstance(name, str) and (name in own or LINE.fullmatch(name)) for name in names)
+            and len(set(names)) == len(names) and any(name in own for name in names))
+
+
+def _is_covariance(matrix: NDArray[np.float64]) -> bool:
+    """Finite, symmetric, and no combination of parameters with a negative variance."""
+    variance = np.diag(matrix)
+    if not np.isfinite(matrix).all() or np.abs(matrix).max() > MOST or (variance < 0).any():
+        return False
+    scale = np.sqrt(np.where(variance > 0, variance, 1.0))
+    correlation = matrix / np.outer(scale, scale)
+    symmetric = bool(np.abs(correlation - correlation.T).max() <= ASYMMETRY)
+    return symmetric and bool(np.linalg.eigvalsh((correlation + correlation.T) / 2)[0] >= NEGATIVE)

@@ -1,0 +1,58 @@
+"""Residuals of points that the fit had not seen: the only ones that say what the next place will be like."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import FitFailed
+from app.core.field import Field, Region
+from app.core.geometry import ImageSize
+from app.core.records import Fit, Observation, Observations
+from app.evaluate.fit.folds import folds_for
+from app.evaluate.fit.residuals import feature_residuals
+from app.models import CameraModel, Progress, no_progress
+
+
+def held_out_mm(model_class: type[CameraModel], fit: Fit, observations: Observations, field: Field, region: Region,
+                image_size: ImageSize, options: Mapping[str, Any] | None, progress: Progress = no_progress,
+                ) -> tuple[NDArray[np.float64], ...]:
+    """Leave points out, fit the rest, and measure where the left-out ones land: mm per point.
+
+    Which points go together: folds.py. The choices of the fit (degrees, terms, strays) are kept, so this is the error
+    of the curves, not of choosing them. Strays are not measured; points the others cannot predict, and features the
+    fit does not rest on, are NaN.
+    """
+    clean = tuple(replace(o, points=o.points[fine]) for o, fine in zip(observations, fit.inliers, strict=True))
+    result = tuple(np.full(len(o.points), np.nan) for o in observations)
+    folds = folds_for(clean, fit.used, needs_every_border=model_class.NEEDS_EVERY_BORDER)
+    kept = {**(options or {}), **fit.notes.get("choices", {}), "robust": False}
+    for fold, out in enumerate(folds):
+        progress(fold / len(folds), "Checking with points left out")
+        try:
+            model = model_class.fit(_without(clean, out), field, region, image_size, kept).model
+        except FitFailed:
+            continue
+        for i, ks in _by_observation(out).items():
+            left_out = replace(clean[i], points=clean[i].points[ks])
+            original = np.flatnonzero(fit.inliers[i])[ks]  # clean counts without the strays
+            result[i][original] = feature_residuals(model, left_out, field, region).mm
+    return result
+
+
+def _without(observations: Observations, out: list[tuple[int, int]]) -> Observations:
+    gone = _by_observation(out)
+    kept: list[Observation] = []
+    for i, observation in enumerate(observations):
+        points = np.delete(observation.points, gone.get(i, []), axis=0)
+        kept.append(replace(observation, points=points))
+    return tuple(kept)
+
+
+def _by_observation(out: list[tuple[int, int]]) -> dict[int, list[int]]:
+    points: dict[int, list[int]] = {}
+    for i, k in out:
+        points.setdefault(i, []).append(k)
+    return points

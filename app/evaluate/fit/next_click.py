@@ -1,0 +1,65 @@
+"""Where one more click would lower the worst expected error most, and by how much."""
+
+from typing import Any
+
+import numpy as np
+
+from app.core.field import BORDERS, Field, Region
+from app.core.geometry import ImageSize
+from app.core.records import Fit
+from app.evaluate.fit.uncertainty import at_height, expected_error, grid_over, knows_its_error
+
+CANDIDATES_PER_FEATURE = 25
+MARGIN_PX = 4.0  # nobody clicks on the picture's very edge
+
+
+def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSize, click_sigma_px: float,
+                    ) -> dict[str, Any] | None:
+    """The best of many places along all the field's lines and arcs: {"feature", "point" px, "worst_mm",
+    "worst_mm_then", "z_mm"}, or None for a model that does not know its error.
+
+    A click adds one row j to the information: Σ' = Σ - Σ jᵀ j Σ / (σ² + j Σ jᵀ), so each candidate costs one product.
+    """
+    if not knows_its_error(fit) or not hasattr(fit.model, "click_jacobian"):
+        return None
+    names, points, rows = _candidates(fit, field, region, image_size)
+    known = np.isfinite(rows).all(axis=1) if len(rows) else np.zeros(0, bool)
+    if not known.any():
+        return None
+    names, points, rows = [n for n, k in zip(names, known, strict=True) if k], points[known], rows[known]
+    z = field.hat_height_mm if hasattr(fit.model, "project") else 0.0
+    by = fit.model.field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
+    before = expected_error(fit, region, z).sigma_mm.ravel() ** 2
+    seen = np.isfinite(before)
+    by, before = by[seen], before[seen]
+    spread = rows @ fit.covariance  # (c, p)
+    own = np.einsum("cp,cp->c", spread, rows) + click_sigma_px**2
+    gain = np.einsum("nip,cp->nic", by, spread) ** 2
+    then = before[:, None] - gain.sum(axis=1) / own
+    worst = then.max(axis=0)
+    best = int(np.argmin(worst))
+    return {"feature": names[best], "point": points[best].tolist(), "z_mm": z,
+            "worst_mm": float(np.sqrt(before.max())), "worst_mm_then": float(np.sqrt(max(worst[best], 0.0)))}
+
+
+def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
+    names, points, rows = [], [], []
+    shapes = [(name, region.border(name)) for name in BORDERS]
+    shapes += [(s.name, s) for s in (*field.lines.values(), *field.arcs.values())]
+    limit = np.array(tuple(image_size)) - 1 - MARGIN_PX
+    for name, shape in shapes:
+        samples = shape.sample(2 * CANDIDATES_PER_FEATURE + 1)
+        places, ahead = samples[1::2], samples[2::2] - samples[1::2]
+        pixels = fit.model.raw_from_corrected(fit.model.corrected_from_field(places))
+        seen = np.isfinite(pixels).all(axis=1)
+        seen[seen] = ((pixels[seen] >= MARGIN_PX) & (pixels[seen] <= limit)).all(axis=1)
+        if seen.any():
+            names += [name] * int(seen.sum())
+            points.append(pixels[seen])
+            rows.append(fit.model.click_jacobian(places[seen], ahead[seen], fit.parameter_names))
+    return (names, np.concatenate(points), np.concatenate(rows)) if names else ([], np.empty((0, 2)), np.empty((0, 0)))
+
+
+def model_click_sigma(fit: Fit) -> float:
+    """σ of a click as the fit found it, px."""
+    return float(fit.notes.get("click_sigma_px", 0.5))

@@ -1,0 +1,99 @@
+"""What the clicks cannot tell: the weakest direction in the parameters, in words, in millimetres, and with its cure.
+
+The information matrix says how well each combination of parameters is known. The combination that costs most at hat
+height is found as an eigenvector, named by the parameters that make it up, and weighed again with the cure in place.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.field import HAT_MM, Region
+from app.core.records import Fit, Warning
+from app.evaluate.fit.uncertainty import at_height, expected_error, grid_over, knows_its_error
+
+WARN_MM = 5.0  # expected error, rms over the field, from which the operator is told
+TAPE_MM = 30.0  # how well a height is taped
+
+GROUPS = {"log_focal": "focal length", "centre_x": "lens centre", "centre_y": "lens centre", "turn_x": "tilt",
+          "turn_y": "tilt", "turn_z": "turn", "x": "position", "y": "position", "height": "height"}
+
+
+@dataclass(frozen=True)
+class WeakDirection:
+    """The costliest combination of parameters, one σ of it: what it is made of and what it costs, mm rms."""
+
+    parts: tuple[str, ...]
+    carpet_mm: float
+    hat_mm: float
+    taped_carpet_mm: float
+    taped_hat_mm: float
+
+
+def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -> WeakDirection | None:
+    """The combination that costs most at hat height (on the carpet, for a model without rays)."""
+    if not knows_its_error(fit):
+        return None
+    z = hat_height_mm if hasattr(fit.model, "project") else 0.0
+    by = fit.model.field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
+    flat = by.reshape(-1, by.shape[-1])
+    flat = flat[np.isfinite(flat).all(axis=1)]
+    if not len(flat):
+        return None
+    root = _root(fit.covariance)
+    _, vectors = np.linalg.eigh(root.T @ flat.T @ flat @ root)
+    direction = root @ vectors[:, -1]
+    share = np.abs(direction) * np.linalg.norm(flat, axis=0)
+    strong = np.argsort(share)[::-1]
+    parts: list[str] = []
+    for index in strong[share[strong] > 0.3 * share.max()]:
+        part = _group(fit, fit.parameter_names[index])
+        if part not in parts:
+            parts.append(part)
+    taped = _with_taped_height(fit)
+    return WeakDirection(tuple(parts), expected_error(fit, region).rms, expected_error(fit, region, z).rms,
+                         expected_error(fit, region, covariance=taped).rms,
+                         expected_error(fit, region, z, covariance=taped).rms)
+
+
+def _group(fit: Fit, name: str) -> str:
+    """What the operator calls it."""
+    if getattr(fit.model, "GUESSES_BETWEEN", False):
+        return "how the picture bends between them"
+    return GROUPS.get(name, "lens" if hasattr(fit.model, "project") else "perspective")
+
+
+def _root(covariance: NDArray) -> NDArray:
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
+    return vectors * np.sqrt(np.maximum(values, 0))
+
+
+def _with_taped_height(fit: Fit) -> NDArray:
+    """The covariance if the height were known to TAPE_MM: one measurement more (Sherman–Morrison)."""
+    covariance = fit.covariance
+    if "height" not in fit.parameter_names:
+        return covariance
+    column = covariance[:, fit.parameter_names.index("height")]
+    return covariance - np.outer(column, column) / (TAPE_MM**2 + column[fit.parameter_names.index("height")])
+
+
+def observability_warnings(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -> list[Warning]:
+    """What the operator is told, if the weak direction costs more than WARN_MM on the carpet or at hat height."""
+    weak = weakest_direction(fit, region, hat_height_mm)
+    if weak is None or max(weak.carpet_mm, weak.hat_mm) <= WARN_MM:
+        return []
+    rays = hasattr(fit.model, "project")
+    cost = f"{weak.carpet_mm:.1f} mm on the carpet"
+    if rays:
+        cost += f", {weak.hat_mm:.0f} mm at hat height ({hat_height_mm:g} mm)"
+    if weak.taped_hat_mm < 0.7 * weak.hat_mm and {"focal length", "height"} & set(weak.parts):
+        return [Warning("height-unknown", "Height and focal length cannot be told apart from these clicks: expected "
+                        f"error {cost}.",
+                        f"Tape the camera's height (± {TAPE_MM / 10:.0f} cm is enough): hat error {weak.hat_mm:.0f} → "
+                        f"{weak.taped_hat_mm:.1f} mm. Four points at a known height, or a lens known from a board, "
+                        "do it too.")]
+    named = " and ".join(weak.parts)
+    return [Warning("weakly-determined", f"The clicks hardly tell {named}: expected error {cost}.",
+                    "Click more points, spread over the whole picture, where the next best click is shown; or use a "
+                    f"lens {'known from a board' if rays else 'model'}.")]

@@ -1,0 +1,131 @@
+"""The report: everything a fit is worth, as plain JSON, headed by one length in millimetres and one sentence."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from app.core.field import BORDERS, Field, Region
+from app.core.records import Fit, Observations, Warning
+from app.evaluate.fit.distortion import distortion_report
+from app.evaluate.fit.next_click import next_best_click
+from app.evaluate.fit.observability import observability_warnings
+from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, rms
+from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
+
+REPORTED_NOTES = ("degree", "relation", "terms", "click_sigma_px", "degrees_of_freedom", "parameters",
+                  "line_offsets_mm")
+GOOD_MM = 5.0  # a ball is 43 mm wide; strategy code does not notice less
+FAIR_MM = 15.0  # robots still meet the ball
+
+
+def report(fit: Fit, observations: Observations, field: Field, region: Region,
+           held_out: tuple[np.ndarray, ...] | None) -> dict[str, Any]:
+    """Put the figures together. held_out: mm per point from cross-validation, or None while dragging."""
+    residuals = [feature_residuals(fit.model, o, field, region) for o in observations]
+    inside = [r.px[fine] for r, fine in zip(residuals, fit.inliers, strict=True)]
+    inside_mm = [r.mm[fine] for r, fine in zip(residuals, fit.inliers, strict=True)]
+    rests = [i for i, used in enumerate(fit.used) if used]
+    checks = [i for i, used in enumerate(fit.used) if not used]
+    held = _joined([held_out[i] for i in rests]) if held_out is not None else np.empty(0)
+    check_mm = rms(_joined([inside_mm[i] for i in checks]))
+    cv_rms_mm = rms(held)
+    hat_mm = field.hat_height_mm
+    warnings = [*fit.warnings, *observability_warnings(fit, region, hat_mm), *_blind_spots(fit, observations)]
+    sigma = sigma_report(fit, region, hat_mm)
+    return {
+        "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
+        "rms_mm": rms(_joined([inside_mm[i] for i in rests])), "max_mm": _max(_joined([inside_mm[i] for i in rests])),
+        "mm_per_px": mm_per_px(_joined(inside), _joined(inside_mm)), "cv_rms_mm": cv_rms_mm, "check_rms_mm": check_mm,
+        "inliers": int(sum(fine.sum() for fine in fit.inliers)),
+        "outliers": int(sum((~fine).sum() for fine in fit.inliers)),
+        "sigma_mm": sigma,  # None where each border is a curve of its own: no common parameters, no covariance
+        "distortion": distortion_report(fit.model, region, _border_clicks(fit, observations)),
+        "per_feature": [_feature_json(r, fine, used) for r, fine, used
+                        in zip(residuals, fit.inliers, fit.used, strict=True)],
+        "verdict": _verdict(cv_rms_mm, check_mm, sigma, knows_inside=_knows_inside(fit, observations),
+                            rays=hasattr(fit.model, "project"), hat_height_mm=hat_mm),
+        "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
+        "warnings": [w.to_json() for w in warnings],
+        "covariance": {"names": list(fit.parameter_names), "matrix": fit.covariance.tolist()}
+        if knows_its_error(fit) else None,
+        **{key: value for key, value in fit.notes.items() if key in REPORTED_NOTES},
+    }
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.empty(0), *parts])
+
+
+def _max(values: np.ndarray) -> float | None:
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if finite.size else None
+
+
+def _border_clicks(fit: Fit, observations: Observations) -> Mapping[str, np.ndarray]:
+    pairs = list(zip(observations, fit.inliers, strict=True))
+    return {name: np.concatenate([np.empty((0, 2)), *(o.points[fine] for o, fine in pairs if o.feature == name)])
+            for name in BORDERS}
+
+
+def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> dict[str, Any]:
+    feature = r.observation.feature
+    return {"feature": feature if isinstance(feature, str) else list(feature), "kind": r.observation.kind,
+            "n": len(r.px), "used": used, "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]),
+            "max_mm": _max(r.mm[fine]),
+            "residuals": [{"point": point.tolist(), "foot": _vector(foot),
+                           "px": _number(px), "mm": _number(mm), "mm_vector": _vector(to_place), "outlier": not ok}
+                          for point, foot, px, mm, to_place, ok
+                          in zip(r.observation.points, r.foot, r.px, r.mm, r.to_place_mm, fine.tolist(),
+                                 strict=True)]}
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _vector(value: np.ndarray) -> list[float] | None:
+    return value.tolist() if np.isfinite(value).all() else None
+
+
+def _knows_inside(fit: Fit, observations: Observations) -> bool:
+    """A lens bends the inside as it bends the borders; curves of their own and splines know nothing between them."""
+    lens = knows_its_error(fit) and not getattr(fit.model, "GUESSES_BETWEEN", False)
+    return lens or any(o.feature not in BORDERS and len(o.points) for o in observations)
+
+
+def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, Any] | None,
+             knows_inside: bool, rays: bool, hat_height_mm: float) -> dict[str, Any]:
+    """One length, one level, one sentence. The worst of the held-out figures and the expected error counts.
+
+    Expected error at hat height is no part of the length, which is one on the carpet, but it caps the level.
+    """
+    expected = None if sigma is None else sigma["rms"]
+    known = [mm for mm in (cv_mm, check_mm, expected) if mm is not None]
+    if not known:
+        return {"mm": None, "level": "unknown", "sentence": "Nothing was held out, so nothing is known of the error."}
+    mm = max(known)
+    if not knows_inside:
+        return {"mm": mm, "level": "unknown",
+                "sentence": f"The borders hold to {mm:.1f} mm. Nothing inside the field was clicked, so the error "
+                            "there is not known; a strong lens leaves centimetres."}
+    hat = sigma["hat"]["rms"] if sigma and "hat" in sigma else 0.0
+    level = "good" if max(mm, hat) <= GOOD_MM else "fair" if max(mm, hat) <= FAIR_MM else "poor"
+    good = ("Good enough for ball and robots." if rays else
+            f"Good enough for the ball; a robot's hat, {hat_height_mm:g} mm up, needs a model with rays.")
+    words = {"good": good, "fair": "Robots will find the ball, with some play.",
+             "poor": "Too coarse for play: positions inside the field are off by centimetres."}[level]
+    where = ("expected on the carpet" if mm == expected else "on lines the fit has not used" if mm == check_mm
+             else "on points left out")
+    if hat > mm and hat > GOOD_MM:
+        words = (f"The carpet fits, robots' hats may be {hat:.0f} mm off." if level == "fair" else
+                 f"The carpet fits, but robots' hats may be {hat:.0f} mm off: too coarse for play.")
+    return {"mm": mm, "level": level, "sentence": f"{words} {mm:.1f} mm {where}."}
+
+
+def _blind_spots(fit: Fit, observations: Observations) -> list[Warning]:
+    """What these figures cannot see."""
+    if _knows_inside(fit, observations):
+        return []
+    return [Warning("inside-not-checked", "Only the borders were clicked; nothing tells how well the inside fits.",
+                    "Click a few points on a line or landmark inside the field, such as the centre circle.")]

@@ -1,0 +1,47 @@
+"""Residuals as arrows: from where each point was clicked to where the model puts it, in pixels of either picture.
+
+An arrow ends at the nearest place of the point's line or arc, or at its landmark, as the model sees it.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.field import Field, Region
+from app.core.geometry import Points
+from app.core.records import Observations
+from app.evaluate.fit.residuals import feature_residuals, mm_per_px
+from app.models import CameraModel
+
+
+def residual_arrows(model: CameraModel, observations: Observations, field: Field, region: Region,
+                    strays: Sequence[NDArray[np.bool_]], seen: Callable[[Points], Points]) -> dict[str, Any]:
+    """Every point's arrow as plain JSON, null where the model does not reach, and what a pixel is worth in mm.
+
+    strays: for each observation, which of its points (n,) the fit left out. seen: raw pixels (n, 2) to those of the
+    picture that is drawn on. px: an arrow's length there. mm_vector: the same in field mm.
+    """
+    arrows: list[dict[str, Any]] = []
+    px, mm = [], []
+    for observation, out in zip(observations, strays, strict=True):
+        residuals = feature_residuals(model, observation, field, region)
+        start, end = seen(observation.points), seen(residuals.foot)
+        length = np.linalg.norm(end - start, axis=-1)
+        px.append(length[~out])
+        mm.append(residuals.mm[~out])
+        feature = observation.feature if isinstance(observation.feature, str) else list(observation.feature)
+        arrows += [{"feature": feature, "index": index, "point": _plain(start[index]), "foot": _plain(end[index]),
+                    "px": _number(length[index]), "mm": _number(residuals.mm[index]),
+                    "mm_vector": _plain(residuals.to_place_mm[index]), "outlier": bool(out[index])}
+                   for index in range(len(out))]
+    return {"mm_per_px": mm_per_px(*(np.concatenate([np.empty(0), *parts]) for parts in (px, mm))), "arrows": arrows}
+
+
+def _plain(vector: NDArray[np.float64]) -> list[float] | None:
+    return vector.tolist() if np.isfinite(vector).all() else None
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

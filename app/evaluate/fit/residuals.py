@@ -1,0 +1,71 @@
+"""How far each observed point lies from the line, arc or landmark it was seen on, in pixels and millimetres."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.field import Field, Region
+from app.core.geometry import Points
+from app.core.records import Observation
+from app.models import CameraModel, field_from_raw, raw_from_field
+
+LEAST_PX = 1e-6  # a smaller residual is rounding, and its direction chance
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureResiduals:
+    """One observation's residuals, point by point; NaN where the model does not reach.
+
+    foot: (n, 2) raw px, where the nearest place of the feature is seen. to_place_mm: (n, 2) field mm, from where the
+    model puts the point, place_mm (n, 2), to that place. px, mm: (n,) the distances.
+    """
+
+    observation: Observation
+    foot: Points
+    to_place_mm: Points
+    place_mm: Points
+
+    @property
+    def px(self) -> NDArray[np.float64]:
+        return np.linalg.norm(self.observation.points - self.foot, axis=-1)
+
+    @property
+    def mm(self) -> NDArray[np.float64]:
+        return np.linalg.norm(self.to_place_mm, axis=-1)
+
+
+def feature_residuals(model: CameraModel, observation: Observation, field: Field, region: Region) -> FeatureResiduals:
+    """Carry the points to the field, drop a perpendicular on the feature, and look at the foot through the camera.
+
+    Per point, not per axis: OpenCV's convention, √2 times what tools report that count x and y apart. Points
+    above the carpet cannot be judged by a model without rays: NaN.
+    """
+    feature, z_mm = field.feature(observation.feature, region), observation.z_mm
+    if z_mm == 0:
+        place = field_from_raw(model, observation.points)
+    elif hasattr(model, "unproject"):
+        place = model.unproject(observation.points, z_mm)
+    else:
+        place = np.full(observation.points.shape, np.nan)
+    nearest = feature.nearest(place)
+    return FeatureResiduals(observation, _seen(model, nearest, z_mm), nearest - place, place)
+
+
+def _seen(model: CameraModel, places: Points, z_mm: float) -> Points:
+    """Field mm (n, 2) in the plane at z_mm to raw pixels."""
+    if z_mm == 0 or not hasattr(model, "project"):
+        return raw_from_field(model, places)
+    return model.project(np.concatenate([places, np.full((len(places), 1), z_mm)], axis=-1))
+
+
+def mm_per_px(px: NDArray[np.float64], mm: NDArray[np.float64]) -> float | None:
+    """What a pixel of residual (n,) is worth on the field, median; None where there is none to tell it from."""
+    told = np.isfinite(mm) & (px > LEAST_PX)
+    return float(np.median(mm[told] / px[told])) if told.any() else None
+
+
+def rms(values: NDArray[np.float64]) -> float | None:
+    """Root mean square of the finite values; None when there are none."""
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else None

@@ -1,0 +1,87 @@
+"""Expected error over the field, at the carpet and at hat height, from what the fit knows of its parameters.
+
+    Σ_place = G Σ_θ Gᵀ,   G = how a ray's place in the plane moves with the parameters (RayCamera.field_jacobian)
+
+To first order; it knows the click noise and the priors, and not what the model cannot bend to: held-out error tells
+that, so the two are always shown together.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import FitFailed
+from app.core.field import HAT_MM, Region
+from app.core.geometry import Points
+from app.core.records import Fit
+
+GRID = (13, 11)  # columns, rows over the region
+
+
+@dataclass(frozen=True, eq=False)
+class Sigma:
+    """Expected error (rms of the two axes together, mm) at places (rows, columns, 2) mm of the plane at z_mm.
+
+    NaN where the model does not see the place; the figures are of the others.
+    """
+
+    places: Points
+    sigma_mm: NDArray[np.float64]
+    z_mm: float
+
+    @property
+    def worst(self) -> tuple[float, list[float]]:
+        """The largest, and where."""
+        row, column = np.unravel_index(np.nanargmax(self.sigma_mm), self.sigma_mm.shape)
+        return float(self.sigma_mm[row, column]), self.places[row, column].tolist()
+
+    @property
+    def rms(self) -> float:
+        return float(np.sqrt(np.nanmean(self.sigma_mm**2)))
+
+    def to_json(self) -> dict[str, Any]:
+        mm, place = self.worst
+        return {"z_mm": self.z_mm, "median": float(np.nanmedian(self.sigma_mm)), "rms": self.rms, "max": mm,
+                "worst_place": place}
+
+
+def grid_over(region: Region, columns: int = GRID[0], rows: int = GRID[1]) -> Points:
+    """(rows, columns, 2) field mm, corners included, as the region stands in the corrected picture."""
+    u, v = np.meshgrid(np.linspace(0, region.width_mm, columns), np.linspace(0, region.height_mm, rows))
+    return region.field_from_region(np.stack([u, v], axis=-1))
+
+
+def at_height(places: Points, z_mm: float) -> NDArray[np.float64]:
+    """(..., 2) to (n, 3) with z."""
+    flat = places.reshape(-1, 2)
+    return np.concatenate([flat, np.full((len(flat), 1), z_mm)], axis=1)
+
+
+def knows_its_error(fit: Fit) -> bool:
+    return fit.covariance is not None and hasattr(fit.model, "field_jacobian")
+
+
+def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points | None = None,
+                   covariance: NDArray | None = None) -> Sigma:
+    """Expected error over the region in the plane at z_mm. covariance: another one to be asked about, mm and px."""
+    places = grid_over(region) if places is None else places
+    by = fit.model.field_jacobian(at_height(places, z_mm), fit.parameter_names)
+    spread = fit.covariance if covariance is None else covariance
+    with np.errstate(invalid="ignore"):
+        variance = np.einsum("nik,kl,nil->n", by, spread, by)
+    if not np.isfinite(variance).any():
+        raise FitFailed("The camera that was found sees nothing of the region.",
+                        "Check which line each click belongs to, and the region.", reason="no-camera")
+    return Sigma(places, np.sqrt(np.maximum(variance, 0)).reshape(places.shape[:-1]), z_mm)
+
+
+def sigma_report(fit: Fit, region: Region, hat_mm: float = HAT_MM) -> dict[str, Any] | None:
+    """Median and largest expected error at the carpet, and under "hat" at hat height where there are rays."""
+    if not knows_its_error(fit):
+        return None
+    report = expected_error(fit, region).to_json()
+    if hasattr(fit.model, "project"):
+        report["hat"] = expected_error(fit, region, hat_mm).to_json()
+    return report

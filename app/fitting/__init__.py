@@ -1,0 +1,1 @@
+"""Observations → model: one fitter for each camera model, and the least squares that they share."""

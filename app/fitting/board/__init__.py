@@ -1,0 +1,1 @@
+"""Fit a lens to views of a calibration board."""

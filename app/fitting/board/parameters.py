@@ -1,0 +1,164 @@
+"""A lens and the poses of a board while they are being fitted; all views side by side in padded arrays.
+
+    point  = place + warp_x (1 - u²) ẑ + warp_y (1 - v²) ẑ      u, v from -1 to 1 across the board
+    ray    = R_view point + shift_view
+    pixel  = centre + focal · (1, aspect) · distort(ray)
+
+A printed board is never flat; two numbers for its bow take most of it (D. Kogan's mrcal does the same).
+"""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from app.core.board import BoardView
+from app.core.geometry import ImageSize
+from app.models.lens import Array, Lens
+from app.models.pinhole_lens import HELD, PinholeLens
+
+WARP = ("warp_x", "warp_y")  # mm, at the middle against the edges
+
+
+@dataclass(frozen=True, eq=False)
+class Sights:
+    """What all views saw: v views, padded to m corners each. present (v, m) tells the corners from the padding."""
+
+    pixels: Array  # (v, m, 2) raw
+    places: Array  # (v, m, 3) mm
+    present: Array  # (v, m) bool
+    bow: Array  # (v, m, 2): 1 - u², 1 - v²
+    size_mm: float  # half the board's diagonal
+    names: tuple[str, ...]
+
+    @classmethod
+    def of(cls, views: tuple[BoardView, ...]) -> Self:
+        """Padding repeats a view's first corner, so that it is as finite as the rest."""
+        most = max(len(view.pixels) for view in views)
+        every = np.concatenate([view.places_mm[:, :2] for view in views])
+        low, high = every.min(axis=0), every.max(axis=0)
+        half = np.maximum((high - low) / 2, 1e-9)
+        pixels, places = np.empty((len(views), most, 2)), np.empty((len(views), most, 3))
+        present = np.zeros((len(views), most), bool)
+        for i, view in enumerate(views):
+            n = len(view.pixels)
+            pixels[i, :n], places[i, :n], present[i, :n] = view.pixels, view.places_mm, True
+            pixels[i, n:], places[i, n:] = view.pixels[0], view.places_mm[0]
+        across = (places[..., :2] - (low + high) / 2) / half
+        return cls(pixels, places, present, 1 - across**2, float(np.linalg.norm(half)),
+                   tuple(view.name for view in views))
+
+    def only(self, keep: Array) -> Self:
+        """The same with fewer views; keep: a mask or indices."""
+        index = np.flatnonzero(keep) if np.asarray(keep).dtype == bool else np.asarray(keep)
+        return replace(self, pixels=self.pixels[index], places=self.places[index], present=self.present[index],
+                       bow=self.bow[index], names=tuple(self.names[i] for i in index))
+
+    def without(self, strays: Array) -> Self:
+        """The same with some corners (v, m) bool left out."""
+        return replace(self, present=self.present & ~strays)
+
+
+@dataclass(frozen=True, eq=False)
+class BoardState:
+    """The focal length as its logarithm, so that it stays positive; rotations as matrices that turns are put before."""
+
+    lens: type[Lens]
+    log_focal: float
+    aspect: float
+    centre_px: Array
+    terms: Array
+    warp_mm: Array
+    rotations: Array  # (v, 3, 3) camera_from_board
+    shifts_mm: Array  # (v, 3)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What all views share, in order: what a free mask refers to."""
+        return (*HELD, *self.lens.TERMS, *WARP)
+
+    @property
+    def shared(self) -> Array:
+        """The values of names."""
+        return np.array([self.log_focal, self.aspect, *self.centre_px, *self.terms, *self.warp_mm])
+
+    def with_shared(self, values: Array) -> Self:
+        n = 4 + len(self.terms)
+        return replace(self, log_focal=float(values[0]), aspect=float(values[1]), centre_px=np.array(values[2:4]),
+                       terms=np.array(values[4:n]), warp_mm=np.array(values[n:]))
+
+    def only(self, keep: Array) -> Self:
+        return replace(self, rotations=self.rotations[keep], shifts_mm=self.shifts_mm[keep])
+
+    def moved(self, delta: Array, free: Array, own: Array) -> Self:
+        """One step: delta for the free shared parameters, own (v, 6) a turn and a shift for every pose."""
+        full = np.zeros(len(free))
+        full[free] = delta
+        full[0] = np.clip(full[0], -1, 1)
+        turned = matrices_from_vectors(own[:, :3]) @ self.rotations
+        return replace(self.with_shared(self.shared + full), rotations=turned, shifts_mm=self.shifts_mm + own[:, 3:])
+
+    def rays(self, sights: Sights) -> Array:
+        """Where the corners are in the camera's frame, mm (v, m, 3)."""
+        return self._points(sights) @ self.rotations.transpose(0, 2, 1) + self.shifts_mm[:, None]
+
+    def project(self, sights: Sights) -> Array:
+        """(v, m, 2) raw px."""
+        return self.lens.distort(self.terms, self.rays(sights)) * self._focal + self.centre_px
+
+    def project_jacobian(self, sights: Sights, free: Array) -> tuple[Array, Array, Array]:
+        """Pixels (v, m, 2), their derivative by the free ones of names (v, m, 2, n), and by turn and shift of the view
+        (v, m, 2, 6)."""
+        arms = self._points(sights) @ self.rotations.transpose(0, 2, 1)
+        plane, by_ray, by_terms = self.lens.distort_jacobian(self.terms, arms + self.shifts_mm[:, None])
+        focal = self._focal
+        by_ray = by_ray * focal[:, None]
+        normal = self.rotations[:, None, None, :, 2]  # where the board's z points: a bow moves corners along it
+        shared = np.zeros((*plane.shape, int(free.sum())), by_terms.dtype)
+        for column, index in enumerate(np.flatnonzero(free)):
+            name, into = self.names[index], shared[..., column]
+            if name == "log_focal":
+                into[...] = plane * focal
+            elif name == "aspect":
+                into[..., 1] = plane[..., 1] * focal[0]
+            elif name in ("centre_x", "centre_y"):
+                into[..., int(name == "centre_y")] = 1.0
+            elif name in WARP:
+                into[...] = np.sum(by_ray * normal, axis=-1) * sights.bow[..., WARP.index(name), None]
+            else:
+                into[...] = by_terms[..., index - 4] * focal
+        own = np.empty((*plane.shape, 6), by_ray.dtype)
+        # A turn ω before the rotation moves a corner by ω × arm: d pixel / d ω = arm × (d pixel / d ray), row by row.
+        ax, ay, az = (arms[..., None, i] for i in range(3))
+        bx, by, bz = (by_ray[..., i] for i in range(3))
+        own[..., 0], own[..., 1], own[..., 2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        own[..., 3:] = by_ray
+        return plane * focal + self.centre_px, shared, own
+
+    def lens_of(self, model: str, image_size: ImageSize, estimated: tuple[str, ...] = (),
+                covariance: Array | None = None) -> PinholeLens:
+        """The lens alone, as a record."""
+        rows = () if covariance is None else tuple(tuple(map(float, row)) for row in covariance)
+        return PinholeLens(model, tuple(map(float, self.terms)), float(np.exp(self.log_focal)), float(self.aspect),
+                           (float(self.centre_px[0]), float(self.centre_px[1])), image_size, estimated, rows)
+
+    def _points(self, sights: Sights) -> Array:
+        points = sights.places.astype(np.result_type(self.warp_mm, float))
+        points[..., 2] = points[..., 2] + sights.bow @ self.warp_mm
+        return points
+
+    @property
+    def _focal(self) -> Array:
+        return np.exp(self.log_focal) * np.array([1.0, self.aspect])
+
+
+def matrices_from_vectors(vectors: Array) -> Array:
+    """Rotation vectors (v, 3) to matrices (v, 3, 3), Rodrigues."""
+    angle = np.linalg.norm(vectors, axis=1)
+    cross = np.zeros((len(vectors), 3, 3))
+    x, y, z = vectors.T
+    cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -z, y, -x
+    cross[:, 1, 0], cross[:, 2, 0], cross[:, 2, 1] = z, -y, x
+    # sin a / a and (1 - cos a) / a² = 2 (sin(a/2) / a)², by numpy's sinc, which holds at nought
+    first, second = np.sinc(angle / np.pi), np.sinc(angle / (2 * np.pi)) ** 2 / 2
+    return np.eye(3) + first[:, None, None] * cross + second[:, None, None] * (cross @ cross)

@@ -1,0 +1,239 @@
+"""One border: a polynomial through clicked points, which names a stray click instead of bending to it.
+
+    value = Σ c_k t^k,   t = (position - centre) / scale            # Eq. (1), (2), (5), (6)
+
+The position is y for a border that runs down the picture and x for one that runs across. Fitted in a
+Chebyshev basis over the picture's own extent, where degree 8 still costs no digits.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.polynomial import chebyshev, polynomial
+from numpy.typing import NDArray
+
+from app.core.errors import FitFailed
+
+Array = NDArray[np.float64]
+Degree = int | Literal["auto"]
+
+MAX_DEGREE = 8
+MAX_AUTO_DEGREE = 6  # beyond it, a border of a dozen clicks follows the clicks' noise
+DUPLICATE_PX = 0.5  # nobody means two clicks this close, and they would count twice
+CLICK_NOISE_PX = 0.5  # what a careful hand leaves; the prior for the spread of few points
+PRIOR_CLICKS = 3  # how many points that prior weighs
+STRAY_PX = 1.5  # no click nearer than this to the others' curve is called a stray
+MAX_PAIRS = 60  # up to this many points, pairs are tried as well: two strays can hide each other
+MISS_PX = 4.0  # what a stray, or a point that nothing else checks, counts in choosing a degree
+CHANCE_ERRORS = 1.0  # measured: with 1.5, a bend that nine clicks show is missed one time in four
+SAME_PX = 0.02  # leave-one-out errors closer than this are the same
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A polynomial of a normalised position. coefficients ascend."""
+
+    coefficients: tuple[float, ...]
+    centre: float
+    scale: float
+
+    def __call__(self, position: Array) -> Array:
+        t = (np.asarray(position, float) - self.centre) / self.scale
+        value = np.full_like(t, self.coefficients[-1])
+        for c in self.coefficients[-2::-1]:  # Horner, in place: a map asks for millions
+            value *= t
+            value += c
+        return value
+
+    @property
+    def degree(self) -> int:
+        return len(self.coefficients) - 1
+
+    def plain_coefficients(self) -> tuple[float, ...]:
+        """Ascending coefficients in the position itself, for readers who evaluate Σ a_k position^k."""
+        result = np.zeros(1)
+        for c in reversed(self.coefficients):  # Horner, with polynomials for numbers
+            result = polynomial.polyadd(polynomial.polymul(result, (-self.centre / self.scale, 1 / self.scale)), (c,))
+        return tuple(float(c) for c in np.pad(result, (0, len(self.coefficients) - len(result)))[: self.degree + 1])
+
+
+@dataclass(frozen=True, eq=False)
+class CurveFit:
+    """A curve, what each point says of it, and why it has its degree.
+
+    residuals: signed, value minus curve, for every point, strays included.
+    held_out: the same against the curve fitted without that point; NaN where the others cannot say.
+    """
+
+    curve: Curve
+    inliers: NDArray[np.bool_]
+    residuals: Array
+    held_out: Array
+    reason: str
+
+    @property
+    def rms(self) -> float:
+        return float(np.sqrt(np.mean(self.residuals[self.inliers] ** 2)))
+
+    @property
+    def held_out_rms(self) -> float | None:
+        errors = self.held_out[self.inliers]
+        return float(np.sqrt(np.mean(errors**2))) if np.isfinite(errors).all() else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    coefficients: Array  # Chebyshev
+    residuals: Array
+    leverage: Array
+    hat: Array
+
+
+def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, float], label: str, *,
+              robust: bool = True) -> CurveFit:
+    """Fit a border; choose the degree by leave-one-out error if it is "auto".
+
+    position, value: (n,) px. span: where the positions' axis begins and ends, px; t runs from -1 to 1 over it.
+    label: "the left border", for messages. Raises FitFailed when the points do not determine the curve.
+    """
+    _check(position, value, degree, label)
+    centre, scale = (span[0] + span[1]) / 2, (span[1] - span[0]) / 2
+    t = (position - centre) / scale
+    if degree == "auto":
+        degree, reason, inliers = _choose_degree(t, value, robust)
+    else:
+        inliers = _inliers(t, value, degree) if robust else np.ones(t.size, bool)
+        reason = "Chosen by you."
+    solved = _solve(t[inliers], value[inliers], degree)
+    plain = chebyshev.cheb2poly(solved.coefficients)
+    plain = np.pad(plain, (0, degree + 1 - len(plain)))  # numpy drops coefficients that are exactly nought
+    curve = Curve(tuple(float(c) for c in plain), float(centre), float(scale))
+    residuals = value - curve(position)
+    held_out = residuals.copy()  # a stray is not in the fit: its residual is held out already
+    held_out[inliers] = _held_out(solved)
+    return CurveFit(curve, inliers, residuals, held_out, reason)
+
+
+def _check(position: Array, value: Array, degree: Degree, label: str) -> None:
+    least = 3 if degree == "auto" else degree + 1
+    capital = label[0].upper() + label[1:]
+    if position.size < least:
+        what = "an automatic degree" if degree == "auto" else f"degree {degree}"
+        missing = least - position.size
+        raise FitFailed(f"{capital} has {position.size} point{'s' * (position.size != 1)}; {what} needs {least}.",
+                        f"Click {missing} more point{'s' * (missing != 1)} on {label}.", reason="too-few-points",
+                        feature=label)
+    points = np.stack([position, value], axis=1)
+    if position.size <= 2000:  # more come from a detector, whose spacing is its own
+        order = np.lexsort((value, position))
+        close = np.linalg.norm(np.diff(points[order], axis=0), axis=1) < DUPLICATE_PX
+        if close.any():
+            first, second = sorted(int(i) for i in order[np.flatnonzero(close)[0]:][:2])
+            raise FitFailed(f"Points {first + 1} and {second + 1} of {label} are the same place.",
+                            "Remove one of the two.", reason="duplicate-points", index=second, feature=label)
+    if np.ptp(position) < 10:
+        raise FitFailed(f"The points of {label} do not spread along it.",
+                        "Click points along its whole length, near both ends too.", reason="collinear-points",
+                        feature=label)
+
+
+def _solve(t: Array, value: Array, degree: int) -> _Solved:
+    q, r = np.linalg.qr(chebyshev.chebvander(t, degree))
+    diagonal = np.abs(np.diag(r))
+    if diagonal.min() < 1e-9 * diagonal.max():
+        raise FitFailed(f"The points do not determine a curve of degree {degree}: too many share a place.",
+                        "Spread the points along the border, or choose a lower degree.", reason="collinear-points")
+    coefficients = np.linalg.solve(r, q.T @ value)
+    residuals = value - q @ (q.T @ value)
+    return _Solved(coefficients, residuals, np.einsum("ij,ij->i", q, q), q)
+
+
+def _held_out(solved: _Solved) -> Array:
+    """Leave-one-out residuals in closed form (PRESS): r_i / (1 - h_ii)."""
+    free = 1 - solved.leverage
+    return np.where(free > 1e-9, solved.residuals / np.maximum(free, 1e-9), np.nan)
+
+
+def _inliers(t: Array, value: Array, degree: int) -> NDArray[np.bool_]:
+    """Which points agree with the rest: strays are removed one or two at a time, worst first.
+
+    A point is a stray when the curve through the *others* misses it by more than STRAY_PX and by more than
+    Student's t allows for the spread of the others (externally studentised residual), with a prior for that
+    spread because few points cannot tell it. One point that nothing else checks is never a stray.
+    """
+    keep = np.ones(t.size, bool)
+    spare = min(t.size // 4, t.size - degree - 2)
+    while (~keep).sum() < spare:
+        inside = np.flatnonzero(keep)
+        solved = _solve(t[inside], value[inside], degree)
+        worst = _worst(solved, degree, pairs=inside.size <= MAX_PAIRS and spare - (~keep).sum() >= 2)
+        if not len(worst):
+            break
+        keep[inside[worst]] = False
+    return keep
+
+
+def _worst(solved: _Solved, degree: int, pairs: bool) -> Array:
+    """Indices of the one or two points whose removal explains most, if that is beyond chance."""
+    n = solved.residuals.size
+    free = 1 - solved.leverage
+    gain = np.where(free > 1e-6, solved.residuals**2 / np.maximum(free, 1e-6), 0.0)  # RSS - RSS without i
+    rss = float(np.sum(solved.residuals**2))
+    best = int(np.argmax(gain))
+    one = _beyond_chance(gain[best], abs(solved.residuals[best]) / max(free[best], 1e-6), rss, n - degree - 2)
+    if n > MAX_PAIRS and one:  # many points: take all that are as bad at once
+        return np.flatnonzero((gain > 0.25 * gain[best]) & (np.abs(solved.residuals) > STRAY_PX))
+    if pairs:
+        h = solved.hat @ solved.hat.T
+        i, j = np.triu_indices(n, 1)
+        a, d, b = free[i], free[j], -h[i, j]
+        det = a * d - b * b
+        ri, rj = solved.residuals[i], solved.residuals[j]
+        both = np.where(det > 1e-6, (d * ri**2 - 2 * b * ri * rj + a * rj**2) / np.maximum(det, 1e-6), 0.0)
+        k = int(np.argmax(both))
+        ei, ej = (d[k] * ri[k] - b[k] * rj[k]) / max(det[k], 1e-6), (a[k] * rj[k] - b[k] * ri[k]) / max(det[k], 1e-6)
+        if (_beyond_chance(both[k] / 2, min(abs(ei), abs(ej)), rss - both[k] / 2, n - degree - 3)
+                and (not one or both[k] > 2 * gain[best])):
+            return np.array([i[k], j[k]])
+    return np.array([best]) if one else np.array([], int)
+
+
+def _beyond_chance(gain: float, distance: float, rss: float, freedom: int) -> bool:
+    if freedom < 1 or distance < STRAY_PX:
+        return False
+    freedom += PRIOR_CLICKS
+    variance = (max(rss - gain, 0.0) + PRIOR_CLICKS * CLICK_NOISE_PX**2) / freedom
+    limit = 3.3 * (1 + 2.9 / freedom + 10 / freedom**2)  # Student's t at 0.1 %, to a few per cent
+    return gain > limit**2 * variance
+
+
+def _highest_degree(places: int) -> int:
+    """What so many points may be asked to carry: two for each coefficient, or two to spare for a quartic's lens."""
+    return max(1, min(4, places - 3), min(MAX_AUTO_DEGREE, (places + 1) // 2 - 1))
+
+
+def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, str, NDArray[np.bool_]]:
+    """The lowest degree that predicts left-out points as well as the best one, within chance.
+
+    Each degree is tried with its own strays, and those count MISS_PX each: otherwise a high degree would win by
+    bending to a stray at the border's end, or a low one by calling a bend a row of strays. Within chance means that
+    the mean of the paired differences of squared errors is less than CHANCE_ERRORS standard errors from nought.
+    """
+    misses, strays = {}, {}
+    for degree in range(1, _highest_degree(np.unique(t).size) + 1):
+        inliers = _inliers(t, value, degree) if robust else np.ones(t.size, bool)
+        missed = np.full(t.size, MISS_PX)
+        missed[inliers] = _held_out(_solve(t[inliers], value[inliers], degree))
+        misses[degree], strays[degree] = np.nan_to_num(missed, nan=MISS_PX), inliers
+    rms = {d: float(np.sqrt(np.mean(m**2))) for d, m in misses.items()}
+    best = min(rms, key=rms.__getitem__)
+
+    def as_good(d: int) -> bool:
+        worse = misses[d] ** 2 - misses[best] ** 2
+        alike = rms[best] * (1 + 1 / np.sqrt(2 * t.size)) + SAME_PX  # an rms of n values is known no better
+        return rms[d] <= alike or worse.mean() <= CHANCE_ERRORS * worse.std() / np.sqrt(worse.size)
+
+    degree = next(d for d in rms if d == best or as_good(d))
+    told = ", ".join(f"degree {d} {error:.2f} px" for d, error in rms.items() if abs(d - degree) <= 1 or d == best)
+    return degree, f"Lowest degree within chance of the best leave-one-out error: {told}.", strays[degree]

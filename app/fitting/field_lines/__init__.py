@@ -1,0 +1,1 @@
+"""Find a camera from the field's painted lines, without clicks."""

@@ -1,0 +1,93 @@
+"""Where a camera should see each marking: places a few pixels apart, clear of all others, with their directions."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.core.field import Field
+from app.core.geometry import ImageSize, Points
+from app.fitting.field_lines.pattern import FieldPattern
+from app.models.lens import Array
+
+MARGIN_PX = 6.0
+FINE_MM_SHARE = 1 / 400  # of the field's length, between the places that are tried
+
+
+@dataclass(frozen=True, eq=False)
+class Expected:
+    """(n,) each: places, unit normals (n, 2) raw px, the paint's width px, the marking's number, px it stands for.
+
+    clear: whether no other marking comes near.
+    """
+
+    places: Points
+    normals: Points
+    width_px: Array
+    marking: Array
+    length_px: Array
+    clear: Array
+
+
+def fine_pattern(field: Field) -> FieldPattern:
+    """The field's markings sampled as finely as expected() wants them."""
+    return FieldPattern.of(field, field.length_mm * FINE_MM_SHARE)
+
+
+def spread_out(project: Callable[[Array], Points], pattern: FieldPattern, size: ImageSize, most: int,
+               least_apart_px: float, clear_px: float) -> Expected:
+    """As expected(), so far apart that about `most` of them are clear, and never nearer than least_apart_px."""
+    places = expected(project, pattern, size, least_apart_px, clear_px)
+    apart = max(least_apart_px, float(places.length_px[places.clear].sum()) / most)
+    return expected(project, pattern, size, apart, clear_px)
+
+
+def expected(project: Callable[[Array], Points], pattern: FieldPattern, size: ImageSize, apart_px: float,
+             clear_px: float) -> Expected:
+    """About every apart_px along each marking. project: field mm (n, 3) to raw px. pattern: finely sampled."""
+    def flat(points: Array) -> Array:
+        return np.concatenate([points, np.zeros((len(points), 1))], axis=1)
+
+    with np.errstate(all="ignore"):
+        half = pattern.along * (pattern.step_mm / 2)[:, None]
+        across = np.stack([-pattern.along[:, 1], pattern.along[:, 0]], axis=1)
+        width_mm = np.array([m.width_mm for m in pattern.markings])[pattern.marking]
+        places = project(flat(pattern.points))
+        ahead = project(flat(pattern.points + half)) - project(flat(pattern.points - half))
+        side = project(flat(pattern.points + across * width_mm[:, None] / 2)) - project(
+            flat(pattern.points - across * width_mm[:, None] / 2))
+        length = np.linalg.norm(ahead, axis=1)
+        tangent = ahead / length[:, None]
+        normals = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+        width = np.abs(np.sum(side * normals, axis=1))
+        inside = ((places >= MARGIN_PX) & (places <= np.array(tuple(size)) - 1 - MARGIN_PX)).all(axis=1)
+        inside &= np.isfinite(length) & np.isfinite(width) & (length > 0)
+    here = np.flatnonzero(inside)
+    chosen = _spaced(pattern.marking[here], length[here], apart_px)
+    index = here[chosen]
+    stands_for = np.bincount(np.searchsorted(chosen, np.arange(len(here)), side="right") - 1, weights=length[here],
+                             minlength=len(chosen)) if len(chosen) else np.empty(0)
+    return Expected(places[index], normals[index], width[index], pattern.marking[index], stands_for,
+                    _clear(places, width, pattern.marking, here, index, clear_px))
+
+
+def _spaced(marking: Array, length: Array, apart: float) -> Array:
+    """Of places in order, those that are at least so far along from the one before; each marking starts anew."""
+    if not len(length):
+        return np.empty(0, int)
+    run = np.cumsum(length)
+    first = np.concatenate([[True], np.diff(marking) != 0])
+    run = run - np.maximum.accumulate(np.where(first, run - length, 0.0)) - length / 2
+    bin_ = np.floor(run / apart)
+    return np.flatnonzero(first | (np.concatenate([[0.0], np.diff(bin_)]) != 0))
+
+
+def _clear(places: Points, width: Array, marking: Array, here: Array, index: Array, clear_px: float) -> Array:
+    """(k,) whether no place of another marking is nearer than clear_px and both paints' half widths."""
+    result = np.ones(len(index), bool)
+    for start in range(0, len(index), 256):
+        part = index[start:start + 256]
+        gap = np.linalg.norm(places[part][:, None] - places[here], axis=-1)
+        near = gap < clear_px + (width[part][:, None] + width[here]) / 2
+        result[start:start + 256] = ~(near & (marking[part][:, None] != marking[here])).any(axis=1)
+    return result

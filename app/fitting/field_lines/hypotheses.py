@@ -1,0 +1,100 @@
+"""Which lines might be which: two seen lines across two others, against two levels of the field across two others.
+
+Four lines give a homography. It splits into one from the unit square to the seen quadrilateral and a scaling of the
+field's rectangle to that square, so its columns, and with them all that tells a possible camera, are known before any
+pair of levels is tried: a camera with square pixels and its axis in the picture's middle sees a right angle as one,
+
+    x₁x₂ + y₁y₂ + p z₁z₂ = 0,    p = (focal length / unit)²,
+
+and shows the rectangle's sides in the ratio of the columns' lengths under the same p. Few rectangles have that ratio.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from app.fitting.field_lines.line_merging import SeenLine
+from app.models.lens import Array
+
+FOCALS = np.geomspace(0.45, 14.0, 18)  # half diagonals
+SQUARE = 0.10  # cosine of what a right angle may come to: lens and centre are known roughly
+RATIO = 0.10  # of a side's length, likewise
+PARALLEL_REACH = 1.05  # half diagonals: lines that are parallel on the carpet never meet in the picture
+LEAST_AREA = 0.02  # of the quadrilateral, square half diagonals
+MOST = 60_000
+
+
+@dataclass(frozen=True, eq=False)
+class Hypotheses:
+    """homographies (n, 3, 3) from field mm to the straight plane, depth positive before the camera; focal (n,)."""
+
+    homographies: Array
+    focal: Array
+
+
+def hypotheses(lines: list[SeenLine], levels_x: Array, levels_y: Array) -> Hypotheses:
+    """Every camera that four of the lines and two pairs of levels allow; the same input gives the same order."""
+    square_maps = _quadrilaterals(lines)
+    pairs_x = np.array([(a, b) for a in levels_x for b in levels_x if a != b]).reshape(-1, 2)
+    pairs_y = np.array([(a, b) for a in levels_y for b in levels_y if a != b]).reshape(-1, 2)
+    if not len(square_maps) or not len(pairs_x) or not len(pairs_y):
+        return Hypotheses(np.empty((0, 3, 3)), np.empty(0))
+    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(len(pairs_x)), np.arange(len(pairs_y)), indexing="ij"))
+    wide, high = np.ptp(pairs_x[i], axis=1), np.ptp(pairs_y[j], axis=1)
+    sense = np.sign((pairs_x[i, 1] - pairs_x[i, 0]) * (pairs_y[j, 1] - pairs_y[j, 0]))
+    ratios, which = np.unique(np.round(np.log(wide / high), 9), return_inverse=True)
+    fits, focal = _possible(square_maps, ratios)
+    # From above, the field's y runs against the picture's: a mirrored match is no view of it.
+    right_way = -np.sign(np.linalg.det(square_maps))[:, None] == sense[None]
+    quad, rectangle = np.nonzero(fits[:, which] & right_way)
+    if len(quad) > MOST:
+        kept = np.linspace(0, len(quad) - 1, MOST).astype(int)
+        quad, rectangle = quad[kept], rectangle[kept]
+    x, y = pairs_x[i[rectangle]], pairs_y[j[rectangle]]
+    square_from_field = np.zeros((len(quad), 3, 3))
+    for axis, pair in ((0, x), (1, y)):
+        square_from_field[:, axis, axis] = 1 / (pair[:, 1] - pair[:, 0])
+        square_from_field[:, axis, 2] = -pair[:, 0] / (pair[:, 1] - pair[:, 0])
+    square_from_field[:, 2, 2] = 1
+    return Hypotheses(square_maps[quad] @ square_from_field, focal[quad, which[rectangle]])
+
+
+def _quadrilaterals(lines: list[SeenLine]) -> Array:
+    """(q, 3, 3) from the unit square to each two lines across two others."""
+    pairs = []
+    for a, b in combinations(range(len(lines)), 2):
+        meet = np.cross(lines[a].line, lines[b].line)
+        if np.hypot(meet[0], meet[1]) > PARALLEL_REACH * abs(meet[2]):
+            pairs.append((a, b))
+    across = np.array([(*a, *b) for a in pairs for b in pairs if not set(a) & set(b)], int).reshape(-1, 4)
+    if not len(across):
+        return np.empty((0, 3, 3))
+    line = np.array([seen.line for seen in lines])
+    corners = [np.cross(line[across[:, a]], line[across[:, b]]) for a, b in ((0, 2), (1, 2), (1, 3), (0, 3))]
+    with np.errstate(all="ignore"):
+        corner = np.stack([c[:, :2] / c[:, 2:] for c in corners], axis=1)
+        (x0, x1, x2, x3), (y0, y1, y2, y3) = corner[..., 0].T, corner[..., 1].T
+        dx1, dx2, sx = x1 - x2, x3 - x2, x0 - x1 + x2 - x3
+        dy1, dy2, sy = y1 - y2, y3 - y2, y0 - y1 + y2 - y3
+        det = dx1 * dy2 - dx2 * dy1
+        g, h = (sx * dy2 - dx2 * sy) / det, (dx1 * sy - sx * dy1) / det
+        maps = np.stack([np.stack([x1 - x0 + g * x1, x3 - x0 + h * x3, x0], -1),
+                         np.stack([y1 - y0 + g * y1, y3 - y0 + h * y3, y0], -1),
+                         np.stack([g, h, np.ones_like(g)], -1)], axis=1)
+        area = np.abs((x0 - x2) * (y1 - y3) - (x1 - x3) * (y0 - y2)) / 2
+        before = np.minimum(np.minimum(1 + g, 1 + h), 1 + g + h) > 0.05
+    return maps[before & (area > LEAST_AREA) & np.isfinite(maps).all(axis=(1, 2))]
+
+
+def _possible(square_maps: Array, log_ratios: Array) -> tuple[Array, Array]:
+    """(q, r) whether a camera sees a rectangle of that log ratio so, and the focal length that suits it best."""
+    one, two = square_maps[:, :, 0], square_maps[:, :, 1]
+    p = FOCALS**2
+    n1 = np.sqrt((one[:, :2] ** 2).sum(axis=1)[:, None] + p * one[:, 2:] ** 2)
+    n2 = np.sqrt((two[:, :2] ** 2).sum(axis=1)[:, None] + p * two[:, 2:] ** 2)
+    cosine = ((one[:, :2] * two[:, :2]).sum(axis=1)[:, None] + p * one[:, 2:] * two[:, 2:]) / (n1 * n2)
+    off = np.abs(np.log(n1 / n2)[:, :, None] - log_ratios) / RATIO + np.abs(cosine)[:, :, None] / SQUARE
+    best = off.argmin(axis=1)
+    fits = np.take_along_axis(off, best[:, None], axis=1)[:, 0] < 1.0
+    return fits, FOCALS[best]

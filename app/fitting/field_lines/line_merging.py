@@ -1,0 +1,63 @@
+"""Chains that are straight once the bend is undone, put together to long lines."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.core.geometry import Points
+from app.fitting.field_lines.blind_distortion import Plane
+from app.models.lens import Array
+
+STRAIGHT_PX = 1.6  # rms of a chain that may be part of a line
+SAME_WAY = np.cos(np.radians(2.0))
+ASIDE_PX = 5.0
+SHORTEST = 0.03  # of the half diagonal, for a line that is kept
+
+
+@dataclass(frozen=True, eq=False)
+class SeenLine:
+    """A line in the straight plane: homogeneous (3,) with unit normal, and how much of it was seen, half diagonals."""
+
+    line: Array
+    length: float
+
+
+def seen_lines(chains: Sequence[Points], plane: Plane, most: int) -> list[SeenLine]:
+    """The longest lines that chains of raw px make up, longest first."""
+    groups: list[list[Points]] = []
+    fitted: list[tuple[Array, Array, float]] = []
+    lengths: list[float] = []
+    for chain in chains:
+        points = plane.straight_from_raw(chain[:: max(1, len(chain) // 60)])
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points) < 3:
+            continue
+        middle, along, rms = _fit(points)
+        length = float(np.ptp(points @ along))
+        if rms * plane.unit_px > STRAIGHT_PX or length < SHORTEST:
+            continue
+        for i, (m, d, _) in enumerate(fitted):
+            aside = np.abs((points - m) @ np.array([-d[1], d[0]])).max() * plane.unit_px
+            if abs(along @ d) > SAME_WAY and aside < ASIDE_PX:
+                groups[i].append(points)
+                fitted[i] = _fit(np.concatenate(groups[i]))
+                lengths[i] += length
+                break
+        else:
+            groups.append([points])
+            fitted.append((middle, along, rms))
+            lengths.append(length)
+    order = np.argsort(-np.array(lengths), kind="stable")[:most] if lengths else []
+    return [SeenLine(_line(*fitted[i][:2]), lengths[i]) for i in order]
+
+
+def _fit(points: Points) -> tuple[Array, Array, float]:
+    middle = points.mean(axis=0)
+    values, vectors = np.linalg.eigh((points - middle).T @ (points - middle))
+    return middle, vectors[:, 1], float(np.sqrt(max(values[0], 0) / len(points)))
+
+
+def _line(middle: Array, along: Array) -> Array:
+    normal = np.array([-along[1], along[0]])
+    return np.array([*normal, -normal @ middle])

@@ -1,0 +1,70 @@
+"""What is painted on a field, as places to look for: samples of every line and arc, with their directions."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from app.core.field import Arc, Field, Line, Region
+from app.models.lens import Array
+
+REACH = 1.0  # of the region's size, beyond its border: what a camera over it may see as well
+
+
+@dataclass(frozen=True, eq=False)
+class FieldPattern:
+    """Samples (n, 2) mm along all markings, unit directions (n, 2), the marking's number (n,), mm to the next (n,)."""
+
+    markings: tuple[Line | Arc, ...]
+    points: Array
+    along: Array
+    marking: Array
+    step_mm: Array
+
+    @classmethod
+    def of(cls, field: Field, step_mm: float, least: int = 3) -> Self:
+        """About every step_mm, where nothing stands on the paint: corners may be filled."""
+        markings = (*field.lines.values(), *field.arcs.values())
+        points, along, owner, step = [], [], [], []
+        for number, marking in enumerate(markings):
+            count = max(least, round(marking.length_mm / step_mm))
+            fine = marking.sample(2 * count + 1)
+            points.append(fine[1::2])  # the middles of equal pieces: ends are shared with others
+            way = fine[2::2] - fine[:-1:2]
+            along.append(way / np.linalg.norm(way, axis=1, keepdims=True))
+            owner.append(np.full(count, number))
+            step.append(np.full(count, marking.length_mm / count))
+        parts = [np.concatenate(part) for part in (points, along, owner, step)]
+        cut = float(field.extras.get("corner_cut_mm", 0.0))
+        bare = np.abs(parts[0]).sum(axis=1) < (field.length_mm + field.width_mm) / 2 - cut - (cut and step_mm)
+        return cls(markings, *(part[bare | (cut == 0)] for part in parts))
+
+
+def levels(field: Field, region: Region) -> tuple[Array, Array]:
+    """The x of lines that run along y, and the y of those along x, near enough to the region to be seen with it; mm."""
+    found: tuple[set[float], set[float]] = (set(), set())
+    reach = [REACH * float(np.ptp(side)) for side in (region.x_mm, region.y_mm)]
+    low = np.array([region.x_mm[0] - reach[0], region.y_mm[0] - reach[1]])
+    high = np.array([region.x_mm[1] + reach[0], region.y_mm[1] + reach[1]])
+    for line in field.lines.values():
+        start, end = np.array(line.start), np.array(line.end)
+        near = (np.minimum(start, end) <= high).all() and (np.maximum(start, end) >= low).all()
+        for axis in (0, 1):
+            if near and start[axis] == end[axis]:
+                found[axis].add(float(start[axis]))
+    return np.array(sorted(found[0])), np.array(sorted(found[1]))
+
+
+def turns_onto_itself(field: Field) -> bool:
+    """Whether the field, turned by 180°, is the same: then its markings cannot tell one from the other."""
+    def places(sign: int) -> set[tuple[float, ...]]:
+        lines = {tuple(sorted(tuple(np.round(sign * np.array(p), 3) + 0.0) for p in (m.start, m.end)))
+                 for m in field.lines.values()}
+        arcs = set()
+        for m in field.arcs.values():
+            ends = np.round(sign * m.sample(3), 1) + 0.0
+            arcs.add((*(np.round(sign * np.array(m.centre), 3) + 0.0), m.radius_mm, *sorted(map(tuple, ends[[0, 2]])),
+                      *ends[1]) if m.end_deg - m.start_deg < 359.9 else
+                     (*(np.round(sign * np.array(m.centre), 3) + 0.0), m.radius_mm))
+        return lines | arcs  # type: ignore[return-value]
+    return places(1) == places(-1)

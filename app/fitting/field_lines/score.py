@@ -1,0 +1,99 @@
+"""How much of the drawn field lies on seen ridges, and how much of what was seen it explains; many cameras at once.
+
+Of each camera, the field's samples are projected through the roughly known bend. A sample in the picture finds its
+ridge if one runs the same way near by. Found over expected length says whether the drawing is there, found over seen
+length whether it is all that is there; a camera is worth their harmonic mean.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.geometry import ImageSize, Points
+from app.fitting.field_lines.blind_distortion import Plane
+from app.fitting.field_lines.pattern import FieldPattern
+from app.models.lens import Array
+
+LONG_SIDE = 420  # of the map of distances, px: finer than the bend is known
+WAYS = 4  # directions that are told apart
+REACH_PX = 5.0  # of the map: further off, nothing is found
+BATCH = 3000
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """distances (WAYS, h, w): px of the map to the next ridge that runs roughly so; scale from raw px to the map's.
+
+    length_px: of all ridges, raw px.
+    """
+
+    distances: NDArray[np.float32]
+    scale: float
+    size: ImageSize
+    length_px: float
+
+    @classmethod
+    def of(cls, points: Points, along: Array, size: ImageSize) -> Self:
+        """points (n, 2) raw px on ridges, along (n, 2) unit vectors."""
+        scale = LONG_SIDE / max(size.width, size.height)
+        shape = (int(np.ceil(size.height * scale)) + 1, int(np.ceil(size.width * scale)) + 1)
+        x, y = np.rint(points * scale).astype(int).T
+        angle = np.arctan2(along[:, 1], along[:, 0]) % np.pi * (WAYS / np.pi)
+        maps = []
+        for way in range(WAYS):
+            off = np.abs((angle - way + WAYS / 2) % WAYS - WAYS / 2)  # in steps; a ridge between two counts for both
+            empty = np.full(shape, 255, np.uint8)
+            near = off < 0.8
+            empty[y[near], x[near]] = 0
+            maps.append(cv2.distanceTransform(empty, cv2.DIST_L2, 3) if near.any()
+                        else np.full(shape, 1e3, np.float32))
+        return cls(np.stack(maps), scale, size, float(len(points)))
+
+    def found(self, raw: Points, along: Array) -> Array:
+        """(...,) 0 to 1: whether a ridge runs here so; 0 outside the picture."""
+        w, h = self.size
+        with np.errstate(invalid="ignore"):
+            inside = ((raw >= 2) & (raw <= (w - 3, h - 3))).all(axis=-1)
+        at = np.rint(np.where(inside[..., None], raw, 0) * self.scale).astype(np.int32)
+        way = np.rint(np.arctan2(along[..., 1], along[..., 0]) % np.pi * (WAYS / np.pi)).astype(np.int32) % WAYS
+        away = self.distances[way, at[..., 1], at[..., 0]]
+        return np.where(inside, np.maximum(1 - (away / REACH_PX) ** 2, 0), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """(n,) each: found of expected, found of seen, and their harmonic mean."""
+
+    found: Array
+    explained: Array
+    value: Array
+
+
+def scores(homographies: Array, plane: Plane, pattern: FieldPattern, evidence: Evidence) -> Scores:
+    """homographies (n, 3, 3) from field mm to the straight plane."""
+    parts = [_scored(homographies[k:k + BATCH], plane, pattern, evidence) for k in range(0, len(homographies), BATCH)]
+    found, explained = (np.concatenate([np.empty(0), *(p[i] for p in parts)]) for i in (0, 1))
+    return Scores(found, explained, 2 * found * explained / np.maximum(found + explained, 1e-9))
+
+
+def _scored(maps: Array, plane: Plane, pattern: FieldPattern, evidence: Evidence) -> tuple[Array, Array]:
+    raw = projected(maps, pattern.points, plane)
+    ahead = projected(maps, pattern.points + pattern.along * (pattern.step_mm / 4)[:, None], plane) - raw
+    step_px = np.linalg.norm(ahead, axis=-1) * 4
+    w, h = evidence.size
+    with np.errstate(invalid="ignore"):
+        inside = ((raw >= 2) & (raw <= (w - 3, h - 3))).all(axis=-1) & np.isfinite(step_px)
+    length = np.where(inside, step_px, 0.0)
+    found = (evidence.found(np.where(inside[..., None], raw, -1.0), np.where(inside[..., None], ahead, 1.0))
+             * length).sum(axis=1)
+    return found / np.maximum(length.sum(axis=1), 1e-9), np.minimum(found / evidence.length_px, 1.0)
+
+
+def projected(maps: Array, points: Points, plane: Plane) -> Array:
+    homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=1) @ maps.transpose(0, 2, 1)
+    with np.errstate(all="ignore"):
+        depth = np.where(homogeneous[..., 2:] > 0, homogeneous[..., 2:], np.nan)
+        return plane.raw_from_straight(homogeneous[..., :2] / depth)

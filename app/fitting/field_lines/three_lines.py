@@ -1,0 +1,91 @@
+"""Where only three lines are seen, two of them parallel on the carpet: cameras for a ladder of focal lengths.
+
+With a focal length f, a line in the picture is a plane through the camera. The two parallels' planes meet in their
+direction d₁; the third line runs square to it, along d₂ = n₃ × d₁. How far the parallels are apart on the field gives
+the scale, so that a square drawn between them has its four corners in the picture: a quadrilateral like any other.
+"""
+
+from itertools import combinations
+
+import numpy as np
+
+from app.fitting.field_lines.hypotheses import PARALLEL_REACH, Hypotheses
+from app.fitting.field_lines.line_merging import SeenLine
+from app.models.lens import Array
+
+FOCALS = np.geomspace(0.55, 9.0, 18)  # half diagonals
+MOST_LINES = 5
+MOST = 60_000
+
+
+def three_line_hypotheses(lines: list[SeenLine], levels_x: Array, levels_y: Array) -> Hypotheses:
+    """Cameras from two lines at different levels of one kind and one line at a level of the other."""
+    squares = _squares(lines[:MOST_LINES])
+    rectangles = [_square_from_rectangle(corners) for corners in _field_squares(levels_x, levels_y)]
+    rectangles += [_square_from_rectangle(corners[:, ::-1]) for corners in _field_squares(levels_y, levels_x)]
+    if not squares or not rectangles:
+        return Hypotheses(np.empty((0, 3, 3)), np.empty(0))
+    maps, focal = np.array([s for s, _ in squares]), np.array([f for _, f in squares])
+    from_field = np.array(rectangles)
+    from_above = np.linalg.det(maps)[:, None] * np.linalg.det(from_field) < 0
+    square, rectangle = np.nonzero(from_above)
+    if len(square) > MOST:
+        kept = np.linspace(0, len(square) - 1, MOST).astype(int)
+        square, rectangle = square[kept], rectangle[kept]
+    return Hypotheses(maps[square] @ from_field[rectangle], focal[square])
+
+
+def _field_squares(own: Array, other: Array) -> list[Array]:
+    """Corners (4, 2) mm of squares: along the third line, at level c, from level a to b; then on from c, either way."""
+    return [np.array([[a, c], [b, c], [b, c + side], [a, c + side]])
+            for a in own for b in own[own != a] for c in other for side in (b - a, a - b)]
+
+
+def _square_from_rectangle(corners: Array) -> Array:
+    """(3, 3) from field mm to the unit square, for a rectangle's corners (4, 2) in the square's order."""
+    origin, one, two = corners[0], corners[1] - corners[0], corners[3] - corners[0]
+    linear = np.linalg.inv(np.stack([one, two], axis=1))
+    result = np.eye(3)
+    result[:2, :2], result[:2, 2] = linear, -linear @ origin
+    return result
+
+
+def _squares(lines: list[SeenLine]) -> list[tuple[Array, float]]:
+    """(3, 3) from the unit square to the picture, with the focal length that it takes."""
+    squares = []
+    for i, j in combinations(range(len(lines)), 2):
+        meet = np.cross(lines[i].line, lines[j].line)
+        if np.hypot(meet[0], meet[1]) <= PARALLEL_REACH * abs(meet[2]):
+            continue
+        for k in range(len(lines)):
+            if k in (i, j):
+                continue
+            for f in FOCALS:
+                quad = _square(lines[i].line, lines[j].line, lines[k].line, f)
+                if quad is not None:
+                    squares.append((quad, float(f)))
+    return squares
+
+
+def _square(one: Array, two: Array, third: Array, focal: float) -> Array | None:
+    camera = np.array([1 / focal, 1 / focal, 1.0])
+    first = np.cross(one, two) * camera
+    first = first / np.linalg.norm(first)
+    normal = third / camera
+    second = np.cross(normal / np.linalg.norm(normal), first)
+    if np.linalg.norm(second) < 0.5:
+        return None
+    second = second / np.linalg.norm(second)
+    starts = [np.cross(line, third) for line in (one, two)]
+    if min(abs(s[2]) for s in starts) < 0.05:
+        return None
+    rays = [s / s[2] * camera for s in starts]  # depth 1
+    # b ray₁ - a ray₀ = second: how deep the two corners lie, for a distance of one between them.
+    depth = np.linalg.lstsq(np.stack([-rays[0], rays[1]], axis=1), second, rcond=None)[0]
+    if depth[0] < 0:
+        depth, second = -depth, -second
+    if min(depth) <= 0.02:
+        return None
+    corners = np.array([depth[0] * rays[0], depth[1] * rays[1]])
+    plane = np.array([second, first, corners[0]]).T / camera[:, None]  # from the unit square to the picture
+    return plane if min(corners[:, 2]) > 0 else None

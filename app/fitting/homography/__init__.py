@@ -1,0 +1,1 @@
+"""Fit a homography: normalised DLT, then the distances in pixels."""

@@ -1,0 +1,164 @@
+"""Fitting a homography: normalised DLT from points anywhere along lines, then the distances in pixels, arcs too."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from app.core.errors import FitFailed
+from app.core.field import Field, Region
+from app.core.geometry import ImageSize
+from app.core.records import Fit, Observations, Warning
+from app.fitting.homography.parameters import HomographyState
+from app.fitting.linear import MIN_ROWS, Incidences, homography_from_lines
+from app.fitting.ray_camera.fit import check_inside_picture, name_strays
+from app.fitting.ray_camera.problem import Prior, RayProblem, gather, incidences
+from app.fitting.ray_camera.search import MAX_STRAYS, Found, Task, rows_of, solve
+from app.models import Progress, parameters_json, read_options
+from app.models.corrected_rectangle import rectangles
+from app.models.homography import Homography
+from app.models.lens import Array
+
+TRIALS, PER_TRIAL = 100, 10  # random tens of clicks: with four strays in 36, twenty-seven of them are clean
+SUSPECT_PX = 10.0  # a click this far off may have spoilt the linear start
+MAX_SIGMA_SHARE = 0.1  # of the region's shorter side: a corner known no better is not known
+
+ENOUGH = "Click points on at least four lines, two in each direction, along their whole length."
+
+
+def fit_homography(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+                   options: Mapping[str, Any] | None, progress: Progress) -> Fit:
+    """Fit Homography. Options: see its OPTIONS; "start" (parameters) begins near a known answer."""
+    given = dict(options or {})
+    start = given.pop("start", None)
+    settings = read_options(Homography.OPTIONS, given)
+    check_inside_picture(observations, image_size)
+    flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
+    problem = gather(flat, field, region, with_offsets=settings["line_sigma_mm"] > 0)
+    width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
+    progress(0.1, "Looking for a view of the field")
+    if start is None:
+        begin = _start(problem, incidences(flat, field, region), region, image_size)
+    else:
+        begin = HomographyState.of(Homography.from_parameters(start), len(problem.line_names))
+    whole, seen = problem, _seen(problem, begin, settings["robust"])
+    problem = whole.only(seen)
+    _refuse_too_few(problem)
+    priors = tuple(Prior(f"line_{i}", 0.0, settings["line_sigma_mm"]) for i in range(len(problem.line_names)))
+    names = begin.names
+    progress(0.4, "Refining")
+    found = solve(Task(problem, priors, np.ones(len(names), bool), names), begin, settings)
+    state = found.minimum.state
+    _refuse_what_cannot_be(found, region)
+    model = Homography(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
+                       n_rectangles_y=n_y, region=region, image_size=image_size)
+    inliers = tuple(np.ones(len(o.points), bool) for o in observations)
+    inlier = seen.copy()
+    inlier[seen] = found.inliers
+    for (i, k), fine in zip(whole.owners, inlier, strict=True):
+        inliers[i][k] = fine
+    notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": len(names),
+             "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
+             "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
+    return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations),
+               (*name_strays(observations, problem, found), *_beyond(observations, whole.owners[~seen]),
+                *above_the_carpet(observations, "a homography")), notes,
+               covariance=found.covariance, parameter_names=names)
+
+
+def _start(problem: RayProblem, lines: Incidences, region: Region, image_size: ImageSize) -> HomographyState:
+    """The linear answer; where a click stands far out, the best of many from a dozen clicks each."""
+    centre = np.array(image_size.centre)
+    clicks = np.concatenate([lines.pixels, np.ones((len(lines.pixels), 1))], axis=1)
+
+    def linear(which: Array) -> Array:
+        some = Incidences(lines.pixels[which], lines.lines[which])
+        found = homography_from_lines(some, centre, bends=np.zeros(1))
+        return found.field_from_plane @ np.array([[1, 0, -centre[0]], [0, 1, -centre[1]], [0, 0, 1.0]])
+
+    def misses(field_from_raw: Array) -> Array:
+        """Pixels (n,) from each click to the image of its line."""
+        seen = lines.lines @ field_from_raw
+        with np.errstate(all="ignore"):
+            miss = np.abs(np.sum(seen * clicks, axis=1)) / np.linalg.norm(seen[:, :2], axis=1)
+        return np.where(np.isfinite(miss), miss, np.inf)
+
+    rows = len(clicks)
+    views, refusal = [], None
+    try:
+        views.append(linear(np.arange(rows)))
+    except FitFailed as error:
+        if error.reason != "no-camera":
+            raise
+        refusal = error
+    if rows > PER_TRIAL and (refusal or misses(views[0]).max() > SUSPECT_PX):
+        rng = np.random.default_rng(0)
+        for _ in range(TRIALS):
+            try:
+                views.append(linear(rng.choice(rows, PER_TRIAL, replace=False)))
+            except FitFailed:
+                continue
+    if not views:
+        raise refusal
+    best = min(views, key=lambda view: float(np.sum(np.minimum(misses(view), SUSPECT_PX))))
+    return HomographyState.seeing(np.linalg.inv(best), region, len(problem.line_names))
+
+
+def _seen(problem: RayProblem, state: HomographyState, robust: bool) -> Array:
+    """Which clicks (n,) lie where this view sees carpet at all; the few that do not are strays."""
+    problem.places = np.empty(0)
+    r, _ = problem.residuals(state)
+    finite = np.isfinite(r)
+    seen = np.concatenate([finite[:problem.curves], finite[problem.curves:].reshape(-1, 2).all(axis=1)])
+    return seen if robust and (~seen).sum() <= MAX_STRAYS * seen.size else np.ones_like(seen)
+
+
+def _refuse_too_few(problem: RayProblem) -> None:
+    rows = rows_of(problem)
+    if rows < MIN_ROWS:
+        raise FitFailed(f"There are {rows} measurements; a view of the field has {MIN_ROWS} unknowns.",
+                        f"Click at least {MIN_ROWS - rows} more points.", reason="too-few-points")
+
+
+def _refuse_what_cannot_be(found: Found, region: Region) -> None:
+    """A mirrored view, and one that the clicks leave open: both look fine by their residuals."""
+    state = found.minimum.state
+    corners = region.field_from_region(np.array([[0, 0], [1, 0], [0, 1], [1, 1.0]]) *
+                                       [region.width_mm, region.height_mm])
+    jacobian = found.minimum.jacobian
+    spread = np.linalg.svd(jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300), compute_uv=False)
+    with np.errstate(all="ignore"):
+        _, by_point, by = state.project_jacobian(np.concatenate([corners, np.zeros((4, 1))], axis=1))
+        if spread[-1] > 1e-10 * spread[0] and np.isfinite(by).all():
+            moves = np.linalg.solve(by_point[:, :, :2], by)  # (4, 2, 8) field mm
+            variance = np.einsum("nij,jk,nik->n", moves, found.covariance[:8, :8], moves)
+        else:
+            variance = np.full(4, np.inf)
+    sigma_mm = np.sqrt(np.where(np.isfinite(variance), variance, np.inf))
+    worst = int(np.argmax(sigma_mm))
+    if np.isinf(sigma_mm[worst]):
+        raise FitFailed("The clicked lines do not determine how the camera sees the field.", ENOUGH,
+                        reason="lines-not-enough")
+    if not sigma_mm[worst] < MAX_SIGMA_SHARE * min(region.width_mm, region.height_mm):
+        corner = f"{('top', 'bottom')[worst // 2]} {('left', 'right')[worst % 2]}"
+        raise FitFailed("The clicked lines do not determine how the camera sees the field: its "
+                        f"{corner} corner may lie anywhere within {sigma_mm[worst]:.3g} mm.",
+                        ENOUGH, reason="lines-not-enough")
+    if np.linalg.det(state.raw_from_unit) * np.linalg.det(state.unit_from_field) > 0:
+        raise FitFailed("The field appears mirrored in the picture.",
+                        "Check which border is left and which is right, or turn the region; a mirrored picture must "
+                        "be flipped back first.", reason="mirrored")
+
+
+def _beyond(observations: Observations, owners: Array) -> list[Warning]:
+    return [Warning("stray-click", f"Point {k + 1} of {observations[i].label} lies beyond the horizon of the others; "
+                    "it was left out of the fit.", "Drag it onto the line, or remove it.",
+                    str(observations[i].feature), int(k)) for i, k in owners]
+
+
+def above_the_carpet(observations: Observations, who: str) -> list[Warning]:
+    """A warning for each observation that a model without rays cannot use; who: "a homography"."""
+    return [Warning("above-the-carpet", f"The points on {o.label} are {o.z_mm:g} mm above the carpet; {who} knows only "
+                    "the carpet, so they were left out.", "Fit a lens model to use them.", str(o.feature))
+            for o in observations if o.z_mm != 0 and len(o.points)]

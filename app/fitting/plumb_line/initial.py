@@ -1,0 +1,52 @@
+"""A first bend from straight lines: many are tried, and the one that straightens most chains wins.
+
+Chains that are no straight lines in the world would bend the answer; each counts by s / (s + τ²) of its mean square s,
+so that beyond a few px it no longer matters how wrong it is (S. Geman and D. McClure 1987).
+"""
+
+import numpy as np
+
+from app.fitting.linear import BENDS
+from app.fitting.plumb_line.problem import Chains, lines_through
+from app.models.lens import Array
+
+TAU_PX = 1.0  # a chain that far off tells as much against a bend as one can
+NEAR_HORIZON = 0.05  # of the scale at the centre: beyond, the picture would be torn apart
+FINER = 9  # bends between the best and its neighbours, twice
+
+
+def first_bend(chains: Chains, centre: Array) -> float:
+    """k of the division model per unit²."""
+    plane = (chains.pixels - centre) / chains.unit_px
+    reach2 = float(np.max(np.sum(plane**2, axis=1)))
+    tried = np.sort(BENDS[1 + BENDS * 1.0 > NEAR_HORIZON]) / reach2
+    for _ in range(3):
+        best = int(np.argmin([chain_cost(plane, chains, k) for k in tried]))
+        answer = tried[best]
+        tried = np.linspace(tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)], FINER)
+    return float(answer)
+
+
+def chain_cost(plane: Array, chains: Chains, k: float) -> float:
+    square = np.square(chain_rms(plane, chains, k))
+    return float(np.sum(chains.counts * square / (square + max(TAU_PX, chains.noise_px) ** 2)))
+
+
+def chain_rms(plane: Array, chains: Chains, k: float) -> Array:
+    """Of each chain (c,), px raw, to first order: off a line in the straightened plane, by how fast that moves."""
+    gain = 1 / (1 + k * np.sum(plane**2, axis=1))
+    straight = plane * gain[:, None]
+    angle, offset, _ = lines_through(straight, chains)
+    n = np.stack([np.cos(angle), np.sin(angle)], axis=1)[chains.owner]
+    off = np.sum(n * straight, axis=1) - offset[chains.owner]
+    moves = gain[:, None] * n - 2 * k * (gain**2 * np.sum(plane * n, axis=1))[:, None] * plane
+    return np.sqrt(chains.sums((off / np.linalg.norm(moves, axis=1)) ** 2) / chains.counts) * chains.unit_px
+
+
+def brown_from_division(k: float, reach: float, count: int) -> Array:
+    """k1, k2, … (count,) whose distortion is nearest to the division model's for distorted radii up to reach."""
+    distorted = np.linspace(0.02, 1, 60) * reach
+    straight = distorted / (1 + k * distorted**2)
+    powers = straight[:, None] ** (2 * np.arange(count) + 3)
+    scale = np.linalg.norm(powers, axis=0)
+    return np.linalg.lstsq(powers / scale, distorted - straight, rcond=None)[0] / scale

@@ -1,0 +1,1 @@
+"""Fit the paper's model: curves through the borders, then the two corrections."""

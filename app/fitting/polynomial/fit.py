@@ -1,0 +1,189 @@
+"""Fitting the paper's model: rows first, then columns on the horizontally corrected clicks, then millimetres."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from app.core.errors import BadInput, FitFailed
+from app.core.field import BORDERS, Field, Region
+from app.core.geometry import ImageSize, Points
+from app.core.records import Fit, Observations, Warning
+from app.fitting.border import CurveFit, fit_curve
+from app.fitting.polynomial.relation import relate
+from app.models import Progress, read_options
+from app.models.corrected_rectangle import rectangles
+from app.models.polynomial import Polynomial
+
+MIN_HULL_SHARE = 0.01  # of the picture; clicks that enclose less are on one line
+EXTRAPOLATED_SHARE = 0.08  # of a border's length; a curve is not believed further past its last click
+
+
+@dataclass(frozen=True, eq=False)
+class _Border:
+    """All clicks on one border, gathered from its observations."""
+
+    name: str
+    points: Points
+    owners: tuple[tuple[int, int], ...]  # (observation, point) of each
+
+
+def fit_polynomial(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+                   options: Mapping[str, Any] | None, progress: Progress) -> Fit:
+    """Fit Polynomial to clicks on the four borders, and to known points inside where there are any.
+
+    "degree" may also be a mapping with one entry a border. Landmarks and lines parallel to a border refine the
+    relation to millimetres when there are enough of them; arcs and other lines only check.
+    """
+    degrees = _degrees(options)
+    settings = read_options(Polynomial.OPTIONS, {k: v for k, v in (options or {}).items() if k != "degree"})
+    borders = {name: _gather(name, observations) for name in BORDERS}
+    _check_clicks(borders, image_size)
+    robust = settings["robust"]
+    progress(0.1, "Fitting the left and right borders")
+    rows = (-0.5, image_size.height - 0.5)
+    fits = {name: fit_curve(borders[name].points[:, 1], borders[name].points[:, 0], degrees[name], rows,
+                            f"the {name} border", robust=robust) for name in ("left", "right")}
+    _refuse_crossing("left", "right", fits, _span_of_clicks(borders, 1))
+    width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
+
+    progress(0.4, "Fitting the top and bottom borders")
+    for name in ("top", "bottom"):  # clicked on the raw picture, carried over to the horizontally corrected one
+        x, y = borders[name].points[:, 0], borders[name].points[:, 1]
+        x_initial = fits["left"].curve(y)
+        x_c = (x - x_initial) * width_px / (fits["right"].curve(y) - x_initial)  # Eq. (4)
+        fits[name] = fit_curve(x_c, y, degrees[name], (0.0, width_px), f"the {name} border", robust=robust)
+    _refuse_crossing("top", "bottom", fits, (0.0, width_px))
+
+    straight = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
+                          (0.0, region.width_mm / width_px), (0.0, region.height_mm), region, image_size)
+    _refuse_crossing("left", "right", fits, _rows_of_the_field(straight))
+    progress(0.7, "Relating pixels to millimetres")
+    across, down, relation, used, stray_known = relate(straight, observations, field, settings["relation_degree"])
+    model = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
+                       across, down, region, image_size)
+    inliers = _inliers(observations, borders, fits, stray_known)
+    warnings = (*_strays(observations, borders, fits, inliers), *_extrapolations(borders, fits, straight))
+    notes = {"degree": {n: {"degree": f.curve.degree, "reason": f.reason} for n, f in fits.items()},
+             "held_out_px": {n: f.held_out_rms for n, f in fits.items()}, "relation": relation,
+             "choices": {"degree": {n: f.curve.degree for n, f in fits.items()}, "relation_degree": relation["degree"]}}
+    return Fit(model, inliers, used, warnings, notes)
+
+
+def _degrees(options: Mapping[str, Any] | None) -> dict[str, Any]:
+    degree = (options or {}).get("degree")
+    option = next(o for o in Polynomial.OPTIONS if o.name == "degree")
+    if isinstance(degree, Mapping):
+        unknown = set(degree) - set(BORDERS)
+        if unknown:
+            raise BadInput(f"There is no border called {sorted(map(str, unknown))[0]!r}.",
+                           f"Use one of: {', '.join(BORDERS)}.", reason="bad-option")
+        return {name: option.read(degree.get(name)) for name in BORDERS}
+    return dict.fromkeys(BORDERS, option.read(degree))
+
+
+def _gather(name: str, observations: Observations) -> _Border:
+    chosen = [(i, o) for i, o in enumerate(observations) if o.feature == name]
+    points = np.concatenate([np.empty((0, 2)), *(o.points for _, o in chosen)])
+    return _Border(name, points, tuple((i, k) for i, o in chosen for k in range(len(o.points))))
+
+
+def _check_clicks(borders: Mapping[str, _Border], image_size: ImageSize) -> None:
+    for border in borders.values():
+        if not len(border.points):
+            raise FitFailed(f"The {border.name} border has no points.",
+                            f"Click points along the {border.name} border.", reason="too-few-points",
+                            feature=border.name)
+        outside = np.flatnonzero(((border.points < -1) | (border.points > np.array(tuple(image_size)))).any(axis=1))
+        if outside.size:
+            x, y = border.points[outside[0]]
+            raise FitFailed(f"Point {outside[0] + 1} of the {border.name} border, ({x:.6g}, {y:.6g}), is outside the "
+                            f"picture of {image_size.width} × {image_size.height} px.",
+                            "Remove it, or choose the picture it was clicked on.", reason="outside-picture",
+                            feature=border.name, index=int(outside[0]))
+    points = np.concatenate([b.points for b in borders.values()])
+    spread = np.linalg.svd((points - points.mean(axis=0)) / np.sqrt(len(points)), compute_uv=False)
+    if 12 * spread[0] * spread[1] < MIN_HULL_SHARE * image_size.width * image_size.height:  # a rectangle's area
+        raise FitFailed("The points of all four borders lie nearly on one line.",
+                        "Click each border along its own line.", reason="collinear-points")
+
+
+def _span_of_clicks(borders: Mapping[str, _Border], axis: int) -> tuple[float, float]:
+    values = np.concatenate([b.points[:, axis] for b in borders.values()])
+    return float(values.min()), float(values.max())
+
+
+def _rows_of_the_field(model: Polynomial) -> tuple[float, float]:
+    x_c = np.linspace(0, model.width_px, 64)
+    return float(model.top(x_c).min()), float(model.bottom(x_c).max())
+
+
+def _refuse_crossing(first: str, second: str, fits: Mapping[str, CurveFit], span: tuple[float, float]) -> None:
+    position = np.linspace(*span, 256)
+    gap = fits[second].curve(position) - fits[first].curve(position)
+    if gap.max() <= 0:
+        raise FitFailed(f"The {first} border lies on the far side of the {second} border.",
+                        f"Swap the points of the {first} and {second} borders, or turn the region.",
+                        reason="borders-swapped", feature=first)
+    if gap.min() < 0.02 * gap.max():
+        where = f"near {'row' if first == 'left' else 'corrected column'} {position[np.argmin(gap)]:.0f}"
+        raise FitFailed(f"The {first} and {second} borders cross {where}.",
+                        "Check the points of both; click nearer to the corners, or choose a lower degree.",
+                        reason="borders-cross", feature=first)
+
+
+def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
+             stray_known: set) -> tuple[np.ndarray, ...]:
+    result = tuple(np.ones(len(o.points), bool) for o in observations)
+    for name, border in borders.items():
+        for (i, k), fine in zip(border.owners, fits[name].inliers, strict=True):
+            result[i][k] = fine
+    for i, k in stray_known:
+        result[i][k] = False
+    return result
+
+
+def _strays(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
+            inliers: tuple[np.ndarray, ...]) -> list[Warning]:
+    found = []
+    for name, border in borders.items():
+        for (i, k), fine, residual in zip(border.owners, fits[name].inliers, fits[name].residuals, strict=True):
+            if not fine:
+                found.append(Warning(
+                    "stray-click", f"Point {k + 1} of the {name} border lies {abs(residual):.1f} px off the curve "
+                    "through the others; it was left out of the fit.",
+                    "Drag it onto the line, or remove it.", str(observations[i].feature), k))
+    for i, observation in enumerate(observations):
+        if observation.feature not in BORDERS:
+            for k in np.flatnonzero(~inliers[i]):
+                found.append(Warning(
+                    "stray-click", f"Point {k + 1} of {observation.label} disagrees with everything else; it was "
+                    "left out of the fit.", "Check that it was clicked on the right mark.",
+                    str(observation.feature), int(k)))
+    return found
+
+
+def _extrapolations(borders: Mapping[str, _Border], fits: Mapping[str, CurveFit], model: Polynomial) -> list[Warning]:
+    """A curve past its last click is a guess; say so where the field goes on there."""
+    found = []
+    rows = {"left": (float(model.top(0.0)), float(model.bottom(0.0))),
+            "right": (float(model.top(model.width_px)), float(model.bottom(model.width_px))),
+            "top": (0.0, model.width_px), "bottom": (0.0, model.width_px)}
+    for name, border in borders.items():
+        points = border.points[fits[name].inliers]
+        position = points[:, 1] if name in ("left", "right") else model.corrected_from_raw(points)[:, 0]
+        position = position[np.isfinite(position)]
+        if not position.size:
+            raise FitFailed(f"The {name} border lies where the borders beside it have crossed.",
+                            "Check the points of all four borders, or choose a lower degree.", reason="borders-cross",
+                            feature=name)
+        low, high = rows[name]
+        ends = {"left": ("top", "bottom"), "right": ("top", "bottom")}.get(name, ("left", "right"))
+        for gap, end in ((position.min() - low, ends[0]), (high - position.max(), ends[1])):
+            if gap > EXTRAPOLATED_SHARE * (high - low):
+                found.append(Warning(
+                    "border-extrapolated", f"The {name} border has no click in the last "
+                    f"{100 * gap / (high - low):.0f} % towards the {end} border; its curve is a guess there.",
+                    f"Click the {name} border near the {end} corner.", name))
+    return found

@@ -1,0 +1,61 @@
+"""Where the search for a ray camera begins: linear methods and two stages, several candidates, best first."""
+
+import numpy as np
+
+from app.core.errors import FitFailed
+from app.core.geometry import ImageSize
+from app.fitting.linear import (
+    PlaneStart,
+    focal_from_vanishing_points,
+    homography_from_lines,
+    pose_from_homography,
+    tsai_two_stage,
+)
+from app.fitting.ray_camera.parameters import RayState
+from app.fitting.ray_camera.problem import Incidences, RayProblem
+from app.models.lens import Array
+from app.models.ray_camera import RayCamera
+
+FOCAL_GUESSES = (0.55, 0.8, 1.1, 1.6)  # of the picture's width: what field cameras have
+PLAUSIBLE_FOCAL = (0.2, 20.0)  # of the picture's width
+
+
+def start_states(model_class: type[RayCamera], problem: RayProblem, incidences: Incidences, image_size: ImageSize,
+                 height_mm: float | None) -> list[RayState]:
+    """Candidates for the refinement. Raises FitFailed where no linear method sees a camera."""
+    centre = np.array(image_size.centre)
+    found = homography_from_lines(incidences, centre)
+    states = [_state(model_class, centre, focal, found, problem) for focal in _focals(found, image_size, height_mm)]
+    flat = problem.spots[:, 2] == 0
+    if flat.sum() >= 6:  # landmarks alone allow Tsai's two stages as well
+        spots = problem.pixels[problem.curves:][flat]
+        try:
+            rotation, position, focal, k1 = tsai_two_stage(spots - centre, problem.spots[flat, :2])
+            if PLAUSIBLE_FOCAL[0] < focal / image_size.width < PLAUSIBLE_FOCAL[1] and position[2] > 0:
+                states.append(RayState(model_class.LENS, float(np.log(focal)), 1.0, centre,
+                                       model_class.lens_start(float(np.clip(k1, -0.5, 0.5))), rotation, position,
+                                       np.zeros(len(problem.line_names))))
+        except FitFailed:
+            pass  # the linear candidates remain
+    return states
+
+
+def _focals(found: PlaneStart, image_size: ImageSize, height_mm: float | None) -> list[float]:
+    plane_from_field = np.linalg.inv(found.field_from_plane)
+    told = focal_from_vanishing_points(plane_from_field)
+    focals = [f * image_size.width for f in FOCAL_GUESSES]
+    if told is not None and PLAUSIBLE_FOCAL[0] < told / image_size.width < PLAUSIBLE_FOCAL[1]:
+        focals.insert(0, told)
+    if height_mm is not None:  # the focal length under which the pose comes out at the taped height
+        trial = np.geomspace(*PLAUSIBLE_FOCAL, 60) * image_size.width
+        heights = np.array([pose_from_homography(plane_from_field, f)[1][2] for f in trial])
+        focals.insert(0, float(trial[np.argmin(np.abs(heights - height_mm))]))
+    return focals
+
+
+def _state(model_class: type[RayCamera], centre: Array, focal: float, found: PlaneStart,
+           problem: RayProblem) -> RayState:
+    rotation, position = pose_from_homography(np.linalg.inv(found.field_from_plane), focal)
+    k1 = float(np.clip(found.bend * focal**2, -1.0, 0.5))
+    return RayState(model_class.LENS, float(np.log(focal)), 1.0, centre, model_class.lens_start(k1), rotation, position,
+                    np.zeros(len(problem.line_names)))

@@ -1,0 +1,107 @@
+"""A lens that is known before the field is clicked: held fast, or as well as it was known.
+
+From a board ({"name", "lens"}, a PinholeLens with its covariance), or taken over from another calibration ({"name",
+"parameters"}, and the "covariance" of its report, whose part on the lens holds wherever the camera hung). The field
+then fixes the pose.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from app.core.errors import BadInput
+from app.core.geometry import ImageSize
+from app.fitting.ray_camera.parameters import RayState
+from app.models import model_from_json
+from app.models.lens import Array
+from app.models.pinhole_lens import HELD, PinholeLens
+from app.models.ray_camera import RayCamera
+
+FAST = 1e-9  # of its scale: a direction in which the lens is surer than that is held fast all the same
+
+
+@dataclass(frozen=True, eq=False)
+class JointPrior:
+    """Parameters by name, their values, and what whitens their errors: rows (k, k), rows @ (x - values) has σ 1."""
+
+    names: tuple[str, ...]
+    values: Array
+    rows: Array
+
+    def residuals(self, found: Mapping[str, float]) -> Array:
+        return self.rows @ (np.array([found[name] for name in self.names]) - self.values)
+
+    def jacobian(self, names: list[str], _found: Mapping[str, float]) -> Array:
+        by = np.zeros((len(self.names), len(names)))
+        by[:, [names.index(name) for name in self.names]] = self.rows
+        return by
+
+
+def held_lens(model_class: type[RayCamera], settings: Mapping[str, Any], image_size: ImageSize) -> PinholeLens | None:
+    """The lens that the options hand over; BadInput if it is not this model's, or of another picture."""
+    given = settings.get("lens")
+    if given is None:
+        return None
+    if "lens" in given:
+        lens = PinholeLens.from_json(given["lens"])
+    else:
+        camera = model_from_json(given["name"], given["parameters"])
+        lens = camera_lens(camera, given.get("covariance")) if isinstance(camera, RayCamera) else None
+    name = lens.model if lens else given["name"]
+    if name != model_class.NAME:
+        raise BadInput(f"The held lens is {name}, the model to fit is {model_class.NAME}.",
+                       f"Fit {name}, or hold another lens.", reason="bad-option")
+    if lens.image_size != image_size:
+        raise BadInput(f"The held lens is of pictures of {lens.image_size.width} × {lens.image_size.height} px, this "
+                       f"one has {image_size.width} × {image_size.height} px.",
+                       "Hold a lens that was calibrated at this size.", reason="bad-option")
+    if settings.get("lens_sigma") == "own" and not lens.estimated:
+        raise BadInput("It is not known how well the held lens is known: " + (
+            "that calibration held a lens fast itself." if given.get("covariance") else "it says no covariance."),
+            'Hold a lens from a board, one of a calibration whose own clicks told its lens, or hold it fast '
+            '(lens_sigma "0").', reason="lens-sigma-unknown")
+    return lens
+
+
+def camera_lens(camera: RayCamera, covariance: Mapping[str, Any] | None = None) -> PinholeLens:
+    """A camera's lens without its pose. covariance: of its fit, {"names", "matrix"}, as a report has it."""
+    estimated, part = _of_the_lens(camera, covariance) if covariance is not None else ((), np.empty((0, 0)))
+    return PinholeLens(camera.NAME, camera.lens_terms, camera.focal_px, camera.aspect, camera.centre_px,
+                       camera.image_size, estimated, tuple(tuple(map(float, row)) for row in part))
+
+
+def _of_the_lens(camera: RayCamera, covariance: Mapping[str, Any]) -> tuple[tuple[str, ...], Array]:
+    """The names and the part (k, k) of a fit's covariance that are the lens's own, whatever the pose; BadInput."""
+    try:
+        names, matrix = tuple(covariance["names"]), np.array(covariance["matrix"], float)
+        fine = matrix.shape == (len(names), len(names)) and np.isfinite(matrix).all() and len(set(names)) == len(names)
+        own = [i for i, name in enumerate(names) if name in (*HELD, *camera.LENS.TERMS)]
+        part = (matrix[np.ix_(own, own)] + matrix[np.ix_(own, own)].T) / 2 if fine else None
+        if part is None or (np.diag(part) < 0).any():
+            raise ValueError
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError):
+        raise BadInput("The covariance of the held lens is none.", "Give what Touchline exported as json.",
+                       reason="bad-parameters") from None
+    return tuple(names[i] for i in own), part
+
+
+def with_lens(state: RayState, lens: PinholeLens) -> RayState:
+    """The state with that lens, its pose as it was."""
+    return replace(state, log_focal=float(np.log(lens.focal_px)), aspect=lens.aspect,
+                   centre_px=np.array(lens.centre_px), terms=np.array(lens.terms))
+
+
+def lens_prior(lens: PinholeLens, settings: Mapping[str, Any]) -> JointPrior | None:
+    """What is known of a lens that is not held fast, all its parameters together; the aspect stays held."""
+    if settings.get("lens_sigma") != "own":
+        return None
+    chosen = [i for i, name in enumerate(lens.estimated) if name != "aspect"]
+    names = tuple(lens.estimated[i] for i in chosen)
+    covariance = np.array(lens.covariance)[np.ix_(chosen, chosen)]
+    # unit diagonal first: focal lengths and k3 are known to very different digits
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    rows = (vectors / np.sqrt(np.maximum(values, FAST))).T / scale
+    return JointPrior(names, np.array([lens.values[name] for name in names]), rows)

@@ -1,0 +1,108 @@
+"""A ray camera's parameters while they are being fitted: free numbers, how they move, and what they do to pixels."""
+
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+
+from app.models.lens import Array, Lens
+from app.models.ray_camera import RayCamera
+from app.models.rotation import matrix_from_vector, vector_from_matrix
+
+
+@dataclass(frozen=True, eq=False)
+class RayState:
+    """focal as its logarithm, so that it stays positive; the rotation as a matrix that small turns are put before."""
+
+    lens: type[Lens]
+    log_focal: float
+    aspect: float
+    centre_px: Array
+    terms: Array
+    camera_from_field: Array
+    position_mm: Array
+    offsets_mm: Array  # of each line across itself, where the field may err
+
+    @classmethod
+    def of(cls, model: RayCamera, lines: int = 0) -> Self:
+        return cls(model.LENS, float(np.log(model.focal_px)), model.aspect, np.array(model.centre_px),
+                   np.array(model.lens_terms, float), model.camera_from_field, np.array(model.position_mm),
+                   np.zeros(lines))
+
+    def parameters(self) -> dict[str, Any]:
+        """The fields of a RayCamera that a fit finds."""
+        return {"lens_terms": tuple(map(float, self.terms)), "focal_px": float(np.exp(self.log_focal)),
+                "aspect": float(self.aspect), "centre_px": tuple(map(float, self.centre_px)),
+                "rotation": tuple(map(float, vector_from_matrix(self.camera_from_field))),
+                "position_mm": tuple(map(float, self.position_mm))}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every parameter in order: what a free mask refers to."""
+        return ("log_focal", "centre_x", "centre_y", *self.lens.TERMS, "turn_x", "turn_y", "turn_z", "x", "y",
+                "height", *(f"line_{i}" for i in range(len(self.offsets_mm))))
+
+    def moved(self, delta: Array, free: Array) -> Self:
+        """One step: delta for the free parameters, in the order of names.
+
+        Focal length and height are moved by factors: looking straight down they trade one against the other, and a step
+        that adds to one and multiplies the other leaves that valley.
+        """
+        full = np.zeros(len(free))
+        full[free] = delta
+        n = 3 + len(self.terms)
+        return replace(self, log_focal=float(np.clip(self.log_focal + np.clip(full[0], -1, 1), -5, 20)),
+                       centre_px=self.centre_px + full[1:3], terms=self.terms + full[3:n],
+                       camera_from_field=matrix_from_vector(full[n:n + 3]) @ self.camera_from_field,
+                       position_mm=self.position_mm + full[n + 3:n + 6] * self._stretch(full[n + 5]),
+                       offsets_mm=self.offsets_mm + full[n + 6:])
+
+    def _stretch(self, rise_mm: float) -> float:
+        """(eˢ - 1) / s with s = rise / height: the whole step grows with it, so that it keeps its direction."""
+        share = float(np.clip(rise_mm / self.position_mm[2], -1, 1)) if self.position_mm[2] else 0.0
+        return float(np.expm1(share) / share) if share else 1.0
+
+    @property
+    def lens_names(self) -> tuple[str, ...]:
+        """The parameters that are the lens's own."""
+        return self.lens.TERMS
+
+    def values(self) -> dict[str, float]:
+        """Parameters by name, of those that a prior may speak about."""
+        return {"log_focal": self.log_focal, "centre_x": self.centre_px[0], "centre_y": self.centre_px[1],
+                "height": self.position_mm[2], **dict(zip(self.lens.TERMS, self.terms, strict=True)),
+                **{f"line_{i}": o for i, o in enumerate(self.offsets_mm)}}
+
+    def project(self, points: Array) -> Array:
+        """Field mm (n, 3) to raw px (n, 2)."""
+        plane = self.lens.distort(self.terms, (points - self.position_mm) @ self.camera_from_field.T)
+        return plane * self._focal + self.centre_px
+
+    def project_jacobian(self, points: Array) -> tuple[Array, Array, Array]:
+        """Pixels (n, 2), their derivative by the field point (n, 2, 3), and by every named parameter but the lines."""
+        rays = (points - self.position_mm) @ self.camera_from_field.T
+        plane, by_ray, by_terms = self.lens.distort_jacobian(self.terms, rays)
+        focal = self._focal
+        by_ray = by_ray * focal[:, None]
+        by_point = by_ray @ self.camera_from_field
+        n = 3 + len(self.terms)
+        by = np.empty((len(points), 2, n + 6))
+        by[:, :, 0] = plane * focal
+        by[:, :, 1:3] = np.eye(2)
+        by[:, :, 3:n] = by_terms * focal[:, None]
+        # a turn ω before the rotation moves the ray by ω × ray: d pixel/d ω = ray × (d pixel/d ray), row by row
+        x, y, z = (rays[:, i, None] for i in range(3))
+        by[:, :, n] = y * by_ray[:, :, 2] - z * by_ray[:, :, 1]
+        by[:, :, n + 1] = z * by_ray[:, :, 0] - x * by_ray[:, :, 2]
+        by[:, :, n + 2] = x * by_ray[:, :, 1] - y * by_ray[:, :, 0]
+        by[:, :, n + 3:] = -by_point
+        return plane * focal + self.centre_px, by_point, by
+
+    def unproject(self, pixels: Array, z_mm: Array) -> Array:
+        """Raw px (n, 2) to field mm (n, 2) at heights z_mm (n,); on the wrong side of the camera too, for a start."""
+        rays = self.lens.undistort(self.terms, (pixels - self.centre_px) / self._focal) @ self.camera_from_field
+        return self.position_mm[:2] + rays[:, :2] * ((z_mm - self.position_mm[2]) / rays[:, 2])[:, None]
+
+    @property
+    def _focal(self) -> Array:
+        return np.exp(self.log_focal) * np.array([1.0, self.aspect])

@@ -1,0 +1,1 @@
+"""Fit a thin-plate spline on top of another model."""

@@ -1,0 +1,234 @@
+"""Fitting a thin-plate spline: the base first, then what it leaves, strays out, smoothing by cross-validation."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from app.core.errors import FitFailed
+from app.core.field import Arc, Feature, Field, Landmark, Line, Region
+from app.core.geometry import MAX_COORDINATE, ImageSize, Points
+from app.core.records import Fit, Observations, Warning
+from app.fitting.homography.fit import above_the_carpet
+from app.fitting.ray_camera.fit import check_inside_picture
+from app.fitting.ray_camera.search import MAX_STRAYS, STRAY_PX, STRAY_SIGMAS
+from app.fitting.thin_plate.uncertainty import BEND_NAMES, bend_covariance
+from app.models import MODELS, CameraModel, Progress, read_options
+from app.models.lens import Array
+from app.models.thin_plate import ThinPlate, frame, unfolded_reach
+from app.models.thin_plate_spline import Knowledge, Smoother, Spline, spline_through
+
+MAX_CLICKS = 400  # a spline through n clicks solves n × n equations, and every drawn pixel looks at n knots
+ROUNDS, CHOOSING = 40, 2  # of finding where along its line each click lies; the first choose the smoothing anew
+STILL_PX = 1e-10
+HALF_PX = 0.5  # step of the derivative that tells how raw pixels are stretched
+HAND_PX = 0.3  # nobody clicks better; points that agree better than that do not make a stray of the next
+
+
+@dataclass(frozen=True, eq=False)
+class _Clicks:
+    """raw, base (n, 2) px: as clicked, and as the base corrects them. feature (n,): index of the feature of each."""
+
+    raw: Points
+    base: Points
+    stretch: Array  # (n, 2, 2) d base / d raw
+    feature: Array
+    owners: Array  # (n, 2) observation, point
+    features: tuple[Feature, ...]
+
+    def only(self, keep: Array) -> "_Clicks":
+        return replace(self, raw=self.raw[keep], base=self.base[keep], stretch=self.stretch[keep],
+                       feature=self.feature[keep], owners=self.owners[keep])
+
+
+@dataclass(frozen=True, eq=False)
+class _Settled:
+    """A spline and the last rows that it was made from; index (n,): which click each row is of."""
+
+    spline: Spline
+    smoother: Smoother
+    smoothing: float
+    known: Knowledge
+    index: Array
+
+
+def fit_thin_plate(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+                   options: Mapping[str, Any] | None, progress: Progress) -> Fit:
+    """Fit ThinPlate. Options: see its OPTIONS; "base_choices" are those that an earlier fit of the base made."""
+    given = dict(options or {})
+    base_choices = given.pop("base_choices", {})
+    settings = read_options(ThinPlate.OPTIONS, given)
+    check_inside_picture(observations, image_size)
+    flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
+    base_class = MODELS[settings["base"]]
+    known = {o.name for o in base_class.OPTIONS}
+    base_fit = base_class.fit(flat, field, region, image_size,
+                              {**{k: v for k, v in settings.items() if k in known}, **base_choices},
+                              lambda fraction, message: progress(0.6 * fraction, message))
+    base = base_fit.model
+    clicks = _gather(flat, field, region, base)
+    progress(0.7, "Bending what is left")
+    reachable = np.isfinite(clicks.base).all(axis=1) & np.isfinite(clicks.stretch).all(axis=(1, 2))
+    if reachable.mean() < 1 - MAX_STRAYS or (not settings["robust"] and not reachable.all()):
+        raise FitFailed("Clicks lie beyond the horizon of the model underneath.",
+                        "Check which line each click belongs to, or choose another base.", reason="no-camera")
+    fine = reachable.copy()
+    smoothing = settings["smoothing"]
+    if settings["robust"]:
+        fine[reachable] = _not_strays(clicks.only(reachable), base, smoothing)
+    settled = _settle(clicks.only(fine), base, smoothing)
+    spline, smoother, smoothing = settled.spline, settled.smoother, settled.smoothing
+    reach = unfolded_reach(base, spline)
+    if not reach:
+        raise _folds()
+    model = ThinPlate.of(base, spline, reach)
+    inliers = tuple(np.ones(len(o.points), bool) for o in observations)
+    warnings = []
+    for (i, k), ok, pixel in zip(clicks.owners, fine, clicks.raw, strict=True):
+        inliers[i][k] = ok
+        if not ok:
+            warnings.append(_stray(observations, i, k, pixel, model, clicks.features))
+    warnings += above_the_carpet(observations, "a thin-plate spline")
+    base_choices = {k: v for k, v in base_fit.notes.get("choices", {}).items() if k != "click_sigma_px"}
+    found = len(base_fit.parameter_names) or int(base_fit.notes.get("parameters", 0))
+    notes = {"parameters": found + round(smoother.effective_parameters(smoothing)),
+             "base": {"name": base.NAME, **{k: v for k, v in base_fit.notes.items() if k != "choices"}},
+             "smoothing": {"value": smoothing, "effective_parameters": smoother.effective_parameters(smoothing),
+                           "chosen": settings["smoothing"] is None},
+             "click_sigma_px": settings["click_sigma_px"] or smoother.sigma_px(smoothing),
+             "choices": {"base": base.NAME, "smoothing": smoothing, "base_choices": base_choices}}
+    covariance = _covariance(base_fit, clicks.only(fine), settled, settings["click_sigma_px"])
+    return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), tuple(warnings), notes,
+               covariance=covariance, parameter_names=BEND_NAMES)
+
+
+def _covariance(base_fit: Fit, clicks: _Clicks, settled: _Settled, sigma_px: float | None,
+                *, unseen: bool = True) -> Array:
+    """Of the displacement at the lattice; see thin_plate_sigma.py."""
+    trusted = np.array([base_fit.inliers[i][k] for i, k in clicks.owners])[settled.index]
+    return bend_covariance(base_fit, clicks.base[settled.index], trusted, settled.known, settled.smoother,
+                           settled.smoothing, settled.spline, sigma_px, unseen=unseen)
+
+
+def _folds() -> FitFailed:
+    return FitFailed("The spline would fold the picture.", "Raise the smoothing, check the clicks for strays, or "
+                     "choose a base that comes nearer.", reason="folds")
+
+
+def _gather(observations: Observations, field: Field, region: Region, base: CameraModel) -> _Clicks:
+    """All clicks on the carpet, evenly thinned where there are more than a spline can carry."""
+    total = sum(len(o.points) for o in observations)
+    every = max(1, -(-total // MAX_CLICKS))
+    features = tuple(field.feature(o.feature, region) for o in observations)
+    owners = [(i, k) for i, o in enumerate(observations) for k in range(0, len(o.points), every)]
+    raw = np.array([observations[i].points[k] for i, k in owners]).reshape(-1, 2)
+    steps = HALF_PX * np.eye(2)
+    stretch = np.stack([(base.corrected_from_raw(raw + s) - base.corrected_from_raw(raw - s)) / (2 * HALF_PX)
+                        for s in steps], axis=-1)
+    owners_array = np.array(owners, int).reshape(-1, 2)
+    return _Clicks(raw, base.corrected_from_raw(raw), stretch, owners_array[:, 0], owners_array, features)
+
+
+def _knowledge(clicks: _Clicks, base: CameraModel, guess: Points) -> tuple[Knowledge, Points, Array]:
+    """Rows for a spline, if the clicks were made near guess (n, 2) corrected px: on the nearest place of their line.
+
+    Also those places (n, 2), and which click each row is of.
+    """
+    middle, unit = frame(base)
+    places = np.empty_like(guess)
+    rows: list[tuple[int, Array]] = []
+    for i in np.unique(clicks.feature):
+        feature, of = clicks.features[i], np.flatnonzero(clicks.feature == i)
+        foot = feature.nearest(base.field_from_corrected(guess[of]))
+        if isinstance(feature, Arc):  # its very centre is as near to any place
+            foot = np.where(np.isfinite(foot), foot, feature.sample(1)[0])
+        places[of] = base.corrected_from_field(foot)
+        if isinstance(feature, Landmark):
+            rows += [(j, axis) for j in of for axis in np.eye(2)]
+            continue
+        along = base.corrected_from_field(foot + _tangents(feature, foot)) - places[of]
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
+        rows += list(zip(of, across, strict=True))
+    index = np.array([j for j, _ in rows], int)
+    directions = np.array([d for _, d in rows]).reshape(-1, 2)
+    values = np.einsum("ni,ni->n", directions, (clicks.base - places)[index])
+    stretched = np.linalg.norm(np.einsum("ni,nij->nj", directions, clicks.stretch[index]), axis=1)
+    return Knowledge((places[index] - middle) / unit, directions, values, 1 / stretched), places, index
+
+
+def _tangents(feature: Line | Arc, foot: Points) -> Points:
+    """A millimetre along the feature from each foot (n, 2)."""
+    if isinstance(feature, Line):
+        return np.broadcast_to((np.array(feature.end) - feature.start) / feature.length_mm, foot.shape)
+    arm = (foot - np.array(feature.centre)) / feature.radius_mm
+    return np.stack([-arm[:, 1], arm[:, 0]], axis=1)
+
+
+def _not_strays(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> Array:
+    """(n,) bool: without the clicks that the spline through the others does not explain, the worst taken out first."""
+    fine = np.ones(len(clicks.raw), bool)
+    while True:
+        left = clicks.only(fine)
+        known, _, index = _knowledge(left, base, left.base)
+        smoother = Smoother(known)
+        chosen = smoother.cautious() if smoothing is None else max(smoothing, 1e-9)
+        leeway = smoother.leeway(chosen)
+        residual = smoother.residuals(chosen)
+        off = _per_click(residual / leeway, index, len(left.raw))  # px, if it were left out
+        student = _per_click(residual / np.sqrt(leeway), index, len(left.raw))  # px, of equal σ
+        sigma = max(1.4826 * float(np.median(student)), HAND_PX)
+        bad = (student > STRAY_SIGMAS * sigma) & (off > STRAY_PX)
+        if not bad.any():
+            break
+        bad &= student > 0.5 * student.max()  # lesser ones may only have been pulled by the worst
+        fine[np.flatnonzero(fine)[bad]] = False
+        if (~fine).sum() > MAX_STRAYS * fine.size:
+            return np.ones_like(fine)  # that many are no strays
+    out = np.flatnonzero(~fine)
+    if out.size:  # a click beside a stray may have gone with it; what the others foretell comes back
+        known, _, index = _knowledge(clicks, base, clicks.base)
+        displaced = smoother.spline(chosen)(known.places)
+        error = (known.values - np.einsum("ni,ni->n", known.directions, displaced)) * known.weights
+        fine[out] = _per_click(error, index, len(fine))[out] <= max(STRAY_SIGMAS * sigma, STRAY_PX)
+    return fine
+
+
+def _per_click(rows: Array, index: Array, clicks: int) -> Array:
+    """The largest magnitude among a click's rows."""
+    found = np.zeros(clicks)
+    np.maximum.at(found, index, np.abs(rows))
+    return found
+
+
+def _settle(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> _Settled:
+    """Where along its line a click lies depends on the spline, and the spline on that; a few rounds agree."""
+    guess, smoother, chosen = clicks.base, None, smoothing
+    middle, unit = frame(base)
+    for round_number in range(ROUNDS):
+        known, places, index = _knowledge(clicks, base, guess)
+        if round_number < CHOOSING:
+            smoother = Smoother(known)
+            chosen = smoother.cross_validated() if smoothing is None else smoothing
+            spline = smoother.spline(chosen)
+        else:
+            spline = spline_through(known, smoother.strength(chosen))
+        with np.errstate(all="ignore"):
+            following = clicks.base - spline((places - middle) / unit)
+        if not (np.abs(following) < MAX_COORDINATE).all():
+            raise _folds()
+        moved = np.abs(following - guess).max()
+        guess = following
+        if moved < STILL_PX:
+            break
+    return _Settled(spline, smoother, float(chosen), known, index)
+
+
+def _stray(observations: Observations, i: int, k: int, pixel: Points, model: ThinPlate,
+           features: tuple[Feature, ...]) -> Warning:
+    place = model.field_from_corrected(model.corrected_from_raw(pixel))
+    foot = model.raw_from_corrected(model.corrected_from_field(features[i].nearest(place)))
+    far = np.linalg.norm(foot - pixel)
+    where = f"lies {far:.1f} px from where the others see it" if np.isfinite(far) else "lies beyond the field"
+    return Warning("stray-click", f"Point {k + 1} of {observations[i].label} {where}; it was left out of the fit.",
+                   "Drag it onto the line, or remove it.", str(observations[i].feature), int(k))

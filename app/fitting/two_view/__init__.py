@@ -1,0 +1,1 @@
+"""Fit the geometry of two views to matched points."""

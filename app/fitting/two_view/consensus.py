@@ -1,0 +1,129 @@
+"""Which matches belong together: many trials from seven each, judged by likelihood without a threshold.
+
+A match is good, its distance spread about zero with an unknown σ, or a mistake, its distance anything up to the
+picture's size:
+
+    L = Σ log( γ t(r_j / σ) / σ + (1 - γ) / extent ) + log prior(σ)
+
+t is Student's: some matches are better than others, and under a normal law the worse ones would decide. The best trials
+are refined with the same likelihood by expectation and maximisation, σ and γ with them. P. Torr and A. Zisserman,
+"MLESAC" (2000); local optimisation after O. Chum, J. Matas and J. Kittler (2003).
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from app.core.geometry import Points
+from app.fitting.least_squares import minimise
+from app.fitting.two_view.epipolar import EpipolarState, lifted, normaliser, sampson_px, seven_point
+from app.models.lens import Array
+
+SIGMAS_PX = np.geomspace(0.08, 2.0, 5)
+SHARES = (0.2, 0.5, 0.8, 0.97)
+BATCH, MAX_TRIALS = 400, 6000
+SURE = 1e-4  # chance to have missed every clean seven
+JUDGED = 400  # matches that judge a trial; all of them judge the refined
+REFINED, FINISHED = 12, 3  # of the best trials: improved by a few rounds; then of those, to the end
+GLANCE, ROUNDS = 4, 40
+PARAMETERS = 7
+TAIL = 2.0  # degrees of freedom; of 1, 2, 4 and 30 the best or nearly so on simulated pairs of every kind
+T_AT_ZERO = 1 / (2 * sqrt(2))  # Student's density at 0 for two degrees of freedom
+USUAL_PX, USUAL_SPREAD = 0.3, 0.5  # what detectors and hands reach, and how many e-folds either way that is sure to
+MAX_LOG_SIGMA = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Consensus:
+    """fundamental (3, 3); good (n,): the probability that a match is one; sigma_px of the good ones."""
+
+    fundamental: Array
+    good: Array
+    sigma_px: float
+    share: float
+    likelihood: float
+
+
+def consensus(a: Points, b: Points, seed: int = 0) -> Consensus:
+    """The likeliest geometry of matches (n, 2), n ≥ 8; the same seed gives the same answer."""
+    rng = np.random.default_rng(seed)
+    extent = float(np.hypot(*np.ptp(b, axis=0)) + np.hypot(*np.ptp(a, axis=0))) / 2
+    t_a, t_b = normaliser(a), normaliser(b)
+    near_a, near_b = lifted(a) @ t_a[:2].T, lifted(b) @ t_b[:2].T
+    jury = rng.permutation(len(a))[:JUDGED]
+    best: list[tuple[float, Array]] = []
+    tried, enough = 0, BATCH
+    while tried < enough:
+        sevens = np.argsort(rng.random((BATCH, len(a))), axis=1)[:, :PARAMETERS]
+        found = t_b.T @ seven_point(near_a[sevens], near_b[sevens]) @ t_a
+        likelihoods, shares = _judged(sampson_px(found, a[jury], b[jury]), extent)
+        order = np.argsort(-likelihoods, kind="stable")[:REFINED]
+        best = sorted([*best, *((float(likelihoods[i]), found[i]) for i in order)], key=lambda t: -t[0])[:REFINED]
+        clean = float(np.clip(shares[order[0]], 0.05, 0.999)) ** PARAMETERS
+        tried += BATCH
+        enough = min(MAX_TRIALS, max(enough, int(np.ceil(np.log(SURE) / np.log1p(-clean)))))
+    glimpses = sorted((refine(f, a, b, extent, GLANCE) for _, f in best), key=lambda c: -c.likelihood)
+    finished = [refine(c.fundamental, a, b, extent, ROUNDS) for c in glimpses[:FINISHED]]
+    return max(finished, key=lambda c: c.likelihood)
+
+
+def _judged(residuals: Array, extent: float) -> tuple[Array, Array]:
+    """(m,) best likelihood of each trial over a grid of σ and γ, and the γ it has it with."""
+    square = np.where(np.isfinite(residuals), residuals**2, np.inf)
+    value = np.full(len(square), -np.inf)
+    share = np.zeros(len(square))
+    for sigma in SIGMAS_PX:
+        density = _density(square, sigma)
+        for gamma in SHARES:
+            likelihood = np.log(gamma * density + (1 - gamma) / extent).sum(axis=1) + _prior(sigma)
+            better = likelihood > value
+            value, share = np.where(better, likelihood, value), np.where(better, gamma, share)
+    return value, share
+
+
+def _density(square: Array, sigma: float) -> Array:
+    """Student's t with TAIL = 2 degrees of freedom: (1 + z²/2)^(-3/2) / (2 √2 σ)."""
+    spread = 1 + square / (TAIL * sigma**2)
+    return T_AT_ZERO / sigma / (spread * np.sqrt(spread))
+
+
+def _prior(sigma: float) -> float:
+    """Without it, seven matches seen exactly would be all the likelihood wants."""
+    return -0.5 * (np.log(sigma / USUAL_PX) / USUAL_SPREAD) ** 2
+
+
+def refine(fundamental: Array, a: Points, b: Points, extent: float, rounds: int) -> Consensus:
+    """Expectation and maximisation from a first F: who is good, then F from the good, then σ and γ."""
+    state = EpipolarState.of(fundamental, a, b)
+    r = state.residuals(a, b)[0]
+    sigma, share = float(np.clip(1.4826 * np.median(np.abs(r)), SIGMAS_PX[0], SIGMAS_PX[-1])), 0.5
+    likelihood = -np.inf
+    for _ in range(rounds):
+        density = share * _density(r**2, sigma)
+        good = density / (density + (1 - share) / extent)
+        pull = good * (TAIL + 1) / (TAIL + (r / sigma) ** 2)
+        root = np.sqrt(pull)[:, None] / sigma
+
+        def weighted(s: EpipolarState, root: Array = root) -> tuple[Array, Array]:
+            value, by = s.residuals(a, b)
+            return value * root[:, 0], by * root
+        state = minimise(state, weighted, lambda s, d: s.moved(d), max_steps=4).state
+        r = state.residuals(a, b)[0]
+        sigma = _sigma(float(np.sum(pull * r**2)), max(float(good.sum()) - PARAMETERS, 1.0))
+        share = float(np.clip(good.mean(), 0.02, 0.99))
+        before, likelihood = likelihood, float(np.sum(np.log(
+            share * _density(r**2, sigma) + (1 - share) / extent))) + _prior(sigma)
+        if abs(likelihood - before) < 1e-6:
+            break
+    return Consensus(state.fundamental(), good, sigma, share, likelihood)
+
+
+def _sigma(square: float, freedom: float) -> float:
+    """The σ of greatest likelihood for a weighted sum of squares, with the prior; Newton's method on its logarithm."""
+    x = np.log(USUAL_PX)
+    for _ in range(40):
+        misfit = square * np.exp(-2 * x)
+        slope = misfit - freedom - (x - np.log(USUAL_PX)) / USUAL_SPREAD**2
+        x += np.clip(slope / (2 * misfit + 1 / USUAL_SPREAD**2), -1, 1)
+    return float(np.exp(np.clip(x, -MAX_LOG_SIGMA, MAX_LOG_SIGMA)))

@@ -1,0 +1,95 @@
+"""Which lens of a format holds a calibration: its own where the format knows it, else the nearest and its cost."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import Any
+
+from app.core.errors import Conflict
+from app.core.field import Region
+from app.core.field_json import field_from_json
+from app.core.records import Calibration
+from app.evaluate.fit.approximation import Loss, loss_of, stand_in
+from app.models import MODELS, CameraModel, model_from_json
+from app.models.ray_camera import RayCamera
+
+NO_WORSE = 1.05  # a lens with fewer terms is taken where richer ones are hardly nearer
+NO_WORSE_MM = 1e-6
+LADDER = (("k1", "k2"), ("k1", "k2", "p1", "p2"), ("k1", "k2", "p1", "p2", "k3"))  # before a lens's all
+
+
+@dataclass(frozen=True)
+class Held:
+    """The camera that is written; loss: None where it is the calibration's own. camera_id: of formats that number."""
+
+    camera: RayCamera
+    loss: Loss | None = None
+    camera_id: int | None = None
+
+
+def held(calibration: Calibration, kind: Any, approximate: bool, camera_id: int | None = None) -> Held:
+    """The calibration's camera as the format has it; Conflict, with what to do, where that must be asked for."""
+    model = model_from_json(calibration.model_name, calibration.model_parameters)
+    own = own_camera(model, kind.LENSES, kind.SQUARE_PIXELS)
+    if own is not None:
+        return Held(own, None, camera_id)
+    if not approximate:
+        raise _cannot_hold(model, kind)
+    camera, loss = nearest(model, tuple(kind.LENSES.items()), kind.SQUARE_PIXELS, *_where(calibration))
+    return Held(camera, loss, camera_id)
+
+
+def own_camera(model: CameraModel, lenses: Mapping[str, tuple[str, ...]], square: bool) -> RayCamera | None:
+    """The model as a camera with one of those lenses, exactly; None where there is no such."""
+    if not isinstance(model, RayCamera) or (square and model.aspect != 1):
+        return None
+    terms = dict(zip(model.LENS.TERMS, model.lens_terms, strict=True))
+    if model.NAME in lenses and not any(v for name, v in terms.items() if name not in lenses[model.NAME]):
+        return model
+    plain = next((name for name in lenses if name != "fisheye"), None)
+    if plain is None or model.NAME == "fisheye" or any(terms.values()):
+        return None
+    family = MODELS[plain]  # without distortion, all lenses but the fisheye are one
+    return family(**{**{f.name: getattr(model, f.name) for f in fields(model)},
+                     "lens_terms": (0.0,) * len(family.LENS.TERMS)})
+
+
+@lru_cache(maxsize=64)
+def nearest(model: CameraModel, lenses: tuple[tuple[str, tuple[str, ...]], ...], square: bool, region: Region,
+            hat_height_mm: float) -> tuple[RayCamera, Loss]:
+    """The nearest camera with one of those lenses, with as few terms as do, and what it costs."""
+    found = []
+    for name, terms in lenses:
+        family = MODELS[name]
+        for chosen in dict.fromkeys([*(rung for rung in LADDER if set(rung) < set(terms)), terms]):
+            try:
+                camera = stand_in(model, family, chosen, region, hat_height_mm, square=square)
+            except Conflict:
+                continue
+            found.append((camera, loss_of(model, camera, region, hat_height_mm)))
+    best = min((_worst(loss) for _, loss in found), default=float("inf"))
+    if not best < float("inf"):
+        raise Conflict("No lens of this format comes near this calibration over its region.",
+                       "Fit brown-conrady to the same clicks, and export that.", reason="no-approximation")
+    return next((c, loss) for c, loss in found if _worst(loss) <= NO_WORSE * best + NO_WORSE_MM)
+
+
+def _worst(loss: Loss) -> float:
+    return max(loss.worst_mm, loss.hat_worst_mm or 0.0)
+
+
+def _where(calibration: Calibration) -> tuple[Region, float]:
+    field = field_from_json(calibration.field)
+    return field.region(calibration.region, calibration.rotate), field.hat_height_mm
+
+
+def _cannot_hold(model: CameraModel, kind: Any) -> Conflict:
+    known = ", ".join(kind.LENSES)
+    if not isinstance(model, RayCamera):
+        return Conflict(f"{kind.TITLE} describes a camera with rays; {model.TITLE} has none.",
+                        f"Fit {next(iter(kind.LENSES))} to the same clicks, or ask for approximate=true: the nearest "
+                        "camera over the region, with its error in mm.", reason="format-cannot-hold")
+    why = "pixels that are not square" if kind.SQUARE_PIXELS and model.NAME in kind.LENSES else "this lens"
+    return Conflict(f"{kind.TITLE} cannot hold {why} ({model.TITLE}, {', '.join(model.LENS.TERMS)}).",
+                    f"Fit {known} to the same clicks, or ask for approximate=true: the nearest lens over the region, "
+                    "with its error in mm.", reason="format-cannot-hold")

@@ -1,0 +1,127 @@
+"""Points as a table for spreadsheets: what was clicked and where the model puts it, then the model over its region.
+
+    feature,kind,z_mm,raw_x_px,raw_y_px,field_x_mm,field_y_mm
+
+Rows of kind "grid" are the model's own, for looking up; the others are clicks, and are read back as such. A field
+position as a feature is written "1200 -300".
+"""
+
+import csv
+import io
+from collections.abc import Iterator
+from typing import ClassVar
+
+import numpy as np
+
+from app.core.errors import BadInput
+from app.core.field_json import field_from_json
+from app.core.records import MAX_POINTS, Calibration, Observation, Observations, observations_from_json
+from app.formats.numbers import number, refuse
+from app.models import field_from_raw, model_from_json, raw_from_field
+
+COLUMNS = ("feature", "kind", "z_mm", "raw_x_px", "raw_y_px", "field_x_mm", "field_y_mm")
+GRID = (25, 19)  # columns, rows over the region
+MAX_BYTES = 4 << 20
+
+
+class CsvPoints:
+    NAME: ClassVar[str] = "csv"
+    TITLE: ClassVar[str] = "Points (CSV)"
+    MEDIA_TYPE: ClassVar[str] = "text/csv"
+    SUFFIX: ClassVar[str] = ".csv"
+    HOLDS: ClassVar[str] = "Every model: its clicks, and pixels and millimetres over the region."
+
+    @staticmethod
+    def write(calibration: Calibration) -> bytes:
+        buffer = io.StringIO()
+        table = csv.writer(buffer, lineterminator="\n")
+        table.writerow(COLUMNS)
+        table.writerows([_text(cell) for cell in row] for row in _rows(calibration))
+        return buffer.getvalue().encode()
+
+    @staticmethod
+    def recognises(data: bytes) -> bool:
+        return b"raw_x_px" in data[:300]
+
+    @staticmethod
+    def read(data: bytes) -> Observations:
+        """The clicks, or where there are none the grid as landmarks. Needs feature, raw_x_px and raw_y_px."""
+        if len(data) > MAX_BYTES:
+            raise refuse(f"The file has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
+        try:
+            rows = csv.reader(data.decode("utf-8-sig").splitlines())
+            header = [name.strip() for name in next(rows, [])]
+            if len(header) == 1 and ";" in header[0]:
+                raise refuse("The table is separated by semicolons, so its numbers have decimal commas.",
+                             "Save it with commas between the columns and decimal points.")
+            for name in ("feature", "raw_x_px", "raw_y_px"):
+                if header.count(name) != 1:
+                    raise refuse(f"The table has no column {name}.", f"Give the columns {', '.join(COLUMNS)}.")
+            return _observations(header, rows)
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise refuse(f"The file is no table of text: {str(error)[:100]}.", "Give CSV in UTF-8.") from None
+
+
+def _rows(calibration: Calibration) -> Iterator[tuple[str | float | None, ...]]:
+    model = model_from_json(calibration.model_name, calibration.model_parameters)
+    for o in observations_from_json(calibration.observations):
+        feature = o.feature if isinstance(o.feature, str) else f"{o.feature[0]:g} {o.feature[1]:g}"
+        if o.z_mm == 0:
+            places = field_from_raw(model, o.points)
+        elif hasattr(model, "unproject"):
+            places = model.unproject(o.points, o.z_mm)
+        else:
+            places = np.full(o.points.shape, np.nan)
+        for point, place in zip(o.points, places, strict=True):
+            yield feature, o.kind, o.z_mm, *point, *place
+    field = field_from_json(calibration.field)
+    region = field.region(calibration.region, calibration.rotate)
+    u, v = np.meshgrid(np.linspace(0, region.width_mm, GRID[0]), np.linspace(0, region.height_mm, GRID[1]))
+    places = region.field_from_region(np.stack([u, v], axis=-1)).reshape(-1, 2)
+    for place, point in zip(places, raw_from_field(model, places), strict=True):
+        yield f"{place[0]:.10g} {place[1]:.10g}", "grid", 0.0, *point, *place
+
+
+def _text(cell: str | float | None) -> str:
+    """A number with all its digits, nothing for one that is out of reach, and no text that a spreadsheet would run."""
+    if isinstance(cell, str):
+        return f"'{cell}" if cell[:1] in ("=", "@", "+") else cell
+    return repr(float(cell)) if cell is not None and np.isfinite(cell) else ""
+
+
+def _observations(header: list[str], rows: Iterator[list[str]]) -> Observations:
+    clicked: dict[tuple[str, str, float], list[tuple[float, float]]] = {}
+    grid: list[Observation] = []
+    for line, row in enumerate(rows, 2):
+        if line > MAX_POINTS:
+            raise BadInput(f"The table has more than {MAX_POINTS} rows.", "Give a shorter one.",
+                           reason="too-many-points")
+        if not any(row):
+            continue
+        at = f"Row {line}"
+        if len(row) != len(header):
+            raise refuse(f"{at} has {len(row)} columns, the first row {len(header)}.",
+                         "Write numbers with decimal points, and put text with commas in quotes.")
+        cells = dict(zip(header, (cell.strip() for cell in row), strict=True))
+        if cells.get("kind") == "grid" and not (cells["raw_x_px"] and cells["raw_y_px"]):
+            continue  # a place that the picture does not show
+        point = number(cells["raw_x_px"], f"{at}, raw_x_px"), number(cells["raw_y_px"], f"{at}, raw_y_px")
+        if cells.get("kind") == "grid":
+            grid.append(Observation(_position(cells["feature"], at), "landmark", np.array([point])))
+            continue
+        z_mm = number(cells.get("z_mm") or "0", f"{at}, z_mm", -10_000, 10_000)
+        clicked.setdefault((cells["feature"], cells.get("kind") or "line", z_mm), []).append(point)
+    return tuple(_observation(*key, points) for key, points in clicked.items()) or tuple(grid)
+
+
+def _observation(feature: str, kind: str, z_mm: float, points: list[tuple[float, float]]) -> Observation:
+    where = _position(feature, "A feature") if kind == "landmark" and feature[:1] in "-.0123456789" else feature
+    return Observation.from_json({"feature": list(where) if isinstance(where, tuple) else where, "kind": kind,
+                                  "points": [list(p) for p in points], "z_mm": z_mm})
+
+
+def _position(text: str, at: str) -> tuple[float, float]:
+    parts = text.split()
+    if len(parts) != 2:
+        raise refuse(f"{at} names no field position: {text[:40]!r}.", 'Write it as "1200 -300", in mm.')
+    return number(parts[0], f"{at}, feature"), number(parts[1], f"{at}, feature")

@@ -1,0 +1,135 @@
+"""A field as the Small Size League puts it on the wire: there and back.
+
+The league names its lines; ours are called in our words, and one that has no name of theirs is sent under our own.
+"""
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from app.core.errors import BadInput
+from app.core.field import Arc, Field, Line
+from app.core.field_json import field_from_json
+from app.formats.numbers import refuse
+from app.ssl_protocol.messages import FieldArc, FieldLine, FieldSize, Shape, Vector2f
+
+NAMES = {  # ours: theirs
+    "touch-line-top": ("TopTouchLine", Shape.TOP_TOUCH_LINE),
+    "touch-line-bottom": ("BottomTouchLine", Shape.BOTTOM_TOUCH_LINE),
+    "goal-line-left": ("LeftGoalLine", Shape.LEFT_GOAL_LINE),
+    "goal-line-right": ("RightGoalLine", Shape.RIGHT_GOAL_LINE),
+    "halfway-line": ("HalfwayLine", Shape.HALFWAY_LINE),
+    "centre-line": ("CenterLine", Shape.CENTER_LINE),
+    "defence-left-front": ("LeftPenaltyStretch", Shape.LEFT_PENALTY_STRETCH),
+    "defence-right-front": ("RightPenaltyStretch", Shape.RIGHT_PENALTY_STRETCH),
+    "defence-left-bottom": ("LeftFieldLeftPenaltyStretch", Shape.LEFT_FIELD_LEFT_PENALTY_STRETCH),
+    "defence-left-top": ("LeftFieldRightPenaltyStretch", Shape.LEFT_FIELD_RIGHT_PENALTY_STRETCH),
+    "defence-right-bottom": ("RightFieldLeftPenaltyStretch", Shape.RIGHT_FIELD_LEFT_PENALTY_STRETCH),
+    "defence-right-top": ("RightFieldRightPenaltyStretch", Shape.RIGHT_FIELD_RIGHT_PENALTY_STRETCH),
+    "centre-circle": ("CenterCircle", Shape.CENTER_CIRCLE),
+}
+OURS = {theirs: ours for ours, (theirs, _) in NAMES.items()}
+SAME_MM = 0.5  # they send whole millimetres
+GOAL_MM = {"width_mm": 1000, "depth_mm": 180, "height_mm": 160}  # where a field has none: required on the wire
+
+
+def wire_field(field: Field) -> FieldSize:
+    """The field with all its lines and arcs; lengths that must be whole are rounded."""
+    extras = field.extras
+    goal, boundary = {**GOAL_MM, **extras.get("goal", {})}, extras.get("boundary", {"touch_mm": 0, "goal_mm": 0})
+    front = field.lines.get("defence-left-front")
+    circle, mark = field.arcs.get("centre-circle"), field.landmarks.get("penalty-mark-left")
+    widths = [line.width_mm for line in field.lines.values()]
+    return FieldSize(
+        round(field.length_mm), round(field.width_mm), round(goal["width_mm"]), round(goal["depth_mm"]),
+        round(boundary["touch_mm"]), tuple(_line(line) for line in field.lines.values()),
+        tuple(_arc(arc) for arc in field.arcs.values()),
+        penalty_area_depth=None if front is None else round(field.length_mm / 2 - abs(front.start[0])),
+        penalty_area_width=None if front is None else round(abs(front.end[1] - front.start[1])),
+        center_circle_radius=None if circle is None else round(circle.radius_mm),
+        line_thickness=round(float(np.median(widths))) if widths else None,
+        goal_center_to_penalty_mark=None if mark is None else round(field.length_mm / 2 + abs(mark.position[0])),
+        goal_height=round(goal["height_mm"]),
+        ball_radius=extras["ball"]["radius_mm"] if "ball" in extras else None,
+        max_robot_radius=extras["robot"]["radius_mm"] if "robot" in extras else None,
+        boundary_width_goal_line=round(boundary["goal_mm"]))
+
+
+def field_from_wire(sent: FieldSize, known: Iterable[Field] = ()) -> Field:
+    """The known field that is meant, or one made of what was sent; BadInput where that is no field."""
+    for field in known:
+        ours = wire_field(field)
+        if all(abs(getattr(ours, name) - getattr(sent, name)) <= SAME_MM
+               for name in ("field_length", "field_width", "goal_width", "goal_depth")) and _same_lines(ours, sent):
+            return field
+    length, width = float(sent.field_length), float(sent.field_width)
+    x, y = length / 2, width / 2
+    regions = {"full": ((-x, x), (-y, y)), "half-left": ((-x, 0.0), (-y, y)), "half-right": ((0.0, x), (-y, y)),
+               "quarter-bottom-left": ((-x, 0.0), (-y, 0.0)), "quarter-top-left": ((-x, 0.0), (0.0, y)),
+               "quarter-bottom-right": ((0.0, x), (-y, 0.0)), "quarter-top-right": ((0.0, x), (0.0, y))}
+    extras: dict[str, Any] = {
+        "goal": {"width_mm": sent.goal_width, "depth_mm": sent.goal_depth, "height_mm": sent.goal_height or 160},
+        "boundary": {"touch_mm": sent.boundary_width, "goal_mm": sent.boundary_width_goal_line or sent.boundary_width}}
+    if sent.ball_radius:
+        extras["ball"] = {"radius_mm": sent.ball_radius}
+    try:
+        return field_from_json({
+            "name": f"ssl-{sent.field_length}x{sent.field_width}",
+            "title": f"Small Size League, {sent.field_length} × {sent.field_width} mm",
+            "length_mm": length, "width_mm": width,
+            "lines": _once([{"name": _our_name(line.name), "from": [line.p1.x, line.p1.y],
+                             "to": [line.p2.x, line.p2.y], "width_mm": line.thickness} for line in sent.field_lines]),
+            "arcs": _once([{"name": _our_name(arc.name), "centre": [arc.center.x, arc.center.y],
+                            "radius_mm": arc.radius, "start_deg": round(float(np.degrees(arc.a1)), 3),
+                            "end_deg": round(float(np.degrees(arc.a2)), 3), "width_mm": arc.thickness}
+                           for arc in sent.field_arcs]),
+            "landmarks": {"centre": [0, 0], "corner-top-left": [-x, y], "corner-top-right": [x, y],
+                          "corner-bottom-left": [-x, -y], "corner-bottom-right": [x, -y]},
+            "regions": {name: {"x": list(xs), "y": list(ys)} for name, (xs, ys) in regions.items()},
+            "extras": extras})
+    except BadInput as refused:
+        raise refuse(f"The packet's field is none: {refused.what}", "Say the field by name.") from None
+
+
+def _line(line: Line) -> FieldLine:
+    name, shape = NAMES.get(line.name, (line.name, Shape.UNDEFINED))
+    return FieldLine(name, Vector2f(*line.start), Vector2f(*line.end), line.width_mm, int(shape))
+
+
+def _arc(arc: Arc) -> FieldArc:
+    name, shape = NAMES.get(arc.name, (arc.name, Shape.UNDEFINED))
+    return FieldArc(name, Vector2f(*arc.centre), arc.radius_mm, float(np.radians(arc.start_deg)),
+                    float(np.radians(arc.end_deg)), arc.width_mm, int(shape))
+
+
+def _same_lines(ours: FieldSize, sent: FieldSize) -> bool:
+    """Whether every line that both name stands at the same place, in either direction."""
+    there = {line.name: line for line in sent.field_lines}
+    for line in ours.field_lines:
+        if line.name in there:
+            a = np.array([[line.p1.x, line.p1.y], [line.p2.x, line.p2.y]])
+            other = there[line.name]
+            b = np.array([[other.p1.x, other.p1.y], [other.p2.x, other.p2.y]])
+            if min(np.abs(a - b).max(), np.abs(a - b[::-1]).max()) > SAME_MM:
+                return False
+    return True
+
+
+def _our_name(name: str) -> str:
+    """Ours for a line of theirs; else theirs in our spelling."""
+    if name in OURS:
+        return OURS[name]
+    spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", name[:60])
+    return re.sub(r"[^a-z0-9]+", "-", spaced.lower()).strip("-") or "line"
+
+
+def _once(members: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """A name that comes again gets a number."""
+    seen: dict[str, int] = {}
+    for member in members:
+        seen[member["name"]] = seen.get(member["name"], 0) + 1
+        if seen[member["name"]] > 1:
+            member["name"] = f"{member['name'][:56]}-{seen[member['name']]}"
+    return members

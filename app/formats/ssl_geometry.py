@@ -1,0 +1,75 @@
+"""Cameras as the Small Size League puts them on the wire: there and back, and which number a camera has.
+
+The traps: their distortion a undistorts where OpenCV's k1 distorts, a ≈ -k1; their tz lies along the optical axis and
+is not the camera's height; a negative a, pincushion, is as good as any other; the quaternion is x, y, z, w.
+"""
+
+import numpy as np
+
+from app.core.field import Field, Region
+from app.formats.camera_file import CameraFile, size_of
+from app.formats.metadata import Pose, pose_of
+from app.formats.numbers import refuse
+from app.models.ray_camera import RayCamera
+from app.models.rotation import matrix_from_vector, vector_from_matrix
+from app.ssl_protocol.messages import CameraCalibration
+
+
+def wire_camera(camera: RayCamera, camera_id: int) -> CameraCalibration:
+    """An Ssl camera as the league sends it; its numbers become floats of four bytes when they are encoded."""
+    rotation = np.array(camera.rotation)
+    translation = -matrix_from_vector(rotation) @ np.array(camera.position_mm)
+    x, y, z, w = quaternion(rotation)
+    width, height = camera.image_size
+    return CameraCalibration(
+        camera_id=camera_id, focal_length=camera.focal_px, principal_point_x=camera.centre_px[0],
+        principal_point_y=camera.centre_px[1], distortion=camera.lens_terms[0], q0=x, q1=y, q2=z, q3=w,
+        tx=float(translation[0]), ty=float(translation[1]), tz=float(translation[2]),
+        derived_camera_world_tx=camera.position_mm[0], derived_camera_world_ty=camera.position_mm[1],
+        derived_camera_world_tz=camera.position_mm[2], pixel_image_width=width, pixel_image_height=height)
+
+
+def camera_from_wire(sent: CameraCalibration, field: Field) -> CameraFile:
+    """What they say of a camera over that field. The position is q's and t's: the derived one only repeats it."""
+    told = sent.pixel_image_width is not None and sent.pixel_image_height is not None
+    size = size_of(sent.pixel_image_width, sent.pixel_image_height) if told else None
+    return CameraFile("ssl-vision", "ssl", (sent.distortion,), (sent.focal_length, sent.focal_length),
+                      (sent.principal_point_x, sent.principal_point_y), size, pose=wire_pose(sent), field=field)
+
+
+def wire_pose(sent: CameraCalibration) -> Pose:
+    q = np.array([sent.q0, sent.q1, sent.q2, sent.q3])
+    length = float(np.linalg.norm(q))
+    if not 0.5 < length < 2:
+        raise refuse(f"The camera's quaternion has the length {length:g}.", "Give one of length 1: x, y, z, w.")
+    rotation = matrix_from_quaternion(q / length)
+    return pose_of(vector_from_matrix(rotation), -rotation.T @ np.array([sent.tx, sent.ty, sent.tz]))
+
+
+def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
+    """(x, y, z, w) of a rotation vector, w ≥ 0."""
+    angle = float(np.linalg.norm(rotation))
+    half = np.sin(angle / 2) / angle * rotation if angle > 1e-12 else rotation / 2
+    w = float(np.cos(angle / 2))
+    x, y, z = map(float, half if w >= 0 else -half)
+    return x, y, z, abs(w)
+
+
+def matrix_from_quaternion(q: np.ndarray) -> np.ndarray:
+    """The rotation matrix of a quaternion (x, y, z, w) of length 1."""
+    x, y, z, w = q
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
+def camera_number(field: Field, region: Region) -> int:
+    """The number of the camera that sees this part of a shared field: columns along x, in each the lower y first.
+
+    1 camera sees all; of 2, 0 has x < 0; of 4: 0 (-, -), 1 (-, +), 2 (+, -), 3 (+, +); of 8, columns of two.
+    """
+    x0, x1, y0, y1 = *region.x_mm, *region.y_mm
+    columns, rows = max(1, round(field.length_mm / (x1 - x0))), max(1, round(field.width_mm / (y1 - y0)))
+    column = int((x0 + x1) / 2 / field.length_mm * columns + columns / 2)
+    row = int((y0 + y1) / 2 / field.width_mm * rows + rows / 2)
+    return min(column, columns - 1) * rows + min(row, rows - 1)

@@ -1,0 +1,1 @@
+"""A model becomes pictures: correction maps (the only remap), mosaics, heat maps."""

@@ -1,0 +1,222 @@
+"""The whole field in one picture: each camera corrected straight to where the field is drawn, seams feathered.
+
+    view pixel → field mm → raw pixel of each camera, one remap a camera
+    weight = how far inside the raw picture (a ramp at its edge) × how far inside the camera's own region
+
+A camera shows its region; beside it, it only fills what no other camera shows. Where no camera sees, hatching stands
+and `unseen` says so.
+"""
+
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core import opencv
+from app.core.errors import BadInput, FitFailed
+from app.core.field import Arc, Field, Region
+from app.core.geometry import ImageSize, Points
+from app.evaluate.cameras.rig_agreement import inside
+from app.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
+from app.models import CameraModel, model_from_json, raw_from_field
+
+MARGIN_MM = 300.0  # of carpet around the lines
+FEATHER_MM = 200.0  # of a seam between two regions, on either side
+FEATHER_PX = 40.0  # raw, at a picture's edge
+FILLS = 1e-3  # a camera's weight beside its region
+HATCH_PX, HATCH_BGR = 14, (52, 44, 38)
+SURE = 0.998  # a weight beyond that is all
+
+
+@dataclass(frozen=True)
+class FieldView:
+    """The field as it is drawn: x to the right, y up, `width` px wide with a margin around its lines."""
+
+    field: Field
+    width: int
+    margin_mm: float = MARGIN_MM
+
+    def __post_init__(self) -> None:
+        if not 64 <= self.width <= 8192:
+            raise BadInput(f"A width of {self.width} px cannot be drawn.", "Use 64 to 8192.", reason="bad-view")
+
+    @property
+    def px_per_mm(self) -> float:
+        return self.width / (self.field.length_mm + 2 * self.margin_mm)
+
+    @property
+    def size(self) -> ImageSize:
+        return ImageSize(self.width, max(2, round((self.field.width_mm + 2 * self.margin_mm) * self.px_per_mm)))
+
+    def view_from_field(self, points: Points) -> Points:
+        corner = np.array([-self.field.length_mm / 2 - self.margin_mm, self.field.width_mm / 2 + self.margin_mm])
+        return (points - corner) * [self.px_per_mm, -self.px_per_mm] - 0.5
+
+    def field_from_view(self, points: Points) -> Points:
+        corner = np.array([-self.field.length_mm / 2 - self.margin_mm, self.field.width_mm / 2 + self.margin_mm])
+        return (points + 0.5) / [self.px_per_mm, -self.px_per_mm] + corner
+
+    def field_from_view_corner(self) -> list[list[float]]:
+        """The field's places at the picture's first and last pixel, mm."""
+        size = self.size
+        return self.field_from_view(np.array([[0.0, 0.0], [size.width - 1.0, size.height - 1.0]])).tolist()
+
+    def overlay(self) -> list[dict[str, Any]]:
+        """All that is painted, as polylines in view pixels."""
+        shapes = [*self.field.lines.values(), *self.field.arcs.values()]
+        return [{"feature": shape.name, "kind": "arc" if isinstance(shape, Arc) else "line",
+                 "points": self.view_from_field(shape.sample(65 if isinstance(shape, Arc) else 2)).tolist()}
+                for shape in shapes]
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One camera's share: where in the view (rows, columns), its map there, and where it alone is shown."""
+
+    window: tuple[slice, slice]
+    map: CorrectionMap
+    alone: NDArray[np.uint8]  # 255 where nobody else is
+    seam: NDArray[np.int64]  # flat place in the window for each of the stitcher's seam; 0 where it shows nothing
+    weight: NDArray[np.float32]  # (n, 3) of those
+    size: ImageSize
+
+
+@dataclass(frozen=True, eq=False)
+class Stitcher:
+    """Made once for a rig at a width; stitch() is one remap a camera. parts: None for one that is not shown at all.
+
+    seam: flat places (n,) of the view that are blended from more than one camera.
+    """
+
+    view: FieldView
+    parts: tuple[Part | None, ...]
+    seam: NDArray[np.int64]
+    background: NDArray[np.uint8]
+    unseen: NDArray[np.bool_]
+    shown_share: tuple[float, ...]
+
+    @classmethod
+    def of(cls, cameras: Sequence[tuple[CameraModel, ImageSize, Region]], view: FieldView) -> Self:
+        """cameras: model, size of its raw picture, and the region that it shows first."""
+        if not cameras:
+            raise FitFailed("No camera of this rig has both a calibration and a picture.",
+                            "Calibrate its cameras, and let them give pictures.", reason="nothing-to-stitch")
+        size = view.size
+        raws = [_raw(model, view) for model, _, _ in cameras]
+        weights = np.stack([_weight(raw, size_raw, region, view) for raw, (_, size_raw, region)
+                            in zip(raws, cameras, strict=True)])
+        total = weights.sum(axis=0)
+        seen = total > 0
+        weights = np.where(seen, weights / np.where(seen, total, 1), 0)
+        weights[weights > SURE] = 1
+        weights[weights < 1 - SURE] = 0
+        total = weights.sum(axis=0)
+        weights = np.where(seen, weights / np.where(total > 0, total, 1), 0).astype(np.float32)
+        background = np.full((size.height, size.width, 3), BORDER_BGR, np.uint8)
+        y, x = np.indices(seen.shape)
+        background[(~seen) & ((x + y) % HATCH_PX < 2)] = HATCH_BGR
+        seam = np.flatnonzero((weights > 0).sum(axis=0) > 1)
+        parts = tuple(_part(raw, weight, seam, size_raw) for raw, weight, (_, size_raw, _)
+                      in zip(raws, weights, cameras, strict=True))
+        return cls(view, parts, seam, background, ~seen, tuple(float(w.mean()) for w in weights))
+
+    def stitch(self, pictures: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+        """(h, w, 3) BGR, of one raw picture for each camera."""
+        out = self.background.copy()
+        blended = np.zeros((len(self.seam), 3), np.float32)
+        for part, pixels in zip(self.parts, pictures, strict=True):
+            if part is None:
+                continue
+            if ImageSize(pixels.shape[1], pixels.shape[0]) != part.size:
+                raise BadInput("A picture has another size than its camera's calibration.",
+                               "Give pictures of the size that was calibrated.", reason="size-mismatch")
+            seen = part.map.apply(pixels)
+            opencv.paste(out[part.window], seen, part.alone)
+            if len(self.seam):
+                blended += opencv.weighted(_whole(seen).take(part.seam).view(np.uint8).reshape(-1, 3), part.weight)
+        if len(self.seam):
+            np.put(_whole(out), self.seam, _whole(opencv.rounded(blended)))
+        return out
+
+    def told(self) -> dict[str, Any]:
+        """What nobody sees, of the field itself, without the margin: share, m², and where in words; plain JSON."""
+        size, field = self.view.size, self.view.field
+        at = self.view.field_from_view(np.stack(np.meshgrid(np.arange(size.width), np.arange(size.height)), axis=-1)
+                                       .astype(float))
+        on_field = (np.abs(at[..., 0]) <= field.length_mm / 2) & (np.abs(at[..., 1]) <= field.width_mm / 2)
+        unseen = self.unseen & on_field
+        share = float(unseen.sum() / max(on_field.sum(), 1))
+        where = None
+        if unseen.any():
+            x, y = at[unseen].T
+            where = {"x": [float(x.min()), float(x.max())], "y": [float(y.min()), float(y.max())]}
+        area = share * field.length_mm * field.width_mm / 1e6
+        words = ("All of the field is seen." if where is None else
+                 f"{area:.2g} m² of the field ({100 * share:.2g} %) is seen by no camera, within x {where['x'][0]:.0f} "
+                 f"to {where['x'][1]:.0f} mm and y {where['y'][0]:.0f} to {where['y'][1]:.0f} mm.")
+        return {"share": share, "m2": area, "where": where, "words": words}
+
+
+def _whole(pixels: NDArray[np.uint8]) -> NDArray[np.void]:
+    """The same pixels (…, 3) in a row, each as one thing that is moved at once: four times as quick as by channels."""
+    return pixels.reshape(-1, 3).view(np.dtype("V3")).ravel()
+
+
+def _raw(model: CameraModel, view: FieldView) -> Points:
+    size = view.size
+    raw = np.empty((size.height, size.width, 2), np.float32)
+    x = np.arange(size.width, dtype=float)
+    step = max(1, BLOCK_PX // size.width)
+    for top in range(0, size.height, step):
+        y = np.arange(top, min(top + step, size.height), dtype=float)
+        raw[top:top + step] = raw_from_field(model, view.field_from_view(np.stack(np.meshgrid(x, y), axis=-1)))
+    return raw
+
+
+def _weight(raw: Points, size: ImageSize, region: Region, view: FieldView) -> NDArray[np.float64]:
+    """0 where the camera shows nothing, 1 well inside its picture and its region."""
+    with np.errstate(invalid="ignore"):
+        edge = np.minimum(raw, np.array(tuple(size)) - 1 - raw).min(axis=-1)
+        ramp = np.where(inside(raw, size), np.clip((edge + 1) / FEATHER_PX, FILLS, 1), 0)
+    shape = view.size
+    x = view.field_from_view(np.stack([np.arange(shape.width), np.zeros(shape.width)], axis=-1).astype(float))[:, 0]
+    y = view.field_from_view(np.stack([np.zeros(shape.height), np.arange(shape.height)], axis=-1).astype(float))[:, 1]
+    into = np.minimum(_into(x, region.x_mm, view.field.length_mm)[None], _into(y, region.y_mm,
+                                                                              view.field.width_mm)[:, None])
+    return ramp * np.clip((into + FEATHER_MM) / (2 * FEATHER_MM), FILLS, 1)
+
+
+def _into(at: NDArray, span: tuple[float, float], side_mm: float) -> NDArray:
+    """How far within the span, mm; a span that ends with the field goes on beyond it."""
+    low = np.where(span[0] <= -side_mm / 2 + 1, np.inf, at - span[0])
+    high = np.where(span[1] >= side_mm / 2 - 1, np.inf, span[1] - at)
+    return np.minimum(low, high)
+
+
+def _part(raw: Points, weight: NDArray[np.float32], seam: NDArray[np.int64], size: ImageSize) -> Part | None:
+    shown = weight > 0
+    if not shown.any():
+        return None
+    rows, columns = (np.flatnonzero(shown.any(axis=axis)) for axis in (1, 0))
+    window = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    maps = CorrectionMap(*(np.ascontiguousarray(raw[window][..., axis]) for axis in (0, 1)))
+    alone = np.where(weight[window] == 1, 255, 0).astype(np.uint8)
+    of_seam = weight.ravel()[seam]
+    row, column = np.divmod(seam, weight.shape[1])
+    here = (row - rows[0]) * alone.shape[1] + column - columns[0]
+    return Part(window, maps, alone, np.where(of_seam > 0, here, 0), np.repeat(of_seam[:, None], 3, axis=1), size)
+
+
+def stitcher_of(rig: Mapping[str, Any], names: Container[str], view: FieldView) -> tuple[Stitcher, list[str]]:
+    """For those of a rig's cameras (see rig_pipeline.py) that are calibrated on its field; and which these are."""
+    cameras, shown = [], []
+    for camera in rig["cameras"]:
+        calibration = camera["calibration"]
+        if camera["camera"] in names and calibration is not None and calibration["field"] == view.field.name:
+            model = model_from_json(calibration["model"]["name"], calibration["model"]["parameters"])
+            region = view.field.region(camera["region"] or calibration["region"])
+            cameras.append((model, ImageSize.of(calibration["image_size"]), region))
+            shown.append(camera["camera"])
+    return Stitcher.of(cameras, view), shown

@@ -1,0 +1,77 @@
+"""What is to be published and listened to: everything that an operator can set, as one frozen record."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from dataclasses import field as member
+from typing import Any, Self, get_args, get_origin
+
+from app.core.errors import BadInput
+from app.league.multicast_address import GROUP, PORT, Route
+
+SHORTEST_S, LONGEST_S = 0.1, 60.0  # between two packets
+KINDS = {"enabled": bool, "absorb": bool, "group": str, "port": int, "interface": str, "ttl": int, "interval_s": float,
+         "limit_mm": float, "field": str | None, "numbers": dict[str, int], "approved": dict[str, str]}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """enabled: whether geometry is sent. absorb: whether the group is listened to. interval_s: between two packets.
+
+    limit_mm: a camera whose lens loses more on the wire, at worst, is not sent, unless `approved` has its name with the
+    id of that very calibration. field: the field that is sent where cameras see several; None for that of most.
+    numbers: cameras' numbers on the wire, where they are not those of their regions.
+    """
+
+    enabled: bool = False
+    absorb: bool = False
+    group: str = GROUP
+    port: int = PORT
+    interface: str = ""
+    ttl: int = 1
+    interval_s: float = 3.0
+    limit_mm: float = 10.0
+    field: str | None = None
+    numbers: Mapping[str, int] = member(default_factory=dict)
+    approved: Mapping[str, str] = member(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        _ = self.route
+        if not SHORTEST_S <= self.interval_s <= LONGEST_S:
+            raise BadInput(f"{self.interval_s:g} s is no interval.", f"Give {SHORTEST_S:g} to {LONGEST_S:g} seconds.",
+                           reason="bad-interval")
+        if not (math.isfinite(self.limit_mm) and self.limit_mm >= 0):
+            raise BadInput("The limit is no length.", "Give millimetres, 0 or more.", reason="bad-limit")
+        for name, number in self.numbers.items():
+            if not 0 <= number < 2**32:
+                raise BadInput(f"{number} is no camera number for {name!r}.", "Give a whole number from 0.",
+                               reason="bad-camera-number")
+
+    @property
+    def route(self) -> Route:
+        return Route(self.group, self.port, self.interface, self.ttl)
+
+    def to_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, value: Any) -> Self:
+        """What to_json gave; BadInput for anything else."""
+        try:
+            given = dict(value.items())
+            if not all(_is(given[name], kind) for name, kind in KINDS.items() if name in given):
+                raise TypeError
+            return cls(**given)
+        except (AttributeError, TypeError):
+            raise BadInput("The kept settings for the network are not understood.", "Set them anew.",
+                           reason="bad-publishing") from None
+
+
+def _is(value: Any, kind: Any) -> bool:
+    """Whether plain JSON is of that kind; true is no number, and 3 is as good as 3.0."""
+    if get_origin(kind) is dict:
+        key, inner = get_args(kind)
+        return isinstance(value, dict) and all(_is(k, key) and _is(v, inner) for k, v in value.items())
+    if isinstance(value, bool):
+        return kind is bool
+    return isinstance(value, int | float if kind is float else kind)

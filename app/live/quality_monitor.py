@@ -1,0 +1,102 @@
+"""In a camera's process: about twice a second, how light and focus are, on a reduced picture.
+
+Flicker needs frames that follow each other: every FLICKER_EVERY_S a burst of them is looked at, rows only.
+"""
+
+import threading
+import time
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.geometry import ImageSize
+from app.live.capture import Capture, Taken
+from app.live.encoder import Encoder
+from app.live.picture import Shown
+from app.vision.quality import flicker, light, sharpness
+
+EVERY_S = 0.5
+FLICKER_EVERY_S = 8.0
+BURST = 32  # frames, about a second of them
+BURST_S = 4.0  # a slow camera's burst ends here, whatever it has
+WIDTH_PX = 640
+
+
+class Inspector:
+    """The thread that looks at light and focus. It gives way: it sleeps much longer than it works."""
+
+    def __init__(self, capture: Capture, encoder: Encoder) -> None:
+        self._capture = capture
+        self._encoder = encoder
+        self._before: NDArray[np.uint8] | None = None
+        self._same_since = 0.0
+        self._flicker: flicker.Flicker | None = None
+        self._mask: tuple[str, ImageSize, NDArray[np.bool_]] | None = None
+        self.newest: dict[str, Any] | None = None
+
+    def start(self) -> None:
+        threading.Thread(target=self._run, name="inspector", daemon=True).start()
+
+    def _run(self) -> None:
+        seq, due = 0, time.monotonic()
+        while True:
+            if time.monotonic() >= due and not self._capture.resting:
+                self._flicker = self._burst(seq) or self._flicker
+                due = time.monotonic() + FLICKER_EVERY_S
+            taken = self._capture.after(seq, EVERY_S, in_passing=True)
+            if taken is not None:
+                seq = taken.seq
+                pixels = taken.frame.pixels
+                small = pixels if pixels.shape[1] <= WIDTH_PX else cv2.resize(
+                    pixels, (WIDTH_PX, max(2, round(pixels.shape[0] * WIDTH_PX / pixels.shape[1]))),
+                    interpolation=cv2.INTER_AREA)
+                self.newest = self._look(small, taken)
+            time.sleep(EVERY_S)
+
+    def _look(self, small: NDArray[np.uint8], taken: Taken) -> dict[str, Any]:
+        if self._before is None or self._before.shape != small.shape or not np.array_equal(self._before, small):
+            self._same_since = taken.moment
+        self._before = small
+        field = self._field_of(small.shape[1], small.shape[0], taken.frame.size)
+        found_light = light.light_of(small, field)
+        found_sharpness = sharpness.sharpness_of(taken.frame.pixels, field)  # reduced, a soft edge looks sharp
+        words = [*light.words(found_light), *sharpness.words(found_sharpness), *flicker.words(self._flicker)]
+        words.sort(key=lambda word: word["severity"] != "warning")
+        return {"unchanged_s": round(taken.moment - self._same_since, 2), "light": found_light.to_json(),
+                "sharpness": found_sharpness.to_json(), "words": words,
+                "flicker": self._flicker.to_json() if self._flicker else None}
+
+    def _burst(self, seq: int) -> flicker.Flicker | None:
+        times, rows = [], []
+        end = time.monotonic() + BURST_S
+        while len(times) < BURST and time.monotonic() < end:
+            taken = self._capture.after(seq, EVERY_S, in_passing=True)
+            if taken is None:
+                break
+            seq = taken.seq
+            row = flicker.row_means(taken.frame.pixels)
+            if rows and len(row) != len(rows[0]):
+                break
+            times.append(taken.moment)
+            rows.append(row)
+        return flicker.flicker_of(times, rows)
+
+    def _field_of(self, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_] | None:
+        """Where the field lies in the reduced picture, as far as a calibration tells."""
+        shown: Shown | None = self._encoder.shown
+        if shown is None or shown.calibration.image_size != raw:
+            return None
+        if self._mask is None or self._mask[:2] != (shown.calibration.id, raw):
+            self._mask = (shown.calibration.id, raw, _mask(shown, width, height, raw))
+        return self._mask[2]
+
+
+def _mask(shown: Shown, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_]:
+    x, y = np.meshgrid(np.arange(width), np.arange(height))
+    points = np.stack([(x + 0.5) * raw.width / width - 0.5, (y + 0.5) * raw.height / height - 0.5], axis=-1)
+    corrected = shown.model.corrected_from_raw(points.reshape(-1, 2)).reshape(height, width, 2)
+    size = shown.model.corrected_size
+    with np.errstate(invalid="ignore"):
+        return (corrected >= 0).all(axis=-1) & (corrected <= np.array(size) - 1).all(axis=-1)

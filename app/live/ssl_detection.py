@@ -1,0 +1,34 @@
+"""What was seen in a frame as the Small Size League's SSL_DetectionFrame: one packet a frame and camera.
+
+Lengths in mm, angles in radians, counter-clockwise from field x, pixels raw. What has no place, or a team that the
+league has not, is left out; a robot whose pattern cannot be told goes without a number.
+"""
+
+from app.core.detections import Detection, Detections
+from app.ssl_protocol.messages import DetectedBall, DetectedRobot, DetectionFrame, Sender, WrapperPacket
+from app.ssl_protocol.protobuf import encode
+
+MOST = 100  # of a kind: a datagram must hold them
+
+
+def packet_of(seen: Detections, camera_number: int, sent_s: float) -> bytes:
+    """The datagram. sent_s: now, unix; frame and time_s of the detections must be known."""
+    placed = [item for item in seen.items if item.x_mm is not None and item.y_mm is not None]
+    robots = {team: tuple(_robot(item) for item in placed if item.kind == "robot" and item.team == team)[:MOST]
+              for team in ("yellow", "blue")}
+    balls = tuple(_ball(item) for item in placed if item.kind == "ball")[:MOST]
+    frame = DetectionFrame(frame_number=(seen.frame or 0) % 2**32, t_capture=seen.time_s or sent_s, t_sent=sent_s,
+                           camera_id=camera_number, balls=balls, robots_yellow=robots["yellow"],
+                           robots_blue=robots["blue"])
+    return encode(WrapperPacket(detection=frame, source=int(Sender.OTHER)))
+
+
+def _ball(item: Detection) -> DetectedBall:
+    return DetectedBall(confidence=item.confidence, area=max(0, round(item.area_px)), x=item.x_mm, y=item.y_mm,
+                        z=item.z_mm, pixel_x=item.pixel[0], pixel_y=item.pixel[1])
+
+
+def _robot(item: Detection) -> DetectedRobot:
+    return DetectedRobot(confidence=item.confidence, robot_id=item.id, x=item.x_mm, y=item.y_mm,
+                         orientation=item.orientation_rad, pixel_x=item.pixel[0], pixel_y=item.pixel[1],
+                         height=item.z_mm)

@@ -1,0 +1,102 @@
+"""The tracks of a rig, live: what its cameras see put together while somebody listens."""
+
+import asyncio
+import contextlib
+import json
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from app.core.detections import Detection
+from app.core.errors import TouchlineError, Unavailable
+from app.evaluate.motion.object_tracks import PlayTracker, seams_of
+from app.live.camera import LiveCamera
+from app.live.detection_feed import text_of
+from app.live.viewer import Viewer
+
+LOOKS_FPS = 20.0  # of each camera that go in: the server's own thread reads them
+TELL_S = 0.05
+RETRY_S = 1.0  # after a camera that cannot be listened to
+SILENT_S = 5.0
+
+
+class Tracked:
+    """One rig's. Only for the event loop's own thread. camera: by its name, woken; raises why there is none."""
+
+    def __init__(self, names: Sequence[str], camera: Callable[[str], LiveCamera]) -> None:
+        self.names = tuple(names)
+        self._camera = camera
+        self._viewers: set[Viewer] = set()
+        self._tasks: list[asyncio.Task[None]] = []
+        self._tracker = PlayTracker()
+        self._heard: dict[str, float] = {}
+        self._problems: dict[str, TouchlineError] = {}
+
+    @contextlib.contextmanager
+    def listening(self) -> Iterator[Viewer]:
+        """JSON texts, newest first, as long as the context lasts; all following rests when nobody listens."""
+        viewer = Viewer()
+        self._viewers.add(viewer)
+        if not self._tasks:
+            self._tracker = PlayTracker()
+            self._tasks = [asyncio.create_task(self._follow(name)) for name in self.names]
+            self._tasks.append(asyncio.create_task(self._tell()))
+        try:
+            yield viewer
+        finally:
+            self._viewers.discard(viewer)
+            if not self._viewers:
+                self._rest()
+
+    def end(self) -> None:
+        """The rig was changed, or the server ends."""
+        self._rest()
+        for viewer in self._viewers:
+            viewer.end(Unavailable("This rig was changed or removed.", "Open it again.", reason="rig-gone"))
+
+    def _rest(self) -> None:
+        for task in self._tasks:
+            task.cancel()
+        self._tasks = []
+
+    async def _follow(self, name: str) -> None:
+        """One camera, again and again: it may be switched off, changed, or come later."""
+        while True:
+            try:
+                with self._camera(name).seeing.listening(LOOKS_FPS) as viewer:
+                    while True:
+                        self._add(name, json.loads(text_of(await viewer.next(SILENT_S))))
+            except TouchlineError as error:
+                self._problems[name] = error
+            except TimeoutError:
+                self._problems[name] = Unavailable("This camera sends no frames.", "Look at its state.",
+                                                   reason="camera-silent")
+            await asyncio.sleep(RETRY_S)
+
+    def _add(self, name: str, seen: dict[str, Any]) -> None:
+        self._heard[name] = seen["time_s"]
+        self._problems.pop(name, None)
+        if seen["calibration"] is None:
+            self._problems[name] = Unavailable("This camera has no calibration in use.", "Activate one.",
+                                               reason="not-calibrated")
+        self._tracker.add(name, seen["time_s"], [Detection.from_json(item) for item in seen["items"]])
+
+    async def _tell(self) -> None:
+        while True:
+            await asyncio.sleep(TELL_S)
+            if self._heard or len(self._problems) == len(self.names):
+                text = json.dumps(self._told(), separators=(",", ":")).encode()
+                now = asyncio.get_running_loop().time()
+                for viewer in self._viewers:
+                    viewer.offer(text, now)
+
+    def _told(self) -> dict[str, Any]:
+        tracks = self._tracker.told()
+        now = time.time()
+        return {"time_s": round(max(self._heard.values(), default=now), 4), "items": tracks, "seams": seams_of(tracks),
+                "cameras": [{"camera": name, "age_s": round(now - self._heard[name], 3) if name in self._heard else
+                             None, "problem": _json(self._problems.get(name))} for name in self.names]}
+
+
+def _json(problem: TouchlineError | None) -> dict[str, str] | None:
+    return None if problem is None else {"reason": problem.reason, "what": problem.what, "fix": problem.fix}

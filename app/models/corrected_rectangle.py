@@ -1,0 +1,31 @@
+"""The corrected rectangle: I_width and I_height from the rig's rectangles, Eq. (3) and (7)."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from app.core.errors import BadInput
+from app.core.field import Region
+from app.core.geometry import ImageSize
+
+RECTANGLES = 10  # between the far apart borders, unless the rig says otherwise
+MAX_CORRECTED_PX = 50e6
+
+
+def rectangles(settings: Mapping[str, Any], region: Region, image_size: ImageSize) -> tuple[float, float, int, int]:
+    """I_width and I_height with their numbers of rectangles, Eq. (3) and (7).
+
+    Defaults depend on the field and the picture size alone, never on the clicks, so that cameras of one rig agree:
+    the region, square-pixelled, as large as fits into the picture.
+    """
+    longer = max(region.width_mm, region.height_mm)
+    n_x = settings["n_rectangles_x"] or max(1, round(RECTANGLES * region.width_mm / longer))
+    n_y = settings["n_rectangles_y"] or max(1, round(RECTANGLES * region.height_mm / longer))
+    px_per_mm = min(image_size.width / region.width_mm, image_size.height / region.height_mm)
+    w_max, h_max = settings["w_max_rectangle_px"], settings["h_max_rectangle_px"]
+    width = w_max * n_x if w_max else round(region.width_mm * px_per_mm)  # Eq. (3)
+    height = h_max * n_y if h_max else round(region.height_mm * px_per_mm)  # Eq. (7)
+    if width < 16 or height < 16 or width > 16000 or height > 16000 or width * height > MAX_CORRECTED_PX:
+        raise BadInput(f"The corrected picture would be {width:.0f} × {height:.0f} px.",
+                       "Choose rectangles and numbers that make 16 to 16 000 px each way and at most 50 megapixels.",
+                       reason="bad-corrected-size")
+    return float(width), float(height), n_x, n_y

@@ -1,0 +1,155 @@
+"""Cameras with rays: a centre of projection, a pose, a focal length, and a lens of any kind in between.
+
+    ray = R (field - position)                      field mm, R = camera_from_field
+    pixel = centre + focal · (1, aspect) · distort(ray)
+
+The corrected frame is the region seen straight from above: the same rectangle as the paper's method makes, so that
+models can be compared and the cameras of a rig agree.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from app.core.errors import BadInput
+from app.core.field import Field, Region
+from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.records import Fit, Observations
+from app.fitting.sensitivity import FittedState, Sensitive
+from app.models import Progress, no_progress
+from app.models.lens import Array, Lens
+from app.models.rotation import matrix_from_vector
+from app.models.top_view import RectangleView, parameters_read, read_view
+
+REACH = 1.0  # how far beyond the picture a lens is still believed, as a share of the picture's extent
+
+
+@dataclass(frozen=True)
+class RayCamera(RectangleView, Sensitive):
+    """What all models with rays have in common; a lens makes it a model.
+
+    A member names its LENS and says with lens_start(k1) which terms begin as r_d = r (1 + k1 r²).
+
+    focal_px: in x; y has focal_px · aspect. centre_px: principal point. rotation: camera_from_field as a rotation
+    vector (Rodrigues). position_mm: the centre of projection in the field frame; z is the height above the carpet.
+    width_px, height_px: I_width and I_height of the corrected rectangle.
+    """
+
+    NAME: ClassVar[str]
+    LENS: ClassVar[type[Lens]]
+    NEEDS_EVERY_BORDER: ClassVar[bool] = False
+
+    lens_terms: tuple[float, ...]
+    focal_px: float
+    aspect: float
+    centre_px: tuple[float, float]
+    rotation: tuple[float, float, float]
+    position_mm: tuple[float, float, float]
+    width_px: float
+    height_px: float
+    n_rectangles_x: int
+    n_rectangles_y: int
+    region: Region
+    image_size: ImageSize
+
+    @cached_property
+    def camera_from_field(self) -> Array:
+        return matrix_from_vector(np.array(self.rotation))
+
+    @cached_property
+    def _terms(self) -> Array:
+        return np.array(self.lens_terms)
+
+    def project(self, points_field_xyz: Array) -> Points:
+        """Field mm (..., 3) to raw pixels (..., 2); NaN behind the camera, past the horizon, or far off the picture."""
+        with np.errstate(all="ignore"):
+            rays = (np.asarray(points_field_xyz, float) - np.array(self.position_mm)) @ self.camera_from_field.T
+            plane = self.LENS.distort(self._terms, rays)
+            pixels = plane * (self.focal_px * np.array([1, self.aspect])) + np.array(self.centre_px)
+            near = (np.abs(points_field_xyz) < MAX_COORDINATE).all(axis=-1)
+        return unreachable_where(~near | self._beyond(pixels), pixels)
+
+    def unproject(self, pixels: Points, z_mm: float = 0.0) -> Points:
+        """Raw pixels (..., 2) to field mm (..., 2) in the plane at z_mm; NaN where the ray does not meet it ahead."""
+        with np.errstate(all="ignore"):
+            about = np.asarray(pixels, float) - np.array(self.centre_px)
+            plane = about / (self.focal_px * np.array([1, self.aspect]))
+            rays = self.LENS.undistort(self._terms, plane) @ self.camera_from_field
+            x, y, z = self.position_mm
+            reach = (z_mm - z) / rays[..., 2]
+            field = np.array([x, y]) + rays[..., :2] * reach[..., None]
+            far = ~(np.abs(field) < MAX_COORDINATE).all(axis=-1)
+            return unreachable_where(~(reach > 0) | far | self._beyond(np.asarray(pixels, float)), field)
+
+    def _beyond(self, pixels: Points) -> Array:
+        """Further outside the picture than a lens is believed, or not a number."""
+        extent = (0.5 + REACH) * np.array(tuple(self.image_size), float)
+        return ~(np.abs(pixels - np.array(self.image_size.centre)) <= extent).all(axis=-1)
+
+    def fit_state(self) -> FittedState:
+        from app.fitting.ray_camera.parameters import RayState
+        return RayState.of(self)
+
+    def corrected_from_raw(self, points: Points) -> Points:
+        """Raw pixels to corrected ones, by way of the carpet."""
+        return self.corrected_from_field(self.unproject(points))
+
+    def raw_from_corrected(self, points: Points) -> Points:
+        """Corrected pixels to raw ones, by way of the carpet."""
+        field = self.field_from_corrected(points)
+        return self.project(np.concatenate([field, np.zeros((*field.shape[:-1], 1))], axis=-1))
+
+    @classmethod
+    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
+            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
+        """Fit from points anywhere along lines and arcs, landmarks, and points at known heights; see lens_fit.py."""
+        from app.fitting.ray_camera.fit import fit_rays
+        return fit_rays(cls, observations, field, region, image_size, options, progress)
+
+    @classmethod
+    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+        return (f"{8 + len(cls.term_ladder()[0])} points or more on at least four lines, not all parallel; "
+                "nine on each of the four borders are good.")
+
+    @classmethod
+    def term_ladder(cls) -> tuple[tuple[str, ...], ...]:
+        """Sets of lens terms that "auto" tries, simplest first; a lens without a choice has one."""
+        return (cls.LENS.TERMS,)
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
+        """Read what asdict() wrote; BadInput for anything else."""
+        with parameters_read(cls, parameters) as p:
+            tuples = ("lens_terms", "centre_px", "rotation", "position_mm")
+            model = cls(**{name: tuple(map(float, p[name])) for name in tuples}, focal_px=float(p["focal_px"]),
+                        aspect=float(p["aspect"]), **read_view(p))
+        if not model.plausible():
+            raise BadInput("These parameters describe no camera over a field.",
+                           "Give what Touchline exported as json.", reason="bad-parameters")
+        return model
+
+    def plausible(self) -> bool:
+        """Whether this can be a camera above a field: finite, above the carpet, with a focal length somebody makes."""
+        numbers = [*self.lens_terms, self.focal_px, self.aspect, *self.centre_px, *self.rotation, *self.position_mm]
+        width = self.image_size.width
+        lengths_ok = (len(self.lens_terms) == len(self.LENS.TERMS) and len(self.centre_px) == 2
+                      and len(self.rotation) == 3 and len(self.position_mm) == 3)
+        return bool(lengths_ok and np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE
+                    and 0.05 * width <= self.focal_px <= 100 * width and 0.5 <= self.aspect <= 2
+                    and self.position_mm[2] > 0 and np.linalg.norm(self.rotation) < 10)
+
+
+def example_fields() -> Iterator[dict[str, Any]]:
+    """What three example cameras have apart from their lenses: straight down, tilted, and tilted over half a field."""
+    full = Region("full", (-2000.0, 2000.0), (-1500.0, 1500.0), 0)
+    half = Region("half", (0.0, 3025.0), (-2025.0, 2025.0), 90)
+    size = ImageSize(1280, 1024)
+    down = {"aspect": 1.0, "centre_px": size.centre, "width_px": 1280.0, "height_px": 960.0, "n_rectangles_x": 10,
+            "n_rectangles_y": 8, "region": full, "image_size": size}
+    yield {**down, "focal_px": 900.0, "rotation": (float(np.pi), 0.0, 0.0), "position_mm": (30.0, -20.0, 4150.0)}
+    yield {**down, "focal_px": 850.0, "rotation": (2.85, 0.05, 0.1), "position_mm": (-150.0, -900.0, 4000.0)}
+    yield {**down, "focal_px": 760.0, "aspect": 1.0, "width_px": 1280.0, "height_px": 956.0, "region": half,
+           "rotation": (-2.2, 2.2, 0.12), "position_mm": (1400.0, 100.0, 4300.0)}

@@ -1,0 +1,85 @@
+"""The corrected frame of models that know the carpet: their region seen straight from above, to scale."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from app.core.errors import BadInput
+from app.core.field import Region
+from app.core.geometry import MAX_COORDINATE, ImageSize, Points
+from app.models.lens import Array
+
+
+class RectangleView:
+    """For a model with the fields below: column 0 is the region's left border, column I_width its right one."""
+
+    width_px: float
+    height_px: float
+    n_rectangles_x: int
+    n_rectangles_y: int
+    region: Region
+    image_size: ImageSize
+
+    @property
+    def corrected_size(self) -> ImageSize:
+        """One more than I_width × I_height, so that the far borders are in the picture too."""
+        return ImageSize(round(self.width_px) + 1, round(self.height_px) + 1)
+
+    @property
+    def _mm_per_px(self) -> Array:
+        return np.array([self.region.width_mm / self.width_px, self.region.height_mm / self.height_px])
+
+    def field_from_corrected(self, points: Points) -> Points:
+        """Corrected pixels to field mm: a scale and the region's place."""
+        with np.errstate(invalid="ignore"):
+            return self.region.field_from_region(np.asarray(points, float) * self._mm_per_px)
+
+    def corrected_from_field(self, points: Points) -> Points:
+        with np.errstate(invalid="ignore"):
+            return self.region.region_from_field(np.asarray(points, float)) / self._mm_per_px
+
+
+VIEW_FIELDS = ("width_px", "height_px", "n_rectangles_x", "n_rectangles_y", "region", "image_size")
+
+
+@contextmanager
+def parameters_read(model: type, given: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """What asdict() wrote of a model, for reading it back: exactly its fields.
+
+    Whatever goes wrong while they are read is told as BadInput in the model's name.
+    """
+    try:
+        parameters = dict(given)
+        names = {f.name for f in fields(model)}
+        if set(parameters) != names:
+            raise ValueError(f"expected {', '.join(sorted(names))}")
+        yield parameters
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise BadInput(f"These are no parameters of a {model.NAME} model: {error}.",
+                       "Give what Touchline exported as json.", reason="bad-parameters") from None
+
+
+def read_view(p: Mapping[str, Any]) -> dict[str, Any]:
+    """The six fields of a RectangleView out of what asdict() wrote.
+
+    Raises BadInput where the numbers describe no rectangle, and KeyError, TypeError, ValueError, AttributeError or
+    OverflowError where they are no numbers; from_parameters tells both in the model's name.
+    """
+    region = Region(str(p["region"]["name"]), tuple(map(float, p["region"]["x_mm"])),
+                    tuple(map(float, p["region"]["y_mm"])), int(p["region"]["rotate_deg"]))
+    view = {"width_px": float(p["width_px"]), "height_px": float(p["height_px"]),
+            "n_rectangles_x": int(p["n_rectangles_x"]), "n_rectangles_y": int(p["n_rectangles_y"]),
+            "region": region.rotated(region.rotate_deg),
+            "image_size": ImageSize.of((p["image_size"]["width"], p["image_size"]["height"]))}
+    numbers = np.array([view["width_px"], view["height_px"], *region.x_mm, *region.y_mm])
+    if not (np.abs(numbers).max() < MAX_COORDINATE and len(region.x_mm) == len(region.y_mm) == 2  # NaN is not less
+            and 1 <= view["width_px"] <= 65535 and 1 <= view["height_px"] <= 65535
+            and view["width_px"] * view["height_px"] <= 2e8
+            and 1 <= view["n_rectangles_x"] <= 1000 and 1 <= view["n_rectangles_y"] <= 1000
+            and region.x_mm[0] < region.x_mm[1] and region.y_mm[0] < region.y_mm[1]):
+        raise BadInput("These parameters describe no rectangle of a field.", "Give what Touchline exported as json.",
+                       reason="bad-parameters")
+    return view

@@ -1,0 +1,71 @@
+"""Where a board was held before a camera whose lens it told, and which part of the picture it has covered."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import Conflict
+
+SIDE_PX = 32  # of a cell in the picture of the coverage
+MOST_MM = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class BoardViews:
+    """quads (n, 4, 3) mm in the camera's frame (x right, y down, z ahead): the outermost corners of every used view.
+
+    half: of the picture's extent at depth 1, across and down, without the lens's bend. cells (rows, columns): how many
+    corners were seen in each part of the picture.
+    """
+
+    quads: NDArray[np.float64]
+    names: tuple[str, ...]
+    half: tuple[float, float]
+    cells: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, lens: Mapping[str, Any]) -> Self:
+        """From a kept lens; Conflict where it does not say how the board was held."""
+        try:
+            views = [view for view in lens["report"]["views"] if view.get("used") and view.get("quad_mm") is not None]
+            quads = np.array([view["quad_mm"] for view in views], float).reshape(-1, 4, 3)
+            cells = np.array(lens["report"]["coverage"]["cells"], float)
+            held, (width, height) = lens["lens"], lens["image_size"]
+            focal = float(held["focal_px"])
+            half = (width / 2 / focal, height / 2 / (focal * float(held["aspect"])))
+            known = (np.isfinite(quads).all() and np.abs(quads).max(initial=0) < MOST_MM and cells.ndim == 2
+                     and np.isfinite(cells).all() and np.isfinite(half).all() and 0 < min(half) <= max(half) < 1e3)
+        except (KeyError, TypeError, ValueError, AttributeError, ZeroDivisionError):
+            known, views, quads = False, [], np.empty((0, 4, 3))
+        if not known or not len(quads):
+            raise Conflict("This lens does not say how the board was held.", "Lenses that are found from now on do: "
+                           "calibrate it again from its pictures.", reason="no-board-poses")
+        return cls(quads, tuple(str(view.get("name", "")) for view in views), half, cells)
+
+    @property
+    def depth_mm(self) -> float:
+        """How far ahead of the camera its picture is drawn: before the nearest board."""
+        return float(min(0.5 * np.median(self.quads[..., 2]), 0.8 * max(self.quads[..., 2].min(), 1.0)))
+
+    @property
+    def fov_rad(self) -> float:
+        return float(2 * np.arctan(self.half[1]))
+
+    @property
+    def aspect(self) -> float:
+        return self.half[0] / self.half[1]
+
+    def coverage(self) -> NDArray[np.uint8]:
+        """RGB: bright cells of the picture have seen many corners, red ones none."""
+        share = np.clip(self.cells / max(float(np.median(self.cells[self.cells > 0], axis=None))
+                                         if (self.cells > 0).any() else 1.0, 1.0) / 2, 0, 1)
+        picture = np.stack([40 + 60 * share, 70 + 160 * share, 60 + 80 * share], axis=-1).astype(np.uint8)
+        picture[self.cells == 0] = (190, 60, 50)
+        return np.kron(picture, np.ones((SIDE_PX, SIDE_PX, 1), np.uint8))
+
+    def to_json(self) -> dict[str, Any]:
+        return {"boards": len(self.quads), "nearest_mm": float(self.quads[..., 2].min()),
+                "furthest_mm": float(self.quads[..., 2].max()), "covered": float((self.cells > 0).mean())}

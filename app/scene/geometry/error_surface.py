@@ -1,0 +1,50 @@
+"""Expected error over a region as a coloured sheet that lies on the carpet, or floats where robots carry their hats."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core import opencv
+from app.core.errors import TouchlineError
+from app.core.field import Region
+from app.models import CameraModel
+from app.scene.geometry.textured_quad import Lying
+from app.workflows.calibration import uncertainty
+
+WIDTH_PX = 256  # of the longer side: colours run smoothly between the places of the grid
+SEEN = 190  # of 255: the field's lines are seen through it
+SHADES = 256
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """sigma_mm (rows, columns), NaN where the camera sees nothing; lying: where."""
+
+    sigma_mm: NDArray[np.float64]
+    lying: Lying
+
+    @property
+    def largest_mm(self) -> float:
+        return float(np.nanmax(self.sigma_mm))
+
+    def picture(self, top_mm: float) -> NDArray[np.uint8]:
+        """RGBA (h, w, 4): dark is 0, bright top_mm and more; see-through where nothing is known."""
+        scale = WIDTH_PX / max(self.lying.width_mm, self.lying.height_mm)
+        size = [max(2, round(side * scale)) for side in (self.lying.width_mm, self.lying.height_mm)]
+        values = opencv.resized(self.sigma_mm, *size)
+        shades = np.clip(np.nan_to_num(values) / top_mm * (SHADES - 1), 0, SHADES - 1).astype(int)
+        picture = np.empty((*values.shape, 4), np.uint8)
+        picture[..., :3] = opencv.colours()[shades][..., ::-1]
+        picture[..., 3] = np.where(np.isfinite(values), SEEN, 0)
+        return picture
+
+
+def sheet_of(model: CameraModel, covariance: Any, region: Region, z_mm: float) -> Sheet | TouchlineError:
+    """The sheet, or why there is none."""
+    try:
+        found = uncertainty(model, covariance, region, z_mm)
+    except TouchlineError as refusal:
+        return refusal
+    return Sheet(np.array(found["grid"]["sigma_mm"], float), Lying.over(region, z_mm))

@@ -1,0 +1,126 @@
+"""Where a camera hangs and which way it looks; and its picture as a pinhole at the same place would have taken it.
+
+A lens bends its picture, and a frustum is a pinhole's: drawn on one, only the straightened picture lies over the field
+that stands behind it. A pinhole cannot see 180°: of a very wide lens the middle WIDEST_DEG are shown.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.geometry import ImageSize, Points
+from app.imaging.correction import CorrectionMap
+from app.models.ray_camera import RayCamera
+
+WIDEST_DEG = 120.0
+BORDER_STEPS = 33  # points along each side of the picture
+REACH_MM = 1000.0  # along a ray: any length will do
+DEPTH_SHARE = 0.22  # of the camera's height: how far below it its picture is drawn
+DEEPEST_MM = 1200.0
+IN_FRONT = 0.985  # of the frustum's depth, where lines are drawn over its picture
+
+
+@dataclass(frozen=True, eq=False)
+class Hung:
+    """position_mm (3,); field_from_camera (3, 3), whose columns are right, down and ahead. half: of the straightened
+    picture's extent at depth 1, across and down. whole: whether that is all that the camera sees."""
+
+    model: RayCamera
+    position_mm: NDArray[np.float64]
+    field_from_camera: NDArray[np.float64]
+    half: tuple[float, float]
+    whole: bool
+
+    @classmethod
+    def of(cls, model: RayCamera) -> Self:
+        rays = _rays(model, _border(model.image_size))
+        with np.errstate(all="ignore"):
+            plane = np.abs(rays[:, :2] / np.where(rays[:, 2:] > 0, rays[:, 2:], np.nan))
+        most = float(np.tan(np.radians(WIDEST_DEG / 2)))
+        known = np.isfinite(plane).all(axis=1)
+        seen = np.nanmax(plane[known], axis=0) if known.any() else np.array([most, most])
+        half = np.minimum(seen, most)
+        return cls(model, np.array(model.position_mm), model.camera_from_field.T, (float(half[0]), float(half[1])),
+                   bool(known.all() and (seen <= most).all()))
+
+    @property
+    def height_mm(self) -> float:
+        return float(self.position_mm[2])
+
+    @property
+    def tilt_deg(self) -> float:
+        """Of the line of sight against straight down."""
+        return float(np.degrees(np.arccos(np.clip(-self.field_from_camera[2, 2], -1, 1))))
+
+    @property
+    def fov_rad(self) -> float:
+        """Of the straightened picture, from top to bottom."""
+        return float(2 * np.arctan(self.half[1]))
+
+    @property
+    def aspect(self) -> float:
+        return self.half[0] / self.half[1]
+
+    def fov_within(self, aspect: float) -> float:
+        """The angle from top to bottom at which a window of that shape shows the whole frustum."""
+        return float(2 * np.arctan(max(self.half[1], self.half[0] / aspect)))
+
+    @property
+    def depth_mm(self) -> float:
+        """How far ahead of the camera its picture is drawn."""
+        return min(DEEPEST_MM, DEPTH_SHARE * self.height_mm)
+
+    @property
+    def ahead(self) -> NDArray[np.float64]:
+        """(3,): the place of the picture's middle."""
+        return self.position_mm + self.field_from_camera[:, 2] * self.depth_mm
+
+    def drawn_closer(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Places (n, 3) moved along their rays to just before the picture: seen from the camera they stay where they
+        are. NaN for what is beside or behind it."""
+        arms = points - self.position_mm
+        depth = arms @ self.field_from_camera[:, 2:]
+        with np.errstate(all="ignore"):
+            return self.position_mm + arms * np.where(depth > 0, IN_FRONT * self.depth_mm / depth, np.nan)
+
+    def footprint(self) -> Points:
+        """(n, 2) field mm: the border of the picture as it lies on the carpet, closed; NaN where it looks past it."""
+        outline = self.model.unproject(_border(self.model.image_size))
+        return np.concatenate([outline, outline[:1]])
+
+    def straight(self, width: int, of: ImageSize) -> CorrectionMap:
+        """The map of the straightened picture, so wide, from a raw picture of that size."""
+        if (width, of) not in self._maps:
+            self._maps[width, of] = self._map(width, max(2, round(width / self.aspect)), of)
+        return self._maps[width, of]
+
+    @cached_property
+    def _maps(self) -> dict[Any, CorrectionMap]:
+        return {}
+
+    def _map(self, width: int, height: int, of: ImageSize) -> CorrectionMap:
+        x = ((np.arange(width) + 0.5) / width * 2 - 1) * self.half[0]
+        y = ((np.arange(height) + 0.5) / height * 2 - 1) * self.half[1]
+        rays = np.stack([*np.meshgrid(x, y), np.ones((height, width))], axis=-1) * REACH_MM
+        raw = self.model.project(self.position_mm + rays @ self.field_from_camera.T)
+        scale = np.array([a / b for a, b in zip(of, self.model.image_size, strict=True)])
+        raw = ((raw + 0.5) * scale - 0.5).astype(np.float32)
+        return CorrectionMap(raw[..., 0], raw[..., 1])
+
+
+def _border(size: ImageSize) -> Points:
+    """(n, 2) px around the picture, from its top-left corner on."""
+    t = np.linspace(0, 1, BORDER_STEPS)[:-1]
+    w, h = size.width - 1, size.height - 1
+    sides = [(t * w, 0 * t), (0 * t + w, t * h), ((1 - t) * w, 0 * t + h), (0 * t, (1 - t) * h)]
+    return np.concatenate([np.stack(side, axis=1) for side in sides])
+
+
+def _rays(model: RayCamera, pixels: Points) -> NDArray[np.float64]:
+    """(n, 3) in the camera's frame; NaN where the lens sends none."""
+    plane = (pixels - np.array(model.centre_px)) / (model.focal_px * np.array([1.0, model.aspect]))
+    with np.errstate(all="ignore"):
+        return model.LENS.undistort(np.array(model.lens_terms), plane)

@@ -1,0 +1,54 @@
+"""One place of the carpet: where a line of sight meets it, its pixel in every camera, and the expected error there."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import TouchlineError
+from app.core.records import Fit
+from app.evaluate.fit.covariance_json import told_covariance
+from app.evaluate.fit.uncertainty import expected_error
+from app.models import raw_from_field
+from app.scene.geometry.scene_camera import Standing
+
+
+def met(origin_mm: Sequence[float], direction: Sequence[float]) -> NDArray[np.float64] | None:
+    """Where a ray meets the carpet, field mm (2,); None where it leads away from it."""
+    origin, ahead = np.asarray(origin_mm, float), np.asarray(direction, float)
+    if not (np.isfinite(origin).all() and np.isfinite(ahead).all()) or origin[2] * ahead[2] >= 0:
+        return None
+    return origin[:2] - ahead[:2] * (origin[2] / ahead[2])
+
+
+def told_at(place_mm: Sequence[float], cameras: Sequence[Standing]) -> dict[str, Any]:
+    """Plain JSON: {"place_mm", "cameras": [{"key", "pixel", "inside", "hat_pixel", "sigma_mm", "hat_sigma_mm"}, …]}.
+
+    null for what a camera does not see or a model does not know.
+    """
+    place = np.asarray(place_mm, float)
+    return {"place_mm": place.tolist(), "cameras": [_in_camera(place, camera) for camera in cameras]}
+
+
+def _in_camera(place: NDArray[np.float64], camera: Standing) -> dict[str, Any]:
+    pixel, size, hat_mm = raw_from_field(camera.model, place), camera.model.image_size, camera.field.hat_height_mm
+    hat = camera.model.project(np.array([*place, hat_mm])) if camera.hung else np.full(2, np.nan)
+    seen = bool(np.isfinite(pixel).all())
+    return {"key": camera.key, "title": camera.title, "calibration": camera.calibration.id,
+            "snapshot": camera.calibration.snapshot, "pixel": pixel.tolist() if seen else None,
+            "inside": seen and bool((pixel >= -0.5).all() and (pixel <= np.array(tuple(size)) - 0.5).all()),
+            "hat_pixel": hat.tolist() if np.isfinite(hat).all() else None,
+            "sigma_mm": _sigma(camera, place, 0.0), "hat_sigma_mm": _sigma(camera, place, hat_mm)}
+
+
+def _sigma(camera: Standing, place: NDArray[np.float64], z_mm: float) -> float | None:
+    model = camera.model
+    if camera.calibration.covariance is None or not hasattr(model, "field_jacobian") or (z_mm and camera.hung is None):
+        return None
+    try:
+        names, matrix = told_covariance(camera.calibration.covariance, model)
+        fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
+        return float(expected_error(fit, camera.region, z_mm, place.reshape(1, 1, 2)).sigma_mm[0, 0])
+    except TouchlineError:  # the model does not see the place, or its covariance is another's
+        return None

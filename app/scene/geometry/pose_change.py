@@ -1,0 +1,55 @@
+"""What has moved between two versions of one camera: the camera itself, and where it puts what it sees."""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.field import Region
+from app.evaluate.fit.difference import difference_mm
+from app.evaluate.fit.uncertainty import grid_over
+from app.models import CameraModel, field_from_raw, raw_from_field
+from app.scene.geometry.frustum import Hung
+
+GRID = (13, 11)  # arrows over the region
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """arrows (n, 2, 3) mm on the carpet: from where the older version puts a pixel to where the newer one does.
+
+    shift_mm (3,) and turn_deg: of the camera, None where either version knows none.
+    """
+
+    arrows: NDArray[np.float64]
+    median_mm: float | None
+    max_mm: float | None
+    shift_mm: NDArray[np.float64] | None
+    turn_deg: float | None
+
+    @classmethod
+    def between(cls, older: CameraModel, newer: CameraModel, region: Region, before: Hung | None,
+                now: Hung | None) -> Self:
+        places = grid_over(region, *GRID).reshape(-1, 2)
+        there = field_from_raw(newer, raw_from_field(older, places))
+        ends = np.stack([places, there], axis=1)[np.isfinite(there).all(axis=1)]
+        _, mm, _ = difference_mm(older, newer, region)
+        known = np.isfinite(mm).any()
+        shift, turn = (None, None) if before is None or now is None else _pose_change(before, now)
+        return cls(np.concatenate([ends, np.zeros((*ends.shape[:2], 1))], axis=2),
+                   float(np.nanmedian(mm)) if known else None, float(np.nanmax(mm)) if known else None, shift, turn)
+
+    def scaled(self, scale: float) -> NDArray[np.float64]:
+        """(n, 2, 3): each so many times its length."""
+        return np.stack([self.arrows[:, 0], self.arrows[:, 0] + scale * (self.arrows[:, 1] - self.arrows[:, 0])],
+                        axis=1)
+
+    def to_json(self) -> dict[str, Any]:
+        return {"median_mm": self.median_mm, "max_mm": self.max_mm, "turn_deg": self.turn_deg,
+                "shift_mm": None if self.shift_mm is None else self.shift_mm.tolist()}
+
+
+def _pose_change(before: Hung, now: Hung) -> tuple[NDArray[np.float64], float]:
+    turn = now.field_from_camera @ before.field_from_camera.T
+    return now.position_mm - before.position_mm, float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1))))

@@ -1,0 +1,77 @@
+"""What lies and stands on a field, to scale: carpet, painted lines and arcs of their true width, goals."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.field import Arc, Field, Line
+
+ARC_STEP_DEG = 4.0
+GOAL_MM = {"width_mm": 1000.0, "depth_mm": 180.0, "height_mm": 160.0}  # what a field's own definition leaves open
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """vertices (n, 3) mm, field frame; faces (m, 3) indices of triangles."""
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+
+    @classmethod
+    def joined(cls, parts: list[Self]) -> Self:
+        before = np.cumsum([0, *(len(part.vertices) for part in parts)])
+        return cls(np.concatenate([part.vertices for part in parts]),
+                   np.concatenate([part.faces + start for part, start in zip(parts, before, strict=False)]))
+
+
+def carpet(field: Field) -> Mesh:
+    """The rectangle that is laid out: the field, and around it what its boundary says."""
+    around = field.extras.get("boundary", {})
+    x = field.length_mm / 2 + around.get("goal_mm", 0.0)
+    y = field.width_mm / 2 + around.get("touch_mm", 0.0)
+    return Mesh(np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]]))
+
+
+def paint(field: Field) -> Mesh:
+    """Every line and arc, as wide as it is painted."""
+    return Mesh.joined([_ribbon(_points(one), one.width_mm) for one in (*field.lines.values(), *field.arcs.values())]
+                       or [Mesh(np.empty((0, 3)), np.empty((0, 3), int))])
+
+
+def _points(shape: Line | Arc) -> NDArray[np.float64]:
+    if isinstance(shape, Line):
+        return shape.sample(2)
+    return shape.sample(2 + int(abs(shape.end_deg - shape.start_deg) / ARC_STEP_DEG))
+
+
+def _ribbon(points: NDArray[np.float64], width_mm: float) -> Mesh:
+    """A band around a polyline (n, 2); its ends reach half a width further, so that lines meet in corners."""
+    along = np.gradient(points, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) * width_mm / 2
+    ends = points.copy()
+    ends[0] -= along[0] * width_mm / 2
+    ends[-1] += along[-1] * width_mm / 2
+    flat = np.stack([ends + across, ends - across], axis=1).reshape(-1, 2)
+    first = 2 * np.arange(len(points) - 1)[:, None]
+    faces = np.concatenate([first + np.array(corners) for corners in ((0, 1, 2), (1, 3, 2))])
+    return Mesh(np.column_stack([flat, np.zeros(len(flat))]), faces)
+
+
+def goals(field: Field) -> NDArray[np.float64]:
+    """(n, 2, 3) mm: the edges of both goals; none for a field that says nothing of goals."""
+    if "goal" not in field.extras:
+        return np.empty((0, 2, 3))
+    size = {**GOAL_MM, **field.extras["goal"]}
+    half, deep, high = size["width_mm"] / 2, size["depth_mm"], size["height_mm"]
+    edges = []
+    for end in (-1, 1):
+        front, back = end * field.length_mm / 2, end * (field.length_mm / 2 + deep)
+        spots = [(x, y, z) for x in (front, back) for y in (-half, half) for z in (0.0, high)]
+        # an edge joins two corners that differ in one coordinate; the mouth stays open at the carpet
+        edges += [(p, q) for i, p in enumerate(spots) for q in spots[i + 1:]
+                  if sum(a != b for a, b in zip(p, q, strict=True)) == 1 and not (p[0] == q[0] == front
+                                                                                  and p[2] == q[2] == 0)]
+    return np.array(edges, float)

@@ -1,0 +1,1 @@
+"""What routes, sockets and commands share and which is not HTTP."""

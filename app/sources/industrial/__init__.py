@@ -1,0 +1,1 @@
+"""Industrial cameras: GenICam producers and Aravis."""

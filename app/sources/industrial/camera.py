@@ -1,0 +1,161 @@
+"""What GenICam cameras have in common, whoever talks to them: options, reading with a time limit, settings.
+
+A driver (harvesters, Aravis) gives a Device; everything else about the source is here.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Protocol, Self
+
+from app.core.errors import BadInput, NotFound, Unavailable
+from app.core.records import Frame
+from app.models import Option
+from app.sources import Control, Identity
+from app.sources.industrial.features import FEATURES, Nodes, controls_of, write_control
+from app.sources.industrial.pixel_formats import FORMATS, Pixels, best_of, known
+
+READ_S = 1.5  # longer without a picture, and the camera counts as off
+MAX_PAYLOAD = 128 * 1024 * 1024  # bytes of one picture, as a camera announces them before any comes
+
+FPS = Option("fps", "float", None, "Frames a second; as the camera is set if left out.", (0.1, 240))
+PIXEL_FORMAT = Option("pixel_format", "choice", None, "How it sends pixels; the best that both know if left out.",
+                      choices=tuple(FORMATS))
+
+
+class Device(Protocol):
+    """A camera that a driver has opened. Whatever fails raises Unavailable."""
+
+    nodes: Nodes
+    identity: Identity
+    incomplete: int  # pictures that came with parts missing, since it was opened
+
+    def start(self) -> None:
+        """Send pictures, of the size that is set now."""
+
+    def stop(self) -> None:
+        """Send none; more than once does no harm."""
+
+    def take(self, timeout_s: float) -> Pixels | None:
+        """The next picture; None when none came, or an incomplete one, which is counted."""
+
+    def close(self) -> None:
+        """Stop, and let go of the camera and all memory."""
+
+
+class IndustrialSource:
+    """A source upon a Device."""
+
+    TITLE: ClassVar[str]
+
+    def __init__(self, device: Device) -> None:
+        self._device: Device | None = device
+        self._identity = device.identity
+        self._incomplete = 0
+
+    @classmethod
+    def upon(cls, device: Device, options: Mapping[str, Any]) -> Self:
+        """Set the camera up and let it send; closed again when that fails."""
+        try:
+            set_up(device.nodes, options)
+            device.start()
+        except BaseException:
+            device.close()
+            raise
+        return cls(device)
+
+    @property
+    def incomplete(self) -> int:
+        """Pictures left out because parts of them were missing."""
+        return self._device.incomplete if self._device else self._incomplete
+
+    def read(self) -> Frame:
+        device = self._opened()
+        until, missing_before = time.monotonic() + READ_S, device.incomplete
+        while (left := until - time.monotonic()) > 0:
+            pixels = device.take(left)
+            if pixels is not None:
+                return Frame(pixels)
+        if missing := device.incomplete - missing_before:
+            raise Unavailable(f"The camera sent {missing} pictures in {READ_S:g} s, and parts of each were missing.",
+                              "Give it a network port or USB controller of its own, or lower its frame rate.",
+                              reason="camera-silent")
+        raise Unavailable(f"The camera sent no picture for {READ_S:g} s.", "Look at its cable and its power.",
+                          reason="camera-silent")
+
+    def identity(self) -> Identity:
+        return self._identity
+
+    def controls(self) -> tuple[Control, ...]:
+        return controls_of(self._opened().nodes)
+
+    def set_control(self, name: str, value: Any) -> Control:
+        device = self._opened()
+        if name not in FEATURES or not FEATURES[name].resizes:
+            return write_control(device.nodes, name, value)
+        device.stop()
+        try:
+            return write_control(device.nodes, name, value)
+        finally:
+            device.start()
+
+    def close(self) -> None:
+        if self._device is not None:
+            device, self._device = self._device, None
+            self._incomplete = device.incomplete
+            device.close()
+
+    def _opened(self) -> Device:
+        if self._device is None:
+            raise Unavailable("This camera is closed.", "Open it again.", reason="source-closed")
+        return self._device
+
+
+def set_up(nodes: Nodes, options: Mapping[str, Any]) -> None:
+    """Continuous pictures, in a format that we read, at the rate that was asked for."""
+    _set_if(nodes, "AcquisitionMode", "Continuous")
+    selector = nodes.get("TriggerSelector")
+    for trigger in selector.choices if selector else ("",):
+        if trigger:
+            nodes.set("TriggerSelector", trigger)
+        _set_if(nodes, "TriggerMode", "Off")  # else a camera that another program left waiting sends nothing, ever
+    _set_pixel_format(nodes, options["pixel_format"])
+    if options["fps"] is not None:
+        try:
+            write_control(nodes, "frame_rate", options["fps"])
+        except (BadInput, NotFound) as refused:
+            raise BadInput(refused.what, f"{refused.fix} Or leave fps out.", reason="bad-option") from None
+
+
+def _set_if(nodes: Nodes, name: str, entry: str) -> None:
+    node = nodes.get(name)
+    if node is not None and node.writable and entry in node.choices and node.value != entry:
+        nodes.set(name, entry)
+
+
+def _set_pixel_format(nodes: Nodes, wanted: str | None) -> None:
+    node = nodes.get("PixelFormat")
+    if node is None:
+        return  # each picture says its own
+    offered = [name for name in node.choices if known(name)]
+    if wanted is None:
+        chosen = node.value if known(node.value) else best_of(offered)
+    else:
+        chosen = next((name for name in offered if known(name) == wanted), None)
+    if chosen is None and wanted:
+        raise BadInput(f"The camera does not send {wanted}.",
+                       f"Use one of: {', '.join(known(n) or n for n in offered)}. Or leave pixel_format out.",
+                       reason="bad-option")
+    if chosen is None:
+        raise Unavailable("The camera sends no kind of pixels that is known here.",
+                          f"Use one that has one of: {', '.join(FORMATS)}.", reason="pixel-format")
+    if chosen != node.value:
+        nodes.set("PixelFormat", chosen)
+
+
+def of_several(candidates: list[Any], name: str, matches: Callable[[Any], bool]) -> Any:
+    """The only one that matches; None for none. BadInput where two cameras answer to one name."""
+    found = [one for one in candidates if matches(one)]
+    if len(found) > 1:
+        raise BadInput(f"{len(found)} cameras are called {name!r}.",
+                       "Use the longer name that the list of cameras shows.", reason="bad-source")
+    return found[0] if found else None

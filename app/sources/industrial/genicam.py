@@ -1,0 +1,177 @@
+"""genicam://SERIAL: a camera of any maker whose GenTL producer is installed, through harvesters."""
+
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, ClassVar, Self
+from urllib.parse import quote
+
+from app.core.errors import NotFound, Unavailable
+from app.models import Option
+from app.sources import Identity, Surroundings
+from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource, of_several
+from app.sources.industrial.genicam_producers import (
+    Described,
+    cameras_of,
+    chosen_producers,
+    harvester_of,
+    interrupts_kept,
+    let_go,
+)
+from app.sources.industrial.pixel_formats import Pixels, bgr_from_raw
+
+POLL_MS = 1  # GenTL's Python binding waits with the interpreter locked: never for long …
+PAUSE_S = 0.002  # … and with a rest, or the other threads of this process starve
+
+
+class GenicamSource(IndustrialSource):
+    """One camera; its buffers are announced to the producer once and go round."""
+
+    TITLE: ClassVar = "GenICam camera"
+    HELP: ClassVar = "An industrial camera, USB3 or GigE, through the software of its maker (a GenTL producer)."
+    TARGET: ClassVar = "the camera's serial number, its name, or its place in the list, from 0"
+    OPTIONS: ClassVar = (
+        Option("producer", "text", "", "Which of the installed producers, by its file's name; all if left out."),
+        PIXEL_FORMAT, FPS)
+
+    @classmethod
+    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
+        producers = chosen_producers(around.producers, options["producer"])
+        return cls.upon(HarvestersDevice(target, producers, address_of(target, options["producer"])), options)
+
+    @classmethod
+    def example(cls, folder: Path) -> str:
+        """The simulated cameras that the genicam package brings; its folder must be among the producers'."""
+        return "genicam://VikyTL_DEV_red?producer=viky&fps=200"
+
+
+def address_of(target: str, producer: str) -> str:
+    return f"genicam://{quote(target)}" + f"?producer={quote(producer)}" * bool(producer)
+
+
+def identity_of(address: str, camera: Described) -> Identity:
+    return Identity(address, camera.serial, camera.id, f"{camera.vendor} {camera.model}".strip())
+
+
+class HarvestersDevice:
+    """A Device over harvesters' image acquirer."""
+
+    def __init__(self, target: str, producers: list[Path], address: str) -> None:
+        self.incomplete = 0
+        self._acquirer: Any = None
+        self._harvester = harvester_of(producers)
+        from genicam import genapi, gentl
+
+        from app.sources.industrial.genicam_nodes import GenApiNodes
+        self._errors = (gentl.GenericException, genapi.GenericException)
+        try:
+            camera = _camera_called(target, cameras_of(self._harvester))
+            with interrupts_kept():
+                self._acquirer = self._harvester.create(camera.info)
+        except self._errors as error:
+            self.close()
+            raise Unavailable("The camera cannot be opened.", "Close the other program that uses it, or plug it in "
+                              f"again. Its driver says: {_short(error)}", reason="camera-busy") from None
+        except BaseException:
+            self.close()
+            raise
+        self._acquirer.timeout_period_on_update_event_data_call = POLL_MS
+        self._acquirer.add_callback(self._acquirer.Events.INCOMPLETE_BUFFER, _counter(self))
+        self._map = self._acquirer.remote_device.node_map
+        self.nodes = GenApiNodes(self._map)
+        self.identity = identity_of(address, camera)
+
+    def start(self) -> None:
+        payload = self.nodes.get("PayloadSize")
+        if payload is not None and payload.value > MAX_PAYLOAD:
+            raise Unavailable(f"The camera announces pictures of {payload.value / 1e6:.0f} MB.",
+                              "Give it a smaller width and height.", reason="too-large")
+        try:
+            self._acquirer.start()
+        except self._errors as error:
+            raise Unavailable("The camera does not start.", f"Its driver says: {_short(error)}",
+                              reason="camera-busy") from None
+
+    def stop(self) -> None:
+        with suppress(*self._errors):  # it is gone already
+            self._acquirer.stop()
+
+    def take(self, timeout_s: float) -> Pixels | None:
+        until, incomplete = time.monotonic() + timeout_s, self.incomplete
+        while time.monotonic() < until and self.incomplete == incomplete:
+            buffer = self._buffer()
+            if buffer is None:
+                time.sleep(PAUSE_S)
+                continue
+            try:
+                pixels = bgr_from_raw(buffer.raw_buffer, buffer.width, buffer.height, buffer.pixel_format,
+                                      self._padding(buffer))
+            except self._errors:
+                pixels = None
+            finally:
+                self._give_back(buffer)
+            self.incomplete += pixels is None
+            return pixels
+        return None
+
+    def close(self) -> None:
+        try:
+            if self._acquirer is not None:
+                # Both are watched by a finalizer that itself holds them: unless it is called, they outlive the camera.
+                holders = (getattr(self._acquirer, "_chunk_adapter", None), self._acquirer)
+                self._acquirer.destroy()
+                for holder in holders:
+                    if finalizer := getattr(holder, "_finalizer", None):
+                        finalizer()
+            let_go(self._harvester)
+        except self._errors:
+            pass
+
+    def _buffer(self) -> Any:
+        try:
+            buffers = self._acquirer.try_fetch(timeout=POLL_MS / 1000, is_raw=True)
+        except self._errors as error:
+            raise Unavailable("The camera is gone.", f"Look at its cable. Its driver says: {_short(error)}",
+                              reason="camera-silent") from None
+        several = [one for one in (buffers if isinstance(buffers, list) else [buffers]) if one is not None]
+        for other in several[1:]:  # of a camera with several streams the first is the picture
+            self._give_back(other)
+        return several[0] if several else None
+
+    def _give_back(self, buffer: Any) -> None:
+        try:
+            buffer.parent.queue_buffer(buffer)
+        except self._errors as error:
+            raise Unavailable("The camera is gone.", f"Look at its cable. Its driver says: {_short(error)}",
+                              reason="camera-silent") from None
+
+    def _padding(self, buffer: Any) -> int:
+        try:
+            return int(buffer.padding_x)
+        except self._errors:  # most producers do not say, and have none
+            return 0
+
+
+def _camera_called(target: str, cameras: list[Described]) -> Described:
+    for names in (lambda c: (c.id,), lambda c: (c.serial,), lambda c: (c.name,)):
+        found = of_several(cameras, target, lambda camera, names=names: target in names(camera))
+        if found is not None:
+            return found
+    if target.isascii() and target.isdecimal() and len(target) < 3 and int(target) < len(cameras):
+        return cameras[int(target)]
+    known = ", ".join(camera.serial or camera.id for camera in cameras) or "none now: look at cables and power"
+    raise NotFound(f"There is no GenICam camera {target[:60]!r}.", f"Cameras: {known}.", reason="unknown-device")
+
+
+def _counter(device: HarvestersDevice) -> Any:
+    from harvesters.core import Callback
+
+    class Count(Callback):
+        def emit(self, context: object | None = None) -> None:
+            device.incomplete += 1
+    return Count()
+
+
+def _short(error: Exception) -> str:
+    return "".join(c for c in " ".join(str(error).split()) if c.isprintable())[:200]

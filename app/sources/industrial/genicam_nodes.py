@@ -1,0 +1,60 @@
+"""A camera's named values through GenApi, the GenICam standard's own library (wheel genicam)."""
+
+from itertools import islice
+from typing import Any
+
+from genicam import genapi
+
+from app.core.errors import BadInput
+from app.sources.industrial.features import Node, finite_range
+
+_READABLE = (genapi.EAccessMode.RO, genapi.EAccessMode.RW)
+_WRITABLE = (genapi.EAccessMode.WO, genapi.EAccessMode.RW)
+MAX_CHOICES = 200
+
+
+class GenApiNodes:
+    """Nodes over a genapi NodeMap."""
+
+    def __init__(self, node_map: Any) -> None:
+        self._map = node_map
+
+    def get(self, name: str) -> Node | None:
+        node = getattr(self._map, name, None)
+        try:
+            access = node.get_access_mode() if node is not None else None
+            return _described(node, access in _WRITABLE) if access in _READABLE else None
+        except genapi.GenericException:  # it went away between the two questions
+            return None
+
+    def set(self, name: str, value: Any) -> None:
+        node = getattr(self._map, name, None)
+        if node is None:
+            raise BadInput(f"The camera has no {name}.", "Use another setting.", reason="bad-control")
+        try:
+            if isinstance(node, genapi.ICommand):
+                node.execute()
+            else:
+                node.value = value
+        except (genapi.GenericException, TypeError, OverflowError) as error:
+            raise BadInput(f"The camera refuses {name} = {value}.", _first_sentence(error),
+                           reason="bad-control") from None
+
+
+def _described(node: Any, writable: bool) -> Node | None:
+    if isinstance(node, genapi.IEnumeration):
+        names = (entry.symbolic for entry in node.entries if entry.get_access_mode() in _READABLE)
+        return Node("choice", node.value, writable, choices=tuple(islice(names, MAX_CHOICES)))
+    if isinstance(node, genapi.IBoolean):
+        return Node("bool", node.value, writable)
+    if isinstance(node, genapi.IInteger):
+        return Node("int", node.value, writable, finite_range(node.min, node.max), node.inc, node.unit)
+    if isinstance(node, genapi.IFloat):
+        return Node("float", node.value, writable, finite_range(node.min, node.max), 0.0, node.unit)
+    return None
+
+
+def _first_sentence(error: Exception) -> str:
+    """What GenApi says, without where in its own code it says it."""
+    text = " ".join(str(error).split(" : ")[0].split())
+    return f"It says: {text[:200].rstrip('.')}." if text else "Use another value."

@@ -1,0 +1,126 @@
+"""GenTL producers: the makers' libraries (*.cti) through which GenICam cameras are reached, and what is behind them.
+
+A producer is program code of a camera's maker, so it is only ever taken from the folders that the machine's operator
+has named; an address from the browser may pick one of those by its file name, no more.
+"""
+
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from app.core.errors import NotFound, Unavailable
+
+LOOK_MS = 500  # how long a producer may look for cameras on each of its networks
+MAX_CAMERAS = 64
+FIX = "Install the camera maker's software, and name its folder in GENICAM_GENTL64_PATH or in the settings."
+
+# A producer can be opened once in a process. Each live camera has a process of its own.
+_in_use: set[Path] = set()
+_lock = threading.Lock()
+
+
+@dataclass(frozen=True)
+class Described:
+    """A camera behind a producer, before it is opened."""
+
+    serial: str
+    id: str
+    name: str
+    vendor: str
+    model: str
+    info: Any  # harvesters' own handle
+
+    @property
+    def title(self) -> str:
+        return " ".join(part for part in (self.vendor, self.model, self.name) if part) or self.id
+
+
+def producers_in(places: Sequence[Path]) -> dict[str, Path]:
+    """Producers by the name of their file, without .cti; the first of a name wins. places: files and folders."""
+    found: dict[str, Path] = {}
+    for place in places:
+        try:
+            files = sorted(place.glob("*.cti")) if place.is_dir() else [place] * (place.suffix == ".cti")
+        except OSError:
+            continue
+        for file in files:
+            if file.is_file():
+                found.setdefault(file.stem, file.resolve())
+    return found
+
+
+def chosen_producers(places: Sequence[Path], name: str) -> list[Path]:
+    """The one of that name, or all where it is ""; NotFound and Unavailable say what there is."""
+    found = producers_in(places)
+    if not found:
+        raise Unavailable("No GenTL producer is installed on this machine.", FIX, reason="no-producer")
+    if not name:
+        return list(found.values())
+    if name not in found:
+        raise NotFound(f"There is no GenTL producer {name[:60]!r} on this machine.", f"Use one of: {', '.join(found)}.",
+                       reason="unknown-producer")
+    return [found[name]]
+
+
+def harvester_of(producers: Sequence[Path]) -> Any:
+    """A Harvester that knows the cameras behind these producers; let_go() of it before another can have them."""
+    try:
+        from harvesters.core import Harvester
+    except ImportError:
+        raise Unavailable("GenICam cameras need the Python package harvesters.",
+                          "Install it: pip install 'touchline[genicam]'.", reason="no-genicam") from None
+    with _lock:
+        if taken := _in_use.intersection(producers):
+            raise Unavailable(f"The producer {min(taken).stem} serves another camera of this process.",
+                              "Close that one first.", reason="camera-busy")
+        _in_use.update(producers)
+    harvester = Harvester()
+    harvester.timeout_for_update = LOOK_MS
+    for path in producers:
+        harvester.add_file(str(path))
+    harvester.update()
+    return harvester
+
+
+def let_go(harvester: Any) -> None:
+    """Close its producers, and whatever was opened through them."""
+    files = {Path(file) for file in harvester.files}
+    try:
+        harvester.reset()
+    finally:
+        with _lock:
+            _in_use.difference_update(files)
+
+
+def cameras_of(harvester: Any) -> list[Described]:
+    """What is plugged in."""
+    return [Described(_text(info, "serial_number"), _text(info, "id_"), _text(info, "user_defined_name"),
+                      _text(info, "vendor"), _text(info, "model"), info)
+            for info in harvester.device_info_list[:MAX_CAMERAS]]
+
+
+def _text(info: Any, name: str) -> str:
+    """What a camera says of itself, fit to be shown; "" where its producer does not know."""
+    from genicam import gentl
+    try:
+        value = getattr(info, name)
+    except gentl.GenericException:
+        return ""
+    return "".join(c for c in str(value or "") if c.isprintable())[:100].strip()
+
+
+@contextmanager
+def interrupts_kept() -> Iterator[None]:
+    """harvesters takes Ctrl-C for itself when a camera is opened; here whoever had it keeps it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.getsignal(signal.SIGINT)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

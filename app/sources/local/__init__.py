@@ -1,0 +1,1 @@
+"""Cameras and files of this machine: Video4Linux, pictures, folders, films."""

@@ -1,0 +1,98 @@
+"""folder://NAME: the pictures of a folder one after the other, as if a camera had just taken them."""
+
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import cv2
+import numpy as np
+
+from app.core.errors import BadImage, NotFound, Unavailable
+from app.core.records import Frame
+from app.models import Option
+from app.sources import PlainSource, Surroundings
+from app.sources.local.files import by_name, file_within, folder_within, pictures_folder, read_bytes
+
+SUFFIXES = {".png", ".jpg", ".jpeg", ".bmp", ".webp"}
+MAX_PICTURES = 100_000
+
+
+class FolderSource(PlainSource):
+    """One picture in memory at a time; the folder is looked through anew in each round. skipped: broken ones so far."""
+
+    TITLE: ClassVar = "Folder of pictures"
+    HELP: ClassVar = "The pictures of a folder in the pictures folder, in the order of their names."
+    TARGET: ClassVar = "the folder's name"
+    OPTIONS: ClassVar = (
+        Option("fps", "float", 5.0, "Frames a second.", (0.1, 240)),
+        Option("loop", "bool", True, "Begin anew after the last picture."),
+    )
+
+    def __init__(self, target: str, options: Mapping[str, Any], around: Surroundings) -> None:
+        self._target, self._around = target, around
+        self._fps, self._loop = options["fps"], options["loop"]
+        self._frames = self._shown()
+        self._due = time.monotonic()
+        self.skipped = 0
+
+    @classmethod
+    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
+        opened = cls(target, options, around)
+        opened._names()  # so that a folder without pictures is refused at once
+        return opened
+
+    def read(self) -> Frame:
+        if self._frames is None:
+            raise Unavailable("This folder is closed.", "Open it again.", reason="source-closed")
+        frame = next(self._frames, None)
+        if frame is None:
+            raise Unavailable("The last picture has been shown.", "Open the folder again, or with loop=true.",
+                              reason="source-ended")
+        time.sleep(max(0.0, self._due - time.monotonic()))
+        self._due = max(self._due + 1 / self._fps, time.monotonic())
+        return frame
+
+    def close(self) -> None:
+        self._frames = None
+
+    @classmethod
+    def example(cls, folder: Path) -> str:
+        (folder / "shots").mkdir(exist_ok=True)
+        for i in range(3):
+            picture = cv2.imencode(".png", np.full((24, 32, 3), 60 * i, np.uint8))[1].tobytes()
+            (folder / "shots" / f"shot-{i}.png").write_bytes(picture)
+        return "folder://shots?fps=200"
+
+    def _shown(self) -> Iterator[Frame]:
+        while True:
+            broken: Exception | None = None
+            came = False
+            for name in self._names():
+                try:
+                    frame = self._around.decode(read_bytes(file_within(pictures_folder(self._around), name)))
+                except (BadImage, NotFound, Unavailable) as error:  # broken, or taken away meanwhile
+                    broken = error
+                    self.skipped += 1
+                    continue
+                came = True
+                yield frame
+            if not came:
+                raise Unavailable(f"None of the pictures in {self._target!r} can be read. {broken}",
+                                  "Put pictures there.", reason="no-pictures-there")
+            if not self._loop:
+                return
+
+    def _names(self) -> list[str]:
+        """Paths of the pictures within the pictures folder, in order; Unavailable where there are none."""
+        root = pictures_folder(self._around).resolve()
+        folder = folder_within(root, self._target)
+        try:
+            found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES]
+        except OSError:
+            found = []
+        if not found or len(found) > MAX_PICTURES:
+            raise Unavailable(f"The folder {self._target!r} holds {len(found) or 'no'} pictures.",
+                              f"Put 1 to {MAX_PICTURES} PNG, JPEG, BMP or WebP files there.",
+                              reason="no-pictures-there")
+        return [str(path.relative_to(root)) for path in sorted(found, key=by_name)]

@@ -1,0 +1,122 @@
+"""v4l2://0: a camera plugged into this machine, through Video4Linux and OpenCV."""
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Protocol, Self
+
+# OpenCV waits ten seconds for a frame unless told otherwise, in whole seconds, before it is first used.
+os.environ.setdefault("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "2")
+
+import cv2
+import numpy as np
+
+from app.core.errors import BadInput, Unavailable
+from app.core.records import Frame
+from app.models import Option
+from app.sources import Control, Identity, Surroundings
+from app.sources.local.v4l2_controls import SIZE, Device, read_controls, set_control
+from app.sources.local.v4l2_devices import device_of
+
+MJPG_FROM_PX = 1280 * 720  # above it, USB 2 has no room for raw pixels at a useful rate
+
+
+class Capture(Device, Protocol):
+    """What is used of cv2.VideoCapture; tests put their own camera in its place."""
+
+    def isOpened(self) -> bool: ...
+    def read(self) -> tuple[bool, np.ndarray | None]: ...
+    def release(self) -> None: ...
+
+
+def open_device(node: str) -> Capture:
+    """OpenCV on a device."""
+    return cv2.VideoCapture(node, cv2.CAP_V4L2)
+
+
+class V4l2Source:
+    """One device. What was asked for is set in the order that drivers need: format, size, rate."""
+
+    TITLE: ClassVar = "Camera on this machine"
+    HELP: ClassVar = "A webcam or a capture card, plugged into the machine on which Touchline runs."
+    TARGET: ClassVar = "its number, or its lasting name under /dev/v4l/by-id or by-path"
+    OPTIONS: ClassVar = (
+        Option("size", "text", "", "Width and height; what the camera begins with if left out.", unit="px"),
+        Option("fps", "float", None, "Frames a second; what the camera begins with if left out.", (0.1, 240)),
+        Option("format", "choice", "auto", "How pixels come: compressed (MJPG) or raw (YUYV); auto takes MJPG from "
+               "1280 × 720 on.", choices=("auto", "MJPG", "YUYV")),
+    )
+    root: ClassVar[Path] = Path("/")
+    opener: ClassVar[Callable[[str], Capture]] = staticmethod(open_device)
+
+    def __init__(self, capture: Capture, identity: Identity) -> None:
+        self._capture: Capture | None = capture
+        self._identity = identity
+
+    @classmethod
+    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
+        size = _size(options["size"]) if options["size"] else None
+        device = device_of(target, cls.root)
+        capture = cls.opener(device.node)
+        if not capture.isOpened():
+            capture.release()
+            raise Unavailable(f"The camera {device.node} ({device.model}) cannot be opened.",
+                              "Close other programs that use it, and add Touchline's user to the group video.",
+                              reason="camera-busy")
+        _begin(capture, size, options["fps"], options["format"])
+        return cls(capture, device.identity)
+
+    def read(self) -> Frame:
+        came, pixels = self._opened().read()
+        if not came or pixels is None:
+            raise Unavailable("The camera gives no pictures any more.", "Look at its plug and cable.",
+                              reason="camera-silent")
+        if pixels.ndim == 2:
+            pixels = cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR)
+        pixels = np.ascontiguousarray(pixels)
+        pixels.setflags(write=False)
+        return Frame(pixels)
+
+    def close(self) -> None:
+        if self._capture is not None:
+            self._capture.release()
+        self._capture = None
+
+    def identity(self) -> Identity:
+        return self._identity
+
+    def controls(self) -> tuple[Control, ...]:
+        return read_controls(self._opened())
+
+    def set_control(self, name: str, value: Any) -> Control:
+        return set_control(self._opened(), name, value)
+
+    @classmethod
+    def example(cls, folder: Path) -> str:
+        """Only its form: a real one needs a camera in the plug."""
+        return "v4l2://0?fps=200"
+
+    def _opened(self) -> Capture:
+        if self._capture is None:
+            raise Unavailable("This camera is closed.", "Open it again.", reason="source-closed")
+        return self._capture
+
+
+def _begin(capture: Capture, size: tuple[int, int] | None, fps: float | None, format: str) -> None:
+    width, height = size or (capture.get(cv2.CAP_PROP_FRAME_WIDTH), capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
+    if format == "auto" and width * height >= MJPG_FROM_PX:
+        format = "MJPG"
+    if format != "auto":
+        capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*format))
+    if size:
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
+    if fps:
+        capture.set(cv2.CAP_PROP_FPS, fps)
+
+
+def _size(text: str) -> tuple[int, int]:
+    found = SIZE.fullmatch(text)
+    if not found:
+        raise BadInput(f"{text[:40]!r} is no size.", "Write width x height, such as 1280x720.", reason="bad-option")
+    return int(found[1]), int(found[2])

@@ -1,0 +1,129 @@
+"""What can be set on a V4L2 camera: exposure, gain, white balance, size and rate, as OpenCV's numbers say.
+
+OpenCV hands on the driver's own numbers, but neither their ranges nor the sizes there are: a value is tried, and what
+the camera made of it is read back.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import cv2
+
+from app.core.errors import BadInput, NotFound
+from app.sources import Control
+
+SIZE = re.compile(r"([1-9][0-9]{1,3})x([1-9][0-9]{1,3})", re.ASCII)
+USUAL_SIZES = ("640x480", "800x600", "1280x720", "1280x960", "1280x1024", "1600x1200", "1920x1080", "2560x1440",
+               "3840x2160")
+EXPOSURE_STEP_US = 100  # V4L2_CID_EXPOSURE_ABSOLUTE counts in these
+MANUAL, AUTOMATIC = 1, (3, 0)  # V4L2's exposure modes; webcams know 3, "aperture priority", as their automatic
+UNSUPPORTED = -1  # what OpenCV says of a property that the device lacks
+
+
+class Device(Protocol):
+    """What is used here of cv2.VideoCapture."""
+
+    def get(self, prop: int) -> float: ...
+    def set(self, prop: int, value: float) -> bool: ...
+
+
+@dataclass(frozen=True)
+class Number:
+    """One property that is a number. scale: of ours to the driver's. auto: the property that hands it to the camera."""
+
+    name: str
+    label: str
+    prop: int
+    unit: str
+    range: tuple[float, float]  # of what is sent at all; the camera's own is narrower
+    scale: float = 1.0
+    auto: int | None = None
+    by_itself: Callable[[float], bool] = bool
+    on: tuple[float, ...] = (1,)
+    off: float = 0
+
+
+NUMBERS = {one.name: one for one in (
+    Number("exposure", "Exposure time", cv2.CAP_PROP_EXPOSURE, "µs", (100, 10_000_000), EXPOSURE_STEP_US,
+           cv2.CAP_PROP_AUTO_EXPOSURE, lambda mode: mode in AUTOMATIC, AUTOMATIC, MANUAL),
+    Number("gain", "Gain", cv2.CAP_PROP_GAIN, "", (0, 10_000)),
+    Number("white_balance", "White balance", cv2.CAP_PROP_WB_TEMPERATURE, "K", (1000, 20_000), 1.0,
+           cv2.CAP_PROP_AUTO_WB),
+    Number("frame_rate", "Frame rate", cv2.CAP_PROP_FPS, "Hz", (0.1, 240)),
+)}
+
+
+def read_controls(device: Device) -> tuple[Control, ...]:
+    """Everything that this device has, as it is now."""
+    found = [_number(device, one) for one in NUMBERS.values()]
+    return (*(control for control in found if control is not None), _resolution(device))
+
+
+def set_control(device: Device, name: str, value: Any) -> Control:
+    """Set one, and what it is then."""
+    if name == "resolution":
+        return _set_resolution(device, value)
+    one = NUMBERS.get(name)
+    control = _number(device, one) if one else None
+    if one is None or control is None:
+        known = ", ".join(control.name for control in read_controls(device))
+        raise NotFound(f"This camera has no setting called {str(name)[:40]!r}.", f"It has: {known}.",
+                       reason="unknown-control")
+    if value == "auto":
+        if control.automatic is None:
+            raise _refused(one.label, value, _allowed(one))
+        _set_automatic(device, one)
+    else:
+        numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not numeric or not one.range[0] <= value <= one.range[1]:
+            raise _refused(one.label, value, _allowed(one) + ', or "auto"' * (control.automatic is not None))
+        if control.automatic:
+            device.set(one.auto, one.off)
+        device.set(one.prop, value / one.scale)
+    return _number(device, one) or control
+
+
+def _number(device: Device, one: Number) -> Control | None:
+    raw = device.get(one.prop)
+    if raw == UNSUPPORTED or not abs(raw) < 1e9 or (one.name == "frame_rate" and raw <= 0):
+        return None
+    mode = device.get(one.auto) if one.auto is not None else UNSUPPORTED
+    automatic = None if mode == UNSUPPORTED else bool(one.by_itself(mode))
+    return Control(one.name, one.label, "float", raw * one.scale, one.unit, None, (), automatic)
+
+
+def _set_automatic(device: Device, one: Number) -> None:
+    for mode in one.on:
+        device.set(one.auto, mode)
+        if one.by_itself(device.get(one.auto)):
+            return
+
+
+def _resolution(device: Device) -> Control:
+    now = f"{device.get(cv2.CAP_PROP_FRAME_WIDTH):.0f}x{device.get(cv2.CAP_PROP_FRAME_HEIGHT):.0f}"
+    return Control("resolution", "Resolution", "choice", now, "px", None, tuple(dict.fromkeys((now, *USUAL_SIZES))))
+
+
+def _set_resolution(device: Device, value: Any) -> Control:
+    found = SIZE.fullmatch(value) if isinstance(value, str) else None
+    if not found:
+        raise _refused("Resolution", value, "width x height, such as 1280x720")
+    width, height = int(found[1]), int(found[2])
+    before = _resolution(device).value
+    device.set(cv2.CAP_PROP_FRAME_WIDTH, width)
+    device.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
+    control = _resolution(device)
+    if control.value == before != value:
+        raise BadInput(f"The camera does not take {value}; it stays at {before}.", "Try another size.",
+                       reason="bad-control")
+    return control
+
+
+def _allowed(one: Number) -> str:
+    return f"a number from {one.range[0]:g} to {one.range[1]:g}"
+
+
+def _refused(label: str, value: Any, allowed: str) -> BadInput:
+    return BadInput(f"{label} cannot be {repr(value)[:40]} on this camera.", f"Use {allowed}.", reason="bad-control")

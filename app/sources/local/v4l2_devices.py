@@ -1,0 +1,101 @@
+"""Cameras plugged into this machine, as Linux tells of them in /sys: which they are, and where they are plugged in."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.core.errors import BadInput, NotFound
+from app.sources import Identity
+
+NAMED = re.compile(r"/dev/(video\d{1,3}|v4l/by-(?:id|path)/[A-Za-z0-9_.:+,@%-]{1,200})")
+# What makers of cheap cameras write where a serial number should stand; the same on every piece.
+NO_SERIALS = {"sn0001", "0123456789", "123456789", "12345678", "1234567890", "0123456789abcdef", "200901010001",
+              "01.00.00", "aabbccdd", "default", "none", "unknown"}
+
+
+@dataclass(frozen=True)
+class Device:
+    """One camera. node: /dev/videoN. serial: "" where it has none of its own. port: the plug, not the camera."""
+
+    node: str
+    model: str
+    serial: str = ""
+    port: str = ""
+    links: tuple[str, ...] = ()  # lasting names, /dev/v4l/by-id/… first
+
+    @property
+    def address(self) -> str:
+        """The most lasting address: by identity, by port, and only then by number."""
+        lasting = self.links[0] if self.links and (self.serial or "by-path" in self.links[0]) else None
+        return f"v4l2://{lasting or next((link for link in self.links if 'by-path' in link), self.node)}"
+
+    @property
+    def identity(self) -> Identity:
+        return Identity(self.address, self.serial, self.port, self.model)
+
+
+def devices(root: Path = Path("/")) -> tuple[Device, ...]:
+    """Every camera that gives pictures, by number. root: where dev and sys stand."""
+    found = sorted((root / "sys/class/video4linux").glob("video*"), key=lambda path: int(path.name[5:] or 0))
+    links = {path: Path(path).resolve() for kind in ("by-id", "by-path") for path in _sorted(root / "dev/v4l" / kind)}
+    nodes = [path for path in found if _text(path / "index") in ("", "0")]  # the others carry a camera's metadata
+    usb = [_usb_device(path) for path in nodes]
+    serials = [_text(place / "serial") if place else "" for place in usb]
+    return tuple(_device(root, path, place, serial if _own(serial) and serials.count(serial) == 1 else "", links)
+                 for path, place, serial in zip(nodes, usb, serials, strict=True))
+
+
+def device_of(target: str, root: Path = Path("/")) -> Device:
+    """The camera that 0, /dev/video0 or /dev/v4l/by-…/NAME names; BadInput for another path, NotFound if it is off."""
+    path = f"/dev/video{target}" if re.fullmatch(r"[0-9]{1,3}", target) else target
+    if not NAMED.fullmatch(path) or "/../" in path or path.endswith("/.."):
+        raise BadInput("The camera's address names no camera of this machine.",
+                       "Use v4l2://0, or v4l2:///dev/v4l/by-id/NAME with a name from that folder.", reason="bad-source")
+    known = devices(root)
+    try:
+        node = "/" + str((root / path[1:]).resolve().relative_to(root.resolve()))
+    except ValueError:
+        node = ""
+    for device in known:
+        if device.node == node:
+            return device
+    there = ", ".join(f"{device.address} ({device.model})" for device in known) or "none"
+    raise NotFound(f"There is no camera {target!r} on this machine.", f"Plugged in now: {there}.",
+                   reason="unknown-camera")
+
+
+def _device(root: Path, path: Path, usb: Path | None, serial: str, links: dict[str, Path]) -> Device:
+    here = (root / "dev" / path.name).resolve()
+    ours = tuple("/" + str(Path(link).relative_to(root)) for link, target in links.items() if target == here)
+    by_path = next((Path(link).name for link in ours if "/by-path/" in link), "")
+    product = ":".join(filter(None, (_text(usb / "idVendor"), _text(usb / "idProduct")))) if usb else ""
+    model = " ".join(filter(None, (_text(path / "name"), f"({product})" if product else "")))
+    port = by_path or (usb.name if usb else (path / "device").resolve().name)
+    return Device(f"/dev/{path.name}", model, serial, port, ours)
+
+
+def _usb_device(path: Path) -> Path | None:
+    """The USB device that a video node belongs to: the nearest folder above that names its maker."""
+    place = (path / "device").resolve()
+    return next((one for one in (place, *place.parents) if (one / "idVendor").is_file()), None)
+
+
+def _own(serial: str) -> bool:
+    """Whether a serial number can be one camera's own."""
+    return len(set(serial.strip("0"))) > 1 and serial.lower() not in NO_SERIALS
+
+
+def _sorted(folder: Path) -> Iterator[str]:
+    try:
+        yield from sorted(str(path) for path in folder.iterdir())
+    except OSError:
+        return
+
+
+def _text(path: Path) -> str:
+    """A line that the kernel tells; "" where it does not."""
+    try:
+        return " ".join(path.read_text("utf-8", "replace").split())[:100]
+    except OSError:
+        return ""

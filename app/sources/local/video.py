@@ -1,0 +1,149 @@
+"""video://NAME: a film as if it were a camera, at its own pace or as fast as it can be read."""
+
+import math
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import cv2
+import numpy as np
+
+from app.core.errors import BadInput, Unavailable
+from app.core.records import Frame
+from app.models import Option
+from app.sources import PlainSource, Surroundings
+from app.sources.ffmpeg import open_capture
+from app.sources.local.files import file_within, pictures_folder
+
+SUFFIXES = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm")
+MP4 = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide")
+MATROSKA = b"\x1a\x45\xdf\xa3"
+LATE_S = 0.2  # what the reader is late is caught up with; more than that is not
+LONGEST_WAIT_S = 5.0  # a jump in the film's own times is no reason to stand still
+
+
+class VideoSource(PlainSource):
+    """One decoder at a time; a loop opens the file anew."""
+
+    TITLE: ClassVar = "Video file"
+    HELP: ClassVar = "A film in the pictures folder, as if a camera filmed it now."
+    TARGET: ClassVar = "the file's name"
+    OPTIONS: ClassVar = (
+        Option("loop", "bool", True, "Begin anew after the last frame."),
+        Option("pace", "choice", "real", "As it was filmed, or as fast as it can be read.", choices=("real", "fast")),
+        Option("start_s", "float", 0.0, "Where in the film to begin.", (0, 1e6), "s"),
+        Option("fps", "float", None, "Frames a second; as it was filmed if left out.", (0.1, 240)),
+    )
+
+    def __init__(self, path: Path, options: Mapping[str, Any]) -> None:
+        self._path, self._options = path, options
+        self._capture: cv2.VideoCapture | None = None
+        self._pending: Frame | None = None
+        self._pace = _Pace()
+        self._rounds_s = 0.0  # how long the rounds so far were
+        self._index = 0
+        self._moment_s = 0.0  # of the newest frame, since the beginning of its round
+        self._interval_s = 0.04
+
+    @classmethod
+    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
+        path = file_within(pictures_folder(around), target, "video")
+        if not _is_film(path):
+            raise BadInput(f"{target!r} is no film that is read here.", "Use MP4, MOV, AVI, MKV or WebM.",
+                           reason="unknown-video-format")
+        opened = cls(path, options)
+        opened._begin()
+        opened._pending = opened._decoded()
+        if opened._pending is None:
+            opened.close()
+            raise BadInput(f"The film {target!r} has no frames from {options['start_s']:g} s on.",
+                           "Begin earlier, or convert it to MP4 with H.264.", reason="undecodable-video")
+        return opened
+
+    def read(self) -> Frame:
+        if self._capture is None:
+            raise Unavailable("This video is closed.", "Open it again.", reason="source-closed")
+        frame, self._pending = self._pending or self._decoded(), None
+        if frame is None and self._options["loop"]:
+            self._rounds_s += self._moment_s + self._interval_s
+            self._begin()
+            frame = self._decoded()
+        if frame is None:
+            raise Unavailable("The video has ended.", "Open it again, or with loop=true.", reason="source-ended")
+        if self._options["pace"] == "real":
+            self._pace.wait_for(self._rounds_s + self._moment_s)
+        return frame
+
+    @property
+    def moment_s(self) -> float:
+        """When the newest frame was filmed, from where the reading began."""
+        return self._rounds_s + self._moment_s
+
+    def close(self) -> None:
+        if self._capture is not None:
+            self._capture.release()
+        self._capture = self._pending = None
+
+    @classmethod
+    def example(cls, folder: Path) -> str:
+        film = cv2.VideoWriter(str(folder / "film.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 25, (64, 48))
+        for i in range(5):
+            film.write(np.full((48, 64, 3), 40 * i, np.uint8))
+        film.release()
+        return "video://film.avi?fps=200"
+
+    def _begin(self) -> None:
+        """The decoder at the first frame that is wanted; the one before is let go of first."""
+        self.close()
+        self._capture = open_capture(str(self._path))
+        if self._capture is None:
+            raise BadInput(f"The film {self._path.name!r} cannot be decoded.", "Convert it to MP4 with H.264.",
+                           reason="undecodable-video")
+        fps = self._options["fps"] or self._capture.get(cv2.CAP_PROP_FPS)
+        self._interval_s = 1 / fps if math.isfinite(fps) and 0.1 <= fps <= 1000 else 0.04
+        self._index = 0
+        if self._options["start_s"]:
+            self._capture.set(cv2.CAP_PROP_POS_MSEC, self._options["start_s"] * 1000)
+
+    def _decoded(self) -> Frame | None:
+        came, pixels = self._capture.read()
+        if not came:
+            return None
+        told_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000 - self._options["start_s"]
+        counted_s = self._index * self._interval_s
+        believable = self._options["fps"] is None and math.isfinite(told_s) and (told_s > 0 or self._index == 0)
+        self._moment_s = max(0.0, told_s) if believable else counted_s
+        self._index += 1
+        pixels.setflags(write=False)
+        return Frame(pixels)
+
+
+class _Pace:
+    """Waits until a moment of the film has come."""
+
+    def __init__(self) -> None:
+        self._start: float | None = None
+
+    def wait_for(self, moment_s: float) -> None:
+        now = time.monotonic()
+        if self._start is None or now - self._start - moment_s > LATE_S:
+            self._start = now - moment_s
+        elif self._start + moment_s - now > LONGEST_WAIT_S:
+            self._start = now + LONGEST_WAIT_S - moment_s
+        time.sleep(max(0.0, self._start + moment_s - now))
+
+
+def _is_film(path: Path) -> bool:
+    """Whether the name and the first bytes are a film's: a playlist that calls itself one is not even tried.
+
+    They need not agree: many an MP4 is called .avi.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        return False
+    try:
+        with path.open("rb") as file:
+            head = file.read(12)
+    except OSError:
+        return False
+    return head[4:8] in MP4 or head.startswith(MATROSKA) or (head[:4] == b"RIFF" and head[8:] == b"AVI ")

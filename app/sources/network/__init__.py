@@ -1,0 +1,1 @@
+"""Network cameras: HTTP, MJPEG and RTSP, to pinned addresses only."""

@@ -1,0 +1,22 @@
+"""What a network camera's refusal means, whichever way it is spoken to."""
+
+from app.core.errors import Unavailable
+
+
+def refused(status: int, scheme: str, nothing_there: str, path: str) -> Unavailable:
+    """A refusal by its status. scheme: "http" or "rtsp"; nothing_there, path: what 404 says, and what to look for."""
+    if 300 <= status < 400:
+        return Unavailable("The camera sends us on to another address.", "Give that address itself.",
+                           reason="camera-redirects")
+    if status in (401, 403):
+        return Unavailable("The camera does not accept the user name and password.",
+                           f"Write them as {scheme}://user:password@host/…", reason="camera-login")
+    if status == 404:
+        return Unavailable(f"The camera has {nothing_there} under this path.",
+                           f"Look in its manual for its {path} path.", reason="unknown-stream")
+    return Unavailable(f"The camera refuses with {scheme.upper()} status {status}.",
+                       "Look at its settings, or restart it.", reason="camera-refuses")
+
+
+def broken() -> Unavailable:
+    return Unavailable("The connection to the camera broke.", "Look whether it is on.", reason="camera-gone")

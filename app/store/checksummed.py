@@ -1,0 +1,61 @@
+"""Rows that carry their own checksum: over the content as text and over every column that repeats a part of it.
+
+The database's own check sees a broken page, not a bit that was flipped within a text or a number. `sequence` alone is
+left out, since the database gives it; and `damaged`, which is written when the checksum is wrong.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from functools import cache
+from hashlib import sha256
+from typing import Any, TypeVar
+
+from sqlalchemy import inspect
+
+from app.core.errors import BadInput
+from app.store.tables import Sealed
+
+Row = TypeVar("Row", bound=Sealed)
+OUTSIDE = ("sequence", "damaged", "sha256", "body")
+
+
+def sealed(table: type[Row], record: Mapping[str, Any], what: str, **columns: Any) -> Row:
+    """A row with that content and its checksum. what: how an error calls it, such as "The draft"."""
+    row = table(**{name: None for name in repeated(table)} | columns, body=as_text(record, what), damaged=None)
+    return resealed(row)
+
+
+def resealed(row: Row) -> Row:
+    """The row with the checksum of what it holds now."""
+    row.sha256 = checksum([getattr(row, name) for name in repeated(type(row))], row.body)
+    return row
+
+
+def is_whole(row: Any, table: type[Sealed] | None = None) -> bool:
+    """Whether a row is what was written. table: needed for a row that is only a tuple of columns."""
+    return checksum([getattr(row, name) for name in repeated(table or type(row))], row.body) == row.sha256
+
+
+def content(row: Sealed) -> dict[str, Any]:
+    """The record of a whole row."""
+    return json.loads(row.body)
+
+
+def as_text(record: Any, what: str) -> str:
+    """Plain JSON as ASCII; BadInput where a number is not finite."""
+    try:
+        return json.dumps(record, allow_nan=False, separators=(",", ":"))
+    except ValueError:
+        raise BadInput(f"{what} contains a number that is not finite.", "Remove or correct that number.",
+                       reason="non-finite-number") from None
+
+
+def checksum(columns: Sequence[Any], body: Any) -> str:
+    # repr and not JSON: whatever a damaged database answers, bytes too, has one.
+    return sha256(f"{list(columns)!r}\n{body}".encode("utf-8", "surrogatepass")).hexdigest()
+
+
+@cache
+def repeated(table: type[Sealed]) -> tuple[str, ...]:
+    """The columns that the checksum covers besides the body, in a fixed order."""
+    return tuple(sorted(column.key for column in inspect(table).columns if column.key not in OUTSIDE))

@@ -1,0 +1,122 @@
+"""Rows taken back from where they are still whole: a damaged row from a backup, newer rows from a damaged database."""
+
+import logging
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, suppress
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from sqlalchemy import and_, insert, select, update
+from sqlalchemy.exc import IntegrityError
+
+from app.core.errors import TouchlineError
+from app.store.backups import Backups
+from app.store.checksummed import is_whole
+from app.store.database import Database
+from app.store.tables import KEPT, Sealed
+
+log = logging.getLogger("touchline")
+OUR_BACKUPS = 10  # looked through for a whole copy of a row
+
+
+def heal(database: Database, backups: Backups | None, table: type[Sealed], row: Any, name: str) -> str | None:
+    """Put a backup's copy in the damaged row's place, or mark the row with the quarantine's name of its remains.
+
+    What was done, in words; None where it was only marked.
+    """
+    keys = _keys(table)
+    same = and_(*(column == getattr(row, column.key) for column in keys))
+    for backup in (backups.all() if backups else [])[:OUR_BACKUPS]:
+        whole = _copy_in(backup.path, table, row)
+        if whole is not None:
+            with database.writing("The restored row") as rows:
+                rows.execute(update(table).where(same).values({key: value for key, value in whole.items()
+                                                               if key not in {column.key for column in keys}}))
+            return f"Restored from the backup of change {backup.changes}."
+    with database.writing("The mark of a damaged row") as rows:
+        rows.execute(update(table).where(same).values(damaged=name))
+    return None
+
+
+def _copy_in(path: Path, table: type[Sealed], row: Any) -> dict[str, Any] | None:
+    """A backup's whole copy of a row; None where it has none."""
+    keys = _keys(table)
+    where = " AND ".join(f'"{column.name}" = ?' for column in keys)
+    with suppress(sqlite3.Error), closing(_open(path)) as source:
+        found = source.execute(f'SELECT * FROM "{table.__tablename__}" WHERE {where}',  # type: ignore[attr-defined]
+                               [getattr(row, column.key) for column in keys]).fetchone()
+        return None if found is None else _values(table, dict(found))
+    return None
+
+
+def salvage(damaged: Path, into: Database) -> tuple[int, bool]:
+    """Insert every whole row that the other database lacks, and replace those that it has in an older state.
+
+    How many rows, and whether anything could not be read. Rows are read through the tables as they stand, so what was
+    deleted stays deleted; each carries its own checksum, so a row that is taken is what was written.
+    """
+    count, lost = 0, False
+    with closing(_open(damaged)) as source:
+        for table in KEPT:
+            if not issubclass(table, Sealed):
+                continue
+            for values in _readable(source, table):
+                if values is None:
+                    lost = True
+                    continue
+                with suppress(TouchlineError):
+                    count += _put(into, table, values)
+    return count, lost
+
+
+def _readable(source: sqlite3.Connection, table: type[Sealed]) -> Iterator[dict[str, Any] | None]:
+    """The whole rows of a table; None in place of each that is not, and at the end of what can be read."""
+    name = table.__tablename__  # type: ignore[attr-defined]
+    try:
+        if source.execute("SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", [name]).fetchone() is None:
+            return  # of a form that had none of these yet
+        for found in source.execute(f'SELECT * FROM "{name}"'):
+            yield _values(table, dict(found))
+    except sqlite3.Error as error:
+        log.error("the damaged database ends early: %s", error)
+        yield None
+
+
+def _put(into: Database, table: type[Sealed], values: dict[str, Any]) -> bool:
+    """Whether the row was not there in that very state."""
+    same = and_(*(column == values[column.key] for column in _keys(table)))
+    with into.writing("A restored row") as rows:
+        there = rows.execute(select(table.sha256).where(same)).first()
+        if there is not None and there[0] == values["sha256"]:
+            return False
+        try:
+            with rows.begin_nested():
+                if there is None:
+                    rows.execute(insert(table).values(values))
+                else:
+                    rows.execute(update(table).where(same).values(values))
+        except IntegrityError:
+            return False  # what it refers to could not be read
+    return True
+
+
+def _values(table: type[Sealed], found: dict[str, Any]) -> dict[str, Any] | None:
+    """A row's columns by the names of its class, as Python has them; None where its checksum is wrong."""
+    columns = table.__table__.columns  # type: ignore[attr-defined]
+    values = {column.key: bool(found[column.name]) if column.type.python_type is bool else found[column.name]
+              for column in columns}
+    return values if values["damaged"] is not None or is_whole(SimpleNamespace(**values), table) else None
+
+
+def _keys(table: type[Sealed]) -> list[Any]:
+    return list(table.__table__.primary_key.columns)  # type: ignore[attr-defined]
+
+
+def _open(path: Path) -> sqlite3.Connection:
+    connection = sqlite3.connect(path, isolation_level=None, timeout=5)
+    connection.row_factory = sqlite3.Row
+    connection.text_factory = lambda raw: raw.decode("utf-8", "surrogateescape")
+    connection.execute("PRAGMA query_only=ON")
+    return connection

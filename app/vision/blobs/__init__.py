@@ -1,0 +1,1 @@
+"""Patches of one colour, and patterns of such patches."""

@@ -1,0 +1,1 @@
+"""The corners of a calibration board in a picture."""

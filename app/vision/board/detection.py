@@ -1,0 +1,58 @@
+"""The inner corners of a chessboard or ChArUco board in a picture, to sub-pixel.
+
+A chessboard is found whole or not at all; of a ChArUco board those corners count whose markers could be read, so it
+may reach beyond the picture's edge, where lenses need corners most.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.board import Board, BoardView
+from app.core.geometry import Points
+from app.core.opencv import find_charuco, find_chessboard, smaller
+from app.vision.board.corners import REACH, refined
+
+FINDING_PX = 1600  # the longer side of the picture that corners are first looked for in; full size then refines them
+THOROUGH_PX = 1000  # the slow finder's, which takes seconds on more
+MARKER_MARGIN = 0.9  # of the white rim around a marker: its black edge would draw the corner away
+
+
+def find_board(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView | None:
+    """The board as this picture shows it; None where it shows none."""
+    gray = _gray(pixels)
+    if board.kind == "charuco":
+        return _charuco(gray, board, name)
+    corners = _chessboard(gray, board)
+    if corners is None:
+        return None
+    places = board.places_mm
+    return BoardView(refined(gray, corners, places[:, :2] / board.square_mm), places, name)
+
+
+def _chessboard(gray: NDArray[np.uint8], board: Board) -> Points | None:
+    """The quick finder, and where it fails the thorough one."""
+    for longest, thorough in ((FINDING_PX, False), (THOROUGH_PX, True)):
+        small, scale = smaller(gray, longest)
+        corners = find_chessboard(small, board.columns, board.rows, thorough=thorough)
+        if corners is not None:
+            return (corners + 0.5) / scale - 0.5
+    return None
+
+
+def _charuco(gray: NDArray[np.uint8], board: Board, name: str) -> BoardView | None:
+    corners, numbers = find_charuco(gray, board.columns, board.rows, board.square_mm, board.marker_mm,
+                                    board.dictionary, board.legacy)
+    if not len(corners):
+        return None
+    places = board.places_mm[numbers]
+    rim = (board.square_mm - board.marker_mm) / 2 / board.square_mm
+    return BoardView(refined(gray, corners, places[:, :2] / board.square_mm, min(REACH, MARKER_MARGIN * rim)),
+                     places, name)
+
+
+def _gray(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Luminance; blue, green, red in."""
+    if pixels.ndim == 2:
+        return np.ascontiguousarray(pixels)
+    weights = np.array([0.114, 0.587, 0.299], np.float32)
+    return np.rint(pixels[..., :3].astype(np.float32) @ weights).astype(np.uint8)

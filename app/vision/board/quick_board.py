@@ -1,0 +1,31 @@
+"""A quick look for a board, on a reduced picture: where it is now, not to the last tenth of a pixel.
+
+For who holds a board before a live camera; what a lens is fitted to is found anew, with care, in the kept picture.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.board import Board, BoardView
+from app.core.opencv import find_charuco, find_chessboard
+
+GLIMPSE_PX = 800  # the longer side of what is looked at: 20 to 40 ms
+
+
+def glimpse(pixels: NDArray[np.uint8], board: Board) -> BoardView | None:
+    """The board as this picture shows it, in the picture's own pixels, to about half a pixel; None where none is."""
+    height, width = pixels.shape[:2]
+    scale = min(1.0, GLIMPSE_PX / max(height, width))
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    small = pixels if scale == 1.0 else cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
+    gray = small if small.ndim == 2 else cv2.cvtColor(small, cv2.COLOR_BGR2GRAY)
+    if board.kind == "charuco":
+        corners, numbers = find_charuco(gray, board.columns, board.rows, board.square_mm, board.marker_mm,
+                                        board.dictionary, board.legacy)
+        places = board.places_mm[numbers]
+    else:
+        corners, places = find_chessboard(gray, board.columns, board.rows, thorough=False), board.places_mm
+    if corners is None or not len(corners):
+        return None
+    return BoardView((corners + 0.5) * np.array([width / size[0], height / size[1]]) - 0.5, places)

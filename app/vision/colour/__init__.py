@@ -1,0 +1,1 @@
+"""Colour profiles: learned, tabulated, and how well their colours can be told apart."""

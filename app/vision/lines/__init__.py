@@ -1,0 +1,1 @@
+"""Painted lines and edges, to a fraction of a pixel."""

@@ -1,0 +1,154 @@
+"""Edges as long smooth chains of sub-pixel points: where brightness changes fastest, linked along the edge.
+
+Three samples across the edge give the top of a parabola. Through the gradient itself that top ripples from pixel to
+pixel one way, through its logarithm (a parabola, were a blurred step a Gaussian) the other, because a pixel's own area
+makes the profile lopsided; through its square root it stays within 0.02 px. The samples are taken along the picture's
+own axis that is nearer to the gradient, so nothing is interpolated.
+
+After J. Canny 1986; F. Devernay, "A non-maxima suppression method for edge detection with sub-pixel accuracy", 1995.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core import opencv
+from app.core.geometry import Points
+from app.vision.lines.edge_joining import Piece, chord, joined, off_cubic
+
+BLUR_PX = 1.2  # sharper follows the noise, softer lets neighbouring edges push each other
+MARGIN = 4  # px at the picture's end, three blurs
+FAINT = 1.0  # grey levels a px: a weaker gradient is noise
+CLEAR = 3.0  # the median along a chain that is kept
+REACH = 2  # px to the next point of the same edge
+SAME_WAY = np.cos(np.radians(25))  # neighbours on one edge have nearly one gradient
+CORNER_ARM = 6  # points on either side that tell how sharply a chain turns
+CORNER = np.cos(np.radians(14))
+SMOOTH_PX = 1.0  # off a cubic: further is no smooth curve, and the chain is cut there
+RAGGED_PX = 0.4  # rms off a cubic of what may be a straight edge behind a lens
+TRIM = 3  # points at either end, where other edges meet this one
+SHORTEST_PIECE_PX = 12.0  # worth joining to others
+SHORTEST = 0.06  # of the picture's diagonal; a chain's bow grows with the square of its length
+BENT = 0.2  # of its chord: no lens of ours bows a line further
+
+
+@dataclass(frozen=True)
+class EdgeOptions:
+    """What counts as an edge: blur_px of the picture, the least gradient and the shortest chain."""
+
+    blur_px: float = BLUR_PX
+    faint: float = FAINT
+    clear: float = CLEAR
+    shortest: float = SHORTEST
+
+
+def edge_chains(pixels: NDArray[np.uint8], options: EdgeOptions = EdgeOptions()) -> list[Points]:
+    """Chains (n, 2) px of a picture (h, w) or (h, w, 3), each along one edge, the longest first."""
+    gradient_x, gradient_y = opencv.gradients(opencv.grey(pixels), options.blur_px)
+    points, directions, strength, cells = _tops(gradient_x, gradient_y, options.faint)
+    height, width = gradient_x.shape
+    least = max(options.shortest * float(np.hypot(width, height)), SHORTEST_PIECE_PX)
+    pieces = [piece for links in _walks(*_links(points, directions, cells, (height, width)))
+              for piece in _smooth(Piece(points[links], strength[links]), SHORTEST_PIECE_PX, options.clear)]
+    found = [chain.points for line in joined(pieces) for chain in _smooth(line, least, options.clear)]
+    return sorted(found, key=lambda chain: (-chord(chain), *chain[0]))
+
+
+def _tops(gx: NDArray, gy: NDArray, faint: float) -> tuple[Points, NDArray, NDArray, NDArray]:
+    """Sub-pixel points, unit gradients, strengths and cells (row, column) where the gradient is at its top."""
+    strength = np.hypot(gx, gy)
+    inner = strength[1:-1, 1:-1]
+    sideways = np.abs(gx[1:-1, 1:-1]) >= np.abs(gy[1:-1, 1:-1])
+    before = np.where(sideways, strength[1:-1, :-2], strength[:-2, 1:-1])
+    after = np.where(sideways, strength[1:-1, 2:], strength[2:, 1:-1])
+    tops = (inner > faint) & (inner >= before) & (inner > after)
+    # Beyond the picture's end its last row goes on, in the blur, and turns a slanted edge.
+    tops[:MARGIN], tops[-MARGIN:], tops[:, :MARGIN], tops[:, -MARGIN:] = False, False, False, False
+    row, column = np.nonzero(tops)
+    low, top, high = (np.sqrt(s[row, column]).astype(float) for s in (before, inner, after))
+    with np.errstate(all="ignore"):
+        offset = np.clip(np.nan_to_num((high - low) / (2 * (2 * top - low - high))), -0.5, 0.5)
+    across = sideways[row, column]
+    cells = np.stack([row + 1, column + 1], axis=1)
+    points = cells[:, ::-1] + np.where(across[:, None], [1.0, 0.0], [0.0, 1.0]) * offset[:, None]
+    at = tuple(cells.T)
+    directions = np.stack([gx[at], gy[at]], axis=1).astype(float) / strength[at][:, None]
+    return points, directions, strength[at].astype(float), cells
+
+
+def _links(points: Points, directions: NDArray, cells: NDArray, shape: tuple[int, int]) -> tuple[NDArray, NDArray]:
+    """For each point the one that follows and the one that leads, with the bright side kept right; -1 for none.
+
+    Two points are linked where each is the other's nearest.
+    """
+    count = len(points)
+    index = np.full((shape[0] + 2 * REACH, shape[1] + 2 * REACH), -1)
+    index[cells[:, 0] + REACH, cells[:, 1] + REACH] = np.arange(count)
+    tangent = np.stack([-directions[:, 1], directions[:, 0]], axis=1)
+    nearest = np.full((2, count), np.inf)
+    neighbour = np.full((2, count), -1)
+    for down in range(-REACH, REACH + 1):
+        for right in range(-REACH, REACH + 1):
+            other = index[cells[:, 0] + REACH + down, cells[:, 1] + REACH + right]
+            a = np.flatnonzero((other >= 0) & (other != np.arange(count)))
+            b = other[a]
+            step = points[b] - points[a]
+            length = np.linalg.norm(step, axis=1)
+            ahead = np.sum(step * (tangent[a] + tangent[b]), axis=1) / 2
+            alike = (np.sum(directions[a] * directions[b], axis=1) > SAME_WAY) & (np.abs(ahead) > 0.8 * length)
+            for way, sign in ((0, 1), (1, -1)):
+                better = alike & (sign * ahead > 0) & (length < nearest[way, a])
+                nearest[way, a[better]], neighbour[way, a[better]] = length[better], b[better]
+    follows, leads = neighbour
+    mutual = (follows >= 0) & (leads[follows] == np.arange(count))
+    follows = np.where(mutual, follows, -1)
+    leads = np.full(count, -1)
+    leads[follows[mutual]] = np.flatnonzero(mutual)
+    return follows, leads
+
+
+def _walks(follows: NDArray, leads: NDArray) -> list[NDArray]:
+    """Indices along each chain; a ring, which has no first point, is no straight edge and left out."""
+    following = follows.tolist()
+    walks = []
+    for start in np.flatnonzero((leads < 0) & (follows >= 0)).tolist():
+        walk = [start]
+        while (start := following[start]) >= 0:
+            walk.append(start)
+        walks.append(np.array(walk))
+    return walks
+
+
+def _smooth(line: Piece, least: float, clear: float) -> list[Piece]:
+    """The stretches of a chain, at least so long, that a lens could have made of a straight edge."""
+    kept, waiting = [], _between_corners(line)
+    while waiting:
+        piece = waiting.pop()
+        if len(piece.points) < 2 * TRIM + 6 or chord(piece.points) < least:
+            continue
+        off, bow = off_cubic(piece.points)
+        worst = int(np.argmax(np.abs(off)))
+        if np.abs(off[worst]) > SMOOTH_PX:
+            cut = min(max(worst, 2 * TRIM), len(off) - 2 * TRIM)
+            waiting += [piece.part(0, cut), piece.part(cut, None)]
+            continue
+        calm = np.sqrt(np.mean(off**2)) < RAGGED_PX and bow < BENT * chord(piece.points)
+        if calm and np.median(piece.strength) >= clear:
+            kept.append(piece)
+    return kept
+
+
+def _between_corners(line: Piece) -> list[Piece]:
+    """A chain cut where it turns sharply, and without its ends, where other edges meet it."""
+    points = line.points[TRIM:-TRIM]
+    if len(points) < 2 * CORNER_ARM + 1:
+        return []
+    arm = points[CORNER_ARM:] - points[:-CORNER_ARM]
+    arm = arm / np.maximum(np.linalg.norm(arm, axis=1, keepdims=True), 1e-9)
+    straight = np.sum(arm[CORNER_ARM:] * arm[:-CORNER_ARM], axis=1) > CORNER
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], straight, [False]]).astype(int)))
+    # A turn is seen CORNER_ARM points before and after it; blur bends the edge nearly as far.
+    clear_of = CORNER_ARM - 1
+    return [line.part(TRIM + (start and start + clear_of), TRIM + (end if end == len(points) else end - clear_of))
+            for start, end in zip(turns[::2], turns[1::2] + 2 * CORNER_ARM, strict=True)]

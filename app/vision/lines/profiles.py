@@ -1,0 +1,177 @@
+"""The middle of a bright line where one is expected, from the brightness across it; and whether there is one at all.
+
+Across the line, brightness is a slope, perhaps a step (carpet on one side, a wall on the other), and on it a bar with
+blurred edges:
+
+    g(u) = a + b u + s S(u - m) + c T(u - m),   T(u) = Φ((w/2 + u)/σ) - Φ((u - w/2)/σ),   S(u) = 2Φ(u/σ) - 1
+
+fitted within a window about the bar by a few Gauss–Newton steps from the best of several starts. Both edges of a wide
+line take part, and as T is even, a width that is known badly does not move the middle.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.geometry import Points
+
+STEP_PX = 0.5
+ALONG_PX = (-1.5, -0.5, 0.5, 1.5)  # profiles side by side are averaged
+GREY_OF_BGR = (0.114, 0.587, 0.299)
+BLUR_PX = 0.9
+WIDTHS_PX = np.geomspace(0.8, 28.0, 12)
+GROUND_PX = 3.0  # bare ground on either side of the bar that takes part
+FADE_PX = 0.7  # the window's edge is soft, so that nothing jumps as it moves
+STEPS = 3
+TELLING = 12  # profiles of a marking that tell how wide it is painted
+ENOUGH = 16  # profiles of one marking, for a step that they share
+LEAST_CONTRAST = 4.0  # grey levels
+CONTRAST_NOISES = 4.0
+CLEAN = 0.8  # of what slope and step leave, the share that the bar explains
+
+
+@dataclass(frozen=True, eq=False)
+class Profiles:
+    """(n,) each. middle: px from the expected place, along the normal; found: whether a bar is there."""
+
+    middle: NDArray[np.float64]
+    contrast: NDArray[np.float64]
+    found: NDArray[np.bool_]
+
+
+def across_lines(gray: NDArray[np.uint8], places: Points, normals: Points, width_px: NDArray, group: NDArray,
+                 capture_px: float) -> Profiles:
+    """places, normals (n, 2) px; width_px (n,) expected; group (n,): whose paint is of one width."""
+    middle, contrast = np.full(len(places), np.nan), np.zeros(len(places))
+    found = np.zeros(len(places), bool)
+    for name in np.unique(group):
+        of = np.flatnonzero(group == name)
+        nominal = float(np.median(width_px[of]))
+        reach = capture_px + 2 * max(nominal, 2.0) + GROUND_PX
+        away = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
+        rows = brightness_across(gray, places[of], normals[of], away)
+        least = max(LEAST_CONTRAST, CONTRAST_NOISES * _noise(rows))
+        some = rows[np.unique(np.linspace(0, len(rows) - 1, TELLING).round().astype(int))]
+        widths = _widths(nominal, reach)
+        width = widths[np.argmax([_worth(some, away, w, capture_px, least) for w in widths])]
+        middle[of], contrast[of], explained = _bars(rows, away, width, capture_px)
+        found[of] = _good(middle[of], contrast[of], explained, capture_px, least)
+    return Profiles(middle, contrast, found)
+
+
+def _worth(rows: NDArray, away: NDArray, width: float, capture: float, least: float) -> float:
+    middle, contrast, explained = _bars(rows, away, width, capture)
+    return float(np.sum(np.where(_good(middle, contrast, explained, capture, least), explained, 0.0)))
+
+
+def _good(middle: NDArray, contrast: NDArray, explained: NDArray, capture: float, least: float) -> NDArray[np.bool_]:
+    return (explained > CLEAN) & (contrast > least) & (np.abs(middle) < capture)
+
+
+def _widths(nominal: float, reach: float) -> NDArray:
+    """The expected width and others: paint is not always as the rules want it."""
+    factor = WIDTHS_PX / nominal
+    near = WIDTHS_PX[(factor > 0.4) & (factor < 6.0) & (reach > 1.4 * WIDTHS_PX)]
+    return np.unique(np.concatenate([[max(nominal, WIDTHS_PX[0])], near]))
+
+
+def brightness_across(picture: NDArray[np.uint8], places: Points, normals: Points, away: NDArray) -> NDArray:
+    """(n, k) grey levels at so many px (k,) across each place, averaged over a few pixels along it.
+
+    picture: (height, width), or (height, width, 3) BGR, of which nothing else is touched.
+    """
+    along = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
+    total = np.zeros((len(places), len(away), *picture.shape[2:]), np.float32)
+    for shift in ALONG_PX:
+        at = ((places + shift * along)[:, None] + away[:, None] * normals[:, None]).astype(np.float32)
+        total += cv2.remap(picture, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    if picture.ndim == 3:
+        total = total @ np.float32(GREY_OF_BGR)
+    return total.astype(np.float64) / len(ALONG_PX)
+
+
+def _noise(rows: NDArray) -> float:
+    """Of a profile's sample, grey levels, from how its second differences scatter."""
+    second = rows[:, 4:] - 2 * rows[:, 2:-2] + rows[:, :-4]  # a pixel apart
+    return float(np.median(np.abs(second)) * 1.4826 / np.sqrt(6)) if second.size else 0.0
+
+
+def _bars(rows: NDArray, away: NDArray, width: float, capture: float) -> tuple[NDArray, NDArray, NDArray]:
+    """Middle, contrast and explained share (n,) of the best bar of this width in each profile."""
+    starts = np.arange(-capture, capture + 0.4, max(1.0, width / 3))
+    gain, middle, contrast = np.full(len(rows), -np.inf), np.zeros(len(rows)), np.zeros(len(rows))
+    for m in starts:
+        weight = _window(away - m, width)
+        ground, bar, _ = _columns(away - m, width)
+        basis, _ = np.linalg.qr(ground * weight[:, None])
+        own = bar * weight - basis @ (basis.T @ (bar * weight))
+        height = (rows * weight) @ own / max(float(own @ own), 1e-9)
+        better = (height > 0) & (height**2 * (own @ own) > gain)
+        gain = np.where(better, height**2 * (own @ own), gain)
+        middle, contrast = np.where(better, m, middle), np.where(better, height, contrast)
+    middle, contrast, step = _refined(rows, away, width, middle, contrast, None)
+    beside = _shared(step / np.maximum(contrast, 1.0))
+    middle, contrast, _ = _refined(rows, away, width, middle, contrast, beside)
+    about = away - middle[:, None]
+    ground, bar, _ = _columns(about, width)
+    weight = _window(about, width)
+    solved, left = _solved(np.concatenate([ground, bar[..., None]], axis=2), rows, weight)
+    _, without = _solved(ground, rows, weight)
+    return middle, solved[:, 3], 1 - left / np.maximum(without, 1e-9)
+
+
+def _refined(rows: NDArray, away: NDArray, width: float, middle: NDArray, contrast: NDArray, beside: float | None,
+             ) -> tuple[NDArray, NDArray, NDArray]:
+    """Middle, contrast and step (n,) after a few Gauss–Newton steps. beside: the step over the contrast, or free.
+
+    A step of its own costs each profile most of what it knows of the middle; that of the whole marking costs nothing.
+    """
+    step = np.zeros(len(rows))
+    for _ in range(STEPS):
+        about = away - middle[:, None]
+        ground, bar, slope = _columns(about, width)
+        moved = -np.maximum(contrast, 1.0)[:, None, None] * slope[..., None]
+        if beside is None:
+            full = np.concatenate([ground, bar[..., None], moved], axis=2)
+        else:
+            full = np.concatenate([ground[..., :2], (bar + beside * ground[..., 2])[..., None], moved], axis=2)
+        solved, _ = _solved(full, rows, _window(about, width))
+        middle = middle + np.clip(solved[:, -1], -0.7, 0.7)
+        contrast, step = solved[:, -2], solved[:, 2]
+    return middle, contrast, step
+
+
+def _shared(steps: NDArray) -> float:
+    """The step of a whole marking, in parts of its contrast; nought where the profiles do not clearly agree on one."""
+    middle = float(np.median(steps))
+    spread = 1.4826 * float(np.median(np.abs(steps - middle)))
+    return middle if len(steps) >= ENOUGH and abs(middle) > max(4 * spread / np.sqrt(len(steps)), 0.02) else 0.0
+
+
+def _solved(design: NDArray, rows: NDArray, weight: NDArray) -> tuple[NDArray, NDArray]:
+    """Weighted least squares of each row: coefficients (n, p), and the sum of squares that is left (n,)."""
+    heavy = design * weight[..., None]
+    normal = heavy.transpose(0, 2, 1) @ heavy + 1e-6 * np.eye(design.shape[2])
+    solved = np.linalg.solve(normal, heavy.transpose(0, 2, 1) @ (rows * weight)[..., None])
+    rest = (rows - (design @ solved)[..., 0]) * weight
+    return solved[..., 0], np.sum(rest**2, axis=1)
+
+
+def _window(about: NDArray, width: float) -> NDArray:
+    return 1 / (1 + np.exp(np.clip((np.abs(about) - width / 2 - GROUND_PX) / (FADE_PX / 2), -40, 40)))
+
+
+def _columns(about: NDArray, width: float) -> tuple[NDArray, NDArray, NDArray]:
+    """The ground (..., 3): level, slope and step; the bar, and its derivative."""
+    bar, slope = _bar(about, width)
+    step = 2 / (1 + np.exp(-1.702 / BLUR_PX * np.clip(about, -30, 30))) - 1
+    return np.stack([np.ones_like(about), about, step], axis=-1), bar, slope
+
+
+def _bar(about: NDArray, width: float) -> tuple[NDArray, NDArray]:
+    """T and its derivative. Φ by a logistic that is within 0.01 of it: the blur's form is not known better."""
+    low, high = (about + width / 2) / BLUR_PX, (about - width / 2) / BLUR_PX
+    a, b = (1 / (1 + np.exp(-1.702 * np.clip(z, -30, 30))) for z in (low, high))
+    return a - b, 1.702 / BLUR_PX * (a * (1 - a) - b * (1 - b))

@@ -1,0 +1,103 @@
+"""Ridge points linked along their ridge, cut where it turns: pieces of the field's lines and arcs."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.geometry import Points
+from app.vision.lines.edge_joining import off_cubic
+from app.vision.lines.ridges import Ridges
+
+REACH = 2  # px to the next point of the same ridge
+SAME_WAY = np.cos(np.radians(22))
+AHEAD = 0.75  # of a step's length that lies along the ridge
+LEAST_POINTS = 12
+SMOOTH_PX = 1.2  # off a cubic: further, and the chain is cut there
+KNEE = 8  # points on either side that tell how sharply a chain turns
+KNEE_TURN = np.cos(np.radians(25))
+
+
+def ridge_chains(found: Ridges, shape: tuple[int, ...], least: int = LEAST_POINTS) -> list[NDArray[np.int64]]:
+    """Indices of points along each smooth piece of a ridge, the longest first; shape: of the picture."""
+    walks = _walks(*_links(found, shape))
+    pieces = [piece for walk in walks if len(walk) >= least for piece in _smooth(walk, found.points, least)]
+    return sorted(pieces, key=len, reverse=True)
+
+
+def _links(found: Ridges, shape: tuple[int, ...]) -> tuple[NDArray, NDArray]:
+    """Each point's neighbour ahead and behind, by its own direction; -1 for none. Both must choose each other."""
+    count = len(found.points)
+    index = np.full((shape[0] + 2 * REACH + 2, shape[1] + 2 * REACH + 2), -1)
+    index[found.cells[:, 0] + REACH, found.cells[:, 1] + REACH] = np.arange(count)
+    nearest = np.full((2, count), np.inf)
+    neighbour = np.full((2, count), -1)
+    for down in range(-REACH, REACH + 1):
+        for right in range(-REACH, REACH + 1):
+            if not (down or right):
+                continue
+            other = index[found.cells[:, 0] + REACH + down, found.cells[:, 1] + REACH + right]
+            a = np.flatnonzero(other >= 0)
+            b = other[a]
+            step = found.points[b] - found.points[a]
+            length = np.linalg.norm(step, axis=1)
+            ahead = np.sum(step * found.along[a], axis=1)
+            alike = np.abs(np.sum(found.along[a] * found.along[b], axis=1)) > SAME_WAY
+            alike &= np.abs(ahead) > AHEAD * length
+            for way, sign in ((0, 1), (1, -1)):
+                better = alike & (sign * ahead > 0) & (length < nearest[way, a])
+                nearest[way, a[better]], neighbour[way, a[better]] = length[better], b[better]
+    for way in (0, 1):
+        mine = neighbour[way]
+        answered = (mine >= 0) & ((neighbour[0][mine] == np.arange(count)) | (neighbour[1][mine] == np.arange(count)))
+        neighbour[way] = np.where(answered, mine, -1)
+    return neighbour[0], neighbour[1]
+
+
+def _walks(ahead: NDArray, behind: NDArray) -> list[list[int]]:
+    """Along each chain from one of its ends; a ring from anywhere."""
+    ends = ((ahead < 0) != (behind < 0)).nonzero()[0].tolist()
+    first, second = ahead.tolist(), behind.tolist()
+    visited = np.zeros(len(first), bool)
+    walks = []
+    for start in [*ends, *range(len(first))]:
+        if visited[start]:
+            continue
+        walk, here = [], start
+        while here >= 0 and not visited[here]:
+            visited[here] = True
+            walk.append(here)
+            following = first[here]
+            if following < 0 or visited[following]:
+                following = second[here]
+            here = following
+        walks.append(walk)
+    return walks
+
+
+def _smooth(walk: list[int], points: Points, least: int) -> list[NDArray]:
+    """The stretches of a chain that a lens could have made of a line or of a piece of an arc."""
+    kept, waiting = [], _between_knees(np.array(walk), points)
+    while waiting:
+        piece = waiting.pop()
+        if len(piece) < least:
+            continue
+        off = np.abs(off_cubic(points[piece])[0]) if np.ptp(points[piece], axis=0).any() else np.zeros(1)
+        worst = int(np.argmax(off))
+        if off[worst] > SMOOTH_PX:
+            cut = min(max(worst, least // 2), len(piece) - least // 2)
+            waiting += [piece[:cut], piece[cut:]]
+        else:
+            kept.append(piece)
+    return kept
+
+
+def _between_knees(walk: NDArray, points: Points) -> list[NDArray]:
+    """A chain cut where it turns sharply."""
+    if len(walk) < 3 * KNEE:
+        return [walk]
+    arm = points[walk[KNEE:]] - points[walk[:-KNEE]]
+    arm = arm / np.maximum(np.linalg.norm(arm, axis=1, keepdims=True), 1e-9)
+    straight = np.sum(arm[KNEE:] * arm[:-KNEE], axis=1) > KNEE_TURN
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], straight, [False]]).astype(int)))
+    # A turn is felt KNEE points before and after it.
+    return [walk[(start and start + KNEE):end + (KNEE + 1 if end < len(straight) else 2 * KNEE)]
+            for start, end in zip(turns[::2], turns[1::2], strict=True)]

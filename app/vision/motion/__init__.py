@@ -1,0 +1,1 @@
+"""What stands still and what moves in a series of frames."""

@@ -1,0 +1,1 @@
+"""Light, focus and flicker of a picture."""

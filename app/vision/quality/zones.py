@@ -1,0 +1,51 @@
+"""The nine zones of a picture, three by three, and what they are called."""
+
+from collections.abc import Iterable
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import BadInput
+
+ZONES = ("top left", "top", "top right", "left", "middle", "right", "bottom left", "bottom", "bottom right")
+MIDDLE = 4
+_GROUPS = {"rim": (0, 1, 2, 3, 5, 6, 7, 8), "corners": (0, 2, 6, 8), "left edge": (0, 3, 6),
+           "right edge": (2, 5, 8), "top edge": (0, 1, 2), "bottom edge": (6, 7, 8)}
+
+
+def zone_slices(height: int, width: int) -> list[tuple[slice, slice]]:
+    """Rows and columns of each zone, in the order of ZONES."""
+    rows, columns = (np.linspace(0, n, 4).round().astype(int) for n in (height, width))
+    return [(slice(rows[i], rows[i + 1]), slice(columns[j], columns[j + 1])) for i in range(3) for j in range(3)]
+
+
+def spoken(zones: Iterable[int], known: Iterable[int] = range(9)) -> str:
+    """What some zones are called together: edge, corners or rim where all known zones of it are meant; else by name."""
+    meant, known, names = set(zones), set(known), []
+    if meant and meant == known:
+        return "whole picture"
+    unsaid = set(meant)
+    for name, members in _GROUPS.items():
+        seen = set(members) & known
+        if len(seen) > 1 and seen <= meant and len(seen & unsaid) > len(seen) / 2:
+            names.append(name)
+            unsaid -= seen
+    return ", ".join(names + [ZONES[i] for i in sorted(unsaid)])
+
+
+def field_mask(field: NDArray | None, height: int, width: int) -> NDArray[np.bool_] | None:
+    """A field given as a mask (height, width) or a polygon (n, 2) px, as a mask; None stays None."""
+    if field is None:
+        return None
+    field = np.asarray(field)
+    if field.dtype == np.bool_ and field.shape == (height, width):
+        return field
+    if field.ndim == 2 and field.shape[1] == 2 and len(field) >= 3 and field.dtype != np.bool_ \
+            and (np.abs(field) < 1e6).all():  # NaN is not below it
+        mask = np.zeros((height, width), np.uint8)
+        cv2.fillPoly(mask, [np.rint(field).astype(np.int32)], 1)
+        return mask > 0
+    raise BadInput("The field's outline does not fit the picture.",
+                   "Give a mask of the picture's size, or a polygon of three corners or more in its pixels.",
+                   reason="bad-outline")

@@ -1,0 +1,103 @@
+"""A plan of stages, and a camera's sight by it: frame in, detections out, with each stage's picture and time if asked.
+
+    plan = Plan.from_json({"name": "ssl", "title": …, "stages": [{"stage": "colours", "follow": true}, …]})
+    sight = Sight(plan, setting)
+    seen = sight.see(pixels, clock=time.perf_counter, pictures=("colours",))
+
+A sight belongs to one camera at one size, and remembers what its stages remember; one thread at a time.
+"""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.detections import Detections
+from app.core.errors import BadInput
+from app.core.geometry import ImageSize
+from app.core.options import read_options
+from app.vision.stages import STAGES, Seeing, Setting, Stage
+
+MOST_STAGES = 20
+_FORM = 'Write {"name", "title", "stages": [{"stage": NAME, OPTION: VALUE, …}, …]}, and "corrected": true if you like.'
+# What a stage reads that another one writes.
+_AFTER = {"blobs": "colours", "butterfly": "blobs", "tags": "blobs", "markers": "blobs", "ball": "blobs"}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Stages in order with their options, read and checked. corrected: they look at the corrected picture."""
+
+    name: str
+    title: str
+    stages: tuple[tuple[str, Mapping[str, Any]], ...]
+    corrected: bool = False
+
+    @classmethod
+    def from_json(cls, value: Any) -> Self:
+        if not isinstance(value, Mapping) or set(value) - {"corrected"} != {"name", "title", "stages"}:
+            raise BadInput("This is no plan of stages.", _FORM, reason="bad-stages")
+        listed, corrected = value["stages"], value.get("corrected", False)
+        if not isinstance(corrected, bool):
+            raise BadInput("A plan's corrected is neither true nor false.", _FORM, reason="bad-stages")
+        if not isinstance(listed, (list, tuple)) or not 0 < len(listed) <= MOST_STAGES:
+            raise BadInput(f"A plan has between 1 and {MOST_STAGES} stages.", _FORM, reason="bad-stages")
+        texts = [value["name"], value["title"]]
+        if not all(isinstance(text, str) and 0 < len(text) <= 80 and text.isprintable() for text in texts):
+            raise BadInput("The plan of stages has no name or no title.", _FORM, reason="bad-stages")
+        stages: list[tuple[str, Mapping[str, Any]]] = []
+        for entry in listed:
+            if not isinstance(entry, Mapping) or not isinstance(entry.get("stage"), str):
+                raise BadInput("An entry of the plan names no stage.", _FORM, reason="bad-stages")
+            name = entry["stage"]
+            options = read_options(STAGES[name].OPTIONS, {k: v for k, v in entry.items() if k != "stage"})
+            needed, before = _AFTER.get(name), [done for done, _ in stages]
+            if name in before or (needed and needed not in before):
+                raise BadInput(f"The stage {name} stands in the wrong place.",
+                               f"Name it once, after {needed}." if needed else "Name it once.", reason="bad-stages")
+            stages.append((name, options))
+        return cls(*texts, tuple(stages), corrected)
+
+    def to_json(self) -> dict[str, Any]:
+        return {"name": self.name, "title": self.title, **({"corrected": True} if self.corrected else {}), "stages": [
+            {"stage": name, **{k: list(v) if isinstance(v, tuple) else v for k, v in options.items()}}
+            for name, options in self.stages]}
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What a frame showed. took_ms: of each stage, empty without a clock. pictures: those that were asked for."""
+
+    detections: Detections
+    took_ms: Mapping[str, float] = field(default_factory=dict)
+    pictures: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+class Sight:
+    """The stages of one camera."""
+
+    def __init__(self, plan: Plan, setting: Setting) -> None:
+        self.plan, self.setting = plan, setting
+        self._stages: list[Stage] = [STAGES[name](options, setting) for name, options in plan.stages]
+
+    def see(self, pixels: NDArray[np.uint8], *, clock: Callable[[], float] | None = None,
+            pictures: Collection[str] = (), camera: str | None = None, frame: int | None = None,
+            time_s: float | None = None) -> Seen:
+        """One frame (height, width, 3) BGR. clock: seconds, to time the stages; what drawing takes is not counted."""
+        size = ImageSize(pixels.shape[1], pixels.shape[0])
+        if size != self.setting.image_size:
+            raise BadInput(f"The picture is {size.width} × {size.height} px; these stages were set up for "
+                           f"{self.setting.image_size.width} × {self.setting.image_size.height} px.",
+                           "Set them up for this size.", reason="size-mismatch")
+        seeing, took, drawn = Seeing.of(pixels), {}, {}
+        for stage in self._stages:
+            began = clock() if clock else 0.0
+            seeing = stage.run(seeing)
+            if clock:
+                took[stage.NAME] = 1000 * (clock() - began)
+            if stage.NAME in pictures:
+                drawn[stage.NAME] = stage.picture(seeing)
+        return Seen(Detections(seeing.found, size, camera, frame, time_s), took, drawn, seeing.notes)

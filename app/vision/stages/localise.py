@@ -1,0 +1,60 @@
+"""Places in field mm: each pixel's line of sight, met at the thing's own height, and how sure that is.
+
+    Σ = J Σ_px Jᵀ + σ_cal² I          J: how the place moves with the pixel
+
+A model without rays knows the carpet only: there a robot's place is off by its height over the camera's, times how far
+it is from below the camera. With eye_height_mm told by hand that is undone; without, the answer says on_carpet.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from app.core.detections import Detection
+from app.core.options import Option
+from app.vision.stages import Picture, Seeing, Setting
+from app.vision.stages.ssl_robots import drawn_robots
+
+
+class Places:
+    NAME: ClassVar = "places"
+    TITLE: ClassVar = "Places"
+    HELP: ClassVar = "From pixels to field millimetres at each thing's own height, with covariance."
+    OPTIONS: ClassVar = (
+        Option("robot_sigma_px", "float", 0.05, "How sure a robot's middle is, each way.", (0.01, 5), "px"),
+        Option("blob_sigma_px", "float", 0.1, "How sure a ball's or a patch's middle is, each way.", (0.01, 5), "px"),
+        Option("calibration_sigma_mm", "float", 0.0, "How sure the calibration is on the carpet, each way.", (0, 500),
+               "mm"),
+        Option("hat_sigma_mm", "float", 0.0, "And at the height of the robots' tops.", (0, 500), "mm"),
+    )
+
+    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+        self._options, self._setting = options, setting
+
+    def run(self, seeing: Seeing) -> Seeing:
+        if not self._setting.view.tells_places or not seeing.found:
+            return seeing
+        placed = list(seeing.found)
+        for z_mm in {d.z_mm for d in seeing.found}:
+            group = [i for i, d in enumerate(seeing.found) if d.z_mm == z_mm]
+            pixels = np.array([seeing.found[i].pixel for i in group])
+            places, mm_per_px = self._setting.view.spread(pixels, z_mm)
+            for i, place, turns in zip(group, places, mm_per_px, strict=True):
+                placed[i] = self._placed(placed[i], place, turns)
+        return replace(seeing, found=tuple(placed))
+
+    def _placed(self, found: Detection, place: np.ndarray, mm_per_px: np.ndarray) -> Detection:
+        """Left without a place where the line of sight meets nothing."""
+        if not (np.isfinite(place).all() and np.isfinite(mm_per_px).all()):
+            return found
+        sigma = self._options["robot_sigma_px" if found.kind == "robot" else "blob_sigma_px"]
+        known = self._options["calibration_sigma_mm" if found.kind == "ball" else "hat_sigma_mm"]
+        spread = sigma**2 * mm_per_px @ mm_per_px.T + known**2 * np.eye(2)
+        return replace(found, x_mm=float(place[0]), y_mm=float(place[1]),
+                       covariance_mm2=tuple(tuple(float(v) for v in row) for row in spread),
+                       on_carpet=not self._setting.view.knows_heights and found.z_mm != 0)
+
+    def picture(self, seeing: Seeing) -> Picture:
+        return drawn_robots(seeing, self._setting)

@@ -1,0 +1,102 @@
+"""Robots of the small leagues: a team's patch beside one or two patches of the robot's own colours.
+
+The way from the team's patch to the others tells the front, and the colours, counted from the left as the robot looks,
+tell the number.
+"""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from app.core.colour_profile import NAMES
+from app.core.detections import Detection
+from app.core.options import Option
+from app.vision.blobs.features import Blobs
+from app.vision.stages import Picture, Seeing, Setting
+from app.vision.stages.ssl_robots import drawn_robots
+
+OWN = tuple(name for name in NAMES if name not in ("orange", "yellow", "blue"))
+_TURNED_RAD = 0.012  # a tenth of a pixel at each end of a tag of a dozen pixels
+
+
+class Tags:
+    NAME: ClassVar = "tags"
+    TITLE: ClassVar = "Two-colour tags"
+    HELP: ClassVar = "Finds small robots by a team's patch and the robot's own colours beside it."
+    OPTIONS: ClassVar = (
+        Option("teams", "names", ("yellow", "blue"), "The teams' colours.", choices=tuple(NAMES)),
+        Option("numbers", "names", ("green", "pink", "cyan", "purple", "red"), "Own colours in the order of the "
+               "numbers from 0; with two own patches, the number is first · count + second.", choices=OWN),
+        Option("patches", "choice", "1", "How many patches of its own a robot has.", choices=("1", "2")),
+        Option("apart_mm", "float", 37.0, "From the middle of the team's patch to the middle of its own.", (5, 200),
+               "mm"),
+        Option("slack", "float", 0.45, "How far from that it may be, as a share.", (0.05, 1)),
+        Option("front_deg", "float", 90.0, "The front, counter-clockwise from the way to its own patch.", (-180, 180),
+               "°"),
+    )
+
+    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+        self._options, self._setting = options, setting
+
+    def run(self, seeing: Seeing) -> Seeing:
+        z_mm, blobs = self._setting.robot_z_mm, seeing.blobs
+        if not len(blobs):
+            return seeing
+        places, mm_per_px = self._setting.view.spread(blobs.middle, z_mm)
+        team = _numbers_of(seeing, self._options["teams"])
+        own = _numbers_of(seeing, self._options["numbers"])
+        teams = [i for i in range(len(blobs)) if int(blobs.colour[i]) in team]
+        others = np.array([i for i in range(len(blobs)) if int(blobs.colour[i]) in own], int)
+        found, taken = [], set()
+        # The surest first: where robots touch, a patch belongs to the nearer one.
+        for i in sorted(teams, key=lambda i: self._misfit(places, i, others)):
+            free = np.array([j for j in others if j not in taken], int)
+            mine = self._own(places, i, free)
+            if mine is None:
+                continue
+            taken.update(mine)
+            found.append(self._robot(seeing, blobs, places, mm_per_px, i, mine, own))
+        return seeing.with_found(*found)
+
+    def _misfit(self, places: np.ndarray, i: int, others: np.ndarray) -> float:
+        return float(np.min(np.abs(_away(places, i, others) - self._options["apart_mm"]), initial=np.inf))
+
+    def _own(self, places: np.ndarray, i: int, free: np.ndarray) -> list[int] | None:
+        """The patches at the right distance, or None."""
+        apart, slack, count = self._options["apart_mm"], self._options["slack"], int(self._options["patches"])
+        off = np.abs(_away(places, i, free) - apart)
+        near = [int(j) for j in free[np.argsort(off)][:count] if abs(_away(places, i, j) - apart) <= slack * apart]
+        return near if len(near) == count else None
+
+    def _robot(self, seeing: Seeing, blobs: Blobs, places: np.ndarray, mm_per_px: np.ndarray, i: int, mine: list[int],
+               own: dict[int, int]) -> Detection:
+        way = places[mine].mean(axis=0) - places[i]
+        turn = np.arctan2(way[1], way[0]) + np.radians(self._options["front_deg"])
+        # From the robot's left to its right.
+        left = np.array([-np.sin(turn), np.cos(turn)])
+        ordered = sorted(mine, key=lambda j: -float((places[j] - places[i]) @ left))
+        number = 0
+        for j in ordered:
+            number = number * len(self._options["numbers"]) + own[int(blobs.colour[j])]
+        middle = (blobs.middle[i] + blobs.middle[mine].mean(axis=0)) / 2
+        fit = 1 - abs(np.hypot(*way) - self._options["apart_mm"]) / self._options["apart_mm"]
+        scale = float(np.sqrt(abs(np.linalg.det(mm_per_px[i]))))
+        return Detection("robot", (float(middle[0]), float(middle[1])), seeing.colours[int(blobs.colour[i]) - 1],
+                         int(number), z_mm=self._setting.robot_z_mm,
+                         orientation_rad=float((turn + np.pi) % (2 * np.pi) - np.pi),
+                         confidence=float(np.clip(fit, 0, 1)),
+                         orientation_sigma_rad=float(np.hypot(_TURNED_RAD, 0.15 * scale / self._options["apart_mm"])),
+                         area_px=float(blobs.area[[i, *mine]].sum()))
+
+    def picture(self, seeing: Seeing) -> Picture:
+        return drawn_robots(seeing, self._setting)
+
+
+def _numbers_of(seeing: Seeing, names: tuple[str, ...]) -> dict[int, int]:
+    """Which place among the names each of the table's numbers has."""
+    return {seeing.colours.index(name) + 1: place for place, name in enumerate(names) if name in seeing.colours}
+
+
+def _away(places: np.ndarray, i: int, others: Any) -> np.ndarray:
+    return np.linalg.norm(places[others] - places[i], axis=-1)

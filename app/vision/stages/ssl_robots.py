@@ -1,0 +1,114 @@
+"""Robots of the Small Size League: a team's dot with four dots around it, which tell number and front.
+
+Around each dot of a team's colour a ring is read for pink and green at the height of the robots' tops; the turn at
+which four dots fit best is refined by their middles, and each dot's colour gives a digit of the number.
+"""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import cv2
+import numpy as np
+
+from app.core.colour_profile import NAMES
+from app.core.detections import Detection
+from app.core.options import Option
+from app.core.ssl_pattern import NUMBER_OF, TEAM_DOT_MM
+from app.vision.blobs.features import Blobs
+from app.vision.blobs.pattern_match import Patterns, patterns_at, unmixing
+from app.vision.stages import Picture, Seeing, Setting
+
+TEAMS = ("yellow", "blue")
+_TEAM_DOT_MM2 = np.pi * (TEAM_DOT_MM / 2) ** 2
+_APART_MM = 120.0  # two robots are never nearer than 180
+_HALF_THERE = 0.35  # of a dot's usual share: less is hidden
+_MOST_ROBOTS = 64
+
+
+class Butterfly:
+    NAME: ClassVar = "butterfly"
+    TITLE: ClassVar = "Butterfly patterns"
+    HELP: ClassVar = "Finds robots by the Small Size League's five dots, with number and front."
+    OPTIONS: ClassVar = (
+        Option("least_size", "float", 0.3, "A team's dot is no smaller, of its proper area.", (0.05, 1)),
+        Option("most_size", "float", 2.0, "And no larger.", (1, 10)),
+        Option("rest_mm", "float", 9.0, "How far dots may be from where they belong, rms.", (1, 40), "mm"),
+        Option("sure", "float", 0.25, "A dot is told to be pink or green if one outweighs the other by this share.",
+               (0, 1)),
+    )
+
+    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+        self._options, self._setting = options, setting
+        self._pink, self._green = (_usual(setting, name) for name in ("pink", "green"))
+
+    def run(self, seeing: Seeing) -> Seeing:
+        teams = {seeing.colours.index(name) + 1: name for name in TEAMS if name in seeing.colours}
+        blobs = seeing.blobs.only(np.isin(seeing.blobs.colour, list(teams)))
+        if not len(blobs):
+            return seeing
+        view, z_mm = self._setting.view, self._setting.robot_z_mm
+        places, mm_per_px = view.spread(blobs.middle, z_mm)
+        area_mm2 = blobs.area * np.abs(np.linalg.det(np.nan_to_num(mm_per_px)))
+        low, high = (self._options[name] * _TEAM_DOT_MM2 for name in ("least_size", "most_size"))
+        fits = np.isfinite(places).all(axis=1) & (area_mm2 >= low) & (area_mm2 <= high)
+        fits[np.flatnonzero(fits)[_MOST_ROBOTS * 4:]] = False
+        if not fits.any():
+            return seeing
+        blobs, places, mm_per_px = blobs.only(fits), places[fits], mm_per_px[fits]
+        found = patterns_at(seeing.clean, blobs.middle, mm_per_px, unmixing(self._pink, self._green, seeing.light))
+        kept = self._kept(found, places)
+        px_per_mm = np.linalg.inv(mm_per_px)
+        middles = blobs.middle + np.einsum("nij,nj->ni", px_per_mm, found.middle)
+        return seeing.with_found(*(self._robot(found, i, teams[int(blobs.colour[i])], middles[i], blobs, z_mm)
+                                   for i in kept))
+
+    def _kept(self, found: Patterns, places: np.ndarray) -> list[int]:
+        """Those with three dots or more where they belong; of two that would overlap, the better."""
+        there = (found.cover > _HALF_THERE).sum(axis=1)
+        good = np.flatnonzero((there >= 3) & (found.rest_mm <= self._options["rest_mm"]))
+        at = places + found.middle
+        kept: list[int] = []
+        for i in good[np.argsort(found.rest_mm[good])]:
+            if all(np.hypot(*(at[i] - at[j])) > _APART_MM for j in kept):
+                kept.append(int(i))
+        return kept[:_MOST_ROBOTS]
+
+    def _robot(self, found: Patterns, i: int, team: str, middle: np.ndarray, blobs: Blobs, z_mm: float) -> Detection:
+        told = bool((found.cover[i] > _HALF_THERE).all() and found.sure[i].min() >= self._options["sure"])
+        number = NUMBER_OF[tuple(bool(g) for g in found.green[i])] if told else None
+        fit = float(np.exp(-(found.rest_mm[i] / self._options["rest_mm"]) ** 2))
+        confidence = fit * float(np.clip(found.sure[i].min(), 0, 1)) if told else 0.5 * fit
+        # Five dots, each off by what is left on average, at 65 mm from the middle.
+        sigma = max(float(found.rest_mm[i]), 0.5) / (np.sqrt(4) * 65)
+        turn = float((found.turn[i] + np.pi) % (2 * np.pi) - np.pi)
+        return Detection("robot", (float(middle[0]), float(middle[1])), team, number, z_mm=z_mm, orientation_rad=turn,
+                         confidence=confidence, orientation_sigma_rad=float(sigma), area_px=float(blobs.area[i]))
+
+    def picture(self, seeing: Seeing) -> Picture:
+        """Each robot's middle, front and number."""
+        return drawn_robots(seeing, self._setting)
+
+
+def drawn_robots(seeing: Seeing, setting: Setting) -> Picture:
+    drawn = seeing.clean // 2
+    robots = [d for d in seeing.found if d.kind != "ball"]
+    if not robots:
+        return drawn
+    middles = np.array([robot.pixel for robot in robots])
+    px_per_mm = np.linalg.inv(setting.view.spread(middles, setting.robot_z_mm)[1])
+    for robot, (x, y), turn in zip(robots, middles, px_per_mm, strict=True):
+        paint = NAMES.get(robot.team or "", (255, 255, 255))
+        at = (round(x), round(y))
+        cv2.circle(drawn, at, 3, paint, -1, cv2.LINE_AA)
+        if robot.orientation_rad is not None:
+            dx, dy = turn @ (90 * np.array([np.cos(robot.orientation_rad), np.sin(robot.orientation_rad)]))
+            cv2.line(drawn, at, (round(x + dx), round(y + dy)), paint, 2, cv2.LINE_AA)
+        text = "?" if robot.id is None else str(robot.id)
+        cv2.putText(drawn, text, (at[0] + 6, at[1] - 6), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
+    return drawn
+
+
+def _usual(setting: Setting, name: str) -> tuple[float, float, float]:
+    """A colour's middle sample, or how it usually looks."""
+    samples = setting.profile.colours.get(name)
+    return tuple(np.mean([s.bgr for s in samples], axis=0)) if samples else NAMES[name]

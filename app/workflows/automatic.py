@@ -1,0 +1,230 @@
+"""A calibration without clicks: from one picture to the field's lines by name, and to what speaks for and against.
+
+    seen = look(pixels)                          ridges along bright lines, as chains of points
+    found = find(seen, field, region)            which line is which; points on each, as an operator would click them
+    made = calibrated(found, …)                  the same models, gates and verdicts as for clicks, and a proof besides
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core import opencv
+from app.core.errors import FitFailed
+from app.core.field import BORDERS, Arc, Field, Line, Region
+from app.core.geometry import ImageSize, Points
+from app.core.records import Observation, Observations
+from app.evaluate.fit.verification import Proof
+from app.fitting.field_lines.expected_lines import Expected, fine_pattern, spread_out
+from app.fitting.field_lines.pattern import FieldPattern
+from app.fitting.field_lines.refinement import FINER_PX, nearest_markings, refined, with_finer_lens
+from app.fitting.field_lines.search import FINE_STEPS, Candidate, Rough, Searched, described, search
+from app.fitting.ray_camera.parameters import RayState
+from app.models import MODELS, Progress, no_progress, parameters_json
+from app.models.brown_conrady import BrownConrady
+from app.models.lens import Array
+from app.vision.lines.profiles import across_lines
+from app.vision.lines.ridge_chains import ridge_chains
+from app.vision.lines.ridges import ridges
+from app.workflows import calibration
+from app.workflows.calibration import Calibrated, part_of
+
+LOOK_PX = 1400  # of the longer side: finer than that, lines are looked for in a smaller picture, and measured in this
+POINTS = 240  # in all: more cost time and tell nothing new
+APART_PX = 6.0  # at least, from one to the next
+CAPTURE_PX = 4.0  # about the expected place, in a picture of 1280 px
+CLEAR_PX = 4.0  # of other paint
+STRAY_SPREADS, STRAY_PX = 4.5, 1.5
+LEAST_OF_ONE = 3  # points of a marking that are worth naming it
+LONG = 0.05  # of the diagonal: a line of that length on the carpet wants an explanation
+ON_LINE_PX = 5.0
+EVERY = 4  # px along those chains
+MOST_SHOWN = 60
+TWIN_PX = 12.0  # between the region's corners as two cameras see them, which are then the same
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """The picture in grey, and chains (n, 2) px with their directions, the longest first."""
+
+    gray: NDArray[np.uint8]
+    chains: tuple[Points, ...]
+    along: tuple[Array, ...]
+
+    @property
+    def size(self) -> ImageSize:
+        return ImageSize(self.gray.shape[1], self.gray.shape[0])
+
+    def shown(self) -> list[list[list[float]]]:
+        """The longest chains as polylines, for drawing."""
+        return [chain[np.unique(np.linspace(0, len(chain) - 1, 12).round().astype(int))].round(1).tolist()
+                for chain in self.chains[:MOST_SHOWN]]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """observations: points on each marking. state: the camera that named them. hits: where a line was as expected.
+
+    rms_px: of the points about the field as that camera sees it.
+    """
+
+    observations: Observations
+    state: RayState
+    searched: Searched
+    expected: Expected
+    hits: NDArray[np.bool_]
+    pattern: FieldPattern
+    rms_px: float
+
+
+def look(pixels: NDArray[np.uint8]) -> Seen:
+    """The bright lines of a picture."""
+    gray = opencv.grey(pixels)
+    small, scale = opencv.smaller(gray, LOOK_PX)
+    found = ridges(small)
+    chains = ridge_chains(found, small.shape)
+    return Seen(gray, tuple((found.points[c] + 0.5) / scale - 0.5 for c in chains),
+                tuple(found.along[c] for c in chains))
+
+
+def find(seen: Seen, field: Field, region: Region, rough: Rough = Rough(),  # noqa: B008
+         progress: Progress = no_progress) -> tuple[Found | None, Searched]:
+    """Which line is which, and points on each; None where no camera fits."""
+    size = seen.size
+    searched = search(seen.chains, seen.along, field, region, size, rough, part_of(progress, 0.0, 0.8))
+    if not searched.candidates:
+        return None, searched
+    progress(0.8, "Measuring the lines")
+    state = searched.candidates[0].refined.state
+    coarse = FieldPattern.of(field, field.length_mm / FINE_STEPS)
+    finer = refined(with_finer_lens(state, coarse, size), coarse, np.concatenate(seen.chains),
+                    np.concatenate(seen.along), size, FINER_PX)
+    if finer is not None:
+        state = finer.state
+    pattern = fine_pattern(field)
+    return _measured(seen, state, pattern, region, searched), searched
+
+
+def _measured(seen: Seen, state: RayState, pattern: FieldPattern, region: Region, searched: Searched) -> Found | None:
+    size = seen.size
+    scale = max(size.width / 1280, 0.8)
+    places = spread_out(state.project, pattern, size, POINTS, APART_PX, CLEAR_PX)
+    if not places.clear.any():
+        return None
+    profiles = across_lines(seen.gray, places.places, places.normals, places.width_px, places.marking,
+                            CAPTURE_PX * scale)
+    hits = profiles.found & places.clear
+    if hits.any():
+        spread = 1.4826 * float(np.median(np.abs(profiles.middle[hits])))
+        hits &= np.abs(profiles.middle) < max(STRAY_SPREADS * spread, STRAY_PX)  # a robot's edge, a shoe
+    points = places.places + np.where(hits, profiles.middle, 0.0)[:, None] * places.normals
+    observations = []
+    for number, marking in enumerate(pattern.markings):
+        of = hits & (places.marking == number)
+        if of.sum() >= LEAST_OF_ONE:
+            observations.append(Observation(border_under(marking, region), "line", points[of]))
+        else:
+            hits = hits & ~of
+    rms_px = float(np.sqrt(np.mean(profiles.middle[hits] ** 2))) if hits.any() else np.inf
+    return Found(tuple(observations), state, searched, places, hits, pattern, rms_px) if observations else None
+
+
+def border_under(marking: Line | Arc, region: Region) -> str:
+    """The marking's name, or that of the region's border along it, which every model knows what to do with."""
+    if isinstance(marking, Line):
+        for name in BORDERS:
+            ends = np.array([region.border(name).start, region.border(name).end])
+            low, high = np.minimum(marking.start, marking.end), np.maximum(marking.start, marking.end)
+            if np.abs(marking.nearest(ends) - ends).max() < 1 and (ends >= low - 1).all() and (ends <= high + 1).all():
+                return name
+    return marking.name
+
+
+def calibrated(found: Found, field: Field, region: Region, size: ImageSize, model: str, options: Mapping[str, Any],
+               progress: Progress = no_progress) -> Calibrated:
+    """The found points fitted and judged as clicks are. A model with rays begins where the search ended."""
+    begin = _start(found.state, model, region, size)
+    if begin is not None:
+        try:
+            return calibration.calibrate(found.observations, field, region, size, model, {**options, "start": begin},
+                                      progress)
+        except FitFailed:
+            pass  # a lens with one term less may not see as far as this picture shows: then it begins as for clicks
+    return calibration.calibrate(found.observations, field, region, size, model, options, progress)
+
+
+def _start(state: RayState, name: str, region: Region, size: ImageSize) -> dict[str, Any] | None:
+    """The found camera as parameters of that model; None for one that begins otherwise, or cannot be."""
+    model_class = MODELS[name]
+    if not hasattr(model_class, "lens_start"):
+        return None
+    terms = state.terms if model_class is BrownConrady else model_class.lens_start(float(state.terms[0]))
+    given = replace(state, lens=model_class.LENS, terms=np.asarray(terms, float))
+    begin = model_class(**given.parameters(), width_px=100.0, height_px=100.0, n_rectangles_x=1, n_rectangles_y=1,
+                        region=region, image_size=size)
+    return parameters_json(begin) if begin.plausible() else None
+
+
+def proof_of(found: Found, seen: Seen, field: Field, region: Region) -> Proof:
+    """What the camera expects, and what is there; whatever model is fitted to the points afterwards."""
+    count = len(found.pattern.markings)
+    length = np.where(found.expected.clear, found.expected.length_px, 0.0)
+    wanted = np.bincount(found.expected.marking, weights=length, minlength=count)
+    there = np.bincount(found.expected.marking, weights=length * found.hits, minlength=count)
+    explained, unexplained = _explained(found, seen, field)
+    best, *others = found.searched.candidates
+    return Proof(tuple(m.name for m in found.pattern.markings), wanted, there, explained, unexplained,
+                 found.rms_px, _rival(best, others, region), float(np.hypot(*seen.size)))
+
+
+def _rival(best: Candidate, others: list[Candidate], region: Region) -> float:
+    """The field turned by 180° is often the same field: which of the two is seen, the region says, not the lines."""
+    return max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c, region)), default=0.0)
+
+
+def _twins(one: Candidate, other: Candidate, region: Region) -> bool:
+    """Whether the other is the same camera over the field turned by 180°."""
+    corners = np.array([(x, y, 0.0) for x in region.x_mm for y in region.y_mm])
+    apart = one.refined.state.project(corners) - other.refined.state.project(corners * (-1, -1, 1))
+    return bool(np.abs(apart).max() < TWIN_PX)
+
+
+def _explained(found: Found, seen: Seen, field: Field) -> tuple[float, float]:
+    """Px of long chains on the field's carpet that lie along markings, and that do not."""
+    size = seen.size
+    long = [(chain[::EVERY], along[::EVERY]) for chain, along in zip(seen.chains, seen.along, strict=True)
+            if np.linalg.norm(chain[-1] - chain[0]) > LONG * np.hypot(*size)]
+    if not long:
+        return 0.0, 0.0
+    points, along = (np.concatenate(part) for part in zip(*long, strict=True))
+    pattern = FieldPattern.of(field, field.length_mm / FINE_STEPS)
+    on_line = nearest_markings(found.state, pattern, points, along, size, ON_LINE_PX) >= 0
+    # What runs along the outermost lines is a wall, or a goal.
+    reach = np.array([field.length_mm, field.width_mm]) / 2 * 0.99
+    on_field = (np.abs(found.state.unproject(points, np.zeros(len(points)))) < reach).all(axis=1)
+    return float(EVERY * on_line.sum()), float(EVERY * (on_field & ~on_line).sum())
+
+
+def candidates_json(searched: Searched, region: Region) -> list[dict[str, Any]]:
+    """Each with its evidence; "turned": whether it is the first one with the field turned by 180°."""
+    first = searched.candidates[0] if searched.candidates else None
+    return [{**described(c), "turned": first is not None and c is not first and _twins(first, c, region)}
+            for c in searched.candidates]
+
+
+def nothing_seen(seen: Seen, searched: Searched) -> FitFailed:
+    """Why no camera was found, from what was seen."""
+    lines = len(searched.lines)
+    if lines < 3:
+        return FitFailed(f"Only {lines} straight line{'' if lines == 1 else 's'} could be seen in the picture."
+                         if lines else "No line could be seen in the picture.",
+                         "Show more of the field's lines, with more light or sharper, or click points.",
+                         reason="no-lines")
+    return FitFailed(f"{lines} lines were seen, but no camera above this field and region sees its lines there.",
+                     "Check that the field and the region are the right ones, or click points.", reason="no-match")
+
+
+__all__ = ["Found", "Seen", "calibrated", "candidates_json", "find", "look", "nothing_seen", "proof_of"]

@@ -1,0 +1,246 @@
+"""How things flow: observations become a fit, a fit becomes a report, a model becomes a picture. A dozen lines each."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import BadInput, Conflict, FitFailed
+from app.core.field import BORDERS, Arc, Field, Line, Region
+from app.core.geometry import ImageSize, Points, as_points
+from app.core.records import Fit, Observations
+from app.evaluate.fit.comparison import Candidate, parameters_of
+from app.evaluate.fit.comparison import compare as compare_fits
+from app.evaluate.fit.covariance_json import told_covariance
+from app.evaluate.fit.cross_validation import held_out_mm
+from app.evaluate.fit.difference import difference_report
+from app.evaluate.fit.distortion import bow_pct, kind_of
+from app.evaluate.fit.report import report
+from app.evaluate.fit.residual_vectors import residual_arrows
+from app.evaluate.fit.uncertainty import expected_error, grid_over
+from app.fitting.border import MAX_DEGREE, fit_curve
+from app.imaging.correction import View, correction_map
+from app.imaging.heat_map import heat_map
+from app.models import MODELS, CameraModel, Progress, field_from_raw, no_progress, raw_from_field
+
+Space = Literal["image", "corrected", "field"]
+SPACES = ("image", "corrected", "field")
+CURVE_POINTS = 65  # a border drawn with so many is smooth on any screen
+OVERLAY_STEP_MM = 50.0
+OVERLAY_STEP_DEG = 4.0
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """A fit with its report."""
+
+    fit: Fit
+    report: Mapping[str, Any]
+
+    @property
+    def model(self) -> CameraModel:
+        return self.fit.model
+
+
+def calibrate(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+              model: str = "polynomial", options: Mapping[str, Any] | None = None,
+              progress: Progress = no_progress, *, cross_validate: bool = True) -> Calibrated:
+    """Fit a model to the observations and judge it. cross_validate=False is quick, for while a point is dragged."""
+    for observation in observations:
+        field.feature(observation.feature, region)  # an unknown name is refused before anything is computed
+    model_class = MODELS[model]
+    first, second = part_of(progress, 0.0, 0.5), part_of(progress, 0.5, 1.0)
+    fit = model_class.fit(observations, field, region, image_size, options, first)
+    held_out = held_out_mm(model_class, fit, observations, field, region, image_size, options,
+                           second) if cross_validate else None
+    return Calibrated(fit, report(fit, observations, field, region, held_out))
+
+
+def part_of(progress: Progress, start: float, end: float, title: str = "") -> Progress:
+    """The progress of one part of a longer work, told as that stretch of the whole."""
+    return lambda share, words: progress(start + share * (end - start), title + words)
+
+
+def compare(observations: Observations, field: Field, region: Region, image_size: ImageSize,
+            models: tuple[str, ...] | None = None, options: Mapping[str, Any] | None = None,
+            progress: Progress = no_progress) -> dict[str, Any]:
+    """Fit several models (all, if none are named) to the same observations and rank them; plain JSON.
+
+    options: those that a model does not know are not given to it. A model that cannot be fitted is listed under
+    "failed" with its reason and fix.
+    """
+    names = tuple(models or MODELS)
+    fitted, failed = [], []
+    for index, name in enumerate(names):
+        model_class = MODELS[name]
+        known = {o.name for o in model_class.OPTIONS}
+        mine = {key: value for key, value in (options or {}).items() if key in known}
+
+        part = part_of(progress, index / len(names), (index + 1) / len(names), f"{model_class.TITLE}: ")
+        try:
+            made = calibrate(observations, field, region, image_size, name, mine, part)
+        except FitFailed as refusal:
+            failed.append({"model": name, "title": model_class.TITLE, "reason": refusal.reason,
+                           "what": refusal.what, "fix": refusal.fix})
+            continue
+        fitted.append(Candidate(name, model_class.TITLE, made.fit, made.report, parameters_of(made.fit)))
+    if not fitted:
+        raise FitFailed("No model could be fitted to these points.", failed[0]["fix"], reason=failed[0]["reason"])
+    return {**compare_fits(fitted, region), "failed": failed}
+
+
+def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float = 0.0,
+                columns: int = 25, rows: int = 19) -> dict[str, Any]:
+    """Expected field error in the plane at z_mm over a grid, as plain JSON.
+
+    covariance: a report's, which may be a stranger's; Conflict where it is not this model's.
+    """
+    if covariance is None or not hasattr(model, "field_jacobian"):
+        raise Conflict(f"{model.TITLE} have no common parameters whose error could be known." if covariance is None else
+                       f"{model.TITLE} cannot tell how places move with its parameters.",
+                       "Use a lens model; held-out error is known for every model.", reason="no-covariance")
+    if z_mm != 0 and not hasattr(model, "project"):
+        raise Conflict(f"{model.TITLE} knows only the carpet, not what is {z_mm:g} mm above it.",
+                       "Use a lens model, or z_mm 0.", reason="no-rays")
+    names, matrix = told_covariance(covariance, model)
+    fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
+    sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows))
+    return {**sigma.to_json(), "grid": {"places": sigma.places.tolist(),
+                                        "sigma_mm": [_plain_numbers(row) for row in sigma.sigma_mm]}}
+
+
+def difference(one: CameraModel, other: CameraModel, region: Region) -> dict[str, Any]:
+    """How far two calibrations of one picture are apart over the region, in mm and px, as plain JSON."""
+    if tuple(one.image_size) != tuple(other.image_size):
+        raise Conflict("The two calibrations are for pictures of different sizes.",
+                       "Compare calibrations of one camera at one size.", reason="size-mismatch")
+    return difference_report(one, other, region)
+
+
+def millimetre_map(values: Sequence[Sequence[float | None]], region: Region, title: str) -> NDArray[np.uint8]:
+    """A grid of millimetres over the region as a picture with its scale."""
+    width = 640
+    return heat_map(np.array(values, float), width=width, height=round(width * region.height_mm / region.width_mm),
+                    unit="mm", title=title)
+
+
+def border(points: Points, axis: str, degree: int | str, image_size: ImageSize | None = None) -> dict[str, Any]:
+    """One border at once: its curve, residuals and distortion, as plain JSON.
+
+    axis: "x_of_y" for a border that runs down the picture, "y_of_x" for one across it. With image_size the curve
+    spans the picture and the distortion is signed, its middle taken for the inside; without, it is a magnitude.
+    """
+    if axis not in ("x_of_y", "y_of_x"):
+        raise BadInput(f"{axis!r} is no axis of a border.", "Use x_of_y or y_of_x.", reason="bad-axis")
+    if degree != "auto" and (isinstance(degree, bool) or not isinstance(degree, int) or not 1 <= degree <= MAX_DEGREE):
+        raise BadInput(f"A border cannot have degree {degree!r}.", f'Use 1 to {MAX_DEGREE}, or "auto".',
+                       reason="bad-option")
+    points = as_points(points, "The border's points").reshape(-1, 2)
+    run = 1 if axis == "x_of_y" else 0
+    position, value = points[:, run], points[:, 1 - run]
+    ends = (position.min(), position.max()) if len(points) else (0.0, 1.0)
+    span = (-0.5, tuple(image_size)[run] - 0.5) if image_size else (ends[0], max(ends[1], ends[0] + 1))
+    fitted = fit_curve(position, value, degree, span, "the border")
+    drawn = np.linspace(*(span if image_size else ends), CURVE_POINTS)
+    between = np.linspace(*ends, CURVE_POINTS)
+    inside = np.array(image_size.centre) if image_size else None
+    pct = bow_pct(_along(between, fitted.curve(between), run), inside if inside is not None else points[0])
+    return {"degree": fitted.curve.degree, "degree_reason": fitted.reason,
+            "coefficients": list(fitted.curve.plain_coefficients()), "rms_px": fitted.rms,
+            "loo_rms_px": fitted.held_out_rms, "residuals_px": fitted.residuals.tolist(),
+            "outliers": np.flatnonzero(~fitted.inliers).tolist(),
+            "curve": _along(drawn, fitted.curve(drawn), run).tolist(),
+            "distortion_pct": pct if image_size else abs(pct), "kind": kind_of(pct) if image_size else None}
+
+
+def _along(position: NDArray, value: NDArray, run: int) -> Points:
+    return np.stack([position, value] if run == 0 else [value, position], axis=-1)
+
+
+def transform(model: CameraModel, points: Points, source: Space, target: Space, z_mm: float = 0.0) -> Points:
+    """Points (..., 2) from one space to another; NaN where the model does not reach.
+
+    z_mm: height of the field's end above the carpet. A corrected picture shows what it shows on the carpet, so its
+    pixels reach another height by way of the raw picture.
+    """
+    for space in (source, target):
+        if space not in SPACES:
+            raise BadInput(f"There is no space called {space!r}.", "Use image, corrected or field.",
+                           reason="unknown-space")
+    points = as_points(points)
+    if z_mm != 0 and (source == "field") != (target == "field"):
+        return _transform_at_height(model, points, source, target, z_mm)
+    to_corrected = {"image": model.corrected_from_raw, "corrected": lambda p: p, "field": model.corrected_from_field}
+    from_corrected = {"image": model.raw_from_corrected, "corrected": lambda p: p, "field": model.field_from_corrected}
+    return from_corrected[target](to_corrected[source](points))
+
+
+def _transform_at_height(model: CameraModel, points: Points, source: Space, target: Space, z_mm: float) -> Points:
+    if not hasattr(model, "project"):
+        raise Conflict(f"{model.TITLE} know only the carpet, not what is {z_mm:g} mm above it.",
+                       "Use a lens model, or z_mm 0.", reason="no-rays")
+    if source == "field":
+        raw = model.project(np.concatenate([points, np.full((*points.shape[:-1], 1), z_mm)], axis=-1))
+        return raw if target == "image" else model.corrected_from_raw(raw)
+    return model.unproject(points if source == "image" else model.raw_from_corrected(points), z_mm)
+
+
+def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize, view: View = View(),  # noqa: B008
+            ) -> NDArray[np.uint8]:
+    """The corrected picture of a raw one that has the calibration's own size."""
+    height, width = pixels.shape[:2]
+    if (width, height) != tuple(image_size):
+        raise Conflict(f"The picture is {width} × {height} px; the calibration was made for {image_size.width} × "
+                       f"{image_size.height} px.", "Use a picture of that size, or calibrate this one.",
+                       reason="size-mismatch")
+    return correction_map(model, view).apply_finely(pixels)
+
+
+def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["raw", "corrected"] = "raw",
+            view: View | None = None) -> list[dict[str, Any]]:
+    """The region's borders and all that is painted on the field, as polylines; None where out of reach.
+
+    In raw pixels, or in those of a corrected view.
+    """
+    shapes = [("border", name, region.border(name)) for name in BORDERS]
+    shapes += [("line", line.name, line) for line in field.lines.values()]
+    shapes += [("arc", arc.name, arc) for arc in field.arcs.values()]
+    drawn = [(kind, name, shape.sample(_steps(shape))) for kind, name, shape in shapes]
+    drawn += [("landmark", mark.name, np.array([mark.position])) for mark in field.landmarks.values()]
+    return [{"feature": name, "kind": kind, "points": _plain(_seen(model, points, frame, view))}
+            for kind, name, points in drawn]
+
+
+def _steps(shape: Line | Arc) -> int:
+    """How many points draw it smoothly: a line bends only through the lens, an arc by itself as well."""
+    by_angle = abs(shape.end_deg - shape.start_deg) / OVERLAY_STEP_DEG if isinstance(shape, Arc) else 0
+    return max(2, min(400, 1 + round(max(shape.length_mm / OVERLAY_STEP_MM, by_angle))))
+
+
+def _seen(model: CameraModel, field_points: Points, frame: str, view: View | None) -> Points:
+    if frame == "raw":
+        return raw_from_field(model, field_points)
+    corrected = model.corrected_from_field(field_points)
+    return corrected if view is None else view.view_from_corrected(model, corrected)
+
+
+def arrows(model: CameraModel, observations: Observations, field: Field, region: Region,
+           strays: Sequence[NDArray[np.bool_]], frame: Literal["raw", "corrected"] = "raw",
+           view: View = View()) -> dict[str, Any]:  # noqa: B008
+    """From each clicked point to where the model puts it, in raw pixels or in those of a corrected view; plain JSON."""
+    def seen(raw: Points) -> Points:
+        return raw if frame == "raw" else view.view_from_corrected(model, model.corrected_from_raw(raw))
+    return {"frame": frame, **residual_arrows(model, observations, field, region, strays, seen)}
+
+
+def _plain_numbers(values: NDArray) -> list[float | None]:
+    return [float(v) if np.isfinite(v) else None for v in values]
+
+
+def _plain(points: Points) -> list[list[float] | None]:
+    return [p.tolist() if np.isfinite(p).all() else None for p in points]
+
+
+__all__ = ["Calibrated", "arrows", "border", "calibrate", "correct", "field_from_raw", "overlay", "transform"]

@@ -1,0 +1,98 @@
+"""One calibration to be made: everything it rests on, looked up and checked; every door makes the same one."""
+
+import secrets
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from dataclasses import field as member
+from datetime import UTC, datetime
+from typing import Any, Self
+
+from app import __version__
+from app.core.errors import BadInput
+from app.core.field import Field, Region
+from app.core.field_json import field_from_json
+from app.core.geometry import ImageSize
+from app.core.records import Calibration, Observations, observations_from_json
+from app.models import MODELS, Progress, no_progress, parameters_json
+from app.workflows import calibration
+from app.workflows.calibration import Calibrated
+
+
+def run_fit(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: the task of spec, fitted and judged, as the JSON of a calibration that nobody has kept yet."""
+    task = Task.from_json(spec["task"])
+    return task.record(task.run(progress)).to_json()
+
+
+def run_compare(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: the models of spec (all, where none are named) on its task, ranked."""
+    return Task.from_json(spec["task"]).compare(spec["models"], progress)
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What to fit, to which clicks, on which picture."""
+
+    observations: Observations
+    field: Field
+    region: Region
+    image_size: ImageSize
+    model: str = "polynomial"
+    options: Mapping[str, Any] = member(default_factory=dict)
+    camera: str | None = None
+    snapshot: str | None = None
+    image_sha256: str | None = None
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.observations:
+            raise BadInput("There are no observations.", "Click points on the four borders.", reason="too-few-points")
+
+    def check_names(self, models: Iterable[str]) -> None:
+        """Refuse models and features that do not exist before anybody waits for them."""
+        for name in models:
+            MODELS[name]
+        for observation in self.observations:
+            self.field.feature(observation.feature, self.region)
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything, for a job in another process."""
+        return {"observations": [o.to_json() for o in self.observations], "field": self.field.to_json(),
+                "region": self.region.name, "rotate": self.region.rotate_deg, "image_size": list(self.image_size),
+                "model": self.model, "options": dict(self.options), "camera": self.camera, "snapshot": self.snapshot,
+                "image_sha256": self.image_sha256, "note": self.note}
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> Self:
+        """Read what to_json wrote."""
+        field = field_from_json(value["field"])
+        return cls(observations_from_json(value["observations"]), field,
+                   field.region(value["region"], value["rotate"]), ImageSize.of(value["image_size"]), value["model"],
+                   value["options"], value["camera"], value["snapshot"], value["image_sha256"], value["note"])
+
+    def run(self, progress: Progress = no_progress, *, cross_validate: bool = True) -> Calibrated:
+        """Fit and judge; nothing is kept."""
+        return calibration.calibrate(self.observations, self.field, self.region, self.image_size, self.model,
+                                  self.options, progress, cross_validate=cross_validate)
+
+    def compare(self, models: list[str] | None, progress: Progress = no_progress) -> dict[str, Any]:
+        """Several models (all, where none are named) on the same observations, ranked."""
+        return calibration.compare(self.observations, self.field, self.region, self.image_size,
+                                tuple(models) if models else None, self.options, progress)
+
+    def record(self, done: Calibrated, *, version: int = 1, parent: str | None = None) -> Calibration:
+        """The result as one immutable version, with all that it came from."""
+        return stamped(Calibration(
+            id="", version=version, camera=self.camera, field=self.field.to_json(),
+            region=self.region.name, rotate=self.region.rotate_deg, model_name=self.model,
+            model_parameters=parameters_json(done.model), image_size=self.image_size,
+            corrected_size=done.model.corrected_size, observations=tuple(o.to_json() for o in self.observations),
+            options=dict(self.options), report=done.report, created_at="",
+            software=f"touchline {__version__}", snapshot=self.snapshot, image_sha256=self.image_sha256,
+            parent=parent, note=self.note))
+
+
+def stamped(calibration: Calibration) -> Calibration:
+    """The same with an id and the date, for whoever has no store that gives them."""
+    return replace(calibration, id=secrets.token_hex(8),
+                   created_at=datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z"))

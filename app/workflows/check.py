@@ -1,0 +1,124 @@
+"""Check only: whether yesterday's calibration still holds in today's picture, line by line, in mm.
+
+Nothing is fitted and nothing is kept. The same for every door: the shell, REST and the page.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core import opencv
+from app.core.errors import Conflict, FitFailed
+from app.core.field import Field
+from app.core.field_json import field_from_json
+from app.core.geometry import ImageSize
+from app.core.records import Calibration, Frame
+from app.evaluate.cameras.offsets import offsets
+from app.evaluate.cameras.rig_agreement import agreement
+from app.evaluate.drift.check_verdict import LEAST_FOUND, UNTOLD, Checked, of_check
+from app.evaluate.drift.line_check import LinesSeen, each_line, lines_seen
+from app.images import ImageDecoder
+from app.models import CameraModel, Progress, model_from_json, no_progress
+from app.store.snapshots import checked_bytes
+from app.workflows.automatic import look
+from app.workflows.automatic_request import one_picture
+from app.workflows.calibration import part_of
+
+Pixels = NDArray[np.uint8]
+MOST_DRAWN = 400
+LONG = 0.05  # of the diagonal: a line that somebody laid
+ON_LINE_PX = 8.0
+
+
+def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_progress) -> dict[str, Any]:
+    """Plain JSON: verdict, a row a marking, mm over carpet and hats, and the points for drawing; (h, w[, 3]) pixels.
+
+    Conflict size-mismatch for a picture of another size.
+    """
+    size = ImageSize(pixels.shape[1], pixels.shape[0])
+    if tuple(size) != tuple(calibration.image_size):
+        width, height = calibration.image_size
+        raise Conflict(f"The picture is {size.width} × {size.height} px, the calibration is for {width} × "
+                       f"{height} px.",
+                       "Check with a picture of that size, or calibrate the camera again.", reason="size-mismatch")
+    field = field_from_json(calibration.field)
+    region = field.region(calibration.region, calibration.rotate)
+    model = model_from_json(calibration.model_name, calibration.model_parameters)
+    progress(0.0, "Looking for the field's lines")
+    gray = opencv.grey(pixels)
+    seen = lines_seen(model, gray, field, region)
+    progress(0.7, "Judging")
+    lines = [asdict(line) for line in each_line(seen)]
+    found = replace(_judged(model, gray, field, seen), own_mm=_own_mm(calibration))
+    verdict = of_check(found, lines)
+    if verdict["reason"] in UNTOLD:  # what lies where a line is expected is then something else
+        found = replace(found, rms_mm=None, p95_mm=None, rms_px=None, left_mm=None, carpet=None, hat=None)
+        lines = [{**line, "mean_mm": None, "rms_mm": None, "worst_mm": None, "rms_px": None} for line in lines]
+    return {"calibration": calibration.id, "camera": calibration.camera, "version": calibration.version,
+            "model": calibration.model_name, "field": calibration.field["name"], "region": calibration.region,
+            "image_size": list(calibration.image_size), "verdict": verdict, "lines": lines,
+            **found.told(), "points": _drawn(seen)}
+
+
+def _judged(model: CameraModel, gray: Pixels, field: Field, seen: LinesSeen) -> Checked:
+    of = seen.found
+    mm = np.abs(seen.off_mm[of])
+    carpet, hat, left = None, None, None
+    try:
+        evidence = seen.evidence()
+        moved = offsets(evidence)
+        rest = evidence.offset_mm - np.sum(moved.at(evidence.places)[0] * evidence.normals, axis=1)
+        left = float(np.sqrt(np.mean(rest[moved.good] ** 2))) if moved.good.any() else None
+        size = ImageSize(gray.shape[1], gray.shape[0])
+        told = agreement(model, size, model, size, field, evidence)
+        carpet, hat = told["carpet"], told["hat"]
+    except FitFailed:
+        pass  # too little was seen for a map; the lines speak for themselves
+    expected_px = float(seen.stands_for_px.sum())
+    return Checked(
+        found_share=seen.share, lines_found=len(set(seen.marking[of].tolist())),
+        rms_mm=float(np.sqrt(np.mean(mm**2))) if len(mm) else None,
+        p95_mm=float(np.percentile(mm, 95)) if len(mm) else None,
+        rms_px=float(np.sqrt(np.mean(seen.off_px[of] ** 2))) if len(mm) else None,
+        left_mm=left, carpet=carpet, hat=hat, others_share=_other_lines_px(gray, seen) / max(expected_px, 1e-9))
+
+
+def _own_mm(calibration: Calibration) -> float | None:
+    """The error that it told of itself; None where it has no report, as one that was imported."""
+    told = ((calibration.report or {}).get("verdict") or {}).get("mm")
+    return float(told) if isinstance(told, (int, float)) and np.isfinite(told) else None
+
+
+def _other_lines_px(gray: Pixels, seen: LinesSeen) -> float:
+    """Length of the long bright lines that lie where none is expected; 0 where most are: then nobody asks."""
+    if seen.share >= LEAST_FOUND:
+        return 0.0
+    total = 0.0
+    for chain in look(gray).chains:
+        if len(chain) < 2 or not (length := float(np.linalg.norm(np.diff(chain, axis=0), axis=1).sum())
+                                  ) > LONG * float(np.hypot(*gray.shape)):
+            continue
+        away = np.array([np.linalg.norm(seen.expected_px - point, axis=1).min(initial=np.inf) for point in chain[::8]])
+        total += length * float(np.mean(away > ON_LINE_PX))
+    return total
+
+
+def _drawn(seen: LinesSeen) -> list[dict[str, Any]]:
+    """Where lines were found and where the calibration has them, for drawing; raw px and mm."""
+    index = np.flatnonzero(seen.found)
+    index = index[np.unique(np.linspace(0, max(len(index) - 1, 0), min(len(index), MOST_DRAWN)).round().astype(int))]
+    return [{"feature": seen.names[seen.marking[i]], "expected": seen.expected_px[i].round(2).tolist(),
+             "found": seen.raw[i].round(2).tolist(), "off_mm": round(float(seen.off_mm[i]), 2)} for i in index]
+
+
+def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: {"calibration": whole, "snapshot", "pictures": [{"name", "path", "sha256"}, …]}; a stranger's."""
+    with ImageDecoder(workers=1) as decoder:
+        reads: Sequence[Callable[[], Frame]] = [
+            lambda p=p: decoder.frame_from_bytes(checked_bytes(**p)) for p in spec["pictures"]]
+        frame = one_picture(reads, part_of(progress, 0.0, 0.4))
+    found = check(Calibration.from_json(spec["calibration"]), frame.pixels, part_of(progress, 0.4, 1.0))
+    return {**found, "snapshot": spec["snapshot"]}

@@ -1,0 +1,191 @@
+"""From a picture to what plays on it: what the doors call, and what a camera's process keeps from frame to frame.
+
+    sight = sight_for(plan, size, profile, calibration)     once for a camera
+    sight.see(pixels, clock=perf_counter)                   for each frame
+
+detect() is all of that for one still picture.
+"""
+
+import time
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.colour_profile import NAMES, ColourProfile
+from app.core.detections import Detections
+from app.core.errors import BadInput, Conflict
+from app.core.field import Field
+from app.core.field_json import field_from_json
+from app.core.geometry import ImageSize, as_points
+from app.core.records import Calibration
+from app.models import model_from_json
+from app.vision.colour.automatic import automatic
+from app.vision.colour.learning import BACKGROUND, learned
+from app.vision.colour.separability import health_of
+from app.vision.stage_pipeline import Plan, Seen, Sight
+from app.vision.stages import Setting
+from app.vision.stages.localisation import View
+from app.workflows.rectified_detection import CorrectedSight
+
+Clicks = Mapping[str, Sequence[Sequence[float]]]  # by colour: x, y of a click, or x0, y0, x1, y1 of a box
+BESIDE_MM = 300.0  # around the field, where a ball or a robot may still be
+MOST_CLICKS = 40  # of one colour
+_GRID_PX = 12  # how finely the field's edge is known in the picture
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a picture showed, and by which colours."""
+
+    seen: Seen
+    plan: Plan
+    profile: ColourProfile
+
+    def to_json(self) -> dict[str, Any]:
+        return {**self.seen.detections.to_json(), "stages": self.plan.name, "took_ms": dict(self.seen.took_ms),
+                "notes": [*self.profile.notes, *self.seen.notes], "colours": self.profile.to_json(),
+                "health": [health.to_json() for health in health_of(self.profile)]}
+
+
+def detect(pixels: NDArray[np.uint8], plan: Plan, *, calibration: Calibration | None = None,
+           profile: ColourProfile | None = None, clicks: Clicks | None = None, mm_per_px: float | None = None,
+           eye_mm: tuple[float, float, float] | None = None, pictures: Collection[str] = ()) -> Found:
+    """Ball and robots in one picture. Colours are a profile's, or clicked in this picture, or found in it.
+
+    mm_per_px: how large things are, where there is no calibration. eye_mm: where the camera hangs, field mm, told by
+    hand for a model without rays.
+    """
+    size = ImageSize(pixels.shape[1], pixels.shape[0])
+    if calibration is None and mm_per_px is None:
+        raise BadInput("Nothing tells how large things are in this picture.",
+                       "Give a calibration, or how many mm a pixel is.", reason="no-scale")
+    if eye_mm is not None and not eye_mm[2] > 0:
+        raise BadInput("A camera hangs above the carpet.", "Give its height in mm, more than 0.", reason="bad-eye")
+    _refuse_other_size(size, calibration)
+    profile = profile_from(pixels, plan, profile, clicks)
+    # What is loaded and made at the first frame is no part of a frame's time.
+    sight_for(plan, size, profile, calibration, mm_per_px, eye_mm).see(pixels)
+    sight = sight_for(plan, size, profile, calibration, mm_per_px, eye_mm)
+    plan = sight.plan
+    return Found(sight.see(pixels, clock=time.perf_counter, pictures=pictures), plan, profile)
+
+
+def profile_from(pixels: NDArray[np.uint8], plan: Plan, profile: ColourProfile | None = None,
+                 clicks: Clicks | None = None) -> ColourProfile:
+    """A profile as it is or with clicks in this picture added; without both it is found in the picture."""
+    if clicks:
+        return learned(profile.name if profile else "clicked", [(pixels, _read(clicks))], profile)
+    if profile is not None:
+        return profile
+    everywhere = next((options["everywhere"] for name, options in plan.stages if name == "colours"), ())
+    read_near = ("pink", "green") if any(name == "butterfly" for name, _ in plan.stages) else ()
+    return automatic("found in the picture", pixels, tuple(dict.fromkeys([*everywhere, *read_near])))
+
+
+def _read(clicks: Clicks) -> dict[str, list[tuple[float, ...]]]:
+    """Clicks and boxes checked: finite pairs, or fours."""
+    found = {}
+    for colour, places in clicks.items():
+        if colour != BACKGROUND and colour not in NAMES:
+            raise BadInput(f"There is no colour called {str(colour)[:40]!r} here.",
+                           f"Use one of: {', '.join(NAMES)}, {BACKGROUND}.", reason="unknown-colour")
+        if len(places) > MOST_CLICKS or any(len(place) not in (2, 4) for place in places):
+            raise BadInput(f"The clicks on {colour} are no clicks, or more than {MOST_CLICKS}.",
+                           "Send [x, y] for a click, or [x0, y0, x1, y1] for a box.", reason="bad-clicks")
+        found[colour] = [tuple(as_points(np.reshape(place, (-1, 2)), f"The clicks on {colour}").ravel().tolist())
+                         for place in places]
+    return found
+
+
+def setting_for(size: ImageSize, profile: ColourProfile, calibration: Calibration | None = None,
+                mm_per_px: float | None = None, eye_mm: tuple[float, float, float] | None = None) -> Setting:
+    """What the stages of a camera need to know; a calibration tells places, sizes, heights and where the field is."""
+    if calibration is None:
+        return Setting(size, profile, View.flat(size, mm_per_px or 1.0))
+    _refuse_other_size(size, calibration)
+    field = field_from_json(calibration.field)
+    view = View.of(model_from_json(calibration.model_name, calibration.model_parameters), eye_mm)
+    ball = field.extras.get("ball", {}).get("radius_mm", 21.5)
+    return Setting(size, profile, view, field.hat_height_mm, ball, on_field(view, field))
+
+
+def sight_for(plan: Plan, size: ImageSize, profile: ColourProfile, calibration: Calibration | None = None,
+              mm_per_px: float | None = None, eye_mm: tuple[float, float, float] | None = None,
+              ) -> Sight | CorrectedSight:
+    """The stages of a camera, set up. Conflict no-calibration for a plan that wants pictures corrected without one."""
+    setting, plan = setting_for(size, profile, calibration, mm_per_px, eye_mm), plan_for(plan, calibration)
+    if not plan.corrected:
+        return Sight(plan, setting)
+    if calibration is None:
+        raise Conflict("A picture is corrected by a calibration, and there is none.",
+                       "Activate or name a calibration, or look at the raw picture.", reason="no-calibration")
+    return CorrectedSight(plan, setting, calibration, BESIDE_MM, on_field)
+
+
+def _refuse_other_size(size: ImageSize, calibration: Calibration | None) -> None:
+    if calibration is not None and size != calibration.image_size:
+        raise Conflict(f"The picture is {size.width} × {size.height} px; the calibration was made for "
+                       f"{calibration.image_size.width} × {calibration.image_size.height} px.",
+                       "Use a picture of that size, or calibrate this one.", reason="size-mismatch")
+
+
+def plan_for(plan: Plan, calibration: Calibration | None) -> Plan:
+    """With the calibration's own expected error in every place's covariance, unless the plan says another."""
+    told = (calibration.report.get("sigma_mm") or {}) if calibration is not None else {}
+    carpet = _each_way(told)
+    sigmas = {"calibration_sigma_mm": carpet, "hat_sigma_mm": _each_way(told.get("hat")) or carpet}
+    return replace(plan, stages=tuple(
+        (name, {**options, **{k: v for k, v in sigmas.items() if not options[k]}}) if name == "places"
+        else (name, options) for name, options in plan.stages))
+
+
+def _each_way(told: Any) -> float:
+    """A report's expected error is a length; each of x and y has half of its square. 0 where nothing is told."""
+    median = told.get("median") if isinstance(told, Mapping) else None
+    good = isinstance(median, (int, float)) and np.isfinite(median)
+    return float(np.clip(median / np.sqrt(2), 0, 500)) if good else 0.0
+
+
+def on_field(view: View, field: Field) -> NDArray[np.uint8] | None:
+    """(height, width) 255 where the field is or a robot on it; None where the model does not tell."""
+    w, h = view.image_size
+    columns, rows = max(2, -(-w // _GRID_PX)), max(2, -(-h // _GRID_PX))
+    grid = np.stack(np.meshgrid((np.arange(columns) + 0.5) * w / columns, (np.arange(rows) + 0.5) * h / rows), -1)
+    reach = np.array([field.length_mm, field.width_mm]) / 2 + BESIDE_MM
+    inside = np.zeros((rows, columns), bool)
+    for z_mm in (0.0, field.hat_height_mm) if view.knows_heights else (0.0,):
+        with np.errstate(invalid="ignore"):
+            inside |= (np.abs(view.field_from_raw(grid, z_mm)) <= reach).all(axis=-1)
+    if not inside.any():
+        return None
+    cells = cv2.dilate(inside.astype(np.uint8) * 255, np.ones((3, 3), np.uint8))
+    return cv2.resize(cells, (w, h), interpolation=cv2.INTER_NEAREST)
+
+
+def drawn(pixels: NDArray[np.uint8], detections: Detections, view: View, robot_mm: float = 90.0) -> NDArray[np.uint8]:
+    """The picture with a ring around each thing, each robot's front and number."""
+    picture = pixels.copy()
+    for item in detections.items:
+        paint = NAMES.get(item.team or "", NAMES["orange"] if item.kind == "ball" else (255, 255, 255))
+        turns = view.spread(np.array([item.pixel]), item.z_mm)[1][0]
+        px_per_mm = np.linalg.inv(turns) if np.isfinite(turns).all() and np.linalg.det(turns) else np.zeros((2, 2))
+        radius = 1.4 * np.sqrt(item.area_px / np.pi) + 3
+        if item.kind == "robot":
+            radius = max(radius, robot_mm * float(np.sqrt(abs(np.linalg.det(px_per_mm)))))
+        at = (round(item.pixel[0]), round(item.pixel[1]))
+        cv2.circle(picture, at, max(3, round(radius)), (0, 0, 0), 3, cv2.LINE_AA)
+        cv2.circle(picture, at, max(3, round(radius)), paint, 2, cv2.LINE_AA)
+        if item.orientation_rad is not None:
+            way = px_per_mm @ np.array([np.cos(item.orientation_rad), np.sin(item.orientation_rad)])
+            way = way / max(float(np.hypot(*way)), 1e-9) * radius
+            cv2.line(picture, at, (round(at[0] + way[0]), round(at[1] + way[1])), paint, 2, cv2.LINE_AA)
+        if item.kind == "robot":
+            spot = (at[0] + 5, at[1] - round(radius) - 3)
+            for colour, width in (((0, 0, 0), 3), ((255, 255, 255), 1)):
+                cv2.putText(picture, "?" if item.id is None else str(item.id), spot, cv2.FONT_HERSHEY_SIMPLEX, 0.5,
+                            colour, width, cv2.LINE_AA)
+    return picture

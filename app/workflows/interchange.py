@@ -1,0 +1,231 @@
+"""Files out to other programs and in from them: the same for every door.
+
+Out: the camera that the format can hold, written, read back by our own reader, and what that cost in millimetres.
+In: the reader that knows the file, then a calibration where the file says where the camera hangs, else a lens.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from app import __version__
+from app.core.errors import BadInput, NotFound, TouchlineError
+from app.core.field import QUARTER_TURNS, Field, Region
+from app.core.field_json import field_from_json
+from app.core.geometry import ImageSize
+from app.core.records import Calibration, Fit, Observations, Warning
+from app.evaluate.fit.approximation import Loss, loss_of
+from app.evaluate.fit.report import report
+from app.formats import EXPORTS
+from app.formats.approximation import held, own_camera
+from app.formats.camera_file import CameraFile
+from app.formats.ssl_field import field_from_wire, wire_field
+from app.models import model_from_json, parameters_json
+from app.models.corrected_rectangle import rectangles
+from app.models.top_view import VIEW_FIELDS
+from app.workflows.calibration_request import Task
+
+EXACT_MM = 1e-6  # less is rounding
+NO_OPTIONS = dict.fromkeys(("n_rectangles_x", "n_rectangles_y", "w_max_rectangle_px", "h_max_rectangle_px"))
+GRID = 41  # places each way by which a region is told from what a camera sees
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A file to be sent. loss: what its reader will be off by; None where that is nothing."""
+
+    data: bytes
+    name: str
+    media_type: str
+    loss: Loss | None = None
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is said about a file from outside, beside what it says itself; None says nothing."""
+
+    field: str | None = None
+    region: str | None = None
+    rotate: int | None = None
+    image_size: ImageSize | None = None
+    camera: str | None = None
+    camera_id: int | None = None  # of a packet with several
+    model: str | None = None  # to fit to a table of points
+
+
+def export(calibration: Calibration, format: str, approximate: bool = False,
+           camera_id: int | None = None) -> Exported:
+    """The calibration as a file of that format; Conflict where that takes `approximate`."""
+    kind = EXPORTS[format]
+    name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}{kind.SUFFIX}"
+    if not hasattr(kind, "LENSES"):
+        return Exported(kind.write(calibration), name, kind.MEDIA_TYPE)
+    camera = held(calibration, kind, approximate, camera_id)
+    data = kind.write(calibration, camera)
+    field = field_from_json(calibration.field)
+    back = kind.read(data).camera({name: getattr(camera.camera, name) for name in VIEW_FIELDS})
+    loss = loss_of(model_from_json(calibration.model_name, calibration.model_parameters), back,
+                   field.region(calibration.region, calibration.rotate), field.hat_height_mm)
+    exact = camera.loss is None and max(loss.worst_mm, loss.hat_worst_mm or 0.0) < EXACT_MM
+    return Exported(data, name, kind.MEDIA_TYPE, None if exact else loss)
+
+
+def formats(calibration: Calibration) -> list[dict[str, Any]]:
+    """Every format, whether it holds this calibration, and what it costs where it must approximate; plain JSON."""
+    model = model_from_json(calibration.model_name, calibration.model_parameters)
+    return [_format(calibration, model, name) for name in EXPORTS]
+
+
+def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
+    kind = EXPORTS[name]
+    told = {"format": name, "title": kind.TITLE, "holds": kind.HOLDS, "suffix": kind.SUFFIX,
+            "reads": hasattr(kind, "read"), "exact": True, "loss": None, "problem": None}
+    if not hasattr(kind, "LENSES"):
+        return told
+    exact = own_camera(model, kind.LENSES, kind.SQUARE_PIXELS) is not None
+    try:
+        loss = export(calibration, name, approximate=True).loss
+    except TouchlineError as refused:
+        return {**told, "exact": exact, "problem": {"what": refused.what, "fix": refused.fix}}
+    return {**told, "exact": exact, "loss": None if loss is None else loss.to_json()}
+
+
+def read_file(data: bytes, name: str = "", camera_id: int | None = None) -> Calibration | CameraFile | Observations:
+    """What a file holds. The reader is chosen by content, and by the name where content leaves a choice."""
+    readable = {n: EXPORTS[n] for n in EXPORTS if hasattr(EXPORTS[n], "read")}
+    found = [n for n, kind in readable.items() if kind.recognises(data)]
+    named = [n for n, kind in readable.items() if name.lower().endswith(kind.SUFFIX) and (not found or n in found)]
+    chosen = max(named, key=lambda n: len(readable[n].SUFFIX), default=found[0] if found else None)
+    if chosen is None:
+        if data[:4] == b"PK\x03\x04":
+            raise BadInput("A remap table holds no model that could be read back.", "Give the calibration as json.",
+                           reason="unknown-file")
+        raise BadInput("The file is of no format that we read.", f"Give one of: {', '.join(readable)}.",
+                       reason="unknown-file")
+    if chosen == "ssl-vision":
+        return readable[chosen].read(data, camera_id)
+    return readable[chosen].read(data)
+
+
+def calibration_from(found: CameraFile | Observations, wanted: Wanted, fields: Mapping[str, Field]) -> Calibration:
+    """A calibration of a file that is none of ours; points are fitted. Its id and date are for whoever keeps it."""
+    if isinstance(found, CameraFile):
+        return _of_camera(found, wanted, fields)
+    if wanted.field is None or wanted.region is None or wanted.image_size is None:
+        raise BadInput("The table holds points, and not where they are from.",
+                       "Say field, region and image_size, as WIDTHxHEIGHT.", reason="no-field")
+    field = _known(fields, wanted.field)
+    task = Task(found, field, field.region(wanted.region, wanted.rotate), wanted.image_size,
+                wanted.model or "polynomial", camera=wanted.camera, note="Fitted to imported points.")
+    task.check_names((task.model,))
+    return task.record(task.run())
+
+
+def is_lens(found: Any) -> bool:
+    """Whether a file tells a lens and not where it hangs."""
+    return isinstance(found, CameraFile) and found.pose is None
+
+
+def lens_from(found: CameraFile, wanted: Wanted) -> dict[str, Any]:
+    """A lens record, as one from a board; of its error nothing is known."""
+    lens = found.at_size(wanted.image_size)
+    known = lens.lens()
+    note = " ".join([f"Imported from {EXPORTS[found.format].TITLE}.", *lens.notes])
+    return {"camera": wanted.camera or found.about.camera, "note": note, "model": known.model, "lens": known.to_json(),
+            "board": None, "image_size": list(known.image_size), "snapshots": None,
+            "software": f"touchline {__version__}",
+            "report": {"rms_px": None, "views": [], "warnings": [], "verdict": {
+                "level": "unknown", "sentence": "It was imported: nothing is known of its error."}}}
+
+
+def _of_camera(given: CameraFile, wanted: Wanted, fields: Mapping[str, Field]) -> Calibration:
+    found = given.at_size(wanted.image_size)
+    field = _field(found, wanted, fields)
+    region = _region(found, wanted, field)
+    view = _view(found, region)
+    camera = found.camera(view)
+    judged = report(Fit(camera, (), (), (_UNKNOWN,)), (), field, region, None)
+    note = " ".join([f"Imported from {EXPORTS[found.format].TITLE}.", *found.notes])
+    return Calibration(
+        id="imported", version=1, camera=wanted.camera or found.about.camera, field=field.to_json(), region=region.name,
+        rotate=region.rotate_deg, model_name=camera.NAME, model_parameters=parameters_json(camera),
+        image_size=camera.image_size, corrected_size=camera.corrected_size, observations=(), options={}, report=judged,
+        created_at="", software=f"touchline {__version__}", note=note)
+
+
+_UNKNOWN = Warning("imported", "This calibration was imported: nothing here knows how large its error is.",
+                   "Click the field's lines in a picture of this camera and compare.")
+
+
+def _field(found: CameraFile, wanted: Wanted, fields: Mapping[str, Field]) -> Field:
+    if wanted.field is not None:
+        return _known(fields, wanted.field)
+    if found.field is not None:
+        return field_from_wire(wire_field(found.field), fields.values())
+    if found.about.field is None:
+        raise BadInput("The file does not say over which field the camera hangs.", "Say it: field.", reason="no-field")
+    return _known(fields, found.about.field)
+
+
+def _known(fields: Mapping[str, Field], name: str) -> Field:
+    if name not in fields:
+        raise NotFound(f"There is no field called {name!r} here.", "Save it here first, or say another: field.",
+                       reason="unknown-field")
+    return fields[name]
+
+
+def _region(found: CameraFile, wanted: Wanted, field: Field) -> Region:
+    """As it is said, here or in the file; else the region that comes nearest to what the camera sees, upright."""
+    name = wanted.region or (found.about.region if found.about.region in field.regions else None)
+    rotate = wanted.rotate if wanted.rotate is not None else found.about.rotate
+    if name is not None:
+        return field.region(name, rotate)
+    x = np.linspace(-field.length_mm / 2, field.length_mm / 2, GRID)
+    y = np.linspace(-field.width_mm / 2, field.width_mm / 2, GRID)
+    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    camera = found.camera(_view(found, next(iter(field.regions.values()))))
+    pixels = camera.project(np.concatenate([places, np.zeros((len(places), 1))], axis=1))
+    with np.errstate(invalid="ignore"):
+        seen = (pixels > -0.5).all(axis=1) & (pixels < np.array(tuple(camera.image_size)) - 0.5).all(axis=1)
+
+    def share(region: Region) -> float:
+        inside = ((places >= np.array([region.x_mm[0], region.y_mm[0]]))
+                  & (places <= np.array([region.x_mm[1], region.y_mm[1]]))).all(axis=1)
+        return float((inside & seen).sum() / max(1, (inside | seen).sum()))
+
+    best = max(field.regions.values(), key=share)
+    if rotate is None:
+        right = camera.camera_from_field[0, :2]
+        rotate = max(QUARTER_TURNS, key=lambda turn: float(_right(best.rotated(turn)) @ right))
+    return best.rotated(rotate)
+
+
+def _right(region: Region) -> np.ndarray:
+    """The field direction (2,) that is right in the corrected picture."""
+    line = region.border("top")
+    return np.array(line.end) - np.array(line.start)
+
+
+def _view(found: CameraFile, region: Region) -> dict[str, Any]:
+    size = found.image_size
+    if size is None:
+        raise BadInput("The file does not say for which picture size it is.", "Say it: image_size.",
+                       reason="no-image-size")
+    drawn = found.about.rectangle or rectangles(NO_OPTIONS, region, size)
+    return dict(zip(VIEW_FIELDS, (*drawn, region, size), strict=True))
+
+
+def size_from_text(text: str) -> ImageSize:
+    """1280x1024; BadInput for anything else."""
+    found = re.fullmatch(r"\s*([0-9]{1,5})\s*[x×X]\s*([0-9]{1,5})\s*", text)
+    if found is None:
+        raise BadInput(f"{text[:40]!r} is no picture size.", "Write it as 1280x1024.", reason="bad-image-size")
+    return ImageSize.of((int(found[1]), int(found[2])))
+
+
+def renamed(calibration: Calibration, camera: str | None) -> Calibration:
+    """The same for a camera of this house, where one is named."""
+    return calibration if camera is None else replace(calibration, camera=camera)

@@ -1,0 +1,239 @@
+"""Two cameras that see the same: the geometry between their pictures, and whether they agree in millimetres.
+
+Each part stands by itself: things that all lie on the carpet tell no geometry, and yet whether two calibrations agree
+there. A part that cannot be had is named under "failed", with its cure.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from app.core.errors import BadInput, Conflict, FitFailed
+from app.core.field_json import field_from_json
+from app.core.geometry import ImageSize, Points
+from app.core.records import Calibration, observations_from_json
+from app.evaluate.cameras import pair_verdict
+from app.evaluate.cameras.pair_agreement import from_matches, from_observations, overlap
+from app.fitting.two_view.epipolar_lines import bent_lines, straight_lines
+from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
+from app.fitting.two_view.relative_pose import calibrated_epipolar_px, pose_between, relative_pose
+from app.models import CameraModel, Progress, field_from_raw, model_from_json, no_progress, raw_from_field
+from app.models.lens import Array
+from app.models.rotation import vector_from_matrix
+
+
+def run_pair(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: {"points_a", "points_b", "calibration_a", "calibration_b" (whole, as JSON; or None), "z_mm"}."""
+    a, b = (None if spec[k] is None else Calibration.from_json(spec[k]) for k in ("calibration_a", "calibration_b"))
+    return judge_pair(spec["points_a"], spec["points_b"], a, b, spec["z_mm"], progress)
+
+
+def judge_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b: Calibration | None = None,
+               z_mm: float | Sequence[float | None] = 0.0, progress: Progress = no_progress) -> dict[str, Any]:
+    """Plain JSON: "fundamental", "pose", "calibrated" and "agreement", each None where it was not asked for.
+
+    points_a, points_b (n, 2) raw px: the same things in both pictures; None for one that is not clicked yet, and such a
+    match counts only in the numbering. z_mm above the carpet: all of them, or each its own, None for one whose height
+    is not known; agreement does without those. Without points, or without any height,
+    two calibrations are judged by the lines and landmarks that both were clicked on.
+    """
+    if (points_a is None) != (points_b is None) or (a is None) != (b is None):
+        raise BadInput("Only one of two was given.", "Give points for both pictures, and both calibrations or none.",
+                       reason="one-sided")
+    if points_a is None and a is None:
+        raise BadInput("There is nothing to judge.", "Give matched points, or two calibrations.",
+                       reason="nothing-given")
+    _refuse_different_fields(a, b)
+    parts: dict[str, Callable[[], dict[str, Any]]] = {}
+    matches = None if points_a is None else _Matches.of(points_a, points_b, z_mm)
+    models = None if a is None else _models(a, b)
+    if matches is not None:
+        parts["fundamental"] = lambda: _fundamental(matches)
+        if models is not None and _have_rays(models):
+            parts["pose"] = lambda: _pose(*models, matches)
+            parts["calibrated"] = lambda: _calibrated(*models, matches)
+    if models is not None:
+        parts["agreement"] = lambda: _agreement(a, b, *models, matches)
+    found, failed = {}, []
+    for number, (name, part) in enumerate(parts.items()):
+        progress(number / len(parts), f"Judging the pair: {name}")
+        try:
+            found[name] = part()
+        except FitFailed as refusal:
+            failed.append((name, refusal))
+    if not found:
+        raise failed[0][1]
+    return {**{name: found.get(name) for name in ("fundamental", "pose", "calibrated", "agreement")},
+            "matches": 0 if matches is None else len(matches.a),
+            "failed": [{"part": name, "reason": e.reason, "what": e.what, "fix": e.fix} for name, e in failed]}
+
+
+@dataclass(frozen=True, eq=False)
+class _Matches:
+    """a, b (n, 2) raw px, heights_mm (n,), NaN where not known; which (n,): their place among the count given."""
+
+    a: Points
+    b: Points
+    heights_mm: Array
+    which: Array
+    count: int
+
+    @classmethod
+    def of(cls, points_a: Any, points_b: Any, z_mm: float | Sequence[float | None]) -> Self:
+        count = len(points_a)
+        which = np.arange(count)
+        if isinstance(points_a, list) and isinstance(points_b, list) and len(points_b) == count:
+            pairs = zip(points_a, points_b, strict=True)
+            which = np.array([i for i, pair in enumerate(pairs) if pair[0] is not None and pair[1] is not None], int)
+            points_a, points_b = ([points[i] for i in which] for points in (points_a, points_b))
+        return cls(*as_matches(points_a, points_b), _heights(z_mm, count)[which], which, count)
+
+    def told(self, values: Array) -> list[float | None]:
+        """A value of each, in the numbering that was given."""
+        all_values = np.full(self.count, np.nan)
+        all_values[self.which] = values
+        return [float(v) if np.isfinite(v) else None for v in all_values]
+
+    def numbers(self, chosen: Array) -> list[int]:
+        return self.which[chosen].tolist()
+
+
+def _refuse_different_fields(a: Calibration | None, b: Calibration | None) -> None:
+    if a is not None and b is not None and a.field != b.field:
+        raise Conflict("The two calibrations are for different fields.", "Choose two cameras over one field.",
+                       reason="different-fields")
+
+
+def _models(a: Calibration, b: Calibration) -> tuple[CameraModel, CameraModel]:
+    one, other = (model_from_json(c.model_name, c.model_parameters) for c in (a, b))
+    return one, other
+
+
+def _have_rays(models: Sequence[CameraModel]) -> bool:
+    return all(hasattr(model, "unproject") for model in models)
+
+
+def _heights(z_mm: float | Sequence[float | None], count: int) -> Array:
+    """(count,) mm, NaN where it is not known."""
+    if not isinstance(z_mm, Sequence):
+        return np.full(count, float(z_mm))
+    if len(z_mm) != count:
+        raise BadInput(f"There are {len(z_mm)} heights for {count} matches.", "Give one height for all, or one for "
+                       "each match, null where it is not known.", reason="bad-matches")
+    return np.array([np.nan if z is None else float(z) for z in z_mm])
+
+
+def _fundamental(matches: _Matches) -> dict[str, Any]:
+    found = fundamental_matrix(matches.a, matches.b)
+    return {"matrix": found.fundamental.tolist(), "rms_px": found.rms_px, "sigma_px": found.sigma_px,
+            "epipolar_px": matches.told(found.epipolar_px), "outliers": matches.numbers(~found.good),
+            "epipoles": [e.tolist() for e in found.epipoles],
+            "verdict": pair_verdict.of_fundamental(found.epipolar_px, found.good, matches.which)}
+
+
+def _pose(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -> dict[str, Any]:
+    """From matches and lenses alone; beside it, how far that is from what the two calibrations say of the cameras."""
+    found = relative_pose(model_a, model_b, matches.a, matches.b)
+    good = found.epipolar_px[found.good]
+    rotation, centre = pose_between(model_a, model_b)
+    apart_deg = _degrees(vector_from_matrix(found.b_from_a @ rotation.T))
+    length = float(np.linalg.norm(centre))
+    cosine = float(found.direction @ centre / length) if length > 1.0 else None  # mm
+    return {"rotation": vector_from_matrix(found.b_from_a).tolist(), "direction": found.direction.tolist(),
+            **_turn(found.b_from_a), "rotation_sigma_deg": found.rotation_sigma_deg,
+            "direction_sigma_deg": found.direction_sigma_deg,
+            "from_calibrations_deg": {"rotation": apart_deg, "direction": None if cosine is None else float(
+                np.degrees(np.arccos(np.clip(cosine, -1, 1))))},
+            "essential": found.essential.tolist(), "rms_px": float(np.sqrt(np.mean(good**2))),
+            "epipolar_px": matches.told(found.epipolar_px), "outliers": matches.numbers(~found.good),
+            "verdict": pair_verdict.of_pose(apart_deg, found.rotation_sigma_deg)}
+
+
+def _turn(b_from_a: Array) -> dict[str, Any]:
+    """A rotation in degrees: about camera b's axes (right, down, ahead), and altogether."""
+    vector = vector_from_matrix(b_from_a)
+    return {"rotation_deg": np.degrees(vector).tolist(), "angle_deg": _degrees(vector)}
+
+
+def _degrees(vector: Array) -> float:
+    return float(np.degrees(np.linalg.norm(vector)))
+
+
+def _calibrated(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -> dict[str, Any]:
+    found = calibrated_epipolar_px(model_a, model_b, matches.a, matches.b)
+    seen = found[np.isfinite(found)]
+    if not seen.size:
+        raise FitFailed("None of the matches is within reach of both lenses.", "Check that the points belong to these "
+                        "cameras.", reason="nothing-shared")
+    rotation, centre = pose_between(model_a, model_b)
+    return {"median_px": float(np.median(seen)), "rms_px": float(np.sqrt(np.mean(seen**2))),
+            "epipolar_px": matches.told(found), **_turn(rotation), "translation_mm": centre.tolist(),
+            "distance_mm": float(np.linalg.norm(centre)),
+            "verdict": pair_verdict.of_calibrated(found, matches.which)}
+
+
+def _agreement(a: Calibration, b: Calibration, model_a: CameraModel, model_b: CameraModel,
+               matches: _Matches | None) -> dict[str, Any]:
+    field = field_from_json(a.field)
+    shared = overlap(model_a, a.image_size, model_b, b.image_size, field)
+    apart = None
+    if matches is not None and np.isfinite(matches.heights_mm).any():
+        found = from_matches(model_a, model_b, matches.a, matches.b, matches.heights_mm)
+        placed = np.full(len(matches.a), np.nan)
+        placed[found.which] = found.apart_mm
+        apart = matches.told(placed)
+    else:
+        seen = [observations_from_json(c.observations) for c in (a, b)]
+        found = from_observations(model_a, seen[0], model_b, seen[1], field, field.region(a.region, a.rotate),
+                                  field.region(b.region, b.rotate))
+    told = found.to_json(shared)
+    return {**told, "from": "clicks" if apart is None else "matches", "apart_mm": apart,
+            "verdict": pair_verdict.of_agreement(found, told["covered"])}
+
+
+def lines_by_matrix(matrix: Any, points_a: Any, points_b: Any, size_a: ImageSize, size_b: ImageSize) -> dict[str, Any]:
+    """Epipolar lines from a fundamental matrix: {"in_b": of points_a, "in_a": of points_b}, [[x, y], …] px or None."""
+    fundamental, (a, b) = np.array(matrix, float), (np.array(p, float).reshape(-1, 2) for p in (points_a, points_b))
+    return {"in_b": _drawn(straight_lines(fundamental, a, size_b)),
+            "in_a": _drawn(straight_lines(fundamental.T, b, size_a)), "place_in_b": None, "place_in_a": None}
+
+
+def lines_by_calibrations(a: Calibration, b: Calibration, points_a: Any, points_b: Any,
+                          z_mm: float | None = 0.0) -> dict[str, Any]:
+    """The same as two calibrations foretell it, bent as the lenses bend; None for models without rays.
+
+    "place_in_b": where picture b shows what picture a shows at points_a, if that is z_mm above the carpet.
+    """
+    _refuse_different_fields(a, b)
+    models = _models(a, b)
+    ends = [np.array(p, float).reshape(-1, 2) for p in (points_a, points_b)]
+    told: dict[str, Any] = {}
+    for other, points, here, there, size in (("b", ends[0], *models, b.image_size),
+                                             ("a", ends[1], *models[::-1], a.image_size)):
+        told[f"in_{other}"] = _drawn(bent_lines(here, there, points)) if _have_rays(models) else None
+        told[f"place_in_{other}"] = None if z_mm is None else _place(here, there, points, z_mm, size)
+    return told
+
+
+def _place(here: CameraModel, there: CameraModel, points: Points, z_mm: float, size: ImageSize,
+           ) -> list[list[float] | None] | None:
+    if z_mm == 0:
+        found = raw_from_field(there, field_from_raw(here, points))
+    elif _have_rays((here, there)):
+        places = here.unproject(points, z_mm)
+        found = there.project(np.column_stack([places, np.full(len(places), z_mm)]))
+    else:
+        return None
+    with np.errstate(invalid="ignore"):
+        inside = ((found >= -0.5) & (found <= np.array(tuple(size)) - 0.5)).all(axis=1)
+    return [p if ok else None for p, ok in zip(found.tolist(), inside.tolist(), strict=True)]
+
+
+def _drawn(lines: Array) -> list[list[list[float] | None] | None]:
+    """Each line's points, None where it is out of reach; None for one that is nowhere in the picture."""
+    reached = np.isfinite(lines).all(axis=2)
+    return [None if ok.sum() < 2 else [p if in_reach else None for p, in_reach in zip(line, ok.tolist(), strict=True)]
+            for line, ok in zip(lines.tolist(), reached, strict=True)]
+

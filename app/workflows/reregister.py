@@ -1,0 +1,161 @@
+"""A knocked camera's pose registered anew: its lens is kept, and the field's lines say where it stands now.
+
+    told, made = registered(calibration, frame)     a new version, the child of the one before; nobody has kept it yet
+
+A model with rays keeps its lens, and gets a pose. One without has none to keep apart: the points that it rests on are
+moved along with the picture, and fitted as they were.
+"""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from app.core import opencv
+from app.core.errors import Conflict, FitFailed, TouchlineError
+from app.core.field import Region
+from app.core.field_json import field_from_json
+from app.core.geometry import ImageSize, Points
+from app.core.records import Calibration, Frame, Observation, Observations, observations_from_json
+from app.evaluate.drift.line_tracking import SIGMA_PX, LinesNow, lines_now
+from app.fitting.image_motion import motion_of
+from app.images import ImageDecoder
+from app.models import (
+    CameraModel,
+    Progress,
+    field_from_raw,
+    model_from_json,
+    no_progress,
+    parameters_json,
+    raw_from_field,
+)
+from app.models.lens import Array
+from app.store.snapshots import checked_bytes
+from app.workflows import calibration as workflow
+from app.workflows.automatic import border_under
+from app.workflows.calibration import Calibrated, part_of
+from app.workflows.calibration_request import Task
+
+LEAST_LINES, LEAST_OF_ONE = 3, 3  # and points on each
+WORSE, WORSE_PX = 3.0, 1.5  # times, and px of 1280, that lines may lie further off than before: else it is another lens
+AFRESH = "Calibrate the camera anew: find its lines, or click them."
+# What the lens and its fit chose for themselves; everything else was the operator's choice.
+NOT_TAKEN_OVER = ("lens", "lens_sigma", "terms", "leanings", "start", "click_sigma_px", "height_mm", "centre_sigma_px")
+
+
+def registered(calibration: Calibration, frame: Frame, progress: Progress = no_progress,
+               before: Frame | None = None, snapshot: str | None = None,
+               note: str = "") -> tuple[dict[str, Any], Calibration]:
+    """What was found, and the new version. FitFailed where the lines do not say; Conflict for another size.
+
+    before: the picture that the calibration came from, where it is kept.
+    """
+    if tuple(frame.size) != tuple(calibration.image_size):
+        width, height = calibration.image_size
+        raise Conflict(f"The picture is {frame.size.width} × {frame.size.height} px, the calibration is for {width} × "
+                       f"{height} px.", "Set the camera back to that size, or calibrate it at this one.",
+                       reason="size-mismatch")
+    field = field_from_json(calibration.field)
+    region = field.region(calibration.region, calibration.rotate)
+    model = model_from_json(calibration.model_name, calibration.model_parameters)
+    progress(0.0, "Looking for the field's lines")
+    found = lines_now(opencv.grey(frame.pixels), model, field, None if before is None else opencv.grey(before.pixels))
+    observations = None if found is None else _observed(found, region)
+    if found is None or len(observations) < LEAST_LINES:
+        raise FitFailed("Too few of the field's lines are where this camera could have been moved to.",
+                        f"Clear the lines and switch the lamps on, then try again. {AFRESH}", reason="lines-not-found")
+    size, part = frame.size, part_of(progress, 0.3, 1.0)
+    options = {name: value for name, value in calibration.options.items() if name not in NOT_TAKEN_OVER}
+    if hasattr(model, "project"):
+        options |= {"lens": calibration.held_lens(), "lens_sigma": "0"}
+        done = workflow.calibrate(observations, field, region, size, calibration.model_name,
+                                  {**options, "start": parameters_json(model)}, part)
+    else:
+        options = dict(calibration.options)
+        observations = _moved_along(calibration, found, size)
+        done = workflow.calibrate(observations, field, region, size, calibration.model_name, options, part)
+    off_px = _off_px(done.model, found)
+    before_px = float(calibration.report.get("rms_px") or 0.0) if isinstance(calibration.report, Mapping) else 0.0
+    if off_px > max(WORSE * before_px, WORSE_PX * max(size.width / 1280, 0.5)):
+        if hasattr(model, "project"):
+            raise FitFailed(f"With the lens kept, the lines lie {off_px:.1f} px off: it is another lens, another focus "
+                            "or another field.", AFRESH, reason="lens-changed")
+        raise FitFailed(f"Moved along with the picture, the lines lie {off_px:.1f} px off: that is too far for "
+                        f"{model.TITLE.lower()}, which knows no lens apart from where it stands.", AFRESH,
+                        reason="moved-too-far")
+    task = Task(observations, field, region, size, calibration.model_name, options, calibration.camera, snapshot,
+                frame.sha256 or None, note)
+    return _told(calibration, model, done, found, off_px), task.record(done, parent=calibration.id)
+
+
+def _observed(found: LinesNow, region: Region) -> Observations:
+    observations = []
+    for number, marking in enumerate(found.pattern.markings):
+        of = found.marking == number
+        if of.sum() >= LEAST_OF_ONE:
+            observations.append(Observation(border_under(marking, region), "line", found.points[of]))
+    return tuple(observations)
+
+
+def _moved_along(calibration: Calibration, found: LinesNow, size: ImageSize) -> Observations:
+    """The points that a model without rays rests on, moved as the picture was; a tilt moves it as a homography does."""
+    before = observations_from_json(list(calibration.observations))
+    if not before:
+        raise FitFailed("This calibration has no points that could be moved along: it was imported.", AFRESH,
+                        reason="no-observations")
+    across = np.einsum("ni,nik->nk", found.normals, _bending(found.places, size))
+    off = np.sum((found.points - found.places) * found.normals, axis=1)
+    q = motion_of(across, off, np.full(len(off), SIGMA_PX)).q
+    moved = []
+    for one in before:
+        points = one.points + _bending(one.points, size) @ q
+        inside = ((points >= -1) & (points <= np.array(tuple(size)))).all(axis=1)
+        if inside.any():
+            moved.append(Observation(one.feature, one.kind, points[inside], one.z_mm))
+    return tuple(moved)
+
+
+def _bending(places: Points, size: ImageSize) -> Array:
+    """(n, 2, 8) px: shift, turn, growth and shear, and the tilt of a plane, each strongest at the picture's corner."""
+    x, y = ((places - np.array(size.centre)) / (np.hypot(*size) / 2)).T
+    one, none = np.ones_like(x), np.zeros_like(x)
+    return np.stack([np.stack([one, none, x, y, none, none, x * x, x * y], axis=-1),
+                     np.stack([none, one, none, none, x, y, x * y, y * y], axis=-1)], axis=1)
+
+
+def _off_px(model: CameraModel, found: LinesNow) -> float:
+    """How far the lines lie from where the model has them, px: rms without the furthest tenth."""
+    markings = [found.pattern.markings[int(number)] for number in found.marking]
+    on_field = field_from_raw(model, found.points)
+    feet = np.stack([marking.nearest(point) for marking, point in zip(markings, on_field, strict=True)])
+    off = np.linalg.norm(raw_from_field(model, feet) - found.points, axis=1)
+    off = np.sort(off[np.isfinite(off)])
+    return float(np.sqrt(np.mean(off[:max(1, int(0.9 * len(off)))] ** 2))) if len(off) else np.inf
+
+
+def _told(calibration: Calibration, before: CameraModel, done: Calibrated, found: LinesNow,
+          off_px: float) -> dict[str, Any]:
+    told = {"parent": calibration.id, "points": len(found.points), "lines": len(set(found.marking.tolist())),
+            "seen_share": round(found.share, 3), "lines_px": round(off_px, 3), "picture_px": round(found.moved_px, 2),
+            "turned_deg": None, "moved_mm": None, "verdict": done.report["verdict"]}
+    kept = "moved along"
+    if hasattr(before, "project"):
+        turn = np.array(done.model.camera_from_field) @ np.array(before.camera_from_field).T
+        told["turned_deg"] = round(float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))), 4)
+        told["moved_mm"] = round(float(np.linalg.norm(np.subtract(done.model.position_mm, before.position_mm))), 1)
+        kept = "with its lens kept"
+    return {**told, "sentence": f"The picture had moved by {found.moved_px:.1f} px; {kept}, {told['points']} points on "
+                                f"{told['lines']} lines fit to {off_px:.2f} px."}
+
+
+def run_register(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: {"calibration": whole, "snapshot", "note", "picture", "before": {"name", "path", "sha256"} or null}."""
+    with ImageDecoder(workers=1) as decoder:
+        frame = decoder.frame_from_bytes(checked_bytes(**spec["picture"]))
+        before = None
+        with suppress(TouchlineError):  # gone or damaged: then the model itself says where lines were
+            before = decoder.frame_from_bytes(checked_bytes(**spec["before"])) if spec["before"] else None
+    told, made = registered(Calibration.from_json(spec["calibration"]), frame, part_of(progress, 0.1, 1.0), before,
+                            spec["snapshot"], spec["note"])
+    return {"told": told, "made": made.to_json()}

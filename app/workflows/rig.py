@@ -1,0 +1,226 @@
+"""A rig: cameras that share a field. How its calibrations stand to it, how well they agree, how one is refitted.
+
+A rig here is plain JSON, {"name", "title", "field": a whole field, "rectangles": given ones, "cameras": [{"camera",
+"title", "region", "rotate", "calibration": whole or None, "picture": {"name", "path", "sha256"} or None}, …]}: what a
+job in another process needs. The shell makes the same one of files.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import BadInput, Conflict, FitFailed
+from app.core.field_json import field_from_json
+from app.core.records import Calibration, observations_from_json
+from app.evaluate.cameras import rig_verdict
+from app.evaluate.cameras.epipolar_check import geometry
+from app.evaluate.cameras.evidence import Evidence, from_clicks, from_matches
+from app.evaluate.cameras.image_evidence import from_pictures
+from app.evaluate.cameras.rectangles import Rectangles, common
+from app.evaluate.cameras.rig_agreement import agreement
+from app.images import ImageDecoder
+from app.models import CameraModel, Progress, model_from_json, no_progress
+from app.store.snapshots import checked_bytes
+from app.workflows.calibration import part_of
+from app.workflows.calibration_request import Task
+from app.workflows.pair import judge_pair
+
+Pixels = NDArray[np.uint8]
+READING = 0.2  # of a check with pictures
+FEW = 6  # measures in pictures: fewer are chance
+MAX_CAMERAS = 16
+
+
+def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: {"rig", "missing": cameras without a picture, "matches": [{"a", "b", "points_a", "points_b", "z_mm"}]}.
+
+    Pictures are a stranger's, and decoded as such.
+    """
+    rig, pictures = spec["rig"], {}
+    wanted = [c for c in rig["cameras"] if c["picture"] is not None]
+    if wanted:
+        with ImageDecoder(workers=1) as decoder:
+            for number, camera in enumerate(wanted):
+                progress(READING * number / len(wanted), f"Reading the picture of {camera['title']}")
+                pictures[camera["camera"]] = decoder.frame_from_bytes(checked_bytes(**camera["picture"])).pixels
+    found = check(rig, pictures, spec["matches"], part_of(progress, READING if wanted else 0.0, 1.0))
+    return {**found, "missing": spec["missing"]}
+
+
+def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Sequence[Mapping[str, Any]] = (),
+          progress: Progress = no_progress) -> dict[str, Any]:
+    """Plain JSON: how each camera stands to the rig, and how far each two are apart that see a common part."""
+    told = standing(rig)
+    calibrations = {c["camera"]: Calibration.from_json(c["calibration"]) for c in rig["cameras"]
+                    if c["calibration"] is not None and c["calibration"]["field"] == rig["field"]["name"]}
+    _refuse_unknown(matches, {c["camera"] for c in rig["cameras"]})
+    titles = {c["camera"]: c["title"] for c in rig["cameras"]}
+    couples, pairs = list(combinations(calibrations, 2)), []
+    for number, (a, b) in enumerate(couples):
+        part = part_of(progress, number / len(couples), (number + 1) / len(couples), f"{titles[a]} and {titles[b]}: ")
+        part(0.0, "Comparing")
+        pairs.append({"a": a, "b": b, **_pair(rig, titles, (a, b), calibrations, pictures,
+                                             _matches_of(matches, a, b), part)})
+    troubles = [trouble for camera in told["cameras"] for trouble in camera["troubles"]]
+    return {**told, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles)}
+
+
+def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, str],
+          calibrations: Mapping[str, Calibration], pictures: Mapping[str, Pixels],
+          given: Mapping[str, Any] | None, progress: Progress) -> dict[str, Any]:
+    a, b = (calibrations[name] for name in names)
+    models = _model(a), _model(b)
+    have_rays = all(hasattr(model, "unproject") for model in models)
+    answer: dict[str, Any] = {"fundamental": geometry(*models) if have_rays else None, "matches": None,
+                              "agreement": None, "from": None, "verdict": None, "notes": [], "failed": None}
+    if given is not None:
+        answer["matches"] = _crosscheck(a, b, given)
+    try:
+        evidence, source, notes = _evidence(rig, names, (a, b), models, pictures, given, progress)
+        found = agreement(models[0], a.image_size, models[1], b.image_size, field_from_json(rig["field"]), evidence)
+    except FitFailed as refusal:
+        return {**answer, "failed": {"reason": refusal.reason, "what": refusal.what, "fix": refusal.fix}}
+    verdict = rig_verdict.of_pair(titles[names[0]], titles[names[1]], found, source)
+    return {**answer, "agreement": found, "from": source, "notes": notes, "verdict": verdict}
+
+
+def _crosscheck(a: Calibration, b: Calibration, given: Mapping[str, Any]) -> dict[str, Any]:
+    """What the matches say by themselves and beside the calibrations, as POST /pairs does."""
+    try:
+        return judge_pair(given["points_a"], given["points_b"], a, b, given["z_mm"])
+    except FitFailed as refusal:
+        return {"failed": [{"part": "all", "reason": refusal.reason, "what": refusal.what, "fix": refusal.fix}]}
+
+
+def _evidence(rig: Mapping[str, Any], names: tuple[str, str], both: tuple[Calibration, Calibration],
+              models: tuple[CameraModel, CameraModel], pictures: Mapping[str, Pixels],
+              given: Mapping[str, Any] | None, progress: Progress) -> tuple[Evidence, str, list[str]]:
+    """The best that there is: matches, else today's pictures, else the clicks of the calibrations."""
+    field, notes = field_from_json(rig["field"]), []
+    if given is not None:
+        z = given["z_mm"]
+        heights = np.array([np.nan if v is None else v for v in z], float) if isinstance(z, (list, tuple)) else float(z)
+        complete = [i for i, (p, q) in enumerate(zip(given["points_a"], given["points_b"], strict=True)) if p and q]
+        points = (np.array([given[key][i] for i in complete], float) for key in ("points_a", "points_b"))
+        if isinstance(heights, np.ndarray):
+            heights = heights[complete]
+        return Evidence.together([from_matches(*models, *points, heights)]), "matches", notes
+    shown = [pictures.get(name) for name in names]
+    if all(pixels is not None and (pixels.shape[1], pixels.shape[0]) == tuple(calibration.image_size)
+           for pixels, calibration in zip(shown, both, strict=True)):
+        evidence = from_pictures(models[0], shown[0], models[1], shown[1], field, progress)
+        if len(evidence) >= FEW:
+            return evidence, "pictures", notes
+        notes.append("The pictures show too few lines where both cameras look.")
+    a, b = both
+    return from_clicks(models[0], observations_from_json(a.observations), field.region(a.region, a.rotate), models[1],
+                       observations_from_json(b.observations), field.region(b.region, b.rotate), field), "clicks", notes
+
+
+def standing(rig: Mapping[str, Any]) -> dict[str, Any]:
+    """{"rectangles", "rectangles_from", "cameras": […, each with its "troubles"]}; plain JSON."""
+    given, cameras = Rectangles.of_rig(rig["rectangles"]), rig["cameras"]
+    own = {c["camera"]: Rectangles.of_parameters(c["calibration"]["model"]["parameters"]) for c in cameras
+           if c["calibration"] is not None}
+    wanted = given or common([one for one in own.values() if one is not None])
+    told = []
+    for camera in cameras:
+        mine = own.get(camera["camera"])
+        told.append({"camera": camera["camera"], "title": camera["title"], "region": camera["region"],
+                     "rotate": camera["rotate"],
+                     "calibration": camera["calibration"] and camera["calibration"]["id"],
+                     "version": camera["calibration"] and camera["calibration"]["version"],
+                     "model": camera["calibration"] and camera["calibration"]["model"]["name"],
+                     "rectangles": mine.options() if mine else None,
+                     "troubles": list(_troubles(rig, camera, mine, wanted))})
+    return {"rectangles": wanted.options() if wanted else None,
+            "rectangles_from": "rig" if given else "cameras" if wanted else None, "cameras": told}
+
+
+def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangles | None,
+              wanted: Rectangles | None) -> Iterator[dict[str, Any]]:
+    calibration, title = camera["calibration"], camera["title"]
+
+    def trouble(reason: str, text: str, fix: str) -> dict[str, Any]:
+        return {"camera": camera["camera"], "reason": reason, "text": text, "fix": fix}
+
+    if calibration is None:
+        yield trouble("not-calibrated", f"{title} has no active calibration.", f"Calibrate {title}, and activate it.")
+        return
+    if calibration["field"] != rig["field"]["name"]:
+        yield trouble("other-field", f"{title} is calibrated on the field {calibration['field']}, the rig's is "
+                      f"{rig['field']['name']}.", f"Calibrate {title} on {rig['field']['name']}.")
+        return
+    if camera["region"] is not None and calibration["region"] != camera["region"]:
+        yield trouble("other-region", f"{title} is calibrated on {calibration['region']}, the rig gives it "
+                      f"{camera['region']}.", f"Calibrate {title} on {camera['region']}, or change the rig.")
+    if mine is not None and wanted is not None and not mine.same_as(wanted):
+        yield trouble("other-rectangles", f"{title} is calibrated with {mine.words()}; the rig has {wanted.words()}: "
+                      "equal corrected pixels of two cameras are not equal distances.",
+                      f"Refit {title} with the rig's rectangles, then activate the new version.")
+
+
+def refit_task(calibration: Calibration, wanted: Mapping[str, Any]) -> Task:
+    """The same clicks, model and options with the rig's rectangles."""
+    field = field_from_json(calibration.field)
+    return Task(observations_from_json(calibration.observations), field,
+                field.region(calibration.region, calibration.rotate), calibration.image_size, calibration.model_name,
+                {**calibration.options, **wanted}, camera=calibration.camera, snapshot=calibration.snapshot,
+                image_sha256=calibration.image_sha256, note="refitted with the rectangles of its rig")
+
+
+def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: {"calibrations": [whole, …], "rectangles"}: each refitted; {"made": [JSON of one nobody has kept, …]}."""
+    made = []
+    for number, one in enumerate(spec["calibrations"]):
+        before = Calibration.from_json(one)
+        share = part_of(progress, number / len(spec["calibrations"]), (number + 1) / len(spec["calibrations"]),
+                        f"{before.camera}: ")
+        if not before.observations:
+            raise Conflict(f"The calibration of {before.camera} keeps no clicks.", "It was imported: calibrate the "
+                           "camera anew with the rig's rectangles.", reason="no-observations")
+        task = refit_task(before, spec["rectangles"])
+        made.append(task.record(task.run(share), parent=before.id).to_json())
+    return {"made": made}
+
+
+def refuse_other_sizes(rig: Mapping[str, Any], pictures: Mapping[str, Pixels]) -> None:
+    """Conflict for a picture of another size than its camera's calibration."""
+    for camera in rig["cameras"]:
+        pixels, calibration = pictures.get(camera["camera"]), camera["calibration"]
+        if pixels is None or calibration is None:
+            continue
+        (height, width), wanted = pixels.shape[:2], calibration["image_size"]
+        if [width, height] != list(wanted):
+            raise Conflict(f"The picture of {camera['title']} is {width} × {height} px; its calibration was made for "
+                           f"{wanted[0]} × {wanted[1]} px.", "Use pictures of that size, or calibrate it anew.",
+                           reason="size-mismatch")
+
+
+def _model(calibration: Calibration) -> CameraModel:
+    return model_from_json(calibration.model_name, calibration.model_parameters)
+
+
+def _matches_of(matches: Sequence[Mapping[str, Any]], a: str, b: str) -> Mapping[str, Any] | None:
+    """Those of a pair, whichever way round they were given."""
+    for one in matches:
+        if (one["a"], one["b"]) == (a, b):
+            return one
+        if (one["a"], one["b"]) == (b, a):
+            return {**one, "a": a, "b": b, "points_a": one["points_b"], "points_b": one["points_a"]}
+    return None
+
+
+def _refuse_unknown(matches: Sequence[Mapping[str, Any]], known: set[str]) -> None:
+    for one in matches:
+        for name in (one["a"], one["b"]):
+            if name not in known:
+                raise BadInput(f"Matches name a camera {name!r} that is not of this rig.",
+                               f"Use two of: {', '.join(sorted(known))}.", reason="unknown-camera")
+        if len(one["points_a"]) != len(one["points_b"]):
+            raise BadInput("Matches have not the same number of points on both sides.", "Give as many in one picture "
+                           "as in the other.", reason="bad-matches")
+

@@ -1,0 +1,178 @@
+"""From a picture, or lines clicked in it, to how straight it shows straight edges: what the doors call.
+
+    report = straightness([frame.pixels, …])                    edges are looked for
+    report = straightness(lines=[[[x, y], …], …], image_size=…) each a line that somebody clicked
+    pixels = straightened(frame.pixels, lens)                   the picture without the bend
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import BadInput, Conflict, FitFailed
+from app.core.geometry import ImageSize, Points, as_points
+from app.fitting.plumb_line.fit import PlumbFit, fit_plumb
+from app.fitting.plumb_line.line_sag import Bow, BowVerdict, bow_verdict
+from app.fitting.plumb_line.search import task_of
+from app.imaging.correction import View, correction_map
+from app.imaging.undistorted_view import StraightPicture
+from app.models import Progress, no_progress
+from app.models.plumb_line import LENSES, PlumbLens
+from app.vision.lines.edges import edge_chains
+
+LADDER = ("division", "division-even")  # what "auto" tries, simplest first
+MUCH_STRAIGHTER = 0.95  # of the simpler lens' misfit: less is no reason for another term
+TAU_PX = 1.0  # a crooked chain counts against every lens alike
+LOOKING = 0.5  # of the work: edges take about as long as the lens
+MOST_DRAWN = 40_000  # points of all chains together that the report repeats, for drawing
+MOST_DRAWN_OF_ONE = 33
+
+
+def straightness(pictures: Sequence[NDArray[np.uint8]] = (), lines: Sequence[Any] = (),
+                 image_size: ImageSize | None = None, *, lens: str = "auto", centre_sigma_px: float | None = None,
+                 progress: Progress = no_progress) -> dict[str, Any]:
+    """One lens for all pictures of one camera, and how straight edges are before and after; plain JSON.
+
+    lines: clicked points [[x, y], …] of one straight edge each, in the first picture or one of image_size.
+    """
+    size = _one_size(pictures, image_size)
+    edges = []
+    for number, pixels in enumerate(pictures):
+        progress(LOOKING * number / len(pictures), f"Looking for edges in picture {number + 1}")
+        edges.append(edge_chains(pixels))
+    return straightness_of_edges(edges, lines, size, lens=lens, centre_sigma_px=centre_sigma_px, progress=progress)
+
+
+def straightness_of_edges(edges: Sequence[Sequence[Points]], lines: Sequence[Any], size: ImageSize, *,
+                          lens: str = "auto", centre_sigma_px: float | None = None,
+                          progress: Progress = no_progress) -> dict[str, Any]:
+    """The same from the edges of each picture, as edge_chains found them, and clicked lines of the first."""
+    chains: list[Points] = [as_points(line, f"The points of line {i + 1}").reshape(-1, 2)
+                            for i, line in enumerate(lines)]
+    clicked = len(chains)
+    where = [0] * clicked + [number for number, found in enumerate(edges) for _ in found]
+    chains += [chain for found in edges for chain in found]
+    progress(LOOKING, "Making them straight")
+    fit = _fit(chains, size, lens, where, centre_sigma_px)
+    progress(1.0, "Done")
+    return _report(fit, chains, clicked)
+
+
+def check_choice(lens: str, centre_sigma_px: float | None) -> None:
+    """Refuse a lens or a σ that cannot be, before anybody looks for edges."""
+    task_of(LADDER[0] if lens == "auto" else lens, None, centre_sigma_px, ImageSize(2, 2))
+
+
+def straightened(pixels: NDArray[np.uint8], lens: PlumbLens, width: int | None = None) -> NDArray[np.uint8]:
+    """A picture (h, w, 3) without its lens' bend, of its own shape, or so many px wide; Conflict for another size."""
+    seen = ImageSize(pixels.shape[1], pixels.shape[0])
+    if seen != lens.image_size:
+        raise Conflict(f"The picture is {seen.width} × {seen.height} px, the lens is of pictures of "
+                       f"{lens.image_size.width} × {lens.image_size.height} px.",
+                       "Send a picture of the camera and mode that the lens is of.", reason="size-mismatch")
+    return correction_map(StraightPicture(lens), View(width=width)).apply_finely(pixels)
+
+
+def _one_size(pictures: Sequence[NDArray[np.uint8]], image_size: ImageSize | None) -> ImageSize:
+    sizes = {ImageSize(p.shape[1], p.shape[0]) for p in pictures} | ({image_size} if image_size else set())
+    if len(sizes) > 1:
+        raise BadInput("The pictures differ in size.", "Send pictures of one camera in one mode.",
+                       reason="size-mismatch")
+    if not sizes:
+        raise BadInput("There is neither a picture nor a picture's size.",
+                       "Send a picture, or lines and the size of their picture.", reason="bad-image-size")
+    return sizes.pop()
+
+
+def _fit(chains: list[Points], size: ImageSize, lens: str, where: list[int], centre_sigma_px: float | None) -> PlumbFit:
+    if lens != "auto":
+        return fit_plumb(chains, size, lens, pictures=where, centre_sigma_px=centre_sigma_px)
+    fits: list[PlumbFit] = []
+    refusals: list[FitFailed] = []
+    for name in LADDER:
+        try:
+            fits.append(fit_plumb(chains, size, name, pictures=where, centre_sigma_px=centre_sigma_px))
+        except FitFailed as refusal:
+            refusals.append(refusal)
+    if not fits:
+        raise refusals[0]
+    best = fits[0]
+    for fit in fits[1:]:
+        if _misfit(fit) < MUCH_STRAIGHTER * _misfit(best):
+            best = fit
+    return best
+
+
+def _misfit(fit: PlumbFit) -> float:
+    """Of all chains, used or not, so that a lens gains nothing by leaving some out."""
+    square = np.array([min(c.after_px, 1e6) ** 2 for c in fit.chains if np.isfinite(c.before_px)])
+    counts = np.array([c.count for c in fit.chains if np.isfinite(c.before_px)])
+    return float(np.sqrt(np.sum(counts * square / (square + TAU_PX**2)) / counts.sum()))
+
+
+def _report(fit: PlumbFit, chains: list[Points], clicked: int) -> dict[str, Any]:
+    verdict = bow_verdict(fit, chains)
+    used = sum(c.used for c in fit.chains)
+    most = int(np.clip(MOST_DRAWN // max(len(chains), 1), 2, MOST_DRAWN_OF_ONE))
+    straight = StraightPicture(fit.lens)
+    drawn = [_drawn(chain, most, ordered=i >= clicked) for i, chain in enumerate(chains)]
+    return {
+        "lens": fit.lens.to_json(),
+        "sigma": {name: float(s) for name, s in zip(fit.names, fit.sigma, strict=True)},
+        "sigma_chance": {name: float(s) for name, s in zip(fit.names, np.sqrt(np.diag(fit.chance)), strict=True)},
+        "names": list(fit.names), "covariance": fit.covariance.tolist(),
+        "straightness_px": {"before": fit.before_px, "after": fit.after_px},
+        "bow": {"most": _bow(verdict.most), "longest": _bow(verdict.longest),
+                "border": _bow(verdict.border), "noise_px": verdict.noise_px},
+        "distortion": verdict.answer,
+        "sentence": _sentence(fit, verdict),
+        "lines_used": used, "objects": fit.groups,
+        "lines": [{"name": _name(c.index, c.picture, clicked), "picture": c.picture, "points": c.count,
+                   "length_px": c.length_px, "before_px": _number(c.before_px), "after_px": _number(c.after_px),
+                   "used": c.used, "reason": c.reason or None,
+                   "ends": [chains[c.index][i].tolist() for i in (0, -1)] if c.count else [],
+                   "chain": _plain(drawn[c.index]), "straight": _plain(straight.corrected_from_raw(drawn[c.index]))}
+                  for c in fit.chains],
+        "lenses": list(LENSES),
+        "cannot_see": "Straight edges tell how the picture bends, not its focal length and hardly its centre.",
+    }
+
+
+def _sentence(fit: PlumbFit, verdict: BowVerdict) -> str:
+    bow = verdict.most
+    if verdict.answer == "none":
+        return (f"No significant distortion: the edge that bows most does so by {bow.px:.2f} ± {bow.sigma_px:.2f} px, "
+                f"and edges are straight to {fit.before_px:.2f} px as they are.")
+    if verdict.answer == "unknown":
+        return ("These edges do not tell whether the picture is bent: mark or show more long straight edges, near the "
+                "picture's edge and across it.")
+    digits = 2 if bow.sigma_px < 0.095 else 1
+    return (f"The lens bows an edge of {bow.length_px:.0f} px by {bow.px:.{digits}f} ± {bow.sigma_px:.{digits}f} px; "
+            f"once that is taken out, edges are straight to {fit.after_px:.2f} px.")
+
+
+def _bow(bow: Bow) -> dict[str, float | None]:
+    return {"line": bow.index if bow.index >= 0 else None, "length_px": bow.length_px, "px": _number(bow.px),
+            "sigma_px": _number(bow.sigma_px), "pct": _number(100 * bow.px / bow.length_px)}
+
+
+def _drawn(chain: Points, most: int, ordered: bool) -> Points:
+    """At most so many points of a chain, one after the other along it: clicks come in any order."""
+    if not ordered and len(chain) > 2:
+        about = chain - chain.mean(axis=0)
+        chain = chain[np.argsort(about @ np.linalg.svd(about, full_matrices=False)[2][0], kind="stable")]
+    return chain[np.unique(np.linspace(0, len(chain) - 1, most).round().astype(int))] if len(chain) else chain
+
+
+def _plain(points: Points) -> list[list[float] | None]:
+    return [[x, y] if np.isfinite(x + y) else None for x, y in points.round(2).tolist()]
+
+
+def _name(index: int, picture: int, clicked: int) -> str:
+    return f"line {index + 1}" if index < clicked else f"picture {picture + 1}, edge {index - clicked + 1}"
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,79 @@
+"""One question about straight edges, from pictures or from lines clicked in them; every door asks the same one."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+from app.core.errors import BadInput, Conflict
+from app.core.geometry import ImageSize
+from app.core.records import Frame
+from app.core.text_format import sentence
+from app.images import ImageDecoder
+from app.models import Progress, no_progress
+from app.store.snapshots import checked_bytes
+from app.workflows import straight_lines
+
+Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # what each is called, and how it is had
+
+
+@dataclass(frozen=True, eq=False)
+class PlumbTask:
+    """How to ask. lines: clicked points [[x, y], …] px of one straight edge each, in the first picture.
+
+    image_size: needed where there are only lines. Refused here is what can be before anybody looks at a picture.
+    """
+
+    lens: str = "auto"
+    centre_sigma_px: float | None = None
+    lines: tuple[Any, ...] = ()
+    image_size: ImageSize | None = None
+
+    def __post_init__(self) -> None:
+        straight_lines.check_choice(self.lens, self.centre_sigma_px)
+
+    def answer(self, pictures: Pictures = (), count: int = 0, progress: Progress = no_progress) -> dict[str, Any]:
+        """The report, with the pictures' names. One picture is held in memory at a time."""
+        self.check_given(count)
+        size, edges, names = self.image_size, [], {}
+        for number, (name, read) in enumerate(pictures):
+            progress(straight_lines.LOOKING * number / count, f"Looking for edges in {name} ({number + 1} of {count})")
+            frame = read()
+            size = size or frame.size
+            if frame.size != size:
+                raise Conflict(sentence(f"{name} is {frame.size.width} × {frame.size.height} px, not {size.width} × "
+                                        f"{size.height} px."),
+                               "Give pictures of one camera in one mode.", reason="size-mismatch")
+            if frame.sha256 in names:  # counted twice, its edges would pass for twice as many things
+                raise BadInput(sentence(f"{name} is the same picture as {names[frame.sha256]}."),
+                               "Leave one of them out.", reason="same-picture")
+            names[frame.sha256] = name
+            edges.append(straight_lines.edge_chains(frame.pixels))
+        found = straight_lines.straightness_of_edges(edges, self.lines, size, lens=self.lens,
+                                                     centre_sigma_px=self.centre_sigma_px, progress=progress)
+        return {**found, "pictures": list(names.values())}
+
+    def check_given(self, count: int) -> None:
+        """Refuse what says too little. count: of pictures."""
+        if not count and not self.lines:
+            raise BadInput("There is neither a picture nor a line.", "Give pictures of one camera, or lines and the "
+                           "size of their picture.", reason="nothing-given")
+        if not count and self.image_size is None:
+            raise BadInput("The size of the picture is not given.", 'Give "image_size": [width, height], or the '
+                           "picture.", reason="no-image-size")
+
+    def to_json(self) -> dict[str, Any]:
+        return {"lens": self.lens, "centre_sigma_px": self.centre_sigma_px, "lines": list(self.lines),
+                "image_size": list(self.image_size) if self.image_size else None}
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> Self:
+        size = None if value["image_size"] is None else ImageSize.of(value["image_size"])
+        return cls(value["lens"], value["centre_sigma_px"], tuple(value["lines"]), size)
+
+
+def run_straightness(spec: Any, progress: Progress) -> dict[str, Any]:
+    """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; they are a stranger's, and decoded as such."""
+    task, pictures = PlumbTask.from_json(spec["task"]), spec["pictures"]
+    with ImageDecoder(workers=1) as decoder:
+        return task.answer(((p["name"], lambda p=p: decoder.frame_from_bytes(checked_bytes(**p))) for p in pictures),
+                           len(pictures), progress)

@@ -1,0 +1,209 @@
+"""What the documentation promises holds for any request it allows, and nothing that is sent breaks the server.
+
+A real server in a process of its own. schemathesis makes requests from its documentation, good ones and bad ones;
+hypothesis puts into good bodies what schemathesis does not: NaN, infinities, 1e999, half surrogates, endless numbers,
+names and nestings, in any place.
+"""
+
+import copy
+import json
+import os
+import signal
+import subprocess
+import sys
+from contextlib import closing
+from http.client import HTTPConnection
+from unittest import SkipTest
+from urllib.parse import urlsplit
+
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, given
+from hypothesis import settings as effort
+from hypothesis import strategies as st
+from hypothesis.errors import Unsatisfiable
+from schemathesis import GenerationMode
+from schemathesis.checks import Failure, not_a_server_error
+from schemathesis.specs.openapi.checks import (
+    allow_header_conformance,
+    content_type_conformance,
+    response_headers_conformance,
+    response_schema_conformance,
+    status_code_conformance,
+    unsupported_method,
+)
+
+from tests.support.paths import ROOT
+from tests.support.pictures import encoded, gradient
+
+API = "/api/v1"
+TASK = json.loads((ROOT / "tests" / "clicks" / "ssl_2008_half.json").read_text())
+PROMISES = [not_a_server_error, status_code_conformance, content_type_conformance, response_schema_conformance,
+            response_headers_conformance, allow_header_conformance, unsupported_method]
+CASES = int(os.environ.get("TOUCHLINE_CONTRACT_CASES", "12"))  # for each call; CI takes what fits, a night more
+PATIENT = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large,
+           HealthCheck.function_scoped_fixture]
+
+
+class Server:
+    """A running server, and things that are there: a snapshot, a calibration, a camera."""
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+        picture = encoded("png", gradient(780, 580))
+        form = b'--b\r\nContent-Disposition: form-data; name="file"; filename="a"\r\n\r\n' + picture + b"\r\n--b--\r\n"
+        _, self.snapshot = self.ask("POST", "/snapshots", form, "multipart/form-data; boundary=b")
+        _, self.calibration = self.ask("POST", "/calibrations", json.dumps(
+            {**{k: v for k, v in TASK.items() if k != "image_size"}, "camera": "north",
+             "snapshot": self.snapshot["id"]}).encode())
+        self.ask("POST", f"/calibrations/{self.calibration['id']}/activate")  # the active one cannot be deleted
+
+    def ask(self, method: str, path: str, body: bytes | None = None, type: str = "application/json"):
+        """Status, and the JSON of the answer."""
+        with closing(HTTPConnection(urlsplit(self.url).netloc, timeout=30)) as line:
+            line.request(method, API + path, body, {"Content-Type": type})
+            answer = line.getresponse()
+            content = answer.read()
+        if "json" not in answer.headers.get("content-type", ""):
+            return answer.status, content
+        return answer.status, json.loads(content, parse_constant=lambda constant: pytest.fail(f"{constant} was sent"))
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    data = tmp_path_factory.mktemp("data")
+    config = data / "touchline.yaml"
+    config.write_text('cameras: [{id: north, source: "sim://table?size=320x256&fps=200", field: table}]\n'
+                      'publish: {interface: lo, ttl: 0}\n')
+    process = subprocess.Popen(
+        [sys.executable, "-c", "from app.cli import main; main()", "serve", "--port", "0", "--data", str(data),
+         "--config", str(config)], cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    try:
+        yield Server(process.stdout.readline().split()[-1].rstrip("/"))
+        assert process.poll() is None, "the server has died"
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.wait(10)
+
+
+@pytest.mark.parametrize("mode", GenerationMode)
+def test_every_call_keeps_what_the_documentation_promises(server, mode):
+    documentation = schemathesis.openapi.from_url(f"{server.url}{API}/openapi.json")
+    calls = [operation.ok() for operation in documentation.get_all_operations()]
+    assert len(calls) > 20
+    broken = {}
+    for call in calls:
+        @effort(max_examples=CASES, deadline=None, suppress_health_check=PATIENT, database=None)
+        @given(case=call.as_strategy(generation_mode=mode))
+        def keeps(case):
+            meet_what_is_there(case, server)
+            case.call_and_validate(checks=PROMISES)
+
+        try:
+            keeps()
+        except (Unsatisfiable, SkipTest):
+            pass  # nothing can be wrong about a call without parameters
+        except BaseExceptionGroup as failures:
+            broken[call.label] = "\n".join(str(failure) for failure in failures.exceptions)
+        except (AssertionError, Failure) as failure:
+            broken[call.label] = str(failure)
+    assert not broken, "\n\n".join(f"{label}\n{text}" for label, text in broken.items())
+
+
+def meet_what_is_there(case, server):
+    """Two of three ids and names are those of something that is there; random ones never are."""
+    known = {"snapshots": server.snapshot["id"], "drafts": server.snapshot["id"], "fields": "table",
+             "calibrations": server.calibration["id"]}
+    kind = case.path.split("/")[3]
+    if kind == "publishing" and isinstance(case.body, dict) and case.body.get("interface") == "":
+        case.body["interface"] = "lo"  # what a test publishes stays on this machine
+    for name, value in list((case.path_parameters or {}).items()):
+        if name in ("id", "snapshot", "name") and kind in known and len(str(value)) % 3:
+            case.path_parameters[name] = known[kind]
+        if name == "format" and "export" in case.path:
+            case.path_parameters[name] = "json" if len(str(value)) % 3 else value
+
+
+STRANGE = st.sampled_from([
+    "NaN", "Infinity", "-Infinity", "1e999", "-1e999", "1e308", "1e-320", "-0.0", "9" * 5000, "0." + "1" * 5000,
+    "1E400", '"\\ud800"', '"\\udfff\\ud800"', '"\\u0000"', '"nan"', '"' + "x" * 70_000 + '"',
+    '"../../etc/passwd"', '"%2e%2e/"', "true", "null", "{}", "[]", "[[]]", '{"a": ' * 500 + "1" + "}" * 500,
+    "[" * 50_000, '{"__proto__": 1}', "0x10", "01", "'x'", "1e5", "2.0", "18446744073709551616", '"\U0001f916"',
+    '"<script>alert(1)</script>"', "",
+])
+
+
+def places(value, path=()):
+    """The path of every entry of a body."""
+    yield path
+    for key, item in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
+        yield from places(item, (*path, key))
+
+
+def with_strange(body, path, strange):
+    """The body as text, with a strange piece of text in one place."""
+    if not path:
+        return strange
+    body = copy.deepcopy(body)
+    inside = body
+    for key in path[:-1]:
+        inside = inside[key]
+    inside[path[-1]] = "@@@"
+    return json.dumps(body).replace('"@@@"', strange)
+
+
+BODIES = {
+    "border": lambda s: ("POST", "/fit/border", {"points": TASK["observations"][0]["points"], "axis": "x_of_y",
+                                                 "degree": 3, "image_size": [780, 580]}),
+    "preview": lambda s: ("POST", "/fit/preview", {**TASK, "options": {"degree": 3}, "rotate": 90, "note": "n"}),
+    "calibrate": lambda s: ("POST", "/calibrations", {**TASK, "camera": "south", "options": {"robust": True}}),
+    "transform": lambda s: ("POST", f"/calibrations/{s.calibration['id']}/transform",
+                            {"from": "image", "to": "field", "points": [[1, 2], [3, 4]], "z_mm": 0}),
+    "draft": lambda s: ("PUT", f"/drafts/{s.snapshot['id']}", {"field": "table", "options": {"degree": 2},
+                                                              "observations": TASK["observations"][:1]}),
+    "field": lambda s: ("PUT", "/fields/mine", {
+        "name": "mine", "length_mm": 3000, "width_mm": 2000, "lines": [{"name": "a", "from": [0, 0], "to": [0, 9]}],
+        "landmarks": {"b": [0, 1]}, "regions": {"full": {"x": [-1500, 1500], "y": [-1000, 1000]}}}),
+    "snapshot": lambda s: ("POST", "/snapshots", {"camera": "north"}),
+    "detections": lambda s: ("POST", "/detections", {
+        "snapshot": s.snapshot["id"], "mm_per_px": 3.0, "eye_mm": [0, 0, 4000], "clicks": {"blue": [[20, 30]]},
+        "colours": {"name": "here", "colours": {"orange": [{"rgb": [250, 112, 30], "spread": 0.02}]}, "reach": 3.0},
+        "stages": {"name": "mine", "title": "Mine", "stages": [
+            {"stage": "colours", "everywhere": ["orange", "blue"], "follow": True}, {"stage": "blobs", "least_px": 3},
+            {"stage": "ball", "most": 2}, {"stage": "places"}]}}),
+    "publishing": lambda s: ("PUT", "/publishing", {
+        "enabled": True, "absorb": True, "group": "239.255.3.4", "port": 23458, "interface": "lo", "ttl": 0,
+        "interval_s": 1.0, "limit_mm": 5.0, "field": "table", "numbers": {"north": 3}, "approved": {"north": "abc"}}),
+}
+
+
+@pytest.mark.parametrize("name", BODIES)
+@effort(max_examples=CASES * 8, deadline=None, suppress_health_check=PATIENT)
+@given(data=st.data())
+def test_nothing_strange_in_a_good_body_breaks_anything(server, name, data):
+    method, path, body = BODIES[name](server)
+    text = with_strange(body, data.draw(st.sampled_from(list(places(body)))), data.draw(STRANGE))
+    status, answer = server.ask(method, path, text.encode("utf-8", "surrogatepass"))
+    assert status in (200, 201) or 400 <= status < 500, (status, answer)
+    if status >= 400:
+        assert answer["fix"] and answer["detail"]
+
+
+TYPES = ["application/json", "multipart/form-data; boundary=b", "", "x/y", "application/octet-stream",
+         "application/json; charset=x"]
+PATHS = ["/snapshots", "/calibrations/import", "/fit/border", "/calibrations", "TRANSFORM", "CORRECT"]
+
+
+@effort(max_examples=CASES * 8, deadline=None, suppress_health_check=PATIENT)
+@given(body=st.binary(max_size=400), type=st.sampled_from(TYPES), path=st.sampled_from(PATHS))
+def test_no_bytes_break_anything(server, body, type, path):
+    path = {"TRANSFORM": f"/calibrations/{server.calibration['id']}/transform?from=image&to=field",
+            "CORRECT": f"/calibrations/{server.calibration['id']}/correct"}.get(path, path)
+    status, answer = server.ask("POST", path, body, type)
+    assert status == 200 or 400 <= status < 500, (status, answer)
+
+
+def test_the_server_is_as_well_as_before(server):
+    """Last in this file: what came in above has left nothing broken behind."""
+    assert server.ask("GET", "/health")[1]["status"] == "ok"
+    assert server.ask("GET", f"/calibrations/{server.calibration['id']}")[1]["report"] == server.calibration["report"]

@@ -1,0 +1,54 @@
+"""The shell without clicks: a calibration where the lines prove it; else the points, a sentence and exit code 3."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.support.auto_scenes import SceneSpec, scene_of
+
+SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
+
+
+@pytest.fixture
+def seen(tmp_path):
+    cv2.imwrite(str(tmp_path / "frame.png"), scene_of(SPEC).pixels)
+    cv2.imwrite(str(tmp_path / "blank.png"), np.full((480, 640), 90, np.uint8))
+
+
+def test_auto_writes_a_calibration_and_its_points_which_calibrate_takes(touchline, seen, tmp_path):
+    code, out, err = touchline("auto", "frame.png", "--field", "ssl-div-b", "-o", "cal.json", "--points", "points.json")
+    assert (code, err) == (0, "") and "of the lines that should be in the picture were found" in out
+    assert "Written to cal.json." in out
+    points = json.loads((tmp_path / "points.json").read_text())
+    assert len(points["observations"]) >= 10 and points["field"] == "ssl-div-b"
+    assert touchline("calibrate", "frame.png", "--points", "points.json", "-o", "again.json")[0] == 0
+
+
+def test_auto_declines_with_the_reason_and_writes_no_calibration(touchline, seen, tmp_path):
+    code, out, err = touchline("auto", "blank.png", "--field", "ssl-div-b", "-o", "cal.json", "--points", "points.json")
+    assert (code, out) == (3, "") and err.startswith("error: No line could be seen in the picture.\nfix: ")
+    assert not (tmp_path / "cal.json").exists()
+    assert json.loads((tmp_path / "points.json").read_text())["observations"] == []
+
+
+@pytest.mark.parametrize("words, code", [(("frame.png",), 3), (("frame.png", "--field", "moon"), 3),
+                                         (("none.png", "--field", "table"), 4), ((), 2),
+                                         (("frame.png", "--field", "table", "--height-mm", "-5"), 3)])
+def test_what_cannot_be_meant_is_refused(touchline, seen, words, code):
+    assert touchline("auto", *words)[0] == code
+
+
+def test_check_says_whether_it_still_holds_and_ends_with_5_where_it_does_not(touchline, seen, tmp_path):
+    assert touchline("auto", "frame.png", "--field", "ssl-div-b", "-o", "cal.json")[0] == 0
+    code, out, err = touchline("check", "cal.json", "frame.png", "--drawn", "drawn.png", "--enough", "good")
+    assert (code, err) == (0, "") and out.startswith("The calibration still holds: ")
+    assert "touch-line-top" in out and cv2.imread(str(tmp_path / "drawn.png")).shape == (682, 816, 3)
+    cv2.imwrite(str(tmp_path / "knocked.png"), np.roll(cv2.imread(str(tmp_path / "frame.png")), 3, axis=1))
+    code, out, err = touchline("check", "cal.json", "knocked.png")
+    assert (code, err) == (5, "") and out.startswith("The calibration no longer holds: ") and "has moved" in out
+    code, out, _ = touchline("check", "cal.json", "knocked.png", "--enough", "any", "--json")
+    assert code == 0 and json.loads(out)["verdict"]["reason"] == "moved"
+    code, _, err = touchline("check", "cal.json", "blank.png")
+    assert code == 3 and "640 × 480" in err and "fix: " in err

@@ -1,0 +1,227 @@
+"""The shell judges: models compared, calibrations held against each other, errors expected, lenses from boards."""
+
+import json
+import re
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from app.cli.files import write_calibration, write_lens
+from app.core.board import Board
+from app.workflows.board_request import BoardTask
+from app.workflows.pair import judge_pair
+from tests.support.board_views import BOARD, SIZE, TRUTH, picture_of, views_of
+from tests.support.lens_over_field import FIELD, clicks_through_the_lens
+from tests.support.pair_over_field import calibrations, matches
+from tests.support.paths import CLICKS as CLICKS_FOLDER
+
+CLICKS = CLICKS_FOLDER / "ssl_2008_half.json"
+SMALL = Board("chessboard", 8, 6, 30.0)
+SIDES = ("--columns", 8, "--rows", 6, "--square-mm", 30)
+
+
+@pytest.fixture
+def picture(tmp_path):
+    """A picture of the clicks' size."""
+    path = tmp_path / "field.png"
+    cv2.imwrite(str(path), np.zeros((580, 780), np.uint8))
+    return path
+
+
+@pytest.fixture
+def calibration(touchline, picture, tmp_path):
+    assert touchline("calibrate", picture, "--points", CLICKS, "-o", "cal.json")[0] == 0
+    return tmp_path / "cal.json"
+
+
+def test_compare_ranks_the_models_and_says_why_in_a_sentence(touchline, picture):
+    words = ("compare", picture, "--points", CLICKS, "--models", "polynomial,homography,brown-conrady")
+    code, out, err = touchline(*words)
+    assert (code, err) == (0, "")
+    found = json.loads(touchline(*words, "--json")[1])
+    assert [row["model"] for row in found["ranking"]] == re.findall(r"^\W*([a-z][a-z-]+)  .*\d", out, re.MULTILINE)
+    (chosen,) = re.findall(r"→\s+([a-z-]+)", out)
+    assert chosen == found["recommended"] and found["reason"] in out
+    for row in found["ranking"]:
+        assert f"{row['field_mm']:.2f}" in out
+
+
+def test_compare_says_which_models_could_not_be_fitted(touchline, picture, tmp_path):
+    task = json.loads(CLICKS.read_text())
+    for observation in task["observations"]:
+        observation["points"] = observation["points"][:2]
+    (tmp_path / "few.json").write_text(json.dumps(task))
+    code, out, _ = touchline("compare", picture, "--points", "few.json", "--models", "polynomial,homography",
+                             "--option", "degree=3")
+    assert code == 0 and "homography" in out and "could not be fitted: " in out
+    code, _, err = touchline("compare", picture, "--points", "few.json", "--models", "polynomial,no-such")
+    assert code == 3 and "no-such" in err
+
+
+def test_the_difference_between_two_calibrations_in_words_numbers_and_as_a_picture(
+        touchline, picture, calibration, tmp_path):
+    assert touchline("calibrate", picture, "--points", CLICKS, "--model", "homography", "-o", "h.json")[0] == 0
+    code, out, err = touchline("difference", calibration, "h.json", "--png", "map.png")
+    assert (code, err) == (0, "") and "mm at most" in out and "px rms" in out
+    assert cv2.imread(str(tmp_path / "map.png")).shape[1] > 600
+    found = json.loads(touchline("difference", calibration, "h.json", "--json")[1])
+    assert f"{found['max_mm']:.2f} mm at most" in out
+    same = json.loads(touchline("difference", calibration, calibration, "--json")[1])
+    assert same["max_mm"] < 1e-6
+
+
+def test_the_expected_error_at_a_height_in_words_numbers_and_as_a_picture(touchline, picture, calibration, tmp_path):
+    assert touchline("calibrate", picture, "--points", CLICKS, "--model", "brown-conrady", "--height-mm", 4000,
+                     "--height-sigma-mm", 40, "-o", "b.json")[0] == 0
+    assert json.loads((tmp_path / "b.json").read_text())["options"] == {"height_mm": {"value": 4000.0, "sigma": 40.0}}
+    code, out, err = touchline("uncertainty", "b.json", "--z", 150, "--png", "map.png")
+    assert (code, err) == (0, "") and "z = 150 mm" in out
+    assert cv2.imread(str(tmp_path / "map.png")).shape[1] > 600
+    found = json.loads(touchline("uncertainty", "b.json", "--z", 150, "--json")[1])
+    assert found["z_mm"] == 150 and f"{found['rms']:.2f} mm rms" in out
+    code, _, err = touchline("uncertainty", calibration)  # polynomials know none
+    assert code == 3 and "fix: " in err
+
+
+@pytest.fixture
+def board_pictures(tmp_path):
+    """Five pictures of the small board, and one of nothing."""
+    rng = np.random.default_rng(0)
+    paths = [tmp_path / f"board{n}.png" for n in range(5)]
+    for path in paths:
+        turn = rng.uniform(-0.3, 0.3)
+        c, s = 2.6 * np.cos(turn), 2.6 * np.sin(turn)
+        seen = np.array([[c, -s, 180 + rng.uniform(0, 100)], [s, c, 180 + rng.uniform(0, 60)],
+                         [*rng.uniform(-6e-4, 6e-4, 2), 1]])
+        cv2.imwrite(str(path), picture_of(SMALL, seen))
+    blank = tmp_path / "blank.png"
+    cv2.imwrite(str(blank), np.full((800, 1000), 90, np.uint8))
+    return [*paths, blank]
+
+
+def test_board_finds_a_lens_and_names_the_picture_that_shows_none(touchline, board_pictures, tmp_path):
+    words = ("board", *board_pictures, *SIDES, "--option", "terms=[]", "--option", "warp=false", "-o", "lens.json")
+    code, out, err = touchline(*words)
+    assert (code, err) == (0, "")
+    assert re.search(r"5 of 5 views, 2\d\d corners", out) and "blank.png shows no chessboard" in out and "± " in out
+    lens = json.loads((tmp_path / "lens.json").read_text())
+    assert lens["format"] == "touchline-lens" and lens["board"] == SMALL.to_json() and lens["image_size"] == [1000, 800]
+    assert json.loads(touchline(*words, "--json")[1]) == lens["report"]
+
+
+def test_board_refuses_what_tells_no_lens_and_writes_nothing(touchline, board_pictures, tmp_path):
+    small = tmp_path / "small.png"
+    cv2.imwrite(str(small), np.zeros((80, 100), np.uint8))
+    cases = [(3, board_pictures[:2], SIDES, ()), (3, [board_pictures[0], small], SIDES, ()),
+             (3, board_pictures[-1:], SIDES, ()), (3, board_pictures, SIDES, ("--kind", "dartboard")),
+             (3, board_pictures, SIDES, ("--model", "polynomial")),
+             (3, board_pictures, SIDES, ("--option", "degree=3")),
+             (3, board_pictures, ("--columns", 8, "--rows", 6, "--square-mm", 0), ()),
+             (4, [tmp_path / "nowhere.png"], SIDES, ()), (2, board_pictures, ("--columns", 8), ()), (2, [], SIDES, ())]
+    for wanted, pictures, sides, more in cases:
+        code, out, err = touchline("board", *pictures, *sides, *more, "-o", "lens.json")
+        assert (code, out) == (wanted, ""), (pictures, more, err)
+        assert wanted == 2 or re.fullmatch(r"error: .+\nfix: .+\n", err), err
+    assert not (tmp_path / "lens.json").exists()
+
+
+@pytest.fixture(scope="module")
+def found_lens():
+    """What a board calibration answers, from corners alone."""
+    return BoardTask(BOARD).from_views(views_of(count=12), SIZE)
+
+
+@pytest.fixture
+def over_the_field(found_lens, tmp_path):
+    """The true camera; files for calibrate: picture, points, field, lens."""
+    truth, task = clicks_through_the_lens()
+    (tmp_path / "points.json").write_text(json.dumps(task))
+    (tmp_path / "fields").mkdir()
+    (tmp_path / "fields" / "plain-4x3.yaml").write_text(yaml.safe_dump(FIELD))
+    cv2.imwrite(str(tmp_path / "raw.png"), np.zeros((SIZE.height, SIZE.width), np.uint8))
+    write_lens(tmp_path / "lens.json", found_lens)
+    return truth
+
+
+CALIBRATE = ("calibrate", "raw.png", "--points", "points.json", "--fields", "fields")
+
+
+def test_calibrate_holds_a_lens_from_a_board_and_knows_the_height_better(touchline, over_the_field, tmp_path):
+    heights = {}
+    for name, more in {"alone": (), "held": ("--lens", "lens.json"),
+                       "own": ("--lens", "lens.json", "--lens-sigma", "own")}.items():
+        code, _, err = touchline(*CALIBRATE, *more, "-o", f"{name}.json")
+        assert (code, err) == (0, "")
+        heights[name] = json.loads((tmp_path / f"{name}.json").read_text())["model"]["parameters"]["position_mm"][2]
+    miss = {name: abs(height - over_the_field.position_mm[2]) for name, height in heights.items()}
+    assert miss["held"] < 8 and miss["own"] < 8 and miss["alone"] > 3 * miss["held"]
+    assert heights["held"] != heights["own"]
+
+
+def test_calibrate_takes_the_lens_of_another_calibration_over(touchline, over_the_field, tmp_path):
+    assert touchline(*CALIBRATE, "--lens", "lens.json", "-o", "first.json")[0] == 0
+    assert touchline(*CALIBRATE, "--lens", "first.json", "-o", "second.json")[0] == 0
+    first, second = (json.loads((tmp_path / f"{name}.json").read_text())["model"]["parameters"]["lens_terms"]
+                     for name in ("first", "second"))
+    assert first == second == pytest.approx(TRUTH.terms, abs=0.02)
+
+
+def test_calibrate_holds_another_calibrations_lens_as_well_as_its_clicks_told_it(touchline, over_the_field, tmp_path):
+    assert touchline(*CALIBRATE, "--height-mm", 4000, "-o", "first.json")[0] == 0
+    own = ("--lens-sigma", "own", "-o", "second.json")
+    assert touchline(*CALIBRATE, "--lens", "first.json", *own)[0] == 0
+    first, second = (json.loads((tmp_path / f"{name}.json").read_text()) for name in ("first", "second"))
+    assert {"log_focal", "k1"} <= set(second["report"]["covariance"]["names"])
+    assert second["options"]["lens"]["covariance"] == first["report"]["covariance"]
+    assert touchline(*CALIBRATE, "--lens", "first.json", "-o", "fast.json")[0] == 0
+    code, out, err = touchline(*CALIBRATE, "--lens", "fast.json", *own)
+    assert (code, out) == (3, "") and "fix: Hold a lens from a board" in err
+
+
+def test_a_lens_or_a_height_that_cannot_be_is_refused(touchline, over_the_field, tmp_path):
+    (tmp_path / "broken.json").write_text((tmp_path / "lens.json").read_text().replace('"focal_px"', '"focal"'))
+    (tmp_path / "none.json").write_text("[]")
+    cases = [(3, ("--lens", "broken.json")), (3, ("--lens", "none.json")), (3, ("--lens", "points.json")),
+             (3, ("--lens", "lens.json", "--model", "fisheye")), (3, ("--lens", "lens.json", "--lens-sigma", "1")),
+             (3, ("--height-mm", "-5")), (2, ("--lens-sigma", "own")), (2, ("--height-sigma-mm", "3")),
+             (2, ("--height-mm", "high")), (4, ("--lens", "nowhere.json"))]
+    for wanted, more in cases:
+        code, out, err = touchline(*CALIBRATE, *more, "-o", "no.json")
+        assert (code, out) == (wanted, ""), (more, code, err)
+        assert wanted == 2 or re.fullmatch(r"error: .+\nfix: .+\n", err), err
+    assert not (tmp_path / "no.json").exists()
+
+
+def test_the_classic_left_camera_from_its_own_pictures(touchline, real_data, tmp_path):
+    pictures = sorted(real_data("boards/opencv_left_right").glob("left*.jpg"))
+    code, out, _ = touchline("board", *pictures, "--columns", 9, "--rows", 6, "--square-mm", 25, "-o", "lens.json")
+    assert code == 0 and "13 of 13 views" in out
+    assert json.loads((tmp_path / "lens.json").read_text())["report"]["rms_px"] < 0.25
+
+
+def test_pair_says_in_millimetres_whether_two_cameras_agree(touchline, tmp_path):
+    a, b = calibrations()
+    write_calibration(tmp_path / "a.json", a)
+    write_calibration(tmp_path / "b.json", b)
+    seen = matches(60, heights_mm=(0, 800))
+    (tmp_path / "m.json").write_text(json.dumps(dict(zip(("points_a", "points_b"), seen, strict=True))))
+    (tmp_path / "rows.json").write_text(json.dumps([[*p, *q] for p, q in zip(*seen, strict=True)]))
+    both = ("--a", "a.json", "--b", "b.json")
+    code, out, err = touchline("pair", *both)
+    assert (code, err) == (0, "") and re.search(r"agree to \d\.\d mm \(median\)", out)
+    code, out, _ = touchline("pair", "m.json")
+    assert code == 0 and re.search(r"Fundamental matrix from \d\d of 60 matches", out) and "agree to" not in out
+    as_rows = touchline("pair", "rows.json", *both, "--json")[1]
+    assert as_rows == touchline("pair", "m.json", *both, "--json")[1]
+    assert json.loads(as_rows) == judge_pair(*seen, a, b)
+    assert "Good. Both cameras put the same thing at the same place." in touchline("pair", *both)[1]
+    one_each = {**json.loads((tmp_path / "m.json").read_text()), "z_mm": [None] * 60}
+    (tmp_path / "heights.json").write_text(json.dumps(one_each))
+    assert json.loads(touchline("pair", "heights.json", *both, "--json")[1])["agreement"]["from"] == "clicks"
+    (tmp_path / "bad.json").write_text(json.dumps({**one_each, "z_mm": ["high"] * 60}))
+    for wanted, words in ((3, ()), (3, ("--a", "a.json")), (3, (CLICKS,)), (4, ("nowhere.json",)), (4, ("--a", "no")),
+                          (3, ("bad.json", *both))):
+        code, out, err = touchline("pair", *words)
+        assert (code, out) == (wanted, "") and re.fullmatch(r"error: .+\nfix: .+\n", err), (words, err)

@@ -1,0 +1,92 @@
+"""The shell's rig: the same check and the same picture, and an exit code that scripts can trust."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from app.core.records import Calibration
+from app.formats import EXPORTS
+from app.images import encode
+from app.store import Store
+from tests.support.rig_over_field import sim_rig, sim_source, sim_task
+
+
+@pytest.fixture(scope="module")
+def calibrations():
+    return [Calibration.from_json(camera["calibration"]) for camera in sim_rig(2)["cameras"]]
+
+
+@pytest.fixture
+def files(calibrations, tmp_path):
+    """north.json, south.json, and what both see."""
+    for name, calibration, number in zip(("north", "south"), calibrations, (0, 1), strict=True):
+        (tmp_path / f"{name}.json").write_bytes(EXPORTS["json"].write(calibration))
+        (tmp_path / f"{name}.png").write_bytes(encode(sim_source(2, number).read().pixels))
+    return ("north.json", "south.json")
+
+
+PICTURES = ("--picture", "north.png", "--picture", "south.png")
+
+
+def knocked(path):
+    """The calibration of before, of a camera that now sees all 50 mm to its side."""
+    record = json.loads(path.read_text())
+    where = record.get("calibration", record)
+    position = where["model"]["parameters"]["position_mm"]
+    position[0] += 50
+    path.write_text(json.dumps(record))
+
+
+def test_cameras_that_agree_end_with_0(touchline, files):
+    code, out, err = touchline("rig", "check", *files, *PICTURES, "--json")
+    assert code == 0, (out, err)
+    (pair,) = json.loads(out)["pairs"]
+    assert pair["from"] == "pictures" and pair["agreement"]["carpet"]["p95_mm"] < 15
+
+
+def test_one_that_was_knocked_ends_with_5_and_is_named(touchline, files, tmp_path):
+    knocked(tmp_path / "south.json")
+    code, out, _ = touchline("rig", "check", *files, *PICTURES)
+    assert code == 5 and out.startswith("poor: ") and "It is south" in out and "Calibrate south again" in out
+    assert touchline("rig", "check", *files, *PICTURES, "--enough", "any")[0] == 0
+
+
+def test_matches_are_taken_as_pair_takes_them(touchline, files, tmp_path):
+    places = np.random.default_rng(0).uniform([-200, -2800], [200, 2800], (30, 2))
+    rows = np.concatenate([sim_source(2, n).camera.raw_from_field(places) for n in (0, 1)], axis=1)
+    (tmp_path / "matches.json").write_text(json.dumps(rows.tolist()))
+    code, out, _ = touchline("rig", "check", *files, "--matches", "matches.json", "--json")
+    (pair,) = json.loads(out)["pairs"]
+    assert code == 0 and pair["from"] == "matches" and pair["agreement"]["n"] == 60
+
+
+def test_the_stitched_picture_is_written_and_what_nobody_sees_is_said(touchline, files, tmp_path):
+    code, out, _ = touchline("rig", "stitch", *files, *PICTURES, "-o", "hall.png", "--width", "800")
+    assert code == 0 and "All of the field is seen." in out
+    assert cv2.imread(str(tmp_path / "hall.png")).shape == (550, 800, 3)
+    code, out, _ = touchline("rig", "stitch", *files, "--picture", "north.png", "-o", "half.jpg")
+    assert code == 0 and "seen by no camera" in out
+    code, _, err = touchline("rig", "stitch", *files, "-o", "none.png")
+    assert code == 3 and "fix: Give one for each camera" in err
+
+
+def test_a_rig_that_a_server_keeps_is_checked_by_its_name(touchline, calibrations, tmp_path):
+    with Store(tmp_path / "data") as store:
+        for calibration in calibrations:
+            store.activate(store.save(calibration).id)
+        store.add_rig("hall", {"title": "Hall", "field": "ssl-div-b", "w_max_rectangle_px": None,
+                               "h_max_rectangle_px": None, "n_rectangles_x": None, "n_rectangles_y": None,
+                               "cameras": [{"camera": f"cam{n}", "region": None, "rotate": None} for n in (0, 1)]})
+    code, out, err = touchline("rig", "check", "hall", "--data", "data")
+    assert code == 0 and "cam0 – cam1 (by clicks)" in out, err
+    assert touchline("rig", "check", "attic", "--data", "data")[0] == 3
+    assert touchline("rig", "check", "hall", "--data", "nowhere")[0] == 4
+
+
+def test_calibrations_that_share_no_field_or_are_given_twice_are_refused(touchline, files, tmp_path):
+    assert touchline("rig", "check", "north.json", "north.json")[0] == 3
+    assert touchline("rig", "check", "north.json", "nowhere.json")[0] == 4
+    assert touchline("rig", "check", *files, *PICTURES, "--picture", "north.png")[0] == 3
+    assert sim_task(2, 0).field.name == "ssl-div-b"

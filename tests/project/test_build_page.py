@@ -1,0 +1,164 @@
+"""The build brings the page's libraries: just the files that the lock file pins, whole or not at all."""
+
+import base64
+import hashlib
+import importlib.util
+import json
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from tests.support.paths import ROOT
+
+STATIC = ROOT / "static"
+PINNED = ("package.json", "package-lock.json", ".npmrc")
+NOWHERE = "http://127.0.0.1:9"  # nobody listens there
+
+
+@pytest.fixture(scope="module")
+def build():
+    """hatch_build.py. The builder it is called by lives in pip's own room; here only its base class is wanted."""
+    if importlib.util.find_spec("hatchling") is None:
+        for name in ("hatchling", "hatchling.builders", "hatchling.builders.hooks", "hatchling.builders.hooks.plugin",
+                     interface := "hatchling.builders.hooks.plugin.interface"):
+            sys.modules.setdefault(name, ModuleType(name))
+        sys.modules[interface].BuildHookInterface = object
+    spec = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def bare(folder: Path) -> Path:
+    """A static/ that has only what the build reads."""
+    folder.mkdir(parents=True)
+    for name in PINNED:
+        shutil.copyfile(STATIC / name, folder / name)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def built(build, tmp_path_factory):
+    """One that the build has filled."""
+    static = bare(tmp_path_factory.mktemp("built") / "static")
+    build.bring_vendor(static)
+    return static
+
+
+@pytest.fixture
+def copy(built, tmp_path):
+    return Path(shutil.copytree(built, tmp_path / "static"))
+
+
+def files(vendor: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(vendor)): p.read_bytes() for p in vendor.rglob("*") if p.is_file()}
+
+
+def test_the_packages_are_pinned_to_one_version_each():
+    lock = json.loads((STATIC / "package-lock.json").read_text())["packages"]
+    package = json.loads((STATIC / "package.json").read_text())
+    for wanted in ("dependencies", "devDependencies"):
+        assert package[wanted] == lock[""][wanted]
+        for name, version in package[wanted].items():
+            assert lock[f"node_modules/{name}"]["version"] == version  # a number, not a range
+
+
+def test_every_file_is_byte_for_byte_that_of_the_pinned_package(build, built, tmp_path):
+    """Packed anew by `npm pack`, checked against the lock's sum here, and unpacked by us."""
+    lock = json.loads((STATIC / "package-lock.json").read_text())["packages"]
+    vendor = files(built / "vendor")
+    assert set(vendor) == {*build.FILES, "COMPLETE"}
+    packages = {"/".join(source.split("/")[:2 if source.startswith("@") else 1]) for source in build.FILES.values()}
+    for name in sorted(packages):
+        entry = lock[f"node_modules/{name}"]
+        done = build.run_npm(["pack", f"{name}@{entry['version']}", "--silent", "--ignore-scripts",
+                              "--pack-destination", str(tmp_path)], cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        archive = tmp_path / done.stdout.strip().splitlines()[-1]
+        kind, _, digest = entry["integrity"].partition("-")
+        assert base64.b64encode(hashlib.new(kind, archive.read_bytes()).digest()).decode() == digest, name
+        with tarfile.open(archive) as tar:
+            for goal, source in build.FILES.items():
+                if source.startswith(name + "/"):
+                    inside = tar.extractfile(f"package/{source.removeprefix(name + '/')}")
+                    assert vendor[goal] == inside.read(), goal
+
+
+def test_the_page_that_is_served_here_has_these_very_files(built):
+    assert files(STATIC / "vendor") == files(built / "vendor"), "build the package again: pip install -e ."
+
+
+def test_what_is_complete_is_not_fetched_again(build, copy, monkeypatch):
+    monkeypatch.setenv("npm_config_registry", NOWHERE)
+    monkeypatch.setenv("npm_config_cache", str(copy.parent / "cache"))
+    before = {p: p.stat().st_mtime_ns for p in (copy / "vendor").rglob("*")}
+    build.bring_vendor(copy)
+    assert {p: p.stat().st_mtime_ns for p in (copy / "vendor").rglob("*")} == before
+
+
+@pytest.mark.parametrize("harm", ["lost", "old"])
+def test_what_is_not_complete_is_made_whole(build, built, copy, harm):
+    if harm == "lost":
+        (copy / "vendor" / "preact.js").unlink()
+    else:
+        (copy / "vendor" / "COMPLETE").write_text("of another lock file\n")
+        (copy / "vendor" / "left-over.js").write_text("")
+    build.bring_vendor(copy)
+    assert files(copy / "vendor") == files(built / "vendor")
+
+
+def test_without_the_registry_it_says_what_to_do_and_leaves_nothing_by_half(build, tmp_path, monkeypatch):
+    static = bare(tmp_path / "static")
+    for name, value in (("registry", NOWHERE), ("cache", str(tmp_path / "cache")), ("fetch_retries", "0")):
+        monkeypatch.setenv(f"npm_config_{name}", value)
+    with pytest.raises(SystemExit) as refused:
+        build.bring_vendor(static)
+    assert "npm_config_registry" in str(refused.value) and str(static / "vendor") in str(refused.value)
+    assert sorted(p.name for p in static.iterdir()) == sorted(PINNED)
+
+
+def test_a_package_that_is_not_the_pinned_one_is_refused_and_the_old_ones_stay(build, copy):
+    """As if somebody had put another package under the same version."""
+    before = files(copy / "vendor")
+    lock = json.loads((copy / "package-lock.json").read_text())
+    other = base64.b64encode(hashlib.sha512(b"another package").digest()).decode()
+    lock["packages"]["node_modules/htm"]["integrity"] = f"sha512-{other}"
+    (copy / "package-lock.json").write_text(json.dumps(lock))
+    with pytest.raises(SystemExit):
+        build.bring_vendor(copy)
+    assert files(copy / "vendor") == before
+    assert sorted(p.name for p in copy.iterdir()) == sorted((*PINNED, "vendor"))
+
+
+def test_the_wheel_carries_the_page_with_its_libraries_and_the_configs(built, tmp_path):
+    """The whole way: a checkout without libraries, built by pip in its own room."""
+    checkout = tmp_path / "checkout"
+    checkout.mkdir()
+    for name in ("pyproject.toml", "hatch_build.py", "README.md", "LICENSE"):
+        shutil.copyfile(ROOT / name, checkout / name)
+    for name in ("app", "static", "configs"):
+        shutil.copytree(ROOT / name, checkout / name,
+                        ignore=shutil.ignore_patterns("vendor", ".vendor-*", "__pycache__"))
+    pythons = [p for p in (Path(sys.base_prefix, "bin", "python3"), Path(sys.executable)) if has_pip(p)]
+    assert pythons, "pip is missing: install the package python3-pip"
+    done = subprocess.run([pythons[0], "-m", "pip", "wheel", "--no-deps", "--quiet", "--disable-pip-version-check",
+                           "-w", tmp_path / "out", checkout], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    (wheel,) = (tmp_path / "out").glob("touchline-*.whl")
+    with zipfile.ZipFile(wheel) as packed:
+        inside = set(packed.namelist())
+        for name, content in files(built / "vendor").items():
+            assert packed.read(f"app/_static/vendor/{name}") == content, name
+    assert {"app/_static/index.html", "app/_static/main.js", "app/_configs/touchline.yaml",
+            "app/_configs/fields/ssl-div-b.yaml", "app/workflows/calibration.py"} <= inside
+    assert not any("node_modules" in name or "/tests/" in name for name in inside)
+
+
+def has_pip(python: Path) -> bool:
+    return python.exists() and subprocess.run([python, "-m", "pip", "--version"], capture_output=True).returncode == 0

@@ -1,0 +1,100 @@
+"""The manual explains what the page shows: every model, option, warning and refusal; no link of it leads nowhere."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from app.models import MODELS
+from tests.support.paths import ROOT
+
+HELP = ROOT / "static" / "help"
+PAGES = sorted(HELP.glob("*.md"))
+PANELS = ROOT / "static"
+LINK = re.compile(r"\]\(([\w-]+\.md)(?:#([\w-]+))?\)")
+TARGET = re.compile(r'"([\w-]+\.md)(?:#([\w-]+))?"')
+# Whose refusals an operator meets at a fit, a lens or two cameras
+FITTING = ("models", "evaluate")
+
+
+def slug(heading: str) -> str:
+    """As static/manual.js makes it, so that links lead to headings."""
+    return re.sub(r"[^\w]+|_", "-", re.sub(r"[`*]", "", heading).lower()).strip("-")
+
+
+def headings(page: str) -> set[str]:
+    return {slug(text) for text in re.findall(r"^#{1,4} +(.+)$", (HELP / page).read_text(), re.MULTILINE)}
+
+
+def section(page: str, title: str) -> str:
+    found = re.search(rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)", (HELP / page).read_text(), re.MULTILINE | re.DOTALL)
+    assert found, f"{page} has no section called {title}"
+    return found[1]
+
+
+def calls(folder: Path):
+    for source in sorted(folder.rglob("*.py")):
+        for node in ast.walk(ast.parse(source.read_text())):
+            if isinstance(node, ast.Call):
+                yield source, node
+
+
+def warnings_made() -> set[str]:
+    return {node.args[0].value for _, node in calls(ROOT / "app")
+            if getattr(node.func, "id", "") == "Warning" and node.args and isinstance(node.args[0], ast.Constant)}
+
+
+def refusals_made() -> set[str]:
+    return {word.value.value for folder in FITTING for _, node in calls(ROOT / "app" / folder)
+            for word in node.keywords if word.arg == "reason" and isinstance(word.value, ast.Constant)}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_model_has_a_section_of_its_own(name):
+    assert len(section("models.md", MODELS[name].TITLE).split()) > 30
+
+
+@pytest.mark.parametrize("option", sorted({option.name for name in MODELS for option in MODELS[name].OPTIONS}))
+def test_every_option_is_explained(option):
+    assert f"`{option}`" in section("models.md", "Options")
+
+
+@pytest.mark.parametrize("reason", sorted(warnings_made() | refusals_made()))
+def test_every_warning_and_refusal_is_explained(reason):
+    row = re.search(rf"^\|[^|\n]*`{reason}`[^|\n]*\|(.+)\|(.+)\|$", (HELP / "warnings.md").read_text(), re.MULTILINE)
+    assert row, f"{reason} stands in no table of warnings.md"
+    assert all(len(cell.split()) > 1 or cell.strip() in ("tape it",) for cell in row.groups())
+
+
+@pytest.mark.parametrize("title", ["Verdict", "Expected error", "Distortion", "Residual", "Models", "Live"])
+def test_every_kind_of_number_is_explained(title):
+    assert section("numbers.md", title).strip()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_links_lead_to_pages_and_headings_that_are_there(page):
+    for target, heading in LINK.findall(page.read_text()):
+        assert (HELP / target).is_file(), target
+        assert not heading or heading in headings(target), f"{target}#{heading}"
+
+
+def test_what_panels_and_the_tour_point_at_is_there():
+    sources = [PANELS / "manual.js", PANELS / "tour.js"]
+    found = [one for source in sources for one in TARGET.findall(source.read_text())]
+    assert len(found) > 30
+    for target, heading in found:
+        assert (HELP / target).is_file(), target
+        assert not heading or heading in headings(target), f"{target}#{heading}"
+
+
+def test_every_panel_that_asks_for_an_explanation_has_one():
+    explained = set(re.findall(r"(\w+): \"[\w-]+\.md", (PANELS / "manual.js").read_text()))
+    asked = {of for source in PANELS.rglob("panels/*.js")
+             for of in re.findall(r'\$\{Title\} of="(\w+)"', source.read_text())}
+    assert asked and asked <= explained, asked - explained
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_every_page_is_in_the_contents(page):
+    assert page.name == "contents.md" or f"]({page.name})" in (HELP / "contents.md").read_text()

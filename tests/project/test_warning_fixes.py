@@ -1,0 +1,40 @@
+"""Every warning that a fit can give, and every refusal of one, has its deed in the page's table of cures."""
+
+import ast
+import re
+
+from tests.support.paths import ROOT
+
+CURES = set(re.findall(r'^  "?([a-z-]+)"?: \(', (ROOT / "static" / "cures.js").read_text(), re.MULTILINE))
+
+# What fits an operator's clicks on a field, and judges them. Boards, pairs and edges have desks of their own.
+FITS = ["border.py", "polynomial_fit.py", "polynomial_relation.py", "lens_fit.py", "homography_fit.py",
+        "thin_plate_fit.py", "linear.py", "ray_solve.py", "spline.py", "held_lens.py"]
+JUDGES = ["report.py", "observability.py", "uncertainty.py"]
+# Of callers of REST and the shell alone: the page sends none of it.
+NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters"}
+
+
+def called(tree: ast.AST, names: set[str]):
+    return (node for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+            and node.func.id in names)
+
+
+def reasons() -> set[str]:
+    found = set()
+    sources = [ROOT / "app" / "models" / name for name in FITS] + [ROOT / "app" / "evaluate" / name for name in JUDGES]
+    for source in sources:
+        tree = ast.parse(source.read_text())
+        for call in called(tree, {"Warning"}):
+            found.add(call.args[0].value)
+        for call in called(tree, {"FitFailed", "BadInput"}):
+            found |= {k.value.value for k in call.keywords if k.arg == "reason" and isinstance(k.value, ast.Constant)}
+    return found
+
+
+def test_the_search_finds_warnings_and_refusals():
+    assert {"stray-click", "height-unknown", "too-few-points", "mirrored"} <= reasons()
+
+
+def test_every_reason_has_a_cure_that_the_page_can_do():
+    assert reasons() - CURES - NOT_OF_THE_PAGE == set()

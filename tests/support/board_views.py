@@ -1,0 +1,87 @@
+"""Small worlds of boards: a camera, a bowed board held before it in many ways, and the corners it shows, with noise."""
+
+import cv2
+import numpy as np
+
+from app.core.board import Board, BoardView
+from app.core.geometry import ImageSize
+from app.fitting.board.parameters import matrices_from_vectors
+from app.models.pinhole_lens import PinholeLens
+
+SIZE = ImageSize(1280, 1024)
+BOARD = Board("chessboard", 10, 10, 100.0)  # nearly a metre: what the field's builders print on a stiff plate
+TRUTH = PinholeLens("brown-conrady", (-0.28, 0.09, 0.0006, -0.0004, 0, 0, 0, 0), 900.0, 1.0, (652.0, 498.0), SIZE)
+FISHEYE = PinholeLens("fisheye", (-0.02, 0.004, -0.001, 0.0), 420.0, 1.0, (645.0, 505.0), SIZE)
+TRIES = 50  # poses at a time, of which those inside the picture stay
+PLAIN = ("k1", "k2", "p1", "p2", "k3")
+
+
+def bowed(board: Board, bow_mm: tuple[float, float]) -> np.ndarray:
+    """Corners (n, 3) of a board whose middle stands bow_mm above its edges, across x and across y."""
+    places = board.places_mm.copy()
+    half = places[-1, :2] / 2
+    u, v = ((places[:, :2] - half) / half).T
+    places[:, 2] = bow_mm[0] * (1 - u * u) + bow_mm[1] * (1 - v * v)
+    return places
+
+
+def views_of(truth: PinholeLens = TRUTH, count: int = 40, *, seed: int = 0, noise_px: float = 0.2,
+             bow_mm: tuple[float, float] = (1.0, 0.0), board: Board = BOARD, tilt_deg: float = 40.0,
+             stray_share: float = 0.0) -> tuple[BoardView, ...]:
+    """count views with every corner inside the picture, near and far, turned and tilted, all over the picture.
+
+    Tilts against the camera's axis are even in ±tilt_deg about x and y; face on, in the middle, the board fills 0.6 to
+    1.4 of the picture's width. Strays are moved by up to 20 px.
+    """
+    rng = np.random.default_rng(seed)
+    places, flat = bowed(board, bow_mm), board.places_mm
+    middle = flat.mean(axis=0)
+    outline = [0, board.columns - 1, -1, -board.columns]
+    size = np.array(tuple(truth.image_size))
+    views = []
+    while len(views) < count:
+        turns = matrices_from_vectors(rng.uniform(-1, 1, (TRIES, 3)) * np.radians([tilt_deg, tilt_deg, 180]))
+        spots = truth.rays(rng.uniform(0, 1, (TRIES, 2)) * size)
+        distances = 2 * middle.max() * rng.uniform(0.7, 1.6, TRIES) * truth.focal_px / size[0]
+        seen = (places - middle) @ turns.transpose(0, 2, 1) + (spots * distances[:, None])[:, None]
+        inside = _inside(truth.project(seen[:, outline]), size)
+        for points in seen[inside]:
+            pixels = truth.project(points)
+            if _inside(pixels, size) and len(views) < count:
+                pixels = pixels + rng.normal(0, noise_px, pixels.shape) if noise_px else pixels
+                strays = rng.random(len(pixels)) < stray_share
+                pixels[strays] += rng.uniform(-1, 1, (int(strays.sum()), 2)) * 20
+                views.append(BoardView(pixels, flat, f"view {len(views) + 1}"))
+    return tuple(views)
+
+
+def _inside(pixels: np.ndarray, size: np.ndarray) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        return ((pixels > 0) & (pixels < size - 1)).all(axis=(-2, -1))
+
+
+def picture_of(board: Board, homography: np.ndarray, size: tuple[int, int] = (1000, 800)) -> np.ndarray:
+    """A grey picture of the board, its corner at mm (x, y) standing at homography (x, y, 1) px; antialiased."""
+    scale, fine = 8, 4  # px of the drawing a millimetre, and sub-samples of the picture
+    width, height = ((n + 1) * board.square_mm for n in (board.columns, board.rows))
+    if board.kind == "charuco":
+        drawn = _charuco(board, scale)
+    else:
+        y, x = np.mgrid[:round(height * scale), :round(width * scale)] // round(board.square_mm * scale)
+        drawn = np.where((x + y) % 2 == 0, 20, 235).astype(np.uint8)
+    drawn = cv2.copyMakeBorder(drawn, 80, 80, 80, 80, cv2.BORDER_CONSTANT, value=235)
+    # A drawing's pixel centre p stands (p + 0.5 - 80) / scale mm from the outer corner, a square before an inner one.
+    begin = (0.5 - 80) / scale - board.square_mm
+    mm = np.array([[1 / scale, 0, begin], [0, 1 / scale, begin], [0, 0, 1]])
+    larger = np.array([[fine, 0, (fine - 1) / 2], [0, fine, (fine - 1) / 2], [0, 0, 1]])
+    seen = cv2.warpPerspective(drawn, larger @ homography @ mm, (size[0] * fine, size[1] * fine),
+                               borderValue=200)
+    return cv2.GaussianBlur(cv2.resize(seen, size, interpolation=cv2.INTER_AREA), (0, 0), 0.7)
+
+
+def _charuco(board: Board, scale: int) -> np.ndarray:
+    table = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary))
+    printed = cv2.aruco.CharucoBoard((board.columns + 1, board.rows + 1), board.square_mm, board.marker_mm, table)
+    printed.setLegacyPattern(board.legacy)
+    side = round(board.square_mm * scale)
+    return printed.generateImage(((board.columns + 1) * side, (board.rows + 1) * side), marginSize=0)

@@ -1,0 +1,57 @@
+"""Calibrations to be exported, of every example of every model, over a field of its own; and what is seen of it."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from app.core.field import Field, Region
+from app.core.records import Calibration
+from app.formats import EXPORTS
+from app.models import MODELS, CameraModel, parameters_json
+from tests.support.fields import plain_field
+
+EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(MODELS[name].examples())]
+LENS_FORMATS = [name for name in EXPORTS if hasattr(EXPORTS[name], "LENSES")]
+READABLE = [name for name in EXPORTS if hasattr(EXPORTS[name], "read")]
+RAY_EXAMPLES = [(name, i) for name, i in EXAMPLES if hasattr(MODELS[name], "LENS")]
+
+
+def field_around(region: Region) -> Field:
+    """The plain field, so large that the region lies within it."""
+    return replace(plain_field(region), length_mm=2 * float(np.abs(region.x_mm).max()),
+                   width_mm=2 * float(np.abs(region.y_mm).max()))
+
+
+@cache
+def model_of(name: str, index: int) -> CameraModel:
+    return list(MODELS[name].examples())[index]
+
+
+def of_model(model: CameraModel, **changes) -> Calibration:
+    """A calibration without clicks."""
+    made = Calibration("c0ffee", 3, "north", field_around(model.region).to_json(), model.region.name,
+                       model.region.rotate_deg, model.NAME, json.loads(json.dumps(parameters_json(model))),
+                       model.image_size, model.corrected_size, (), {}, {"rms_px": None}, "2026-01-01T00:00:00Z",
+                       "0.1.0")
+    return replace(made, **changes)
+
+
+def example(name: str, index: int) -> Calibration:
+    return of_model(model_of(name, index))
+
+
+def places(region: Region, z_mm: float = 0.0, n: int = 15) -> np.ndarray:
+    """(n², 3) field mm over the region."""
+    u, v = np.meshgrid(np.linspace(0, region.width_mm, n), np.linspace(0, region.height_mm, n))
+    flat = region.field_from_region(np.stack([u, v], axis=-1)).reshape(-1, 2)
+    return np.concatenate([flat, np.full((len(flat), 1), z_mm)], axis=1)
+
+
+def seen_places(model: CameraModel, z_mm: float = 0.0) -> np.ndarray:
+    """Those that its picture shows."""
+    found = places(model.region, z_mm)
+    pixels = model.project(found)
+    inside = ((pixels > -0.5) & (pixels < np.array(tuple(model.image_size)) - 0.5)).all(axis=1)
+    return found[inside]

@@ -1,0 +1,57 @@
+"""Live cameras for tests: what their process must know, and a calibration of a simulated one."""
+
+import asyncio
+from contextlib import asynccontextmanager
+from dataclasses import asdict
+
+import numpy as np
+
+from app.core.records import Calibration
+from app.images import Limits
+from app.live import LiveCamera
+from app.sources import Surroundings, source_from_url
+from app.sources.sim.clicks import border_observations
+from app.store.fields import load_fields
+from app.workflows.calibration_request import Task
+
+FIELDS = load_fields()
+FIELD_JSON = {name: FIELDS[name].to_json() for name in ("table", "vsss-3v3", "ssl-div-b")}
+SIM = "sim://table?size=320x256&fps=25&robots=2"
+
+
+def spec(url: str, pictures=None, hosts=("127.0.0.1",)) -> dict:
+    return {"source": url, "fields": FIELD_JSON, "pictures": str(pictures) if pictures else None, "hosts": list(hosts),
+            "producers": [], "limits": asdict(Limits())}
+
+
+@asynccontextmanager
+async def live(url: str, **around):
+    """A camera that runs as long as the context lasts."""
+    camera = LiveCamera("test", spec(url, **around))
+    camera.start()
+    try:
+        yield camera
+    finally:
+        await camera.stop()
+
+
+async def until(condition, seconds: float = 30.0):
+    """Wait for it to hold; whatever it returns."""
+    loop = asyncio.get_running_loop()
+    end = loop.time() + seconds
+    while not (found := condition()):
+        assert loop.time() < end, "it did not come about"
+        await asyncio.sleep(0.01)
+    return found
+
+
+def calibrated(url: str, model: str = "polynomial", id: str = "made", region: str = "full") -> Calibration:
+    """A calibration of a simulated camera, from exact points along its borders."""
+    source = source_from_url(url, Surroundings(FIELDS))
+    field = FIELDS[url.partition("://")[2].partition("?")[0]]
+    region = field.region(region)
+    task = Task(observations=border_observations(source.camera, region, 9, rng=np.random.default_rng(1)), field=field,
+                region=region, image_size=source.camera.image_size, model=model, options={}, camera="test")
+    source.close()
+    made = task.record(task.run(cross_validate=False))
+    return Calibration.from_json({**made.to_json(), "id": id})

@@ -1,0 +1,103 @@
+"""Pairs of views for tests: simulated ones with known truth, and the hand-clicked ones beside the project."""
+
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.fitting.two_view.epipolar import lifted
+from app.fitting.two_view.relative_pose import ideal_px
+from app.models.division import Division
+from app.models.rotation import vector_from_matrix
+from tests.support.paths import SHARED_DATA
+
+KUSVOD2 = SHARED_DATA / "pairs" / "kusvod2"
+PAIRS = ("corr", "plant", "rotunda")
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two cameras over a field, matches a, b (n, 2) raw px of which good (n,) are none at random, and clean ones."""
+
+    camera_a: Division
+    camera_b: Division
+    a: np.ndarray
+    b: np.ndarray
+    good: np.ndarray
+    clean_a: np.ndarray
+    clean_b: np.ndarray
+
+
+def simulated(seed: int, *, matches: int = 120, mistakes: float = 0.3, noise_px: float = 0.3, uneven: bool = False,
+              flat: bool = False, k: float = 0.0) -> Pair:
+    """Two cameras above one field, tilted towards each other; points up to a metre above the carpet, or flat on it.
+
+    uneven: σ differs from match to match by up to e^1.3 either way.
+    """
+    rng = np.random.default_rng(seed)
+    cameras = [_looking(np.array([side * rng.uniform(1200, 2000), rng.normal(0, 400), rng.uniform(3500, 4500)]),
+                        rng.normal(0, 300, 2), k, rng) for side in (-1, 1)]
+    places = np.column_stack([rng.uniform(-1500, 1500, 2000), rng.uniform(-1200, 1200, 2000),
+                              np.zeros(2000) if flat else rng.uniform(0, 1000, 2000)])
+    pixels = [c.project(places) for c in cameras]
+    seen = np.all([np.isfinite(p).all(axis=1) & (p > 0).all(axis=1) & (p < [1280, 1024]).all(axis=1) for p in pixels],
+                  axis=0)
+    a, b = (p[seen] for p in pixels)
+    spread = noise_px * (np.exp(rng.uniform(-1.3, 1.3, (matches, 1))) if uneven else 1.0)
+    noisy = [p[:matches] + rng.normal(0, 1, (matches, 2)) * spread for p in (a, b)]
+    good = np.arange(matches) >= round(mistakes * matches)
+    noisy[1][~good] = rng.uniform([0, 0], [1280, 1024], ((~good).sum(), 2))
+    return Pair(*cameras, *noisy, good, a[matches:], b[matches:])
+
+
+def _looking(position: np.ndarray, at: np.ndarray, k: float, rng: np.random.Generator) -> Division:
+    ahead = np.array([*at, 0.0]) - position
+    ahead /= np.linalg.norm(ahead)
+    right = np.cross(ahead, [np.sin(0.1 * rng.normal()), 1.0, 0.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(ahead, right), ahead])
+    common = next(iter(Division.examples()))
+    return Division(lens_terms=(k,), focal_px=900.0, aspect=1.0, centre_px=common.centre_px,
+                    rotation=tuple(map(float, vector_from_matrix(rotation))), position_mm=tuple(map(float, position)),
+                    width_px=1280.0, height_px=960.0, n_rectangles_x=10, n_rectangles_y=8, region=common.region,
+                    image_size=common.image_size)
+
+
+def ideal(pair: Pair, which: str) -> tuple[np.ndarray, np.ndarray]:
+    """Matches ("" or "clean_") without the lenses."""
+    return (ideal_px(pair.camera_a, getattr(pair, f"{which}a")), ideal_px(pair.camera_b, getattr(pair, f"{which}b")))
+
+
+def clicked(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Detected matches a, b of a kusvod2 pair, whether each was clicked by hand, and the hand-clicked a, b again."""
+    table = np.loadtxt(KUSVOD2 / f"{name}_pts.txt")
+    by_hand = _matrix_of_six_rows((KUSVOD2 / f"{name}_vpts.mat").read_bytes()).T
+    return (table[:, :2], table[:, 3:5], table[:, 6].astype(bool),
+            by_hand[:, :2] / by_hand[:, 2:3], by_hand[:, 3:5] / by_hand[:, 5:])
+
+
+def _matrix_of_six_rows(data: bytes) -> np.ndarray:
+    """The 6 × N matrix of doubles in a MATLAB 5 file, by its element header: nothing else in these files is like it."""
+    place = 128
+    while place + 8 <= len(data):  # compressed elements, one after the other
+        size = int.from_bytes(data[place + 4:place + 8], "little")
+        inner = zlib.decompress(data[place + 8:place + 8 + size])
+        for at in range(0, len(inner) - 24, 4):
+            kind, rows, columns = (int.from_bytes(inner[at + i:at + i + 4], "little") for i in (0, 8, 12))
+            if kind == 5 and rows == 6 and 4 < columns < 100:  # dimensions: int32, 8 bytes, then name, then doubles
+                name = at + 16
+                small = int.from_bytes(inner[name + 2:name + 4], "little")
+                values = name + 8 if small or not int.from_bytes(inner[name + 4:name + 8], "little") else name + 16
+                count = int.from_bytes(inner[values + 4:values + 8], "little") // 8
+                if count == rows * columns:
+                    return np.frombuffer(inner, "<f8", count, values + 8).reshape(columns, rows).T
+        place += 8 + size
+    raise ValueError("no 6 × N matrix")
+
+
+def epipolar_error_px(fundamental: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Written anew for the tests: distances of b from F a and of a from Fᵀ b, root mean square of the two."""
+    to_b, to_a = lifted(a) @ fundamental.T, lifted(b) @ fundamental
+    far_b = np.abs(np.sum(lifted(b) * to_b, axis=1)) / np.hypot(to_b[:, 0], to_b[:, 1])
+    far_a = np.abs(np.sum(lifted(a) * to_a, axis=1)) / np.hypot(to_a[:, 0], to_a[:, 1])
+    return np.sqrt((far_a**2 + far_b**2) / 2)

@@ -1,0 +1,78 @@
+"""Somebody at the other end, for sources that are nothing without: the laws over all sources open these addresses."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+from app.sources import SOURCES
+from app.sources.address import KEEP_THEIR_QUERY
+from app.sources.local.v4l2 import V4l2Source
+from tests.support.industrial import need_aravis, simulated_producers, viky
+from tests.support.mjpeg_camera import MjpegCamera
+from tests.support.plugged_cameras import Webcam, plug_in
+from tests.support.rtsp_camera import RtspCamera
+
+HOSTS = ("127.0.0.1",)  # where they are, for Surroundings.hosts
+PRODUCERS = simulated_producers()  # through which they are reached, for Surroundings.producers
+
+
+@contextlib.contextmanager
+def address_of(name: str, pictures: Path, fps: float = 200) -> Iterator[str]:
+    """An address of that source that opens and gives so many frames a second."""
+    with FAR_ENDS.get(name, _alone)(name, pictures, fps) as url:
+        yield url
+
+
+def with_option(url: str, name: str, value: str) -> str:
+    """The address with an option more, or with another value of one that it has."""
+    sign = "#" if url.partition("://")[0] in KEEP_THEIR_QUERY else "?"
+    address, found, options = url.partition(sign)
+    kept = [pair for pair in options.split("&") if found and pair.partition("=")[0] != name]
+    return address + sign + "&".join([*kept, f"{name}={value}"])
+
+
+@contextlib.contextmanager
+def _alone(name: str, pictures: Path, fps: float) -> Iterator[str]:
+    yield SOURCES[name].example(pictures).replace("fps=200", f"fps={fps:g}")
+
+
+@contextlib.contextmanager
+def _rtsp(_name: str, _pictures: Path, fps: float) -> Iterator[str]:
+    with contextlib.closing(RtspCamera(fps=fps)) as camera:
+        yield camera.url
+
+
+@contextlib.contextmanager
+def _http(name: str, _pictures: Path, fps: float) -> Iterator[str]:
+    with contextlib.closing(MjpegCamera(fps=fps, tls=name == "https")) as camera:
+        yield camera.url + "#trust=any"
+
+
+@contextlib.contextmanager
+def _v4l2(name: str, pictures: Path, fps: float) -> Iterator[str]:
+    before = V4l2Source.root, V4l2Source.opener
+    root = pictures.parent / "machine"
+    plug_in(root, 0)
+    V4l2Source.root, V4l2Source.opener = root, staticmethod(lambda node: Webcam())
+    try:
+        yield SOURCES[name].example(pictures).replace("fps=200", f"fps={fps:g}")
+    finally:
+        V4l2Source.root, V4l2Source.opener = before[0], staticmethod(before[1])
+
+
+@contextlib.contextmanager
+def _genicam(name: str, pictures: Path, fps: float) -> Iterator[str]:
+    viky()  # says what to install where it is not there
+    with _alone(name, pictures, fps) as url:
+        yield url
+
+
+@contextlib.contextmanager
+def _aravis(name: str, pictures: Path, fps: float) -> Iterator[str]:
+    need_aravis()
+    with _alone(name, pictures, fps) as url:
+        yield url
+
+
+FAR_ENDS = {"rtsp": _rtsp, "http": _http, "https": _http, "v4l2": _v4l2,
+            "genicam": _genicam, "aravis": _aravis}

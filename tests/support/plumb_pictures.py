@@ -1,0 +1,25 @@
+"""Pictures of straight edges that other people published, where they are at hand."""
+
+
+import cv2
+import pytest
+
+from tests.support.paths import SHARED_DATA
+
+LINES = SHARED_DATA / "lines"
+
+
+def picture(name):
+    """BGR pixels of lines/NAME; skips the test, by name, where it is absent."""
+    path = LINES / name
+    if not path.exists():
+        pytest.skip(f"no {name} beside the project, under shared/data/lines")
+    return cv2.imread(str(path))
+
+
+def department():
+    """The eight pictures of one wide-angle camera; skips where they are absent."""
+    names = sorted(p.name for p in (LINES / "department_dataset").glob("*.bmp"))
+    if len(names) < 8:
+        pytest.skip("no department_dataset beside the project, under shared/data/lines")
+    return [picture(f"department_dataset/{name}") for name in names]

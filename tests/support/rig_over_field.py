@@ -1,0 +1,65 @@
+"""Simulated rigs: calibrations that are the truth itself, and those that an operator's clicks make."""
+
+from dataclasses import astuple
+from functools import cache
+
+import numpy as np
+
+from app.core.records import Observation
+from app.models.brown_conrady import BrownConrady
+from app.models.rotation import vector_from_matrix
+from app.sources import Surroundings, source_from_url
+from app.sources.sim.clicks import border_observations, line_clicks
+from app.workflows.calibration_request import Task
+from tests.support.pair_over_field import FIELD, FIELDS, HALVES, cameras
+
+REGIONS = {2: HALVES, 4: ("quarter-bottom-left", "quarter-top-left", "quarter-bottom-right", "quarter-top-right")}
+
+
+@cache
+def true_models():
+    """The two cameras of pair_over_field exactly as they are, as models."""
+    made = []
+    for camera, half in zip(cameras(), HALVES, strict=True):
+        region = FIELD.region(half)
+        terms = astuple(camera.lens)
+        made.append(BrownConrady(terms, camera.focal_px[0], 1.0, camera.centre_px,
+                                 tuple(vector_from_matrix(np.array(camera.camera_from_field))), camera.position_mm,
+                                 900.0, 1200.0, 8, 10, region, camera.image_size))
+    return tuple(made)
+
+
+@cache
+def sim_source(count: int, number: int, seed: int = 1, robots: int = 0):
+    """One of the cameras above a Division B field, tilted and with a barrel lens; robots would stand on the lines."""
+    return source_from_url(f"sim://ssl-div-b?cameras={count}&camera={number}&lens=half&tilt=6&fill=0.86&seed={seed}"
+                           f"&robots={robots}&fps=240", Surroundings(FIELDS))
+
+
+def sim_task(count: int, number: int, seed: int = 0, model: str = "brown-conrady", noise_px: float = 0.3,
+             options: dict | None = None) -> Task:
+    """What an operator clicks: 12 places on each border, and the centre circle, to 0.3 px."""
+    camera, region = sim_source(count, number).camera, FIELD.region(REGIONS[count][number])
+    random = np.random.default_rng([seed, number])
+    clicks = list(border_observations(camera, region, 12, noise_px, random))
+    circle = camera.raw_from_field(FIELD.arcs["centre-circle"].sample(25))
+    circle = circle[camera.sees(circle)]
+    if model != "polynomial":
+        clicks.append(Observation("centre-circle", "line", circle + random.normal(0, noise_px, circle.shape)))
+        for name in ("centre-line", "halfway-line"):
+            points, _ = line_clicks(camera, FIELD.lines[name], 25, noise_px, random)
+            if len(points) > 3:
+                clicks.append(Observation(name, "line", points))
+        options = {"height_mm": {"value": camera.position_mm[2], "sigma": 20.0}, **(options or {})}
+    return Task(tuple(clicks), FIELD, region, camera.image_size, model, options or {}, camera=f"cam{number}")
+
+
+def sim_rig(count: int, seed: int = 0, model: str = "brown-conrady", options=None, cross_validate: bool = False):
+    """The rig as rig_pipeline.py takes it, with calibrations from clicks."""
+    members = []
+    for number in range(count):
+        task = sim_task(count, number, seed, model, options=(options or {}).get(number))
+        calibration = task.record(task.run(cross_validate=cross_validate))
+        members.append({"camera": f"cam{number}", "title": f"Camera {number}", "region": REGIONS[count][number],
+                        "rotate": None, "calibration": calibration.to_json(), "picture": None})
+    return {"name": "hall", "title": "Hall", "field": FIELD.to_json(), "rectangles": {}, "cameras": members}

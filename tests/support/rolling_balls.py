@@ -1,0 +1,71 @@
+"""Films of balls that roll over a carpet, seen through a known lens: for the tests of what moves."""
+
+import cv2
+import numpy as np
+
+from app.core.geometry import ImageSize
+from app.models.plumb_line import PlumbLens
+
+SIZE = ImageSize(640, 480)
+FPS = 30.0
+
+
+def lens_of(k: float, size: ImageSize = SIZE) -> PlumbLens:
+    return PlumbLens("division", (k,), size.centre, size)
+
+
+def path(lens: PlumbLens, start, end, count: int) -> np.ndarray:
+    """A straight roll from pixel to pixel of the raw picture, (count, 2), at even speed over the carpet."""
+    ends = lens.straight_from_raw(np.array([start, end], float))
+    t = np.linspace(0, 1, count)[:, None]
+    return lens.raw_from_straight(ends[:1] * (1 - t) + ends[1:] * t)
+
+
+def carpet(seed: int, size: ImageSize = SIZE) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    rough = cv2.GaussianBlur(rng.normal(0, 12, (size.height, size.width, 1)).astype(np.float32), (0, 0), 3)[..., None]
+    ground = np.array([50, 110, 60], np.float32) + rough
+    cv2.line(ground, (20, 20), (size.width - 20, 30), (230, 230, 230), 4, cv2.LINE_AA)
+    return ground
+
+
+def frame(ground: np.ndarray, balls, rng: np.random.Generator, radius_px: float = 7.0) -> np.ndarray:
+    """A picture with balls at their sub-pixel places and noise of two grey levels."""
+    picture = ground.copy()
+    for x, y in balls:
+        left, top = int(x - 2 * radius_px), int(y - 2 * radius_px)
+        part = picture[max(top, 0):top + int(4 * radius_px) + 1, max(left, 0):left + int(4 * radius_px) + 1]
+        yy, xx = np.mgrid[max(top, 0):max(top, 0) + part.shape[0], max(left, 0):max(left, 0) + part.shape[1]]
+        share = np.clip(radius_px + 0.5 - np.hypot(xx - x, yy - y), 0, 1)[..., None]
+        part[:] = part * (1 - share) + np.array([20, 120, 240], np.float32) * share
+    return np.clip(picture + rng.normal(0, 2, picture.shape), 0, 255).astype(np.uint8)
+
+
+def film(lens: PlumbLens, rolls, seed: int = 0, still: int = 3):
+    """Each frame as (seconds, pixels). rolls: (start, end, frames) one after the other, or a list of such at once."""
+    rng, ground, number = np.random.default_rng(seed), carpet(seed), 0
+    for _ in range(still):
+        yield number / FPS, frame(ground, [], rng)
+        number += 1
+    for together in rolls:
+        together = together if isinstance(together, list) else [together]
+        paths = [path(lens, *roll) for roll in together]
+        for step in range(max(len(p) for p in paths)):
+            yield number / FPS, frame(ground, [p[step] for p in paths if step < len(p)], rng)
+            number += 1
+
+
+def chords(rng: np.random.Generator, lens: PlumbLens, count: int, noise_px: float = 0.25):
+    """Random rolls as points with noise, and the seconds each took."""
+    tracks, seconds, size = [], [], lens.image_size
+    while len(tracks) < count:
+        start = rng.uniform(40, [size.width - 40, size.height - 40])
+        angle, length = rng.uniform(0, 2 * np.pi), rng.uniform(0.12, 0.5) * np.hypot(*[size.width, size.height])
+        end = start + length * np.array([np.cos(angle), np.sin(angle)])
+        if (end < 20).any() or end[0] > size.width - 20 or end[1] > size.height - 20:
+            continue
+        points = path(lens, start, end, int(rng.integers(10, 60)))
+        if np.isfinite(points).all():
+            tracks.append(points + rng.normal(0, noise_px, points.shape))
+            seconds.append(len(points) / FPS)
+    return tracks, seconds

@@ -1,0 +1,36 @@
+"""Straight edges of a made-up world behind a known lens: what tests and benchmarks of straight lines look at."""
+
+import numpy as np
+
+from app.core.geometry import ImageSize
+from app.models.plumb_line import LENSES, PlumbLens
+
+SIZE = ImageSize(1280, 1024)
+FLOOR_PX = 0.309  # noise of the points; no fit leaves less by much
+
+
+def lens_of(name="brown-conrady", terms=(-0.28, 0.09), centre=(0.0, 0.0), size=SIZE):
+    """terms per half diagonal; centre in px beside the picture's."""
+    full = np.zeros(len(LENSES[name][0].TERMS))
+    full[:len(terms)] = terms
+    x, y = size.centre
+    return PlumbLens(name, tuple(full.tolist()), (x + centre[0], y + centre[1]), size)
+
+
+def lines_seen(lens, seed, lines=14, points=40, noise_px=FLOOR_PX):
+    """Chains (points, 2) px of lines all over the picture, each at least 0.3 of its width long."""
+    rng, chains = np.random.default_rng(seed), []
+    width, height = lens.image_size
+    while len(chains) < lines:
+        ends = lens.straight_from_raw(rng.uniform((0, 0), (width - 1, height - 1), (2, 2)))
+        along = np.linspace(0, 1, points)[:, None]
+        raw = lens.raw_from_straight(ends[0] * (1 - along) + ends[1] * along)
+        if np.linalg.norm(raw[-1] - raw[0]) > 0.3 * width:
+            chains.append(raw + rng.normal(0, noise_px, raw.shape))
+    return chains
+
+
+def arc(centre, radius, start, turn, points=40):
+    """Points of a circle: an edge that no lens should make straight."""
+    angle = start + np.linspace(0, turn, points)
+    return np.array(centre) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)

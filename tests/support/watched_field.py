@@ -1,0 +1,152 @@
+"""A simulated field with robots, watched through its own exact lens: what the stages say beside what is true."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.core.geometry import ImageSize
+from app.sources.sim.camera import SimCamera
+from app.sources.sim.illumination import Light
+from app.sources.sim.lamps import Lamps
+from app.sources.sim.lens import LENSES
+from app.sources.sim.motion import Play
+from app.sources.sim.render import Rendering, Sensor
+from app.store.fields import load_fields
+from app.store.stages import load_plans
+from app.vision.colour.learning import learned
+from app.vision.stage_pipeline import Sight
+from app.vision.stages import Setting
+from app.vision.stages.localisation import View
+
+FIELDS = load_fields()
+DRIFT_S = 60.0  # the simulated light comes and goes within that
+
+
+@dataclass(frozen=True)
+class ExactModel:
+    """The simulated camera as a camera model has it, without any error of its own."""
+
+    camera: SimCamera
+
+    @property
+    def image_size(self):
+        return self.camera.image_size
+
+    def unproject(self, pixels, z_mm=0.0):
+        return self.camera.field_from_raw(pixels, z_mm)
+
+
+def world(field="ssl-div-b", *, size=(1920, 1080), robots=16, seed=1, drift=0.4, noise=4.0, shuffled=True, gain=1.0,
+          speed_mm_s=1500.0) -> Rendering:
+    """A camera straight above the whole field, its light coming and going by the drift."""
+    field = FIELDS[field]
+    region = field.regions["full"]
+    height_mm = 0.7 * float(np.hypot(region.width_mm, region.height_mm))
+    camera = SimCamera.above(region, ImageSize(*size), LENSES["mild"], height_mm=height_mm)
+    return Rendering.of(camera, field, region, Play(robots=robots, seed=seed, speed_mm_s=speed_mm_s, shuffled=shuffled),
+                        Light(gain=gain), Sensor(noise=noise), Lamps(drift=drift))
+
+
+def clicked(rendering: Rendering, time_s=0.0, per_colour=5):
+    """What an operator would click in the frame at that time, at most so often a colour: by the truth, in raw px."""
+    from app.core.ssl_pattern import DOTS_MM, GREEN
+    truth = rendering.truth_at(time_s)
+    places = {"orange": [], "yellow": [], "blue": [], "pink": [], "green": []}
+    if truth.ball and truth.ball.seen > 0.8:
+        places["orange"].append((truth.ball.x_mm + 5, truth.ball.y_mm - 5, truth.ball.z_mm))
+    small = rendering.field.hat_height_mm < 100
+    for robot in truth.robots:
+        c, s = np.cos(robot.angle), np.sin(robot.angle)
+
+        def spot(ahead, left, robot=robot, c=c, s=s):
+            return robot.x_mm + c * ahead - s * left, robot.y_mm + s * ahead + c * left, robot.z_mm
+        if small:
+            names = ("green", "pink", "cyan", "purple", "red")
+            places[robot.team].append(spot(0, 18.7))
+            places.setdefault(names[robot.number % 5], []).append(spot(0, -18.7))
+            continue
+        places[robot.team].append(spot(0, 0))
+        for (ahead, left), green in zip(DOTS_MM, GREEN[robot.number % 16], strict=True):
+            places["green" if green else "pink"].append(spot(ahead, left))
+    raw = {name: rendering.camera.raw_from_field(np.array(spots)) for name, spots in places.items() if spots}
+    return {name: [tuple(map(float, p)) for p in pixels[:per_colour]] for name, pixels in raw.items()}
+
+
+def sight_of(rendering: Rendering, plan="ssl", time_s=0.0, frame=0) -> Sight:
+    """Learned from at most five clicks a colour in the first frame."""
+    pixels = rendering.frame_at(frame, time_s)
+    profile = learned("here", [(pixels, clicked(rendering, time_s))])
+    field = rendering.field
+    setting = Setting(rendering.camera.image_size, profile, View.of(ExactModel(rendering.camera)),
+                      field.hat_height_mm, field.extras.get("ball", {"radius_mm": 21.5})["radius_mm"])
+    return Sight(load_plans()[plan], setting)
+
+
+@dataclass
+class Score:
+    """Counted over frames: what was off, and what was not seen though it could be."""
+
+    off_mm: list
+    turned_deg: list
+    ball_mm: list
+    wrong: int = 0
+    unnamed: int = 0
+    missed: int = 0
+    invented: int = 0
+    robots: int = 0
+    balls: int = 0
+    balls_missed: int = 0
+    balls_invented: int = 0
+
+    @classmethod
+    def fresh(cls):
+        return cls([], [], [])
+
+
+def scored(score: Score, seen, truth, near_mm=100.0) -> None:
+    """Each robot that can be seen beside the nearest that was told."""
+    left = list(seen.detections.of("robot"))
+    for robot in truth.robots:
+        if robot.seen < 0.99:
+            continue
+        score.robots += 1
+        near = [d for d in left if np.hypot(d.x_mm - robot.x_mm, d.y_mm - robot.y_mm) < near_mm]
+        if not near:
+            score.missed += 1
+            continue
+        best = min(near, key=lambda d: np.hypot(d.x_mm - robot.x_mm, d.y_mm - robot.y_mm))
+        left.remove(best)
+        score.off_mm.append(float(np.hypot(best.x_mm - robot.x_mm, best.y_mm - robot.y_mm)))
+        turned = np.degrees(best.orientation_rad - robot.angle)
+        score.turned_deg.append(abs(float((turned + 180) % 360 - 180)))
+        if best.id is None:
+            score.unnamed += 1
+        elif (best.team, best.id) != (robot.team, robot.number):
+            score.wrong += 1
+    hidden = [r for r in truth.robots if r.seen < 0.99]
+    score.invented += sum(all(np.hypot(d.x_mm - r.x_mm, d.y_mm - r.y_mm) > near_mm for r in hidden) for d in left)
+    ball = seen.detections.of("ball")
+    if truth.ball and truth.ball.seen >= 0.9:
+        score.balls += 1
+        if ball:
+            off = float(np.hypot(ball[0].x_mm - truth.ball.x_mm, ball[0].y_mm - truth.ball.y_mm))
+            (score.ball_mm if off < near_mm else [None]).append(off)
+            score.balls_invented += off >= near_mm
+        else:
+            score.balls_missed += 1
+    elif truth.ball and ball and np.hypot(ball[0].x_mm - truth.ball.x_mm, ball[0].y_mm - truth.ball.y_mm) > near_mm:
+        score.balls_invented += 1
+
+
+def calibration_of(rendering: Rendering, noise_px: float = 0.5):
+    """What an operator would have made of this camera: Brown–Conrady on clicks along every line, and a tape."""
+    from app.core.records import Observation
+    from app.workflows.calibration_request import Task
+    rng, camera = np.random.default_rng(5), rendering.camera
+    seen = []
+    for name, line in {**rendering.field.lines, **rendering.field.arcs}.items():
+        raw = camera.raw_from_field(line.sample(14))
+        seen.append(Observation(name, "line", raw + rng.normal(0, noise_px, raw.shape)))
+    task = Task(tuple(seen), rendering.field, rendering.region, camera.image_size, "brown-conrady",
+                {"height_mm": {"value": camera.position_mm[2], "sigma": 15.0}})
+    return task.record(task.run(cross_validate=False))

@@ -1,0 +1,157 @@
+"""A batch that is killed, interrupted, or loses a worker in the middle: no row is lost, none is wrong."""
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from app.batch import read_table
+from tests.support.batch_pictures import folder_of
+from tests.support.dask_cluster import dask_cluster
+from tests.support.paths import ROOT
+
+TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
+PICTURES = 12
+NEVER_THE_SAME = ("seconds",)
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    return folder_of(tmp_path_factory.mktemp("batch") / "archive", PICTURES)
+
+
+@pytest.fixture(scope="module")
+def whole(archive, tmp_path_factory):
+    """The table of a run that nothing happened to."""
+    path = tmp_path_factory.mktemp("whole") / "table.json"
+    assert run(archive, path).wait(240) == 0
+    return rows(path)
+
+
+def run(archive, table, *words, **how):
+    how = {"stderr": subprocess.DEVNULL, **how}
+    return subprocess.Popen([*TOUCHLINE, "batch", str(archive), "--model", "brown-conrady", "--enough", "any",
+                             "--workers", "1", "-o", str(table), *words], cwd=ROOT, stdin=subprocess.DEVNULL,
+                            stdout=subprocess.DEVNULL, **how)
+
+
+def rows(path):
+    return {row["picture"]: row for row in read_table(path.read_bytes(), path.suffix)}
+
+
+def figures(table):
+    return {name: {key: value for key, value in row.items() if key not in NEVER_THE_SAME}
+            for name, row in table.items()}
+
+
+def until(condition, seconds=120.0):
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end, "it did not come about"
+        time.sleep(0.01)
+    return found
+
+
+def some_rows(path, least=2):
+    return path.exists() and len(rows(path)) >= least
+
+
+def children_of(pid):
+    """Every process below it."""
+    found = [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    for thread in Path(f"/proc/{pid}/task").iterdir():
+        found += [int(child) for child in (thread / "children").read_text().split()]
+    below = set(found)
+    return below | {deeper for child in below for deeper in children_of(child)}
+
+
+def gone(pid):
+    status = Path(f"/proc/{pid}/status")
+    return not status.exists() or "State:\tZ" in status.read_text()
+
+
+def test_a_killed_run_leaves_a_whole_table_and_no_process_and_goes_on_where_it_was(archive, whole, tmp_path):
+    table = tmp_path / "table.csv"
+    process = run(archive, table)
+    try:
+        until(lambda: some_rows(table))
+        below = children_of(process.pid)
+    finally:
+        process.kill()
+        process.wait()
+    assert below
+    until(lambda: all(gone(pid) for pid in below))
+    before = rows(table)
+    assert 2 <= len(before) < PICTURES
+    assert run(archive, table, "--resume").wait(240) == 0
+    after = rows(table)
+    assert list(after) == list(whole) and figures(after) == figures(whole)
+    assert all(after[name] == row for name, row in before.items()), "a row that stood was computed again"
+    again = table.read_bytes()
+    assert run(archive, table, "--resume").wait(240) == 0 and table.read_bytes() == again
+
+
+@pytest.mark.parametrize("on_a_terminal", [False, True])
+def test_ctrl_c_ends_cleanly_with_the_table_so_far_and_a_bar_only_on_a_terminal(archive, tmp_path, on_a_terminal):
+    table, told = tmp_path / "table.json", tmp_path / "stderr"
+    ours, theirs = pty.openpty()
+    with told.open("wb") as file:
+        process = run(archive, table, stderr=theirs if on_a_terminal else file, start_new_session=True,
+                      env=os.environ | {"TERM": "xterm"})
+    os.close(theirs)
+    said = b""
+    try:
+        until(lambda: some_rows(table))
+        below = children_of(process.pid)
+        process.send_signal(signal.SIGINT)
+        while on_a_terminal and (part := read(ours)):
+            said += part
+        assert process.wait(60) == 130
+    finally:
+        process.kill()
+        process.wait()
+        os.close(ours)
+    said = said or told.read_bytes()
+    assert 2 <= len(rows(table)) < PICTURES and all(gone(pid) for pid in below)
+    last = f"Stopped after {len(rows(table))} of {PICTURES} pictures. --resume goes on."
+    assert last in said.decode() and b"Traceback" not in said
+    assert (f" of {PICTURES} pictures \x1b" in said.decode()) == on_a_terminal
+    if not on_a_terminal:
+        assert said.decode() == last + "\n"
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def read(terminal):
+    try:
+        return os.read(terminal, 1 << 16)
+    except OSError:  # its other end is closed
+        return b""
+
+
+def test_two_workers_of_a_cluster_one_killed_midway_and_every_row_is_right(archive, whole, tmp_path):
+    pytest.importorskip("distributed")
+    table = tmp_path / "table.json"
+    with dask_cluster(tmp_path) as cluster:
+        process = run(archive, table, "--workers", "2", "--engine", cluster.address)
+        try:
+            until(lambda: some_rows(table))
+            cluster.workers[0].kill()
+            assert process.wait(240) == 0
+        finally:
+            process.kill()
+            process.wait()
+    assert figures(rows(table)) == figures(whole)
+
+
+def test_a_cluster_that_is_not_there_ends_the_run_and_no_picture_is_blamed(archive, tmp_path):
+    table = tmp_path / "table.json"
+    process = run(archive, table, "--engine", "dask://127.0.0.1:9", stderr=subprocess.PIPE)
+    _, told = process.communicate(timeout=120)
+    assert process.returncode == 3 and b"does not answer" in told and b"fix: " in told
+    assert json.loads(table.read_text())["rows"] == []

@@ -1,0 +1,119 @@
+"""Models on the same clicks, ranked by what they miss inside the field: the right one wins, for a reason it can say."""
+
+import json
+
+import numpy as np
+import pytest
+
+from app.core.errors import FitFailed
+from app.core.geometry import ImageSize
+from app.core.records import Observation, observations_from_json
+from app.evaluate.fit.difference import difference_report
+from app.evaluate.fit.folds import folds_for
+from app.models import MODELS, field_from_raw
+from app.sources.sim.clicks import border_observations, known_grid, rms_mm
+from app.store.fields import load_fields
+from app.workflows import calibration
+from tests.support.operator import FIELD, REGION, SIZE, reference_camera
+from tests.support.paths import CLICKS
+
+QUICK = ("polynomial", "homography", "division", "brown-conrady")
+
+
+def clicks(lens, tilt=8, seed=0):
+    return border_observations(reference_camera(lens, tilt), REGION, 9, 0.3, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("lens", ["strong", "half", "pincushion"])
+def test_under_a_lens_a_lens_model_wins_though_polynomials_fit_the_borders_better(lens):
+    found = calibration.compare(clicks(lens), FIELD, REGION, SIZE, QUICK)
+    by_name = {row["model"]: row for row in found["ranking"]}
+    assert found["recommended"] in ("division", "brown-conrady")
+    assert by_name["polynomial"]["rms_px"] < by_name[found["recommended"]]["rms_px"]
+    assert by_name["polynomial"]["field_mm"] > 4 * by_name[found["recommended"]]["field_mm"]
+    assert not found["no_significant_distortion"]
+    assert "mm inside the field" in found["reason"] and found["failed"] == []
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_without_a_lens_it_says_so_and_takes_the_simplest(seed):
+    found = calibration.compare(clicks("none", seed=seed), FIELD, REGION, SIZE, QUICK)
+    assert found["no_significant_distortion"]
+    assert found["reason"].startswith("No significant distortion.")
+    chosen = next(row for row in found["ranking"] if row["model"] == found["recommended"])
+    assert chosen["parameters"] <= 8
+
+
+@pytest.mark.parametrize("lens", ["strong", "none"])
+def test_the_ranking_is_near_the_truth(lens):
+    """Field error as told against the true one over the grid: within a factor of two, and the order of the far ones."""
+    camera = reference_camera(lens, 8)
+    raw, truth = known_grid(camera, REGION, 21, 17)
+    found = calibration.compare(clicks(lens), FIELD, REGION, SIZE, QUICK)
+    for row in found["ranking"]:
+        model = MODELS[row["model"]].fit(clicks(lens), FIELD, REGION, SIZE).model
+        error = rms_mm(field_from_raw(model, raw), truth)
+        assert row["field_mm"] == pytest.approx(error, rel=1.0, abs=2.5)
+
+
+def test_a_model_that_cannot_be_fitted_is_listed_with_its_fix():
+    few = tuple(Observation(o.feature, "line", o.points[::4]) for o in clicks("half"))  # 3 points a border
+    found = calibration.compare(few, FIELD, REGION, SIZE, ("polynomial", "brown-conrady"), {"degree": 4})
+    assert [f["model"] for f in found["failed"]] == ["polynomial"]
+    assert found["failed"][0]["fix"] and found["failed"][0]["reason"] == "too-few-points"
+    with pytest.raises(FitFailed):
+        calibration.compare((), FIELD, REGION, SIZE, QUICK)
+
+
+def test_progress_is_told_in_order_and_may_stop():
+    told = []
+    calibration.compare(clicks("half"), FIELD, REGION, SIZE, ("polynomial", "homography"),
+                     progress=lambda share, words: told.append(share))
+    assert told == sorted(told) and told[0] >= 0 and told[-1] <= 1
+
+
+def test_the_difference_of_two_calibrations_is_the_distance_between_their_places():
+    one, other = (calibration.calibrate(clicks("strong", seed=s), FIELD, REGION, SIZE, m).model
+                  for s, m in ((0, "brown-conrady"), (1, "polynomial")))
+    found = difference_report(one, other, REGION)
+    assert found["max_mm"] > 20 and found["median_mm"] < found["rms_mm"] < found["max_mm"]
+    assert np.array(found["grid"]["mm"], float).shape == np.array(found["grid"]["px"], float).shape == (19, 25)
+    same = difference_report(one, one, REGION)
+    assert same["max_mm"] < 1e-6 and same["max_px"] < 1e-6
+
+
+def test_lines_inside_are_left_out_whole_and_borders_in_thirds():
+    observations = (*clicks("half"), Observation("at-x-1", "line", np.random.default_rng(0).uniform(300, 600, (5, 2))),
+                    Observation((0.0, 0.0), "landmark", [[600.0, 500.0]]))
+    with_lens = folds_for(observations, (True,) * 6, needs_every_border=False)
+    assert [(4, k) for k in range(5)] in with_lens and [(5, 0)] in with_lens
+    assert sorted(len(f) for f in with_lens if f[0][0] < 4) == [3] * 12
+    of_borders = folds_for(observations, (True,) * 6, needs_every_border=True)
+    assert all(len(f) == 1 for f in of_borders if f[0][0] < 4)
+    for folds in (with_lens, of_borders):
+        assert sorted(p for f in folds for p in f) == sorted(
+            (i, k) for i, o in enumerate(observations) for k in range(len(o.points)))
+
+
+@pytest.mark.parametrize("name, field_name, worse", [("ssl_2008_half", "ssl-2008", ["polynomial", "homography"]),
+                                                      ("unball_full", "vsss-3v3", ["polynomial"])])
+def test_every_model_is_fitted_to_real_clicks_ranked_and_the_choice_explained(name, field_name, worse):
+    """The pictures are not needed: the clicks on them are ours."""
+    given = json.loads((CLICKS / f"{name}.json").read_text())
+    field = load_fields()[field_name]
+    found = calibration.compare(observations_from_json(given["observations"]), field, field.region(given["region"]),
+                             ImageSize.of(given["image_size"]))
+    assert found["failed"] == []
+    rows = {row["model"]: row for row in found["ranking"]}
+    assert set(rows) == set(MODELS)
+    assert all(row["parameters"] >= 7 for row in rows.values())
+    assert hasattr(MODELS[found["recommended"]], "project")
+    assert all(rows[model]["field_mm"] > 2 * rows[found["recommended"]]["field_mm"] for model in worse)
+    assert found["reason"].startswith(rows[found["recommended"]]["title"]) and found["reason"].count(".") >= 1
+
+
+def test_a_fisheye_without_terms_is_a_lens_all_the_same():
+    """An equidistant lens has no numbers of its own and still bends every border."""
+    found = calibration.compare(clicks("strong"), FIELD, REGION, SIZE, ("fisheye", "homography"))
+    assert not found["no_significant_distortion"]
+    assert found["recommended"] == "fisheye"

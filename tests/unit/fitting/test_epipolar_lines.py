@@ -1,0 +1,91 @@
+"""Epipolar lines as they are drawn: a match lies on its line, lines stay in the picture, lenses bend them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.geometry import ImageSize
+from app.evaluate.cameras.pair_agreement import Agreement
+from app.evaluate.cameras.pair_verdict import of_agreement, of_calibrated, of_fundamental, of_pose
+from app.fitting.two_view.epipolar_lines import bent_lines, straight_lines
+from app.fitting.two_view.fundamental_matrix import fundamental_matrix
+from tests.support.pairs import simulated
+
+SIZE = ImageSize(1280, 1024)
+
+
+def away(points, lines):
+    """(n,) px: how far each point is from the nearest part of its line (n, k, 2)."""
+    start, step = lines[:, :-1], np.diff(lines, axis=1)
+    share = np.clip(np.sum((points[:, None] - start) * step, axis=2) / np.sum(step**2, axis=2), 0, 1)
+    return np.linalg.norm(points[:, None] - start - share[..., None] * step, axis=2).min(axis=1)
+
+
+def test_a_match_lies_on_the_straight_line_of_its_fellow_both_ways():
+    pair = simulated(0, mistakes=0.0, noise_px=0.01)
+    found = fundamental_matrix(pair.a, pair.b).fundamental
+    assert away(pair.b, straight_lines(found, pair.a, SIZE)).max() < 0.2
+    assert away(pair.a, straight_lines(found.T, pair.b, SIZE)).max() < 0.2
+
+
+def test_straight_lines_end_at_the_picture_and_one_that_misses_it_is_nan():
+    upright, level, aside = [1.0, 0, -300], [0.0, 1, -200], [1.0, 0, -5000]
+    lines = [straight_lines(np.column_stack([np.zeros((3, 2)), line]), np.zeros((1, 2)), SIZE)[0]
+             for line in (upright, level, aside)]
+    assert sorted(map(tuple, lines[0])) == [(300, -0.5), (300, 1023.5)]
+    assert sorted(map(tuple, lines[1])) == [(-0.5, 200), (1279.5, 200)]
+    assert np.isnan(lines[2]).all()
+
+
+@pytest.mark.parametrize("k", [0.0, -0.25])
+def test_a_lens_bends_the_line_and_the_match_stays_on_it(k):
+    pair = simulated(1, mistakes=0.0, noise_px=0.0, k=k)
+    lines = bent_lines(pair.camera_a, pair.camera_b, pair.a)
+    assert away(pair.b, np.where(np.isfinite(lines), lines, 1e9)).max() < 0.05  # px, of steps that are straight
+    ends = lines[:, [0, -1]]
+    bow = away(lines[:, 32], ends)
+    assert (bow.max() > 5) == (k != 0)
+
+
+def test_a_line_that_is_nowhere_in_the_other_picture_is_nan():
+    pair = simulated(0, mistakes=0.0)
+    turned = replace(pair.camera_b, rotation=(0.0, 0.0, 0.0))  # looks up
+    assert np.isnan(bent_lines(pair.camera_a, turned, pair.a[:3])).all()
+
+
+def agreement(offsets):
+    offsets = np.array(offsets, float)
+    return Agreement(np.column_stack([np.arange(len(offsets)) * 100.0, np.zeros(len(offsets))]), offsets,
+                     np.arange(len(offsets)))
+
+
+@pytest.mark.parametrize("offsets, covered, level, cure", [
+    ([[1, 0]] * 8, 0.9, "good", ""),
+    ([[1, 0]] * 8, 0.1, "good", "Match more"),
+    ([[30, 5]] * 8, 0.9, "poor", "one shift by (30, 5) mm"),
+    ([[1, 0]] * 8 + [[90, 0]], 0.9, "fair", "Look at the worst, at (800, 0) mm"),
+    ([[40, 0]] * 8 + [[900, 0]], 0.9, "poor", "Look at the worst"),
+    ([[9, 0], [-9, 0], [0, 9], [0, -9], [7, 7]], 0.9, "fair", "click lines inside"),
+    ([[40, 0], [41, 0]], 0.9, "poor", "Check these few"),
+])
+def test_each_kind_of_disagreement_has_its_own_cure(offsets, covered, level, cure):
+    told = of_agreement(agreement(offsets), covered)
+    assert told["level"] == level and (cure in told["fix"] if cure else told["fix"] == "")
+
+
+def test_mistakes_among_matches_are_named_as_the_operator_counts_them():
+    good = np.ones(30, bool)
+    assert of_fundamental(np.full(30, 0.3), good, np.arange(30)) == {
+        "level": "good", "sentence": "30 of 30 matches agree with one geometry, to 0.30 px.", "fix": ""}
+    good[[4, 11]] = False
+    told = of_fundamental(np.full(30, 0.3), good, np.arange(30))
+    assert told["level"] == "fair" and told["sentence"].endswith("Matches 5 and 12 do not.")
+    assert "so few" in of_fundamental(np.full(12, 0.3), np.ones(12, bool), np.arange(12))["fix"]
+
+
+def test_a_turned_camera_and_a_single_mistake_are_told_apart():
+    assert of_calibrated(np.full(9, 0.4), np.arange(9))["level"] == "good"
+    assert "turned or moved" in of_calibrated(np.array([8.0, 9, 7, np.nan, 8]), np.arange(5))["fix"]
+    assert of_calibrated(np.array([0.4, 0.5, 40.0, 0.3, np.nan]), np.arange(5) + 4)["fix"].startswith("Look at match 7")
+    assert of_pose(0.5, 0.05)["level"] == "poor" and of_pose(0.5, 0.4)["level"] == "good"

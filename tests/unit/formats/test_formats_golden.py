@@ -1,0 +1,59 @@
+"""What others read of us does not change by accident: every golden file is written as it was, and read as it was."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from golden.make import cases, path
+
+from app.core.records import Calibration
+from app.formats import EXPORTS
+from app.models.top_view import VIEW_FIELDS
+from app.ssl_protocol.messages import WrapperPacket
+from app.ssl_protocol.protobuf import decode
+from app.workflows import interchange
+from tests.support.exported import LENS_FORMATS, example, model_of, seen_places
+
+CASES = cases()
+NUMBER = re.compile(r"-?[0-9]+\.[0-9]+(?:e[+-]?[0-9]+)?")
+
+
+def test_there_is_a_golden_file_of_everything_and_of_nothing_else():
+    kept = {file for file in Path(path("json", "ssl", 0)).parents[1].rglob("*") if file.is_file()}
+    kept = {file for file in kept if file.suffix not in (".py", ".pyc")}
+    assert kept == {path(*case) for case in CASES}
+    assert {format for format, _, _ in CASES} == set(EXPORTS) - {"npz"}
+
+
+@pytest.mark.parametrize("format, name, index", CASES)
+def test_it_is_written_as_it_was(format, name, index):
+    """Word by word; numbers to what another processor's cosine may change."""
+    now, then = interchange.export(example(name, index), format).data, path(format, name, index).read_bytes()
+    if format == "ssl-vision":
+        ours, theirs = decode(WrapperPacket, now).geometry, decode(WrapperPacket, then).geometry
+        assert ours.field == theirs.field
+        for field, value in vars(ours.calib[0]).items():
+            assert value == pytest.approx(vars(theirs.calib[0])[field], rel=1e-6, abs=1e-9)
+        return
+    ours, theirs = now.decode(), then.decode()
+    assert NUMBER.sub("#", ours) == NUMBER.sub("#", theirs)
+    np.testing.assert_allclose(np.array(NUMBER.findall(ours), float), np.array(NUMBER.findall(theirs), float),
+                               rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("format, name, index", CASES)
+def test_it_is_read_as_it_was(format, name, index):
+    file = path(format, name, index)
+    read = interchange.read_file(file.read_bytes(), file.name)
+    model = model_of(name, index)
+    if format in LENS_FORMATS:
+        assert read.format == format
+        camera = read.camera({key: getattr(model, key) for key in VIEW_FIELDS})
+        places = seen_places(model, 150.0)
+        np.testing.assert_allclose(camera.project(places), model.project(places),
+                                   atol=2e-3 if format == "ssl-vision" else 1e-6)
+    elif isinstance(read, Calibration):
+        assert read.id == "c0ffee" and read.model_name == name
+    else:
+        assert len(read) == 25 * 19

@@ -1,0 +1,124 @@
+"""The header screen: honest pictures pass with their size, hostile ones are named, and no bytes get it to stumble."""
+
+import struct
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.core.errors import BadImage, ImageTooLarge, TouchlineError
+from app.images import Declared, Limits, screen
+from tests.support.pictures import HOSTILE, encoded, gradient, jpeg_with_size, lossless_webp, png_bomb
+
+FORMATS = {"png": "png", "jpg": "jpeg", "bmp": "bmp", "webp": "webp"}
+SEEDS = [*map(encoded, FORMATS),
+         encoded("jpg", gradient(16, 16), cv2.IMWRITE_JPEG_PROGRESSIVE, 1),
+         encoded("webp", gradient(), cv2.IMWRITE_WEBP_QUALITY, 50)]
+BEGINNINGS = [b"", *(seed[:size] for seed in SEEDS for size in (2, 4, 12, 30))]
+HOW = st.sampled_from(["set", "cut", "insert", "drop"])
+EDITS = st.tuples(st.integers(0, 400), HOW, st.binary(min_size=1, max_size=6))
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_an_honest_header_gives_format_and_size(suffix):
+    assert screen(encoded(suffix, gradient(70, 30))) == Declared(FORMATS[suffix], 70, 30)
+
+
+def test_a_lossy_webp_gives_its_size_too():
+    assert screen(encoded("webp", gradient(70, 30), cv2.IMWRITE_WEBP_QUALITY, 50)) == Declared("webp", 70, 30)
+
+
+def test_a_top_down_bmp_has_a_positive_height():
+    data = bytearray(encoded("bmp", gradient(8, 6)))
+    data[22:26] = struct.pack("<i", -6)
+    assert screen(bytes(data)) == Declared("bmp", 8, 6)
+
+
+@pytest.mark.parametrize("name", [n for n, (_, reason) in HOSTILE.items() if reason != "undecodable-image"])
+def test_a_hostile_picture_is_refused_by_name_with_a_fix(name):
+    data, reason = HOSTILE[name]
+    with pytest.raises(BadImage) as refusal:
+        screen(data)
+    assert refusal.value.reason == reason
+    assert refusal.value.what.endswith(".") and refusal.value.fix.endswith(".")
+
+
+@pytest.mark.parametrize(("data", "limits"), [
+    (encoded("png"), Limits(max_bytes=100)), (encoded("png"), Limits(max_pixels=64 * 48 - 1)),
+    (encoded("bmp"), Limits(max_side_px=63)), (lossless_webp(64, 49), Limits(max_pixels=64 * 48)),
+])
+def test_what_is_beyond_a_limit_is_too_large(data, limits):
+    with pytest.raises(ImageTooLarge):
+        screen(data, limits)
+
+
+def test_what_is_just_within_the_limits_passes():
+    limits = Limits(max_bytes=len(encoded("png")), max_pixels=64 * 48, max_side_px=64)
+    assert screen(encoded("png"), limits) == Declared("png", 64, 48)
+
+
+def test_a_flat_picture_of_a_common_size_is_no_bomb():
+    assert screen(encoded("png", np.zeros((1080, 1920, 3), np.uint8))).width == 1920
+    with pytest.raises(BadImage):
+        screen(png_bomb(4000, 3000))
+
+
+def test_a_gif_is_called_a_gif():
+    with pytest.raises(BadImage, match="GIF"):
+        screen(HOSTILE["a GIF that asks for gigabytes"][0])
+
+
+def test_an_extended_webp_declares_one_size_only():
+    still = encoded("webp")[12:]
+    canvas = b"VP8X" + struct.pack("<I4B", 10, 0, 0, 0, 0) + (99).to_bytes(3, "little") + (47).to_bytes(3, "little")
+    data = b"RIFF" + struct.pack("<I", 4 + len(canvas) + len(still)) + b"WEBP" + canvas + still
+    with pytest.raises(BadImage, match="two different sizes"):
+        screen(data)
+    agreeing = data.replace((99).to_bytes(3, "little") + (47).to_bytes(3, "little"),
+                            (63).to_bytes(3, "little") + (47).to_bytes(3, "little"))
+    assert screen(agreeing) == Declared("webp", 64, 48)
+
+
+def test_a_jpeg_that_says_its_size_twice_is_damaged():
+    data = encoded("jpg")
+    at = data.index(b"\xff\xc0")
+    size = data[at:at + 19]
+    with pytest.raises(BadImage, match="twice"):
+        screen(data[:at] + size + data[at:])
+
+
+@settings(max_examples=3000, deadline=500)  # ms; a screen is linear in a few kB
+@given(seed=st.sampled_from(SEEDS), edits=st.lists(EDITS, min_size=1, max_size=8))
+def test_a_mutated_header_is_declared_within_limits_or_refused(seed, edits):
+    data = bytearray(seed)
+    for at, how, with_bytes in edits:
+        at = min(at, len(data))
+        if how == "set":
+            data[at:at + len(with_bytes)] = with_bytes
+        elif how == "insert":
+            data[at:at] = with_bytes
+        else:
+            del data[at:None if how == "cut" else at + len(with_bytes)]
+    _declared_or_refused(bytes(data))
+
+
+@settings(max_examples=1000)
+@given(beginning=st.sampled_from(BEGINNINGS), tail=st.binary(max_size=200))
+def test_any_bytes_are_declared_within_limits_or_refused(beginning, tail):
+    _declared_or_refused(beginning + tail)
+
+
+def _declared_or_refused(data):
+    try:
+        declared = screen(data)
+    except TouchlineError as refusal:
+        assert isinstance(refusal, BadImage)
+    else:
+        assert 1 <= declared.width <= 16_384 and 1 <= declared.height <= 16_384
+        assert declared.width * declared.height <= 50_000_000
+
+
+def test_an_overwritten_size_is_what_the_screen_reports():
+    assert screen(jpeg_with_size(640, 480)) == Declared("jpeg", 640, 480)

@@ -1,0 +1,181 @@
+"""Jobs that are rows of a database: they outlive their server, and what they make is kept whole or not at all."""
+
+import time
+from threading import Thread
+
+import pytest
+from sqlalchemy import text
+
+from app.core.errors import DiskFull, NotFound, Unavailable
+from app.jobs import Jobs, registry
+from tests.support import sample_jobs
+from tests.unit.jobs.test_jobs import ended, running, until
+
+
+@pytest.fixture
+def store(opener, tmp_path):
+    with opener(tmp_path / "data") as store:
+        yield store
+
+
+def server(store, **settings):
+    """Jobs as a server keeps them."""
+    jobs = Jobs(**{"workers": 1, "modules": ("tests.support.sample_jobs",), **settings})
+    jobs.keepers["lens"] = lambda made, about: {"lens": store.add_lens({"made": made, "about": about})["id"]}
+    jobs.open(store.jobs)
+    return jobs
+
+
+def killed(jobs):
+    """As by SIGKILL: whatever would be said at the end is not."""
+    for name in ("put_off", "again", "fail", "done"):
+        setattr(jobs._book, name, lambda *args, **kwargs: False)
+    jobs.close()
+
+
+def test_what_waits_and_what_runs_when_the_server_is_stopped_is_done_when_it_is_back(opener, store):
+    jobs = server(store)
+    runs = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1.0}, "lens", "runs")
+    waits = jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "lens", "waits")
+    running(jobs, runs)
+    jobs.close()
+    assert {jobs.get(job.id).state for job in (runs, waits)} == {"queued"} and store.lenses().items == ()
+    with opener.again(store) as again, server(again) as back:
+        told = [ended(back, job) for job in (runs, waits)]
+        assert [(job.state, job.attempt) for job in told] == [("done", 1), ("done", 1)]
+        assert [again.lens(job.result["lens"])["about"] for job in told] == ["runs", "waits"]
+        assert [job.id for job in back.all()] == [waits.id, runs.id]
+
+
+def test_a_server_that_is_killed_costs_an_attempt_and_the_third_is_the_last(opener, store):
+    job = None
+    for attempt in (1, 2, 3):
+        jobs = server(store)
+        job = job or jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, "lens")
+        running(jobs, job)
+        assert jobs.get(job.id).attempt == attempt
+        killed(jobs)
+        store = opener.again(store)
+    with store, server(store) as back:
+        told = ended(back, job)
+        assert (told.state, told.problem["reason"]) == ("failed", "worker-died") and store.lenses().items == ()
+        assert store.jobs.get(job.id).state == "failed"
+
+
+def test_what_has_ended_can_still_be_read_after_a_restart_and_old_ones_are_forgotten(opener, store):
+    with server(store, kept=3) as jobs:
+        told = [ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": n, "b": 0})) for n in range(4)]
+        told.append(ended(jobs, jobs.start("fit", sample_jobs.refuses, {})))
+    with opener.again(store) as again, server(again, kept=3) as back:
+        for before in told[2:]:
+            now = back.get(before.id)
+            assert (now.state, now.result, now.problem, now.kind, now.ended_at is not None) == (
+                before.state, before.result, before.problem, before.kind, True)
+        with pytest.raises(NotFound):
+            back.get(told[1].id)
+        assert len(again.jobs.list()) == 3
+
+
+def test_one_that_somebody_waited_for_and_one_that_was_cancelled_are_not_done_again(opener, store):
+    jobs = server(store)
+    cancelled = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60})
+    waited = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, lasts=False)
+    running(jobs, cancelled)
+    jobs.cancel(cancelled.id)
+    running(jobs, waited)
+    jobs.close()
+    assert jobs.get(waited.id).state == "cancelled"
+    with opener.again(store) as again, server(again) as back:
+        assert [(job.id, job.state) for job in back.all()] == [(cancelled.id, "cancelled")] and back.pids == ()
+
+
+def test_what_a_job_made_is_kept_with_its_end_or_not_at_all(opener, store, monkeypatch):
+    jobs = server(store)
+    finish = type(store.jobs).finish
+    monkeypatch.setattr(type(store.jobs), "finish", lambda self, id, attempt, state, *rest: (
+        finish(self, id, attempt, state, *rest) if state == "failed" else False))
+    lost = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "lens"))
+    assert (lost.state, lost.problem["reason"]) == ("failed", "job-lost") and store.lenses().items == ()
+    monkeypatch.undo()
+
+    def broken(made, about):
+        store.add_lens({"made": made})
+        raise DiskFull("The lens was not saved: the disk is full.", "Free some space.")
+    jobs.keepers["broken"] = broken
+    full = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "broken"))
+    assert (full.state, full.problem["reason"]) == ("failed", "disk-full") and store.lenses().items == ()
+    assert store.jobs.get(full.id).state == "failed"
+    fine = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "lens"))
+    assert fine.state == "done" and len(store.lenses().items) == 1
+    jobs.close()
+
+
+def test_a_part_that_failed_spoils_the_whole_whoever_catches_it(store):
+    with pytest.raises(Unavailable), store.jobs.together():
+        store.add_lens({"made": 1})
+        with pytest.raises(DiskFull), store._database.writing("The rest"):
+            raise DiskFull("The disk is full.", "Free some space.")
+    assert store.lenses().items == ()
+    store.add_lens({"made": 2})
+    assert len(store.lenses().items) == 1
+
+
+def test_an_end_that_the_database_does_not_take_is_told_at_once_and_written_later(store, monkeypatch):
+    with server(store) as jobs:
+        refused = jobs.start("fit", sample_jobs.refuses, {})
+        finish = type(store.jobs).finish
+
+        def full(self, *args):
+            raise DiskFull("The job was not saved: the disk is full.", "Free some space.")
+        monkeypatch.setattr(type(store.jobs), "finish", full)
+        assert ended(jobs, refused).state == "failed"
+        monkeypatch.setattr(type(store.jobs), "finish", finish)
+        jobs.cancel(jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}).id)
+        until(lambda: store.jobs.get(refused.id).state == "failed")
+
+
+def test_a_running_job_beats_and_its_row_says_how_far_it_is(store, monkeypatch):
+    monkeypatch.setattr(registry, "BEAT_S", 0.05)
+    with server(store) as jobs:
+        job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60})
+        until(lambda: store.jobs.get(job.id).progress > 0)
+        row = store.jobs.get(job.id)
+        assert (row.state, row.message, row.attempt) == ("running", "sleeping", 1) and row.worker
+        jobs.cancel(job.id)
+        assert store.jobs.get(job.id).state == "cancelled"
+
+
+def test_a_job_of_a_stranger_is_never_run(opener, store):
+    """A data folder may come from an archive that somebody else has made."""
+    store.jobs.add("evil", {"run": "os:system", "spec": "true", "keep": None, "about": None, "lasts": True})
+    store.jobs.add("odd", {"run": "tests.support.sample_jobs:adds", "spec": {"a": 1, "b": 1}, "keep": "nobody",
+                           "about": None, "lasts": True})
+    store.jobs.add("former", {"n": 1})
+    torn = store.jobs.add("torn", {"run": "tests.support.sample_jobs:adds", "spec": {}})
+    with store._database.writing("The damage") as rows:
+        rows.execute(text("UPDATE jobs SET spec = '{\"run\": \"jobs' WHERE id = :id"), {"id": torn.id})
+    with server(store) as jobs:
+        assert {(job.state, job.problem["reason"]) for job in jobs.all()} == {("failed", "job-lost")}
+        assert len(jobs.all()) == 4 and jobs.pids == ()
+        assert {job.state for job in store.jobs.list()} == {"failed"}
+
+
+def test_readers_do_not_wait_for_the_disk(store, monkeypatch):
+    with server(store) as jobs:
+        job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60})
+        running(jobs, job)
+        cancel = type(store.jobs).cancel
+
+        def slow(self, *args):
+            time.sleep(1.5)
+            return cancel(self, *args)
+        monkeypatch.setattr(type(store.jobs), "cancel", slow)
+        thread = Thread(target=jobs.cancel, args=(job.id,))
+        thread.start()
+        looks, start = 0, time.monotonic()
+        while thread.is_alive() and time.monotonic() < start + 1.0:
+            jobs.get(job.id), jobs.all()
+            looks += 1
+        assert looks > 100 and jobs.get(job.id).state == "running"
+        thread.join()
+        assert jobs.get(job.id).state == "cancelled"

@@ -1,0 +1,178 @@
+"""What network cameras do to a server: every fault is seen, the camera comes back by itself, and no other suffers."""
+
+import asyncio
+import os
+import random
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from app.live import Channel
+from app.live.messages import parts
+from tests.support.live_cameras import SIM, live, until
+from tests.support.mjpeg_camera import MjpegCamera, coded
+from tests.support.pictures import jpeg_of_many_scans, jpeg_with_size, png_bomb
+from tests.support.rtsp_camera import RtspCamera
+
+
+@contextmanager
+def mjpeg():
+    camera = MjpegCamera()
+    try:
+        yield camera
+    finally:
+        camera.stalled = False
+        camera.close()
+
+
+@contextmanager
+def rtsp():
+    camera = RtspCamera()
+    try:
+        yield camera
+    finally:
+        camera.stalled = False
+        camera.close()
+
+
+def stalls(camera):
+    camera.stalled = True
+
+
+def trickles(camera):
+    camera.trickle = True
+
+
+def goes_mute(camera):
+    camera.mute = True
+    camera.drop()
+
+
+def is_cut(camera):
+    camera.half = True
+
+
+def heals(camera):
+    camera.stalled = camera.trickle = camera.mute = camera.half = False
+    camera.drop()
+
+
+FAULTS = [(mjpeg, stalls), (mjpeg, trickles), (mjpeg, goes_mute), (mjpeg, is_cut), (rtsp, stalls), (rtsp, goes_mute)]
+
+
+@pytest.mark.parametrize(("kind", "fault"), FAULTS, ids=[f"{k.__name__} {f.__name__}" for k, f in FAULTS])
+def test_a_fault_is_seen_the_neighbour_goes_on_and_the_camera_comes_back(kind, fault):
+    async def story(far):
+        async with live(far.url) as camera, live(SIM) as neighbour:
+            with camera.watching(Channel()) as viewer:
+                await viewer.next(30)
+                await until(lambda: camera.status()["state"] == neighbour.status()["state"] == "live")
+                seq, start = neighbour.status()["seq"], time.monotonic()
+                fault(far)
+                told = await until(lambda: (s := camera.status())["state"] != "live" and s, 15)
+                await asyncio.sleep(2)
+                lost = 1 - (neighbour.status()["seq"] - seq) / (25 * (time.monotonic() - start))
+                heals(far)
+                await until(lambda: camera.status()["state"] == "live", 30)
+                await viewer.next(10)
+                return told, lost, neighbour.status()
+    with kind() as far:
+        told, lost, neighbour = asyncio.run(asyncio.wait_for(story(far), 100))
+    assert told["state"] in ("stalled", "offline", "connecting")
+    assert neighbour["state"] == "live" and neighbour["reconnects"] == 0
+    assert lost < 0.5  # on a quiet machine none; a loaded one renders fewer
+
+
+GARBAGE = {
+    "noise": random.Random(1).randbytes(5000), "nothing": b"", "half a picture": coded(0)[:900],
+    "a bomb": png_bomb(16000, 16000), "a giant": jpeg_with_size(65500, 65500),
+    "scans": jpeg_of_many_scans(300, 4000, 4000),
+}
+
+
+@pytest.mark.parametrize("part", GARBAGE.values(), ids=GARBAGE.keys())
+def test_parts_that_are_no_pictures_are_left_out_and_the_others_shown(part):
+    async def story(far):
+        async with live(far.url) as camera:
+            with camera.watching(Channel()) as viewer:
+                first = parts(await viewer.next(30))[0]["seq"]
+                pid = camera.pid
+                far.parts = lambda n: [part, coded(n)] if n % 4 == 0 else [coded(n)]
+                while parts(await viewer.next(20))[0]["seq"] < first + 30:
+                    pass
+                return pid, camera.pid, camera.status()
+    with mjpeg() as far:
+        before, after, status = asyncio.run(asyncio.wait_for(story(far), 100))
+    assert before == after and status["state"] == "live"
+
+
+@pytest.mark.parametrize("kind", [mjpeg, rtsp])
+def test_another_size_is_shown_as_it_is(kind):
+    async def story(far):
+        async with live(far.url) as camera:
+            with camera.watching(Channel()) as viewer:
+                assert parts(await viewer.next(30))[0]["raw_width"] == 320
+                far.size = (640, 480)
+                if kind is rtsp:
+                    far.drop()  # a camera's stream has one size from its beginning to its end
+                while (head := parts(await viewer.next(30))[0])["raw_width"] != 640:
+                    pass
+                await until(lambda: camera.status()["width"] == 640)
+                return head
+    with kind() as far:
+        head = asyncio.run(asyncio.wait_for(story(far), 100))
+    assert (head["raw_width"], head["raw_height"], head["width"], head["height"]) == (640, 480, 640, 480)
+
+
+def test_a_picture_that_never_changes_is_not_called_live():
+    async def story(far):
+        far.parts = lambda n: [coded(7)]
+        async with live(far.url) as camera:
+            frozen = await until(lambda: (s := camera.status())["state"] == "stalled" and s, 30)
+            far.parts = lambda n: [coded(n)]
+            await until(lambda: camera.status()["state"] == "live", 30)
+            return frozen
+    with mjpeg() as far:
+        frozen = asyncio.run(asyncio.wait_for(story(far), 100))
+    assert frozen["problem"]["reason"] == "frozen" and frozen["problem"]["fix"]
+
+
+def test_a_slow_camera_is_not_called_stalled():
+    async def story(far):
+        async with live(far.url) as camera:
+            await until(lambda: camera.status()["state"] == "live", 30)
+            states = set()
+            for _ in range(70):
+                states.add(camera.status()["state"])
+                await asyncio.sleep(0.1)
+            return states, camera.status()["reconnects"]
+    with mjpeg() as far:
+        far.fps = 0.8  # a picture every 1.25 s, as fast as the source itself lets pass
+        assert asyncio.run(asyncio.wait_for(story(far), 60)) == ({"live"}, 0)
+
+
+def test_many_unpluggings_leave_nothing_behind():
+    async def story(far):
+        async with live(far.url) as camera:
+            async def cycle():
+                await until(lambda: camera.status()["state"] == "live", 30)
+                far.drop()
+                seq = camera.status()["reopened"]
+                await until(lambda: (camera.status()["reopened"] or 0) > seq, 30)
+            await cycle()
+            pid = camera.pid
+            await until(lambda: camera.status()["state"] == "live", 30)
+            before = len(os.listdir("/proc/self/fd")), threading.active_count(), held(pid)
+            for _ in range(6):
+                await cycle()
+            await until(lambda: camera.status()["state"] == "live", 30)
+            return pid, camera.pid, before, (len(os.listdir("/proc/self/fd")), threading.active_count(), held(pid))
+
+    def held(pid):
+        return len(os.listdir(f"/proc/{pid}/fd")), len(os.listdir(f"/proc/{pid}/task"))
+    with mjpeg() as far:
+        pid, after_pid, before, after = asyncio.run(asyncio.wait_for(story(far), 110))
+    assert pid == after_pid
+    assert after[0] <= before[0] + 6 and after[2][0] <= before[2][0] + 1 and after[2][1] <= before[2][1] + 1

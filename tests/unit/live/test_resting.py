@@ -1,0 +1,74 @@
+"""A camera that makes its pictures itself rests while nobody needs them, says so, and wakes for whoever comes."""
+
+import time
+
+import pytest
+
+from app.core.registry import Registry
+from app.live import capture as module
+from app.live.capture import REST_S, Capture
+from app.sources import SOURCES, Surroundings
+from tests.support.live_cameras import FIELDS, SIM
+
+PERIOD_S = 1 / 25  # of SIM
+
+
+@pytest.fixture
+def capture(monkeypatch):
+    monkeypatch.setattr(module, "RESTS_AFTER_S", 0.3)
+    capture = Capture(SIM, Surroundings(FIELDS))
+    capture.start()
+    return capture
+
+
+def becomes(condition, seconds: float = 30.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it never did"
+        time.sleep(0.02)
+
+
+def rest(capture) -> None:
+    becomes(lambda: capture.resting and capture.status()["seq"] > 0)
+
+
+def test_nobody_watches_and_one_picture_a_second_is_made(capture):
+    rest(capture)
+    before = capture.status()["seq"]
+    time.sleep(3 * REST_S)
+    now = capture.status()
+    assert 1 <= now["seq"] - before <= 4  # of 75 at its own rate; fewer is the machine's fault, more is ours
+    assert now["state"] == "live"
+    assert now["interval_s"] >= REST_S  # told as it is
+
+
+def test_who_watches_gets_every_picture(capture):
+    rest(capture)
+    capture.watch(True)
+    becomes(lambda: 0 < capture.status()["interval_s"] < REST_S / 2)
+    assert not capture.resting
+    capture.watch(False)
+    rest(capture)
+
+
+def test_who_asks_for_a_picture_gets_a_new_one_at_once(capture):
+    rest(capture)
+    taken = capture.after(capture.status()["seq"], 30)
+    assert taken is not None
+    assert not capture.resting
+
+
+def test_a_look_in_passing_wakes_nobody(capture):
+    rest(capture)
+    assert capture.after(capture.status()["seq"], 30, in_passing=True) is not None
+    assert capture.resting
+
+
+def test_a_setting_is_done_at_once(capture):
+    rest(capture)
+    assert capture.set_control("exposure", 2000.0, 30).value == pytest.approx(2000, rel=0.2)
+
+
+def test_only_pictures_that_are_our_own_work_may_wait(monkeypatch, tmp_path):
+    assert isinstance(SOURCES, Registry)
+    assert [name for name in SOURCES if getattr(SOURCES[name], "CAN_REST", False)] == ["sim"]

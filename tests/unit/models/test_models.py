@@ -1,0 +1,194 @@
+"""The laws of camera models, over every example of every model in the table."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.core.errors import BadInput, FitFailed, NotFound, TouchlineError
+from app.core.geometry import ImageSize
+from app.core.records import Observation
+from app.models import (
+    MODELS,
+    CameraModel,
+    Option,
+    field_from_raw,
+    model_from_json,
+    parameters_json,
+    raw_from_field,
+    read_options,
+)
+from tests.support.fields import grid, marks_seen, plain_field, seen
+
+EXAMPLES = [pytest.param(model, id=f"{name}-{i}") for name in MODELS
+            for i, model in enumerate(MODELS[name].examples())]
+every_example = pytest.mark.parametrize("model", EXAMPLES)
+every_model = pytest.mark.parametrize("model_class", [pytest.param(MODELS[n], id=n) for n in MODELS])
+
+
+def own_options(model) -> dict:
+    """What makes a fit look for just this example: its own degrees and rectangles."""
+    if hasattr(model, "project"):
+        chosen = {"terms": [n for n, t in zip(model.LENS.TERMS, model.lens_terms, strict=True) if t]}
+        return {**(chosen if any(o.name == "terms" for o in model.OPTIONS) else {}), "click_sigma_px": 0.01,
+                "height_mm": {"value": model.position_mm[2], "sigma": 1.0},
+                "n_rectangles_x": model.n_rectangles_x, "n_rectangles_y": model.n_rectangles_y,
+                **{f"{a}_max_rectangle_px": getattr(model, side) / getattr(model, f"n_rectangles_{b}")
+                   for a, side, b in (("w", "width_px", "x"), ("h", "height_px", "y"))}}
+    if model.NAME == "thin-plate":  # stiffness 0: exact points are passed through exactly
+        return {"base": model.base_name, "smoothing": 0.0}
+    if model.NAME != "polynomial":
+        return {}
+    return {"degree": {side: getattr(model, side).degree for side in ("left", "right", "top", "bottom")},
+            "relation_degree": len(model.down_mm) - 1,
+            "n_rectangles_x": model.n_rectangles_x, "n_rectangles_y": model.n_rectangles_y,
+            "w_max_rectangle_px": model.width_px / model.n_rectangles_x,
+            "h_max_rectangle_px": model.height_px / model.n_rectangles_y}
+
+
+def corrected_grid(model):
+    return grid(model.corrected_size.width - 1, model.corrected_size.height - 1)
+
+
+@every_example
+def test_it_follows_the_contract(model):
+    assert isinstance(model, CameraModel)
+    assert MODELS[model.NAME] is type(model)
+    assert model.TITLE and model.HELP and all(isinstance(o, Option) and o.help for o in model.OPTIONS)
+
+
+@every_example
+def test_there_and_back_is_the_same_pixel(model):
+    corrected = corrected_grid(model)
+    raw = model.raw_from_corrected(corrected)
+    assert np.isfinite(raw).all()
+    np.testing.assert_allclose(model.corrected_from_raw(raw), corrected, atol=1e-6)
+    middle = raw.reshape(-1, 2).mean(axis=0) + np.array([[0.0, 0.0], [1e-3, -1e-3], [0.5, 0.25]])
+    np.testing.assert_allclose(model.raw_from_corrected(model.corrected_from_raw(middle)), middle, atol=1e-6)
+
+
+@every_example
+def test_there_and_back_is_the_same_place_on_the_carpet(model):
+    corrected = corrected_grid(model)
+    field = model.field_from_corrected(corrected)
+    np.testing.assert_allclose(model.corrected_from_field(field), corrected, atol=1e-6)
+    np.testing.assert_allclose(field_from_raw(model, raw_from_field(model, field)), field, atol=1e-5)
+
+
+@every_example
+@pytest.mark.parametrize("shape", [(2,), (1, 2), (0, 2), (3, 2), (4, 5, 2)])
+def test_the_shape_of_the_points_is_kept(model, shape):
+    points = np.full(shape, 200.0)
+    for mapping in (model.corrected_from_raw, model.raw_from_corrected,
+                    model.field_from_corrected, model.corrected_from_field):
+        assert mapping(points).shape == shape
+
+
+@every_example
+def test_a_point_out_of_reach_is_nan_not_a_guess(model):
+    for far in ([1e9, 1e9], [np.nan, 5.0], [5.0, np.inf], [-np.inf, np.nan]):
+        for mapping in (model.corrected_from_raw, model.raw_from_corrected):
+            there = mapping(np.array([far]))
+            assert np.isnan(there).all() or np.isfinite(there).all()
+    assert np.isnan(model.corrected_from_raw(np.array([[np.nan, 5.0], [5.0, np.inf], [1e9, 1e9]]))).all()
+    assert np.isnan(model.raw_from_corrected(np.array([[np.nan, 5.0], [5.0, np.inf], [1e9, 1e9]]))).all()
+
+
+@every_example
+def test_parameters_survive_json_exactly(model):
+    text = json.dumps(parameters_json(model), allow_nan=False)
+    assert model_from_json(model.NAME, json.loads(text)) == model
+
+
+@every_example
+@pytest.mark.parametrize("spoil", [lambda p: p.popitem(), lambda p: p.update(extra=1), lambda p: p.clear(),
+                                   lambda p: p.update({next(iter(p)): None}),
+                                   lambda p: p.update({next(iter(p)): float("nan")})])
+def test_spoilt_parameters_are_refused(model, spoil):
+    parameters = parameters_json(model)
+    spoil(parameters)
+    with pytest.raises(BadInput) as refusal:
+        model_from_json(model.NAME, parameters)
+    assert refusal.value.fix
+
+
+@every_example
+def test_any_single_spoilt_number_is_refused_or_harmless(model):
+    """inf, NaN and giants in any place of the parameters are refused."""
+    def places(value, path=()):
+        if isinstance(value, dict):
+            return [p for k, v in value.items() for p in places(v, (*path, k))]
+        if isinstance(value, list):
+            return [p for k, v in enumerate(value) for p in places(v, (*path, k))]
+        return [path] if isinstance(value, (int, float)) else []
+
+    for path in places(parameters_json(model)):
+        for bad in (float("inf"), float("nan"), 1e308, -1e308, "x", None):
+            parameters = parameters_json(model)
+            inner = parameters
+            for key in path[:-1]:
+                inner = inner[key]
+            inner[path[-1]] = bad
+            try:
+                spoilt = model_from_json(model.NAME, parameters)
+            except TouchlineError:
+                continue
+            pytest.fail(f"{path} = {bad} was accepted: {spoilt}")
+
+
+@every_example
+def test_a_fit_on_its_own_exact_points_returns_itself(model):
+    field = plain_field(model.region)
+    observations = (*seen(model, model.region, 11), *marks_seen(model, field))
+    fit = type(model).fit(observations, field, model.region, model.image_size, own_options(model))
+    assert all(fine.all() for fine in fit.inliers)
+    corrected = corrected_grid(model)
+    np.testing.assert_allclose(fit.model.raw_from_corrected(corrected), model.raw_from_corrected(corrected), atol=1e-6)
+    np.testing.assert_allclose(fit.model.field_from_corrected(corrected), model.field_from_corrected(corrected),
+                               atol=1e-5)
+
+
+@every_example
+def test_a_scaled_image_gives_the_scaled_model(model):
+    field, scale = plain_field(model.region), 2.0
+    options = own_options(model)
+    observations = (*seen(model, model.region, 11), *marks_seen(model, field))
+    larger = tuple(replace(o, points=scale * (o.points + 0.5) - 0.5) for o in observations)
+    size = ImageSize(*(round(scale * n) for n in model.image_size))
+    small = type(model).fit(observations, field, model.region, model.image_size, options).model
+    large = type(model).fit(larger, field, model.region, size, options).model
+    raw = small.raw_from_corrected(corrected_grid(small))
+    np.testing.assert_allclose(field_from_raw(large, scale * (raw + 0.5) - 0.5), field_from_raw(small, raw), atol=1e-5)
+
+
+@every_model
+def test_too_few_points_say_how_many_are_needed(model_class):
+    model = next(iter(model_class.examples()))
+    field = plain_field(model.region)
+    one = Observation("left", "line", np.array([[100.0, 100.0]]))
+    for observations in ((), (one,)):
+        with pytest.raises(FitFailed) as refusal:
+            model_class.fit(observations, field, model.region, model.image_size)
+        assert refusal.value.fix
+    assert any(c.isdigit() for c in model_class.points_needed())
+
+
+def test_an_unknown_model_lists_the_known_ones():
+    with pytest.raises(NotFound, match="polynomial") as refusal:
+        MODELS["pinhole"]
+    assert refusal.value.reason == "unknown-camera-model"
+
+
+@pytest.mark.parametrize("name, value", [("degree", 0), ("degree", 9), ("degree", 2.5), ("degree", "cubic"),
+                                         ("degree", True), ("degree", float("nan")), ("robust", 1),
+                                         ("w_max_rectangle_px", float("inf")), ("n_rectangles_x", -1)])
+def test_an_option_out_of_range_is_refused_with_what_is_allowed(name, value):
+    with pytest.raises(BadInput, match=name) as refusal:
+        read_options(MODELS["polynomial"].OPTIONS, {name: value})
+    assert refusal.value.fix.startswith("Use")
+
+
+def test_an_unknown_option_is_refused_by_name():
+    with pytest.raises(BadInput, match="degre"):
+        read_options(MODELS["polynomial"].OPTIONS, {"degre": 3})

@@ -1,0 +1,121 @@
+"""What is plugged in: found with its address and identity, whatever becomes of one of those who look."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from app.sources import Surroundings
+from app.sources.discover import _short_names, found
+from tests.support.industrial import GvCamera, opened, viky, with_viky
+from tests.support.paths import ROOT
+from tests.support.peers import V4l2Source
+from tests.support.plugged_cameras import plug_in
+
+LONG_S = 60.0  # on a busy machine Python alone may take long to start
+
+
+@pytest.fixture(autouse=True)
+def no_webcams(tmp_path, monkeypatch):
+    monkeypatch.setattr(V4l2Source, "root", tmp_path / "machine")
+    return tmp_path / "machine"
+
+
+def test_the_cameras_behind_a_producer_are_found_and_open_by_what_is_told():
+    around = with_viky()
+    cameras = [one for one in found(around, LONG_S) if one["address"].startswith("genicam:")]
+    assert [one["address"] for one in cameras] == [f"genicam://{serial}?producer=viky" for serial in (0, 1, 2)]
+    assert all("Viky" in one["title"] and "viky.cti" in one["title"] for one in cameras)
+    for one in cameras:
+        with closing(opened(one["address"], around)) as camera:
+            assert vars(camera.identity()) == one["identity"]
+
+
+def test_a_camera_on_the_network_is_found_and_opens_by_what_is_told():
+    with closing(GvCamera()):
+        cameras = [one for one in found(Surroundings(), LONG_S) if GvCamera.SERIAL in one["address"]]
+        assert [one["title"] for one in cameras] == [f"Aravis Fake {GvCamera.SERIAL}, through Aravis"]
+        with closing(opened(cameras[0]["address"])) as camera:
+            assert vars(camera.identity()) == cameras[0]["identity"]
+
+
+def test_a_webcam_is_found(no_webcams):
+    plug_in(no_webcams, 0)
+    webcams = [one for one in found(Surroundings(), LONG_S) if one["address"].startswith("v4l2:")]
+    assert len(webcams) == 1 and webcams[0]["identity"]["address"] == webcams[0]["address"]
+    assert "/dev/video0" in webcams[0]["title"]
+
+
+def looker(word: str) -> int:
+    """The process that looks through that library, as soon as it runs."""
+    until = time.monotonic() + LONG_S
+    while time.monotonic() < until:
+        for task in Path("/proc/self/task").iterdir():
+            for pid in (task / "children").read_text().split():
+                line = Path(f"/proc/{pid}/cmdline")
+                if line.exists() and word.encode() in line.read_bytes().split(b"\0"):
+                    return int(pid)
+        time.sleep(0.005)
+    raise AssertionError(f"nobody looks through {word}")
+
+
+def found_while(deed, around: Surroundings, deadline_s: float) -> list:
+    """What is found while something befalls those who look."""
+    answer = []
+    looking = threading.Thread(target=lambda: answer.extend(found(around, deadline_s)))
+    looking.start()
+    deed()
+    looking.join(LONG_S)
+    assert not looking.is_alive()
+    return answer
+
+
+def test_one_that_dies_takes_nothing_from_the_others():
+    cameras = found_while(lambda: os.kill(looker("aravis"), signal.SIGKILL), with_viky(), LONG_S)
+    assert sum(one["address"].startswith("genicam:") for one in cameras) == 3
+
+
+def test_one_that_hangs_is_left_out_at_the_deadline_and_ended():
+    stopped = []
+
+    def stop():
+        stopped.append(looker("aravis"))
+        os.kill(stopped[0], signal.SIGSTOP)
+
+    start = time.monotonic()
+    cameras = found_while(stop, Surroundings(), 2.0)
+    assert time.monotonic() - start < LONG_S and not any(one["address"].startswith("aravis:") for one in cameras)
+    assert not Path(f"/proc/{stopped[0]}").exists()
+
+
+def test_what_a_makers_library_prints_does_not_get_into_the_answer():
+    code = ("import os, sys; from app.sources import discover; sys.argv = ['', '', 'loud']\n"
+            "discover.LOOKERS['loud'] = lambda: os.write(1, b'Loading driver ...') and []\n"
+            "discover.look()")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, cwd=ROOT)
+    assert done.stdout == b"[]" and b"Loading driver" in done.stderr
+
+
+def test_a_producer_that_is_none_harms_nobody(tmp_path):
+    shutil.copy(viky()[0] / "viky.cti", tmp_path / "good.cti")
+    (tmp_path / "broken.cti").write_bytes(b"\x7fELF and then nothing")
+    (tmp_path / "text.cti").write_text("no library")
+    cameras = found(Surroundings(producers=(tmp_path,)), LONG_S)
+    assert [one["address"] for one in cameras if one["address"].startswith("genicam:")] == [
+        f"genicam://{serial}?producer=good" for serial in (0, 1, 2)]
+
+
+def test_where_nothing_is_plugged_in_nothing_is_found(tmp_path):
+    assert [one for one in found(Surroundings(producers=(tmp_path, tmp_path / "absent")), LONG_S)
+            if not one["address"].startswith("aravis:")] == []  # there may be real ones on this network
+
+
+def test_a_serial_number_names_a_camera_only_if_it_is_its_own():
+    assert _short_names([("7", "a"), ("8", "b"), ("7", "c"), ("", "d")]) == ["a", "8", "c", "d"]

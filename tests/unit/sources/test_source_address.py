@@ -1,0 +1,69 @@
+"""Addresses: a network camera keeps its own query, and no password comes back."""
+
+import pytest
+
+from app.core.errors import BadInput
+from app.sources import SOURCES, Surroundings, source_from_url, split_address, without_password
+from app.sources.network.endpoint import Place
+
+
+def test_a_network_cameras_query_is_its_own_and_our_options_stand_behind_the_hash():
+    assert split_address("http://u:p%40@cam:81/v%20i?a=1&a=2&fps=9#fps=2&trust=any") == (
+        "http", "u:p%40@cam:81/v%20i?a=1&a=2&fps=9", {"fps": "2", "trust": "any"})
+    assert split_address("rtsp://cam/ch0")[2] == {}
+    assert split_address("sim://table?seed=2")[2] == {"seed": "2"}
+
+
+@pytest.mark.parametrize(("address", "shown"), [
+    ("rtsp://op:s3cret@cam:554/a@b?channel=1#open_s=3", "rtsp://op@cam:554/a@b?channel=1#open_s=3"),
+    ("rtsp://:s3cret@cam/", "rtsp://cam/"),
+    ("rtsp://op:s3@cret@cam/", "rtsp://cam/"),
+    ("rtsp://op:s3/cret@cam/x", "rtsp://cam/x"),
+    ("http://op:s3cret\\@cam/x", "http://op@cam/x"),
+    ("http://cam/videostream.cgi?user=op&pwd=s3cret&rate=0", "http://cam/videostream.cgi?user=op&pwd=…&rate=0"),
+    ("http://cam/x?Password=s3cret", "http://cam/x?Password=…"),
+    ("http://cam/x?access_token=s3cret&n=1", "http://cam/x?access_token=…&n=1"),
+    ("rtsp://cam:554/user=op_password=s3_cret_channel=1_stream=0.sdp",
+     "rtsp://cam:554/user=op_password=…_channel=1_stream=0.sdp"),
+    ("http://cam/keyboard?monkey", "http://cam/keyboard?monkey"),
+    ("sim://table?seed=1", "sim://table?seed=1"),
+    ("no address at all", "no address at all"),
+])
+def test_what_is_shown_of_an_address_holds_no_password(address, shown):
+    assert without_password(address) == shown
+
+
+def test_a_place_is_read_with_its_login_and_keeps_what_is_sent():
+    place = Place.of("rtsp", "op:s3%2Fcret@Cam.Local.:8554/a b/ü?x=[1]&y=%20")
+    assert (place.host, place.port, place.user, place.password) == ("cam.local", 8554, "op", "s3/cret")
+    assert place.resource == "/a%20b/%C3%BC?x=[1]&y=%20" and place.authority == "cam.local:8554"
+    assert Place.of("http", "[fe80::1]").authority == "[fe80::1]" and Place.of("https", "cam").port == 443
+    assert "s3/cret" not in repr(place)
+
+
+@pytest.mark.parametrize("target", [
+    "a@b@cam/", "cam\\@other/", "cam:0/", "cam:99999/", "cam:x/", "ca m/", "-cam/", "cam-/", "ca..m/", "0x7f000001/",
+    "2130706433/", "127.1/", "0177.0.0.1/", "cam.0x7f/", "1.2.3/", "[::1/", "[cam]/", "[fe80::1%eth0]/", "käm/", "/x",
+    "@/x", "op:%ff@cam/", "op:a%0ab@cam/", "x" * 300, "cam：80/", "cam⁄x", ".", "a" * 64 + ".b/"])
+def test_an_address_that_leaves_a_doubt_about_its_host_is_refused(target):
+    with pytest.raises(BadInput) as refused:
+        Place.of("http", target)
+    assert refused.value.reason == "bad-source"
+    with pytest.raises(BadInput):
+        source_from_url(f"http://{target}", Surroundings(decode=lambda raw: None))
+
+
+@pytest.mark.parametrize("scheme", ["rtsp", "http", "https"])
+def test_a_refusal_does_not_repeat_the_password(scheme):
+    for host in ("127.0.0.1", "ca m", "no-such-host.invalid"):
+        try:
+            source_from_url(f"{scheme}://op:s3cret@{host}/x?pwd=s3cret", Surroundings(decode=lambda raw: None))
+        except Exception as error:
+            assert "s3cret" not in str(error) + repr(error) + repr(error.__context__)
+        else:
+            pytest.fail("it opened")
+
+
+def test_the_examples_of_network_cameras_are_addresses(tmp_path):
+    for name in ("rtsp", "http", "https"):
+        assert Place.of(name, split_address(SOURCES[name].example(tmp_path))[1]).user == "user"

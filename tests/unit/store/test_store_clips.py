@@ -1,0 +1,69 @@
+"""Clips: whole or not there, the oldest go, and what is damaged is only missing."""
+
+import os
+
+import pytest
+
+from app.core.errors import DiskFull, NotFound
+from app.store import clips
+from app.store.clips import LENGTH
+
+FRAMES = [{"seq": 4, "time_s": 10.0, "bytes": 3}, {"seq": 9, "time_s": 10.5, "bytes": 2}]
+HEAD = {"width": 8, "height": 6, "frames": FRAMES}
+
+
+@pytest.fixture
+def store(opener, tmp_path):
+    with opener(tmp_path / "data") as opened:
+        yield opened
+
+
+def added(store, nth=0):
+    clip = store.clips.add("north", HEAD, b"abcde")
+    os.utime(store.folder / "clips" / f"{clip.id}.clip", (1000 + nth, 1000 + nth))
+    return clip.id
+
+
+def test_each_frame_is_read_back_and_the_newest_clip_comes_first(store):
+    assert store.clips.all() == ()
+    first, second = added(store, 0), added(store, 1)
+    assert [clip.id for clip in store.clips.all()] == [second, first]
+    assert [store.clips.frame(first, n) for n in (0, 1)] == [b"abc", b"de"]
+    told = store.clips.get(first).to_json()
+    assert (told["frames"], told["seconds"], told["fps"], told["camera"]) == (2, 0.5, 2.0, "north")
+    for number in (2, -1):
+        with pytest.raises(NotFound) as refused:
+            store.clips.frame(first, number)
+        assert refused.value.reason == "unknown-frame"
+    store.clips.remove(first)
+    with pytest.raises(NotFound):
+        store.clips.frame(first, 0)
+
+
+def test_the_oldest_go_where_there_is_no_more_room(store, monkeypatch):
+    ids = [added(store, n) for n in range(3)]
+    size = (store.folder / "clips" / f"{ids[0]}.clip").stat().st_size
+    monkeypatch.setattr(clips, "MOST_BYTES", 2 * size + 5)
+    newest = added(store, 9)
+    assert [clip.id for clip in store.clips.all()] == [newest, ids[2], ids[1]]
+    monkeypatch.setattr(clips, "MOST_BYTES", 3)
+    with pytest.raises(DiskFull):
+        store.clips.add("north", HEAD, b"abcde")
+
+
+@pytest.mark.parametrize("data", [b"", b"\xff\xff\xff\xff{}", LENGTH.pack(2) + b"{}", LENGTH.pack(4) + b"\xff\xfe\0\0",
+                                  LENGTH.pack(25) + b'{"frames":[{"bytes":-1}]}', LENGTH.pack(13) + b'{"frames":[]}'])
+def test_what_is_damaged_is_missing_and_hides_no_other(store, data):
+    whole = added(store)
+    damaged = "0" * 16
+    (store.folder / "clips" / f"{damaged}.clip").write_bytes(data)
+    assert [clip.id for clip in store.clips.all()] == [whole]
+    for deed in (store.clips.get, store.clips.remove, lambda id: store.clips.frame(id, 0)):
+        with pytest.raises(NotFound):
+            deed(damaged)
+
+
+@pytest.mark.parametrize("id", ["../../etc/passwd", "", "\0", "0" * 15, "G" * 16])
+def test_a_name_that_could_be_a_path_is_no_clip(store, id):
+    with pytest.raises(NotFound):
+        store.clips.frame(id, 0)

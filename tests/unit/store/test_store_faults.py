@@ -1,0 +1,137 @@
+"""A disk that fails: at every call of a save in turn, the old stands, nothing is half there, and trying again works."""
+
+import errno
+import os
+from types import SimpleNamespace
+
+import pytest
+
+from app.core.errors import DiskFull, TouchlineError, Unavailable
+from app.core.geometry import ImageSize
+from app.store import EMPTY, Store
+from app.store.files import write_whole
+from tests.support.failing_disk import Disk, FailingSqlite, can_fail, failing
+from tests.support.store_writer import calibration
+
+SIZE = ImageSize(640, 480)
+CODES = {errno.ENOSPC: DiskFull, errno.EDQUOT: DiskFull, errno.EIO: Unavailable, errno.EROFS: Unavailable}
+
+
+def save_snapshot(store, known):
+    store.add_snapshot(b"another", SIZE, "png")
+
+
+def save_draft(store, known):
+    store.save_draft(known.snapshot, {**EMPTY, "field": "new"}, store.draft(known.snapshot).etag)
+
+
+def save_calibration(store, known):
+    store.save(calibration("north", "new"))
+
+
+def activate(store, known):
+    store.activate(known.second)
+
+
+def delete(store, known):
+    store.delete_calibration(known.second)
+
+
+def add_camera(store, known):
+    store.add_camera(f"camera-{len(store.cameras())}", {"name": "North"})
+
+
+def keep_lens(store, known):
+    store.add_lens({"model": "ssl"})
+
+
+SAVES = [add_camera, keep_lens, save_snapshot, save_draft, save_calibration, activate, delete]
+
+
+@pytest.fixture(scope="module")
+def sqlite():
+    if not can_fail():
+        pytest.skip("Python brings a SQLite of its own here: its writes cannot be made to fail")
+    layer = FailingSqlite()
+    yield layer
+    layer.remove()
+
+
+@pytest.fixture
+def store(sqlite, tmp_path):
+    with Store(tmp_path / "data") as store:
+        yield store
+
+
+@pytest.fixture
+def known(store):
+    snapshot = store.add_snapshot(b"one", SIZE, "png").id
+    store.save_draft(snapshot, {**EMPTY, "field": "old"}, store.draft(snapshot).etag)
+    first, second = (store.save(calibration("north", note)).id for note in "12")
+    store.activate(first)
+    return SimpleNamespace(snapshot=snapshot, first=first, second=second)
+
+
+def state(store):
+    return ([s.id for s in store.snapshots().items], [store.draft(s.id).body for s in store.snapshots().items],
+            [(c.id, c.version, c.active, c.note) for c in store.calibrations().items], store.damaged,
+            store.lenses().items, store.cameras())
+
+
+@pytest.mark.parametrize("code", CODES, ids=lambda code: errno.errorcode[code])
+@pytest.mark.parametrize("save", SAVES)
+def test_whichever_call_of_a_save_fails_it_is_told_and_nothing_is_lost(sqlite, store, known, save, code):
+    before = state(store)
+    for k in range(50):
+        with failing(pytest.MonkeyPatch.context, sqlite, Disk(fail_at=k, code=code)) as disk:
+            try:
+                save(store, known)
+            except TouchlineError as told:
+                assert isinstance(told, CODES[code]) and "not saved" in told.what and told.fix
+            else:
+                assert len(disk.calls) <= k, "the failure of a call went unnoticed"
+                break
+            assert state(store) == before, "while the disk fails, the old is read"
+        assert not [path for path in (store.folder / "pictures").glob(".*")]
+        assert state(store) == before and store.damaged == () and store.calibration(known.first).note == "1"
+    assert 3 <= k < 49
+    assert "sqlite write" in disk.calls and "sqlite sync" in disk.calls
+    now = state(store)
+    assert now != before
+    store.close()
+    with Store(store.folder) as again:
+        assert state(again) == now, "what was acknowledged is what a restart finds"
+
+
+def test_a_write_is_flushed_before_it_is_moved_and_its_folder_after(tmp_path, monkeypatch):
+    disk = Disk()
+    monkeypatch.setattr("app.store.files.os", disk)
+    write_whole(tmp_path / "file", b"data")
+    assert disk.calls == ["open", "write", "fsync", "close", "replace", "open", "fsync", "close"]
+
+
+def test_a_disk_that_takes_a_byte_at_a_time_still_gets_them_all(tmp_path, monkeypatch):
+    disk = Disk()
+    disk.write = lambda handle, data: os.write(handle, bytes(data[:1]))
+    monkeypatch.setattr("app.store.files.os", disk)
+    write_whole(tmp_path / "file", b"every byte")
+    assert (tmp_path / "file").read_bytes() == b"every byte"
+
+
+def test_a_full_disk_is_507_and_the_folder_works_again_once_there_is_space(sqlite, store, known):
+    with failing(pytest.MonkeyPatch.context, sqlite, Disk(fail_at=0, code=errno.ENOSPC)):
+        with pytest.raises(DiskFull) as told:
+            save_draft(store, known)
+        assert told.value.status == 507 and store.draft(known.snapshot).body["field"] == "old"
+    save_draft(store, known)
+    assert store.draft(known.snapshot).body["field"] == "new"
+
+
+def test_every_commit_is_flushed_before_it_is_acknowledged(sqlite, store, known):
+    with failing(pytest.MonkeyPatch.context, sqlite, Disk()) as disk:
+        save_calibration(store, known)
+    assert disk.calls[-1] == "sqlite sync" and "sqlite write" in disk.calls
+    with store._database.engine.connect() as connection:
+        asked = {name: connection.exec_driver_sql(f"PRAGMA {name}").scalar()
+                 for name in ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")}
+    assert asked == {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "busy_timeout": 5000}  # 2: FULL

@@ -1,0 +1,203 @@
+"""Calibration without clicks: right over fields and lenses, honest where it cannot know, and never good when wrong."""
+
+import numpy as np
+import pytest
+
+from app.core.errors import BadInput, Conflict
+from app.core.records import Frame, observations_from_json
+from app.models import field_from_raw, model_from_json
+from app.workflows import automatic
+from app.workflows.automatic_request import AutoTask, one_picture
+from tests.support.auto_scenes import SceneSpec, SeenScene, carpet_error_mm, fields, scene_of
+
+RIGHT_MM = 3.0  # a wrong assignment is off by decimetres
+PLAIN = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)
+
+
+def spec(**changes) -> SceneSpec:
+    return SceneSpec(**{**PLAIN.__dict__, **changes})
+
+
+SCENES = {
+    "division B behind a strong lens": spec(lens="strong"),
+    "a half, as a camera above it sees it": spec(field="ssl-2008", region="half", lens="half", roll_deg=-17.0),
+    "a quarter, of which three lines and arcs are seen": spec(field="ssl-2008", region="quarter-top-right", lens="none",
+                                                              height_mm=5600.0, tilt_deg=5.0),
+    "straight down through a pincushion": spec(tilt_deg=0.0, lens="pincushion"),
+    "straight down through a strong lens, from where no line tells how high": spec(
+        seed=1, lens="strong", size=(1224, 1024), height_mm=6500.0, tilt_deg=0.0, roll_deg=0.0, blur_px=0.65,
+        robots=10),
+    "white on black, from far": spec(field="vsss-3v3", lens="crooked", height_mm=3000.0, tilt_deg=20.0),
+    "white on black, half of it, turned by 35°": spec(field="vsss-5v5", region="half-right", roll_deg=35.0, robots=3),
+    "division A with people": spec(field="ssl-div-a", size=(1224, 1024), height_mm=7000.0, people=2),
+    "far lines behind a fisheye": spec(lens="fisheye", size=(1224, 1024), height_mm=4797.0, tilt_deg=3.7, pan_deg=-3.7,
+                                       blur_px=0.92, noise=3.0, robots=12, seed=193),
+    "glare and noise": spec(field="table", glare=0.6, noise=5.0, lens="fisheye", robots=2),
+}
+
+
+def answered(scene: SeenScene, field: str | None = None, **more):
+    known = fields()[field or scene.spec.field]
+    return AutoTask(known, known.regions.get(scene.spec.region, known.regions["full"]), **more).answer(
+        Frame(scene.pixels))
+
+
+def error_mm(made, scene: SeenScene) -> float:
+    model = model_from_json(made.model_name, made.model_parameters)
+    return carpet_error_mm(lambda raw: field_from_raw(model, raw), scene)[0]
+
+
+@pytest.fixture(scope="module")
+def plain() -> SeenScene:
+    return scene_of(PLAIN)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_camera_is_found_without_a_click(name):
+    scene = scene_of(SCENES[name])
+    told, made = answered(scene)
+    assert made is not None, told["verdict"]["sentence"]
+    assert error_mm(made, scene) < RIGHT_MM
+    assert told["verdict"]["level"] in ("good", "fair", "poor") and not told["doubts"]
+
+
+def test_what_was_found_are_ordinary_observations_that_any_model_takes(plain):
+    told, made = answered(plain, model="polynomial")
+    named = {o["feature"] for o in told["observations"]}
+    assert {"left", "right", "top", "bottom", "halfway-line", "centre-circle"} <= named
+    assert made is not None and made.model_name == "polynomial" and made.observations == tuple(told["observations"])
+    for o in observations_from_json(told["observations"]):
+        feature = plain.field.feature(o.feature, plain.region)
+        off = plain.camera.field_from_raw(o.points)
+        assert np.median(np.linalg.norm(off - feature.nearest(off), axis=1)) < 2.0  # mm; a pixel shows 13
+
+
+def test_a_mirrored_picture_is_no_view_of_a_field(plain):
+    flipped = SeenScene(plain.spec, np.ascontiguousarray(plain.pixels[:, ::-1]), plain.camera, plain.field,
+                        plain.field.region("half-right"), 0.0)
+    # A whole field is its own mirror image, so half of it is asked for: the marks do not lie as a half's do.
+    made = answered(flipped)[1]
+    if made is not None:  # found as the full field that it also is, and then not mirrored
+        model = model_from_json(made.model_name, made.model_parameters)
+        corners = np.array([[-4000.0, -2000.0], [4000.0, -2000.0], [4000.0, 2000.0]])
+        a, b, c = model.raw_from_corrected(model.corrected_from_field(corners))
+        assert np.cross(b - a, c - b) < 0  # y runs up on the field, down in the picture
+
+
+@pytest.mark.parametrize("other", ["ssl-div-a", "ssl-2008", "vsss-3v3", "table"])
+def test_another_field_is_declined_and_the_points_are_given_all_the_same(plain, other):
+    told, made = answered(plain, other)
+    assert made is None and told["verdict"]["level"] in ("unsure", "nothing")
+    assert told["doubts"] and told["verdict"]["fix"] and told["lines"]
+
+
+def test_a_field_that_is_the_same_turned_round_offers_both_where_the_region_does_not_tell(plain):
+    told, _ = answered(plain, rough={"turn_deg": 183.0})
+    assert abs(abs(told["candidates"][0]["turn_deg"]) - 180) < 25
+    told, _ = answered(plain)
+    assert abs(told["candidates"][0]["turn_deg"]) < 25
+
+
+def blank(value=90):
+    return np.full((480, 640, 3), value, np.uint8)
+
+
+def drawn_noise():
+    return np.random.default_rng(0).integers(0, 256, (480, 640, 3), dtype=np.uint8)
+
+
+def one_stroke():
+    picture = blank()
+    picture[200:203] = 220
+    return picture
+
+
+@pytest.mark.parametrize("picture", [blank(0), blank(), blank(255), drawn_noise(), one_stroke(),
+                                     np.zeros((2, 2, 3), np.uint8), np.zeros((9, 4000, 3), np.uint8)],
+                         ids=["black", "grey", "white", "noise", "one line", "four pixels", "a strip"])
+def test_a_picture_without_a_field_is_declined_with_what_was_seen(picture):
+    field = fields()["ssl-div-b"]
+    told, made = AutoTask(field, field.region("full")).answer(Frame(picture))
+    assert made is None and told["verdict"]["level"] in ("nothing", "unsure")
+    assert told["verdict"]["sentence"] and told["verdict"]["fix"]
+
+
+def test_of_several_pictures_what_moves_vanishes(plain):
+    rng = np.random.default_rng(1)
+    pictures = []
+    for _ in range(5):
+        pixels = plain.pixels.copy()
+        x, y = rng.integers(0, 600), rng.integers(0, 450)
+        pixels[y:y + 220, x:x + 200] = rng.integers(0, 255, 3)
+        pictures.append(Frame(pixels))
+    made = AutoTask(plain.field, plain.region).answer(one_picture([lambda p=p: p for p in pictures]))[1]
+    assert made is not None and error_mm(made, plain) < RIGHT_MM
+
+
+def test_pictures_of_two_sizes_are_refused(plain):
+    with pytest.raises(Conflict) as refused:
+        one_picture([lambda: Frame(plain.pixels), lambda: Frame(blank())])
+    assert refused.value.reason == "size-mismatch"
+
+
+@pytest.mark.parametrize("rough", [{"height_mm": 0}, {"height_mm": float("nan")}, {"height_mm": True}, {"focal": 5},
+                                   {"turn_deg": 1e9}, {"turn_deg": "left"}])
+def test_what_is_roughly_known_must_be_possible(plain, rough):
+    with pytest.raises(BadInput) as refused:
+        AutoTask(plain.field, plain.region, rough=rough)
+    assert refused.value.reason == "bad-rough"
+
+
+def test_the_same_picture_gives_the_same_answer(plain):
+    assert answered(plain)[0] == answered(plain)[0]
+
+
+def test_cancelling_stops_between_two_steps(plain):
+    class Stop(Exception):
+        pass
+
+    def stop(fraction, message):
+        if fraction > 0.3:
+            raise Stop
+
+    with pytest.raises(Stop):
+        AutoTask(plain.field, plain.region).answer(Frame(plain.pixels), stop)
+
+
+def test_progress_only_grows_and_says_what_is_done(plain):
+    heard = []
+    AutoTask(plain.field, plain.region).answer(Frame(plain.pixels), lambda f, words: heard.append((f, words)))
+    shares = [f for f, _ in heard]
+    assert shares == sorted(shares) and shares[0] >= 0 and shares[-1] <= 1 and all(words for _, words in heard)
+
+
+def test_the_real_half_field_of_2008_is_found(real_data):
+    field = fields()["ssl-2008"]
+    frame = Frame(np.asarray(_read(real_data("fields/ssl_2008/ssl-field-2008.jpg"))))
+    told, made = AutoTask(field, field.region("half")).answer(frame)
+    assert made is not None and told["proof"]["found_share"] > 0.95 and told["proof"]["rms_px"] < 0.7
+    model = model_from_json(made.model_name, made.model_parameters)
+    corners = np.array([[3025.0, 2025.0], [3025.0, -2025.0], [0.0, -2025.0], [0.0, 2025.0]])
+    seen = model.raw_from_corrected(model.corrected_from_field(corners))
+    by_hand = np.array([[71.0, 72.0], [682.0, 54.0], [699.0, 503.0], [79.0, 519.0]])  # to about 2 px, says its source
+    assert np.abs(seen - by_hand).max() < 5  # 4.0 at one corner, below 2 at the others
+
+
+def _read(path):
+    from app.cli.files import read_picture
+    return read_picture(path).pixels
+
+
+def test_a_real_field_without_lines_is_declined(real_data):
+    field = fields()["vsss-5v5"]
+    told, made = AutoTask(field, field.region("full")).answer(
+        Frame(_read(real_data("fields/agh_mirosot/img/wc_empty_nowindows_allLights.png"))))
+    assert made is None and told["doubts"]
+
+
+def test_markings_along_the_regions_borders_are_named_as_borders():
+    field = fields()["ssl-2008"]
+    half = field.region("half")
+    assert automatic.border_under(field.lines["goal-line-right"], half) == "top"
+    assert automatic.border_under(field.lines["halfway-line"], half) == "bottom"
+    assert automatic.border_under(field.lines["goal-line-left"], half) == "goal-line-left"
