@@ -12,13 +12,13 @@ from app.league.geometry_packet import packet_of, spoken
 from app.main import create_app
 from app.settings import Settings
 from app.workflows import interchange
+from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of, of_model
 from tests.support.group_listener import Listener, free_group, said, until
 from tests.support.refusals import API, refusal
 
 HERE = "http://127.0.0.1:8000"
 NORTH = {"id": "north", "source": "sim://table?size=320x256&fps=5", "field": "table"}
-listener = pytest.importorskip("ssl_listener", reason="the protobuf package is not installed")
 
 
 def kept(client, name="ssl", index=0, camera="north") -> str:

@@ -15,12 +15,11 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from conftest import Operator, Server
-
 from app.cli.server import DEMO_CAMERAS
 from app.core.field_json import field_from_json
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_clicks
+from tests.e2e.conftest import Operator, Server
 from tests.support.chromium import ARGUMENTS, chromium_path
 
 MOVES = 150

@@ -13,11 +13,11 @@ import pytest
 from app.league.config import Plan
 from app.league.geometry_packet import packet_of, spoken
 from app.workflows import interchange
+from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said, until
 from tests.support.servers import Line, form, served
 
-listener = pytest.importorskip("ssl_listener", reason="the protobuf package is not installed")
 TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
 
 

@@ -4,12 +4,12 @@ import re
 
 import numpy as np
 import pytest
-from conftest import LONG_MS
 from playwright.sync_api import expect
 
 from app.cli.server import DEMO_CAMERAS
 from app.core.field_json import field_from_json
 from app.sources import Surroundings, source_from_url
+from tests.e2e.conftest import LONG_MS
 from tests.support.eventually import eventually
 
 FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]

@@ -3,9 +3,9 @@
 import base64
 
 import pytest
-from conftest import LONG_MS, Operator
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.eventually import eventually
 
 BORDERS = ("left", "right", "top", "bottom")

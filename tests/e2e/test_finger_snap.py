@@ -4,9 +4,9 @@ import re
 
 import cv2
 import pytest
-from conftest import Operator
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import Operator
 from tests.support.eventually import eventually
 
 LINE_X = 80.0  # of the drawn frame's left side

@@ -4,9 +4,9 @@ import json
 import re
 
 import pytest
-from conftest import CLICKS
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import CLICKS
 from tests.support.eventually import eventually
 
 SOON = 60_000

@@ -2,9 +2,9 @@
 
 import re
 
-from conftest import LONG_MS, Operator
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.old_answer import OldAnswer
 
 

@@ -11,10 +11,10 @@ from playwright.sync_api import expect
 from app.league.config import Plan
 from app.league.geometry_packet import packet_of, spoken
 from app.workflows import interchange
+from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 
-listener = pytest.importorskip("ssl_listener", reason="the protobuf package is not installed")
 LONG = 60_000  # ms, for what comes by packets and polls
 SHOTS = os.environ.get("TOUCHLINE_SHOTS")  # a folder for whoever wants to look
 

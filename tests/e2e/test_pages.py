@@ -7,10 +7,10 @@ import time
 
 import numpy as np
 import pytest
-from conftest import Operator
 from playwright.sync_api import expect
 
 from app.core.field import BORDERS
+from tests.e2e.conftest import Operator
 from tests.support.board_film import film
 from tests.support.eventually import eventually
 from tests.support.old_answer import OldAnswer

@@ -4,9 +4,9 @@ import re
 
 import numpy as np
 import pytest
-from conftest import LONG_MS
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.eventually import eventually
 
 MIDDLE = 80.0  # x of the drawn frame's left side

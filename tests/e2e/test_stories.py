@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import LONG_MS
 from playwright.sync_api import expect
 
 from app.cli.server import DEMO_CAMERAS
@@ -15,6 +14,7 @@ from app.core.field import BORDERS
 from app.core.field_json import field_from_json
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_clicks
+from tests.e2e.conftest import LONG_MS
 from tests.support.eventually import eventually
 
 STRAIGHT_PX = 1.0  # how straight a border must be in the corrected picture

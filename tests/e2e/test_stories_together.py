@@ -4,10 +4,10 @@ import os
 import signal
 
 import pytest
-from conftest import LONG_MS, SOON_MS, Operator
 from playwright.sync_api import expect
 
 from app.core.field import BORDERS
+from tests.e2e.conftest import LONG_MS, SOON_MS, Operator
 
 
 @pytest.fixture(autouse=True)

@@ -1,10 +1,10 @@
 """The whole way to an active calibration: by mouse on a real picture, by keyboard alone, by finger on a telephone."""
 
 import pytest
-from conftest import LONG_MS, SOON_MS, Operator
 from playwright.sync_api import expect
 
 from app.core.field import BORDERS
+from tests.e2e.conftest import LONG_MS, SOON_MS, Operator
 
 REAL = "fields/ssl_2008/ssl-field-2008.jpg"
 

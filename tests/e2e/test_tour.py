@@ -2,8 +2,9 @@
 
 import re
 
-from conftest import LONG_MS
 from playwright.sync_api import expect
+
+from tests.e2e.conftest import LONG_MS
 
 
 def stops(page):

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from golden.make import cases, path
 
 from app.core.records import Calibration
 from app.formats import EXPORTS
@@ -13,6 +12,7 @@ from app.models.top_view import VIEW_FIELDS
 from app.ssl_protocol.messages import WrapperPacket
 from app.ssl_protocol.protobuf import decode
 from app.workflows import interchange
+from tests.golden.make import cases, path
 from tests.support.exported import LENS_FORMATS, example, model_of, seen_places
 
 CASES = cases()

@@ -16,11 +16,11 @@ from app.league.publisher import Publisher
 from app.models import MODELS
 from app.ssl_protocol.messages import DetectionFrame, WrapperPacket
 from app.ssl_protocol.protobuf import MAX_BYTES, decode, encode
+from tests.support import ssl_listener as listener
 from tests.support.exported import example, field_around, model_of, of_model, places
 from tests.support.fields import plain_field
 from tests.support.group_listener import Listener, free_group, until
 
-listener = pytest.importorskip("ssl_listener", reason="the protobuf package is not installed")
 EXAMPLES = [(name, i) for name in MODELS for i in range(3)]
 ALL = Plan(limit_mm=1e9)
 

@@ -24,9 +24,9 @@ from app.ssl_protocol.messages import (
 from app.ssl_protocol.protobuf import MAX_BYTES, decode, encode
 from app.store.fields import load_fields
 from app.workflows import interchange
+from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of, of_model, seen_places
 
-listener = pytest.importorskip("ssl_listener", reason="the protobuf package is not installed")
 FIELDS = load_fields()
 SSL_EXAMPLES = range(3)
 
