@@ -5,7 +5,7 @@ in the main thread: first everything without a browser, then the page in a real 
 
 A browser on a loaded machine loses a key now and then. So a test in which something at the page was waited for and
 never came is run once more, in a page of its own, and the report names it (R); a wrong value is never excused. What
-the page itself does wrong now and then is looked for with late answers: see tests/e2e/late_answers.py.
+the page itself does wrong now and then is looked for with late answers: see tests/support/late_answers.py.
 """
 
 import os

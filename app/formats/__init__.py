@@ -8,7 +8,7 @@ A format is a class with NAME, TITLE, MEDIA_TYPE, SUFFIX and HOLDS, what it can 
 
 One that can be read back has `recognises(data)`, by a look, and `read(data)`, which checks everything and gives a
 Calibration (ours), a CameraFile (a lens, with a pose where the file tells of a field) or Observations (points), and
-never anything but a TouchlineError for other bytes. To add one: write app/exports/NAME.py and its line here; the tests
+never anything but a TouchlineError for other bytes. To add one: write app/formats/NAME.py and its line here; the tests
 walk the table, with golden files of every model that it holds.
 """
 

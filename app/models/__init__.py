@@ -2,7 +2,7 @@
 
 A model is a frozen dataclass whose fields are its parameters (asdict() is its JSON). It maps between four
 frames (geometry.py) and can be fitted to observations. To add one: write app/models/NAME.py with a class
-that follows CameraModel, add its line to MODELS; the laws in tests/test_models.py then hold for it.
+that follows CameraModel, add its line to MODELS; the laws in tests/unit/models/test_models.py then hold for it.
 
 Laws, for every example of every model: there and back is the same pixel; the shape of the points is kept;
 a point out of reach is NaN; parameters survive JSON exactly; a fit on its own exact points returns itself;

@@ -20,7 +20,7 @@ AHEAD_MM = 60.0  # how far a robot's front is drawn beyond its rim
 
 def draw_things(scene: viser.SceneApi, name: str, field: Field, items: Sequence[Mapping[str, Any]],
                 ) -> list[viser.SceneNodeHandle]:
-    """items: as app/detections.py writes them, field mm; those without a place are left out."""
+    """items: as app/core/detections.py writes them, field mm; those without a place are left out."""
     draw = {"ball": _ball, "robot": _robot, "marker": _marker}
     return [draw[one["kind"]](scene, f"{name}/{number}", field, one) for number, one in enumerate(items)
             if one["kind"] in draw and one["x_mm"] is not None and one["y_mm"] is not None]

@@ -17,7 +17,7 @@ STILL_PX = 960
 
 @dataclass(frozen=True)
 class Shown:
-    """given: as app/scene/room.py takes it. calibrations: by key. missing: what could not be shown, with why."""
+    """given: as app/scene/scene_view.py takes it. calibrations: by key. missing: what could not be shown, with why."""
 
     given: dict[str, Any]
     calibrations: dict[str, Calibration]

@@ -2,8 +2,8 @@
 
 A source is named by an address, scheme://target?option=value&…, such as sim://ssl-div-b?lens=strong&tilt=12. Its
 scheme picks the class from SOURCES; its target and options are the class's own business (address.py). To add one: write
-app/sources/NAME.py with a class that follows Source, add its line to SOURCES; the laws in tests/test_sources.py then
-hold for it.
+a file here with a class that follows Source, add its line to SOURCES; the laws in tests/unit/sources/test_sources.py
+then hold for it.
 
 read() may block, and a bad source may hang or crash: whoever shows live pictures reads each source in a process of its
 own and keeps only the newest frame.

@@ -1,8 +1,9 @@
 """Calibration without clicks. Command: python tests/bench/bench_auto.py random|hidden|wrong FROM TO, or table
 
-random: scenes of tests/auto_scenes.py by seed: how many are found, how exactly, and whether any is wrong. wrong: the
-same pictures, matched with another field, which must be declined. table: Division B, 1224 × 1024, lens by tilt, as in
-the manual's figures. hidden: those of the random ones in which more than a tenth of the lines is hidden.
+random: scenes of tests/support/auto_scenes.py by seed: how many are found, how exactly, and whether any is wrong.
+wrong: the same pictures, matched with another field, which must be declined. table: Division B, 1224 × 1024,
+lens by tilt, as in the manual's figures. hidden: those of the random ones in which more than a tenth
+of the lines is hidden.
 Seconds are by the clock, which counts who else is at work, and by the processor.
 """
 

@@ -1,7 +1,7 @@
 """Boards: error of the lens and time, beside OpenCV and mrcal. Command: python -m pytest -s tests/bench/bench_boards.py
 
-The world is tests/boards_seen.py: 10 × 10 corners 100 mm apart, the middle 1 mm above two edges, 0.2 px noise, all
-corners inside 1280 × 1024 px, lens k1 -0.28, k2 0.09. The error is the median over the picture of the distance
+The world is tests/support/board_views.py: 10 × 10 corners 100 mm apart, the middle 1 mm above two edges, 0.2 px noise,
+all corners inside 1280 × 1024 px, lens k1 -0.28, k2 0.09. The error is the median over the picture of the distance
 between two lenses' pixels for one ray, the best rotation taken out. mrcal's time holds the start of its command.
 """
 

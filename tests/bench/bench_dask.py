@@ -1,6 +1,6 @@
 """Jobs on a Dask cluster: two workers against one. Command: python -m pytest -s tests/bench/bench_dask.py
 
-Scheduler and workers are processes of this machine, one thread each; boards are those of tests/boards_seen.py.
+Scheduler and workers are processes of this machine, one thread each; boards are those of tests/support/board_views.py.
 """
 
 import os

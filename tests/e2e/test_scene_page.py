@@ -12,7 +12,7 @@ from tests.support.eventually import eventually
 from tests.support.scene_calibrations import clicked
 
 LONG = 90_000  # ms: WebGL in software draws a few frames a second, on a busy machine fewer
-FOV_DEG, ROOM = 50, 1.12  # app/space/views.py
+FOV_DEG, ROOM = 50, 1.12  # app/scene/geometry/views.py
 CARPET = (36, 100, 56)  # RGB about as it is drawn in the dark
 NEAR, STILL = 40, 0.5  # of 255
 

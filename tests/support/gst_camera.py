@@ -26,7 +26,7 @@ class GstCamera:
                                          stdout=subprocess.PIPE, text=True)
         port = self._process.stdout.readline().strip()
         if not port:
-            raise RuntimeError("GStreamer's RTSP server does not start; install what tests/gst_camera.py names")
+            raise RuntimeError("GStreamer's RTSP server does not start; install what tests/support/gst_camera.py names")
         self.url = f"rtsp://127.0.0.1:{port}/cam"
 
     def resize(self, width: int, height: int) -> None:

@@ -1,6 +1,6 @@
 """A crowd of viewers in a process of its own: some read all that comes, some nothing. Prints one line of JSON.
 
-    python tests/bench/live_viewers.py HOST PORT PATH READING MUTE SECONDS
+    python tests/support/live_viewers.py HOST PORT PATH READING MUTE SECONDS
 
 Every second reader is a WebSocket, the others read MJPEG; the mute ones as well.
 """

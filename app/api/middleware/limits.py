@@ -1,7 +1,7 @@
 """How much may come in, and how slowly: bodies are counted while they stream, and must be whole in time.
 
     app.add_middleware(BodyLimits, upload_bytes=…)     before (that is, inside) whatever checks who may come in
-    uvicorn.Config(app, http=watched_connections(…))   app/api/connections.py: the headers before any app is called
+    uvicorn.Config(app, http=watched_connections(…))   connections.py: the headers before any app is called
 
 JSON and forms of text are small and quick; pictures and points in bulk (multipart, octet-stream) may be larger and
 slower. Nothing is buffered here: a body that is too large is refused at the first byte beyond its limit.

@@ -26,7 +26,7 @@ class SceneShow(Strict):
 
 
 class SceneSet(Strict):
-    """See app/scene/look.py."""
+    """See app/scene/view_state.py."""
 
     layers: Annotated[list[Layer], Field(max_length=16)] | None = None
     hidden: Annotated[list[Word], Field(max_length=MOST_CAMERAS)] | None = None

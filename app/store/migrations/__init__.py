@@ -1,4 +1,5 @@
 """How the tables came to be what they are: one file a step, run in order by schema.py when the store is opened.
 
-A step that was once released is never changed. tests/test_store_schema.py holds the last one against tables.py.
+A step that was once released is never changed. tests/unit/store/test_store_schema.py compares the last one with
+tables.py.
 """

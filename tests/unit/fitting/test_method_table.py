@@ -2,7 +2,7 @@
 
 Field error rms in mm of a 21 × 17 grid: 4 × 3 m, 1280 × 1024, click noise 0.3 px, degree 4, nine clicks on each border;
 with the model relation, a 5 × 5 grid of known points as well. Medians of six seeds. Print it with
-    python tests/test_method_table.py
+    python tests/unit/fitting/test_method_table.py
 """
 
 import numpy as np

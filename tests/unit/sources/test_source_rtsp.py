@@ -184,7 +184,7 @@ def test_pictures_that_no_decoder_understands_are_left_out(camera, source):
 def gst(codec: str, gop: int = 25):
     if not installed():
         (pytest.fail if os.environ.get("TOUCHLINE_TESTS") == "all" else pytest.skip)(
-            "GStreamer's RTSP server is not installed; tests/gst_camera.py says which packages it needs")
+            "GStreamer's RTSP server is not installed; tests/support/gst_camera.py says which packages it needs")
     return contextlib.closing(GstCamera(codec, gop))
 
 

@@ -1,6 +1,8 @@
 """Operators who work at the same time, over HTTP, against a plain model: nobody overwrites anybody, nothing is lost.
 
-Short in every run; the figure of the manual is  pytest -m long tests/test_store_operators.py  (1,000 runs of 30 steps).
+Short in every run. The figure of the manual (1,000 runs of 30 steps):
+
+    pytest -m long tests/unit/store/test_store_operators.py
 """
 
 import json
