@@ -3,9 +3,8 @@
 Brings its own browser where it can, and says what it does. Two runs of pytest, because Playwright keeps an event loop
 in the main thread: first everything without a browser, then the page in a real Chromium. Arguments go to both.
 
-A browser on a loaded machine loses a key now and then. So a test in which something at the page was waited for and
-never came is run once more, in a page of its own, and the report names it (R); a wrong value is never excused. What
-the page itself does wrong now and then is looked for with late answers: see tests/support/late_answers.py.
+No test is run twice: one that fails now and then shows a race, in the page or in the test. Races are looked for with
+late answers (tests/support/late_answers.py).
 """
 
 import os
@@ -17,7 +16,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-ONCE_MORE = ("-raR", "--reruns", "1", "--only-rerun", "TimeoutError", "--only-rerun", "Locator expected")
 NO_TESTS = 5  # pytest's exit code where nothing was selected
 
 
@@ -35,7 +33,7 @@ def main() -> int:
     if chromium is None:
         return first or 1
     say("2 of 2: the page in a real browser")
-    second = pytest("e2e and not long", environment, [*at_once(), *ONCE_MORE])
+    second = pytest("e2e and not long", environment, at_once())
     return first or second
 
 
