@@ -57,15 +57,15 @@ from app.api.routes import (
 )
 from app.api.schemas.requests import PROBLEMS
 from app.api.work import open_workplaces
-from app.images import ImageDecoder, Limits
-from app.jobs import Jobs
-from app.scene.scene_registry import Theatre
+from app.images import ImageDecoder, ImageLimits
+from app.jobs import JobEngine
+from app.scene.scene_registry import SceneRegistry
 from app.services.cameras import CameraShelf, live_cameras
 from app.services.detection import SeeingShelf
 from app.services.frames import Frames
 from app.services.presence import Presence
 from app.services.publishing import PublishingShelf
-from app.services.result_savers import keepers
+from app.services.result_savers import result_savers
 from app.services.scene_pages import ScenePages
 from app.settings import LOOPBACK, Settings, shipped
 from app.store import Store
@@ -98,7 +98,7 @@ def create_app(settings: Settings) -> FastAPI:
     """The whole application, from settings alone. It holds the data folder until it has been served and stopped."""
     work = jobs_of(settings)  # refused before anything is held
     store = store_of(settings)
-    work.keepers.update(keepers(store))
+    work.result_savers.update(result_savers(store))
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -108,8 +108,8 @@ def create_app(settings: Settings) -> FastAPI:
             app.state.jobs = work
             work.open(store.jobs)  # and go on with what a stop has cut short
             app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.picture(id)))
-            async with aclosing(live_cameras(app)) as live, aclosing(Theatre()) as theatre:
-                app.state.live, app.state.theatre = live, theatre
+            async with aclosing(live_cameras(app)) as live, aclosing(SceneRegistry()) as scenes:
+                app.state.live, app.state.scenes = live, scenes
                 with closing(app.state.publishing.publishing) as network:
                     network.start()
                     yield
@@ -141,14 +141,14 @@ def store_of(settings: Settings) -> Store:
                  backups_bytes=int(settings.storage.backups_mb * MB))
 
 
-def image_limits(settings: Settings) -> Limits:
+def image_limits(settings: Settings) -> ImageLimits:
     images = settings.images
-    return Limits(max_bytes=int(images.max_file_mb * MB), max_pixels=int(images.max_megapixels * 1e6),
+    return ImageLimits(max_bytes=int(images.max_file_mb * MB), max_pixels=int(images.max_megapixels * 1e6),
                   max_side_px=images.max_side_px, wall_s=images.decode_timeout_s)
 
 
-def jobs_of(settings: Settings) -> Jobs:
-    return Jobs(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
+def jobs_of(settings: Settings) -> JobEngine:
+    return JobEngine(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
                 kept=settings.jobs.kept, modules=MODULES)
 
 

@@ -8,7 +8,7 @@ from starlette.types import Receive, Scope, Send
 
 from app.api.middleware.connections import ABORT
 from app.core.errors import Unavailable
-from app.live import Channel, LiveCamera
+from app.live import LiveCamera, StreamSpec
 from app.live.messages import parts
 
 BOUNDARY = "touchline-frame"
@@ -21,7 +21,7 @@ class Mjpeg(Response):
 
     media_type = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
 
-    def __init__(self, camera: LiveCamera, channel: Channel, most_fps: float | None) -> None:
+    def __init__(self, camera: LiveCamera, channel: StreamSpec, most_fps: float | None) -> None:
         super().__init__(headers=NO_STORE)
         del self.headers["content-length"]
         self._camera, self._channel, self._most_fps = camera, channel, most_fps

@@ -32,7 +32,7 @@ async def at_work(connection: HTTPConnection, job: Callable[Given, Answer], *arg
 async def at_length(request: Request, kind: str, run: Callable[[Any, Progress], Any], spec: Any) -> Job:
     """Do a job of many seconds and wait for its end; it is cancelled when its caller has gone."""
     jobs = request.app.state.jobs
-    job = jobs.start(kind, run, spec, lasts=False)
+    job = jobs.start(kind, run, spec, durable=False)
     looks = 0
     try:
         while not jobs.get(job.id).ended:

@@ -9,8 +9,9 @@
 """
 
 from app.batch.pictures import pictures_in
-from app.batch.requests import Batch
-from app.batch.scheduler import rows_of
-from app.batch.table import SUFFIXES, Row, counted, read_table, written
+from app.batch.requests import BatchPlan
+from app.batch.scheduler import run_requests
+from app.batch.table import SUFFIXES, Row, count_verdicts, encode_table, read_table
 
-__all__ = ["SUFFIXES", "Batch", "Row", "counted", "pictures_in", "read_table", "rows_of", "written"]
+__all__ = ["SUFFIXES", "BatchPlan", "Row", "count_verdicts", "encode_table", "pictures_in", "read_table",
+           "run_requests"]

@@ -10,19 +10,19 @@ from typing import Any
 from app import __version__
 from app.batch.pictures import clicks_of
 from app.batch.table import Row, row_of
-from app.batch.tasks import run_calibrated, run_held
+from app.batch.tasks import run_calibration, run_verification
 from app.core.errors import BadInput, Conflict, TouchlineError
 from app.core.geometry import ImageSize
 from app.core.records import Calibration, observations_from_json
-from app.images import Limits, screen
+from app.images import ImageLimits, screen
 from app.workflows.calibration_request import Task
 
-Read = Callable[[Path], bytes]
-TaskOf = Callable[[Path, ImageSize, str, Path], Task]  # picture, its size, sha256 of its bytes, its clicks
+ReadFile = Callable[[Path], bytes]
+RequestOf = Callable[[Path, ImageSize, str, Path], Task]  # picture, its size, sha256 of its bytes, its clicks
 
 
 @dataclass(frozen=True)
-class Asked:
+class BatchRequest:
     """One picture's job. inputs: a hash of all that its row rests on besides the picture."""
 
     picture: str
@@ -33,20 +33,20 @@ class Asked:
 
 
 @dataclass(frozen=True, eq=False)
-class Batch:
+class BatchPlan:
     """How each picture is asked: with calibration, whether that holds; else task_of makes what is to be fitted.
 
     read: a file's bytes. read_points: what a file of clicks says. before: rows of an earlier run.
     """
 
-    read: Read
+    read: ReadFile
     read_points: Callable[[Path], Mapping[str, Any]]
-    task_of: TaskOf
+    task_of: RequestOf
     points: Path | None = None
     calibration: Calibration | None = None
     before: tuple[Row, ...] = ()
 
-    def asked(self, pictures: list[Path]) -> Iterator[Asked | Row]:
+    def asked(self, pictures: list[Path]) -> Iterator[BatchRequest | Row]:
         """For each picture its job; or its row, where there is one already or nothing can be asked."""
         known = {(row["sha256"], row["inputs"]): row for row in self.before if row["inputs"]}
         for path in pictures:
@@ -54,7 +54,7 @@ class Batch:
             try:
                 data = self.read(path)
                 head["sha256"] = hashlib.sha256(data).hexdigest()
-                declared = screen(data, Limits())
+                declared = screen(data, ImageLimits())
                 one = self._asked(path, ImageSize(declared.width, declared.height), head["sha256"])
             except TouchlineError as error:
                 yield row_of(**head, verdict="failed", problem=error.what, fix=error.fix)
@@ -62,19 +62,20 @@ class Batch:
             row = known.get((one.sha256, one.inputs))
             yield one if row is None else {**row, "picture": path.name}
 
-    def _asked(self, path: Path, size: ImageSize, sha256: str) -> Asked:
+    def _asked(self, path: Path, size: ImageSize, sha256: str) -> BatchRequest:
         clicks = clicks_of(path, self.points)
         if self.calibration is not None:
             seen = self._clicked(clicks, size)
-            run, rest = run_held, {"calibration": self.calibration.to_json(), "observations": seen}
+            run, rest = run_verification, {"calibration": self.calibration.to_json(), "observations": seen}
         elif clicks is None:
             raise BadInput(f"There are no clicks for {path.name}.", f"Write them to {path.stem}.json beside it, or "
                            "name their file or folder with --points.", reason="no-clicks")
         else:
-            run, rest = run_calibrated, {"task": self.task_of(path, size, sha256, clicks).to_json()}
+            run, rest = run_calibration, {"task": self.task_of(path, size, sha256, clicks).to_json()}
         text = json.dumps([__version__, rest], sort_keys=True, allow_nan=False)
         place = {"name": path.name, "path": str(path.resolve()), "sha256": sha256}
-        return Asked(path.name, sha256, hashlib.sha256(text.encode()).hexdigest()[:16], run, {**rest, "picture": place})
+        return BatchRequest(path.name, sha256, hashlib.sha256(text.encode()).hexdigest()[:16], run,
+                            {**rest, "picture": place})
 
     def _clicked(self, clicks: Path | None, size: ImageSize) -> list[dict[str, Any]]:
         """The observations of a file that must be of the calibration's field and the picture's size."""

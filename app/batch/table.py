@@ -47,7 +47,7 @@ def row_of(**values: Any) -> Row:
             for name, (kind, _) in COLUMNS.items()}
 
 
-def written(rows: Iterable[Row], suffix: str) -> bytes:
+def encode_table(rows: Iterable[Row], suffix: str) -> bytes:
     """The file, by the ending of its name."""
     return WRITERS[suffix](list(rows)).encode()
 
@@ -116,9 +116,9 @@ def _json(rows: list[Row]) -> str:
 
 
 def _html(rows: list[Row]) -> str:
-    counts = ", ".join(f"{count} {level}" for level, count in counted(rows).items()) or "no pictures"
+    counts = ", ".join(f"{count} {level}" for level, count in count_verdicts(rows).items()) or "no pictures"
     heads = [element("th", head) for _, head in COLUMNS.values()]
-    body = [element("tr", *(_shown(name, row[name]) for name in COLUMNS)) for row in rows]
+    body = [element("tr", *(_cell_html(name, row[name]) for name in COLUMNS)) for row in rows]
     head = element("head", element("meta", charset="utf-8"),
                    element("meta", http_equiv="Content-Security-Policy", content=POLICY),
                    element("title", f"Touchline batch: {counts}"), element("style", Html(CSS + TABLE_CSS)))
@@ -128,13 +128,13 @@ def _html(rows: list[Row]) -> str:
     return f"<!doctype html>\n{element('html', head, page, lang='en')}\n"
 
 
-def counted(rows: Iterable[Row]) -> dict[str, int]:
+def count_verdicts(rows: Iterable[Row]) -> dict[str, int]:
     """How many pictures are how good, the best first."""
     levels = [row["verdict"] for row in rows]
     return {level: levels.count(level) for level in ("good", "fair", "poor", "unknown", "failed") if level in levels}
 
 
-def _shown(name: str, value: Any) -> Html:
+def _cell_html(name: str, value: Any) -> Html:
     if isinstance(value, list):
         return element("td", element("ul", [element("li", item) for item in value]) if value else None)
     if COLUMNS[name][0] is float:

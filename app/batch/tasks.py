@@ -4,7 +4,7 @@ import time
 from functools import cache
 from typing import Any
 
-from app.batch.verification import held
+from app.batch.verification import verify
 from app.core.errors import Conflict
 from app.core.field_json import field_from_json
 from app.core.records import Calibration, Frame, observations_from_json
@@ -14,7 +14,7 @@ from app.store.snapshots import checked_bytes
 from app.workflows.calibration_request import Task
 
 
-def run_calibrated(spec: Any, progress: Progress) -> dict[str, Any]:
+def run_calibration(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"picture", "task"}: the task fitted and judged, as the page and calibrate do it."""
     start = time.perf_counter()
     task = Task.from_json(spec["task"])
@@ -28,14 +28,14 @@ def run_calibrated(spec: Any, progress: Progress) -> dict[str, Any]:
             "seconds": time.perf_counter() - start}
 
 
-def run_held(spec: Any, progress: Progress) -> dict[str, Any]:
+def run_verification(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"picture", "calibration", "observations"}: how well the calibration holds on the picture."""
     start = time.perf_counter()
     known = Calibration.from_json(spec["calibration"])
     model = model_from_json(known.model_name, known.model_parameters)
     field = field_from_json(known.field)
     frame = _checked(spec["picture"], known.image_size)
-    found = held(model, frame.pixels, observations_from_json(spec["observations"]), field,
+    found = verify(model, frame.pixels, observations_from_json(spec["observations"]), field,
                  field.region(known.region, known.rotate), frame.sha256 == known.image_sha256, progress)
     return {**found, "seconds": time.perf_counter() - start}
 

@@ -21,12 +21,12 @@ from app.models import CameraModel, Progress
 from app.vision.lines.edges import edge_chains
 from app.workflows import straight_lines
 
-AROUND = 0.05  # of the corrected picture's size: a curve fitted to borders says nothing further out
-LEAST_POINTS = 20  # of a chain that are left within: fewer are no edge
+MARGIN_SHARE = 0.05  # of the corrected picture's size: a curve fitted to borders says nothing further out
+MIN_POINTS = 20  # of a chain that are left within: fewer are no edge
 LEVELS = ("good", "fair", "poor")
 
 
-def held(model: CameraModel, pixels: NDArray[np.uint8], observations: Observations, field: Field, region: Region,
+def verify(model: CameraModel, pixels: NDArray[np.uint8], observations: Observations, field: Field, region: Region,
          own: bool, progress: Progress) -> dict[str, Any]:
     """Figures, verdict and warnings of one picture. own: it is the one that the calibration was made from."""
     clicks = _by_clicks(model, observations, field, region) if observations else None
@@ -62,7 +62,7 @@ def _by_clicks(model: CameraModel, observations: Observations, field: Field, reg
 def _by_edges(model: CameraModel, pixels: NDArray[np.uint8]) -> dict[str, Any]:
     """The bow of the edge that bows most, in the raw picture and in the corrected one."""
     chains = edge_chains(pixels)
-    seen = [within for chain in chains if len(within := _within(model, chain)) >= LEAST_POINTS]
+    seen = [within for chain in chains if len(within := _within(model, chain)) >= MIN_POINTS]
     before, _ = _bow(chains, ImageSize(pixels.shape[1], pixels.shape[0]))
     after, refusal = _bow(seen, model.corrected_size)
     nothing = {"by": "edges", "level": None, "before_pct": before and before["pct"], "after_pct": None,
@@ -81,7 +81,7 @@ def _within(model: CameraModel, chain: Points) -> Points:
     """A chain in the corrected picture, as far as that and a little more reaches."""
     corrected, size = model.corrected_from_raw(chain), np.array(tuple(model.corrected_size))
     with np.errstate(invalid="ignore"):
-        fine = ((corrected >= -AROUND * size) & (corrected <= (1 + AROUND) * size)).all(axis=-1)
+        fine = ((corrected >= -MARGIN_SHARE * size) & (corrected <= (1 + MARGIN_SHARE) * size)).all(axis=-1)
     return corrected[fine]
 
 

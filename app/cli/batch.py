@@ -44,7 +44,7 @@ def batch(
     """Calibrate, or check, every picture of a folder."""
     from app.batch import pictures_in
     from app.core.errors import BadInput, TouchlineError
-    from app.jobs import Jobs
+    from app.jobs import JobEngine
 
     own = (field, region, rotate, model, option, fields)
     if calibration is not None and any(it is not None for it in own):
@@ -57,7 +57,7 @@ def batch(
         if not pictures:
             raise BadInput(f"There is no picture in {folder}.", "Name a folder of PNG, JPEG, BMP or WebP files.",
                            reason="no-pictures")
-        jobs = Jobs(count, engine=engine)
+        jobs = JobEngine(count, engine=engine)
     order = {path.name: number for number, path in enumerate(pictures)}
     try:
         with jobs:
@@ -76,7 +76,7 @@ def batch(
 
 def _work(jobs: Any, count: int, asked: Any, table: "_Table", order: dict[str, int]) -> None:
     """Every row as it comes into the table, which is whole at all times; the bar counts parts of pictures too."""
-    from app.batch import rows_of
+    from app.batch import run_requests
     from app.cli.console import progress_bar
 
     with progress_bar("Looking through the folder") as bar:
@@ -85,7 +85,7 @@ def _work(jobs: Any, count: int, asked: Any, table: "_Table", order: dict[str, i
             bar(min((done + under_way) / len(order), 1.0), f"{done} of {len(order)} pictures")
 
         try:
-            for row in rows_of(jobs, count, asked, watch):
+            for row in run_requests(jobs, count, asked, watch):
                 table.add(order[row["picture"]], row)
                 watch(0.0)
         finally:
@@ -122,12 +122,12 @@ class _Table:
         return [self.rows[place] for place in sorted(self.rows)]
 
     def save(self) -> None:
-        from app.batch import written
+        from app.batch import encode_table
         from app.cli import files
 
         if self._path is not None:
             start = time.monotonic()
-            files.write_bytes(self._path, written(self.in_order(), self._suffix))
+            files.write_bytes(self._path, encode_table(self.in_order(), self._suffix))
             self._saved_at = time.monotonic()
             self._took_s = self._saved_at - start
 
@@ -135,7 +135,7 @@ class _Table:
 def _asking(field: str | None, region: str | None, rotate: int | None, model: str | None, option: list[str] | None,
             fields: Path | None, calibration: Path | None, points: Path | None, before: Any) -> Any:
     """What is asked of each picture; a field, region or model that does not exist is refused before the first."""
-    from app.batch import Batch
+    from app.batch import BatchPlan
     from app.cli import files
     from app.cli.requests import options_from, own_fields, task_of
     from app.models import MODELS
@@ -155,7 +155,7 @@ def _asking(field: str | None, region: str | None, rotate: int | None, model: st
         return asked
 
     known = None if calibration is None else files.read_calibration(calibration)
-    return Batch(files.read_bytes, files.read_points_file, task, points, known, before)
+    return BatchPlan(files.read_bytes, files.read_points_file, task, points, known, before)
 
 
 @contextmanager
@@ -172,9 +172,10 @@ def _wrong_use() -> Iterator[None]:
 
 def _summary(rows: list[Any], output: Path | None) -> str:
     """How many are how good; those that are not good by name; without a file the figures of all."""
-    from app.batch import counted
+    from app.batch import count_verdicts
 
-    lines = [f"{len(rows)} pictures: " + ", ".join(f"{count} {level}" for level, count in counted(rows).items()) + "."]
+    counts = ", ".join(f"{count} {level}" for level, count in count_verdicts(rows).items())
+    lines = [f"{len(rows)} pictures: {counts}."]
     for row in rows:
         if row["verdict"] == "failed":
             lines.append(f"{row['picture']}: {row['problem']} {row['fix']}")

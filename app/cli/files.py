@@ -12,7 +12,7 @@ from app.core.geometry import Points, as_points
 from app.core.records import Calibration, Frame
 from app.fitting.ray_camera.distortion_prior import BentLens
 from app.formats import EXPORTS
-from app.images import Limits, encode, frame_from_bytes
+from app.images import ImageLimits, encode, frame_from_bytes
 from app.models.pinhole_lens import PinholeLens
 from app.store.files import write_whole
 
@@ -23,7 +23,7 @@ MAX_JSON_BYTES = 16 << 20
 MAX_POINT_BYTES = 256 << 20
 
 
-def read_bytes(path: Path, most: int = Limits().max_bytes) -> bytes:
+def read_bytes(path: Path, most: int = ImageLimits().max_bytes) -> bytes:
     """A whole file of at most so many bytes."""
     try:
         with path.open("rb") as file:

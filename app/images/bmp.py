@@ -2,14 +2,14 @@
 
 import struct
 
-from app.images.limits import Declared, Limits, checked_size, damaged, truncated, unsupported
+from app.images.limits import DeclaredImage, ImageLimits, checked_size, damaged, truncated, unsupported
 
 FILE_HEADER_BYTES = 14
 HEADER_BYTES = (40, 52, 56, 64, 108, 124)
 BITS_PER_PIXEL = {0: (1, 4, 8, 16, 24, 32), 3: (16, 32)}  # by compression: none, bit fields
 
 
-def screen_bmp(data: bytes, limits: Limits) -> Declared:
+def screen_bmp(data: bytes, limits: ImageLimits) -> DeclaredImage:
     """Size and format of an uncompressed BMP; a negative height means that its first row is the top one."""
     if len(data) < FILE_HEADER_BYTES + 40:
         raise truncated("BMP")
@@ -26,4 +26,4 @@ def screen_bmp(data: bytes, limits: Limits) -> Declared:
     row_bytes = (width * bits + 31) // 32 * 4
     if pixels_at + row_bytes * height > len(data):
         raise truncated("BMP")
-    return Declared("bmp", width, height)
+    return DeclaredImage("bmp", width, height)

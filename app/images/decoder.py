@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.core.errors import BadImage, Unavailable
 from app.core.records import Frame
 from app.images import child
-from app.images.limits import DEFAULT_LIMITS, RESAVE, SEND_AGAIN, Declared, Limits
+from app.images.limits import DEFAULT_LIMITS, RESAVE, SEND_AGAIN, DeclaredImage, ImageLimits
 from app.images.screen import screen
 from app.images.worker import Worker, WorkerDied, WorkerTimeout
 
@@ -24,7 +24,7 @@ class ImageDecoder:
     replaced at once. A caller waits at most patience_s for a free one. Use it as a context, or close() it.
     """
 
-    def __init__(self, limits: Limits = DEFAULT_LIMITS, *, workers: int = 2, patience_s: float = 30.0) -> None:
+    def __init__(self, limits: ImageLimits = DEFAULT_LIMITS, *, workers: int = 2, patience_s: float = 30.0) -> None:
         self.limits = limits
         self._patience_s = patience_s
         self._lock = threading.Lock()
@@ -66,7 +66,7 @@ class ImageDecoder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _decode(self, data: bytes, declared: Declared) -> NDArray[np.uint8]:
+    def _decode(self, data: bytes, declared: DeclaredImage) -> NDArray[np.uint8]:
         worker = self._take()
         try:
             status, width, height, pixels = worker.decode(data, declared)
@@ -77,7 +77,7 @@ class ImageDecoder:
         except WorkerDied:
             worker = self._replaced(worker)
             if self._closed:
-                raise _closed() from None
+                raise _shutting_down() from None
             raise BadImage("The picture broke the decoder, which has been restarted.", RESAVE,
                            reason="undecodable-image") from None
         except BaseException:
@@ -99,7 +99,7 @@ class ImageDecoder:
     def _take(self) -> Worker:
         """A living worker, nobody else's; one that was killed while it had nothing to do is replaced here."""
         if self._closed:
-            raise _closed()
+            raise _shutting_down()
         try:
             worker = self._free.get(timeout=self._patience_s)
         except queue.Empty:
@@ -122,11 +122,11 @@ class ImageDecoder:
         return worker
 
 
-def _closed() -> Unavailable:
+def _shutting_down() -> Unavailable:
     return Unavailable("The server is shutting down.", "Try again when it is back.", reason="shutting-down")
 
 
-def frame_from_bytes(data: bytes, limits: Limits = DEFAULT_LIMITS) -> Frame:
+def frame_from_bytes(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> Frame:
     """One picture in a process of its own, for a shell that has no decoder running."""
     with ImageDecoder(limits, workers=1) as decoder:
         return decoder.frame_from_bytes(data)

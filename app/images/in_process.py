@@ -7,11 +7,11 @@ import numpy as np
 
 from app.core.errors import BadImage
 from app.core.records import Frame
-from app.images.limits import DEFAULT_LIMITS, RESAVE, SEND_AGAIN, Limits
+from app.images.limits import DEFAULT_LIMITS, RESAVE, SEND_AGAIN, ImageLimits
 from app.images.screen import screen
 
 
-def decode_inside(data: bytes, limits: Limits = DEFAULT_LIMITS) -> Frame:
+def decode_in_process(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> Frame:
     """Screened like any picture, then decoded here, without a process or a time limit of its own.
 
     BadImage or ImageTooLarge say why not; sha256 is of the bytes.

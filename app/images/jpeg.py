@@ -8,7 +8,7 @@ import re
 import struct
 
 from app.core.errors import BadImage
-from app.images.limits import Declared, Limits, checked_size, damaged, truncated, unsupported
+from app.images.limits import DeclaredImage, ImageLimits, checked_size, damaged, truncated, unsupported
 
 EOI, SOS = 0xD9, 0xDA
 PLAIN = (0xC0, 0xC1, 0xC2)  # baseline, extended, progressive: what cameras write
@@ -21,7 +21,7 @@ NEXT_MARKER = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]", re.DOTALL)
 FILL = re.compile(rb"\xff++")  # any number of fill bytes may precede a marker
 
 
-def screen_jpeg(data: bytes, limits: Limits) -> Declared:
+def screen_jpeg(data: bytes, limits: ImageLimits) -> DeclaredImage:
     """Size and format of a JPEG with few scans, whole to its end mark."""
     size: tuple[int, int] | None = None
     scans, position = 0, 2
@@ -53,7 +53,7 @@ def screen_jpeg(data: bytes, limits: Limits) -> Declared:
         raise damaged("it has too many parts")
     if size is None or scans == 0:
         raise damaged("it holds no pixels")
-    return Declared("jpeg", *size)
+    return DeclaredImage("jpeg", *size)
 
 
 def _segment(data: bytes, position: int) -> tuple[int, memoryview, int]:

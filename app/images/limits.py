@@ -9,7 +9,7 @@ SEND_AGAIN = "Copy or export the picture again; the file is probably incomplete 
 
 
 @dataclass(frozen=True)
-class Limits:
+class ImageLimits:
     """The largest picture that is decoded, and what decoding may cost."""
 
     max_bytes: int = 32_000_000
@@ -23,7 +23,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Declared:
+class DeclaredImage:
     """What a header says: format "png", "jpeg", "bmp" or "webp", and the size in px."""
 
     format: str
@@ -35,7 +35,7 @@ class Declared:
         return f"image/{self.format}"
 
 
-DEFAULT_LIMITS = Limits()
+DEFAULT_LIMITS = ImageLimits()
 
 
 def damaged(what: str) -> BadImage:
@@ -56,7 +56,7 @@ def unsupported(what: str) -> BadImage:
     return BadImage(what, RESAVE, reason="unsupported-image-kind")
 
 
-def checked_size(width: int, height: int, limits: Limits) -> None:
+def checked_size(width: int, height: int, limits: ImageLimits) -> None:
     """Refuse an empty picture, and one with more pixels than we would decode."""
     if width < 1 or height < 1:
         raise damaged(f"it declares {width} × {height} px")

@@ -7,7 +7,7 @@ import struct
 from zlib import crc32
 
 from app.core.errors import BadImage
-from app.images.limits import Declared, Limits, animated, checked_size, damaged, truncated
+from app.images.limits import DeclaredImage, ImageLimits, animated, checked_size, damaged, truncated
 
 SIGNATURE_BYTES = 8
 CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by colour type
@@ -18,7 +18,7 @@ MAX_CHUNKS = 50_000  # 32 MB in chunks of 8 kB are 4,000
 MAX_ANCILLARY_BYTES = 4 * 2**20  # profiles and notes; none of them is wanted
 
 
-def screen_png(data: bytes, limits: Limits) -> Declared:
+def screen_png(data: bytes, limits: ImageLimits) -> DeclaredImage:
     """Size and format of a still PNG whose critical chunks are whole."""
     width, height, raw_bytes = _header(data)
     checked_size(width, height, limits)
@@ -42,7 +42,7 @@ def screen_png(data: bytes, limits: Limits) -> Declared:
     if raw_bytes > max(limits.png_ratio_free_bytes, compressed * limits.max_png_ratio):
         raise BadImage(f"The picture unpacks to {raw_bytes / compressed:.0f} times its size, as no camera's does.",
                        "Send the camera's own picture, or save it as JPEG.", reason="image-bomb")
-    return Declared("png", width, height)
+    return DeclaredImage("png", width, height)
 
 
 def _header(data: bytes) -> tuple[int, int, int]:

@@ -9,11 +9,11 @@ from collections.abc import Callable
 from app.core.errors import BadImage, ImageTooLarge
 from app.images.bmp import screen_bmp
 from app.images.jpeg import screen_jpeg
-from app.images.limits import DEFAULT_LIMITS, RESAVE, Declared, Limits, checked_size
+from app.images.limits import DEFAULT_LIMITS, RESAVE, DeclaredImage, ImageLimits, checked_size
 from app.images.png import screen_png
 from app.images.webp import screen_webp
 
-Screen = Callable[[bytes, Limits], Declared]
+Screen = Callable[[bytes, ImageLimits], DeclaredImage]
 
 FORMATS: dict[bytes, Screen] = {  # by the bytes that a file begins with
     b"\x89PNG\r\n\x1a\n": screen_png,
@@ -30,7 +30,7 @@ REFUSED: dict[bytes, str] = {  # so that the refusal can name what came
 }
 
 
-def screen(data: bytes, limits: Limits = DEFAULT_LIMITS) -> Declared:
+def screen(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> DeclaredImage:
     """What the picture declares itself to be; BadImage or ImageTooLarge if we would not decode it."""
     if not data:
         raise BadImage("The file is empty.", "Choose a file that holds a picture.", reason="empty-image")

@@ -6,13 +6,13 @@ https://developers.google.com/speed/webp/docs/riff_container
 
 import struct
 
-from app.images.limits import Declared, Limits, animated, damaged, truncated
+from app.images.limits import DeclaredImage, ImageLimits, animated, damaged, truncated
 
 ANIMATION_FLAG = 0x02
 MAX_CHUNKS = 1_000
 
 
-def screen_webp(data: bytes, limits: Limits) -> Declared:
+def screen_webp(data: bytes, limits: ImageLimits) -> DeclaredImage:
     """Size and format of a still WebP, lossy or lossless."""
     if len(data) < 20 or data[8:12] != b"WEBP":
         raise damaged("it is a RIFF file, but no WebP") if len(data) >= 12 else truncated("WebP")
@@ -44,7 +44,7 @@ def screen_webp(data: bytes, limits: Limits) -> Declared:
         raise damaged("it holds no pixels")
     if canvas not in (None, size):
         raise damaged("it declares two different sizes")
-    return Declared("webp", *size)
+    return DeclaredImage("webp", *size)
 
 
 def _canvas(body: memoryview) -> tuple[int, int]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import Unavailable
 from app.images import child
-from app.images.limits import Declared, Limits
+from app.images.limits import DeclaredImage, ImageLimits
 
 START_S = 30.0  # importing OpenCV takes 0.2 s, on a busy small machine some seconds
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -29,7 +29,7 @@ class WorkerTimeout(Exception):
 class Worker:
     """A decoding process. Not thread-safe: whoever holds it has it alone. After an exception it is dead."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: ImageLimits) -> None:
         self._limits = limits
         self._line, theirs = socket.socketpair()
         # A session of its own: an operator's Ctrl-C is for the server, which then ends its children.
@@ -45,7 +45,7 @@ class Worker:
     def pid(self) -> int:
         return self._process.pid
 
-    def decode(self, data: bytes, declared: Declared) -> tuple[int, int, int, NDArray[np.uint8] | None]:
+    def decode(self, data: bytes, declared: DeclaredImage) -> tuple[int, int, int, NDArray[np.uint8] | None]:
         """(status, width, height, pixels) as child.py says; pixels only where the status is DECODED."""
         try:
             self._await_ready()

@@ -17,7 +17,7 @@ job. (concurrent.futures.ProcessPoolExecutor shares its lines: one worker killed
 whole pool waiting for the rest of it.)
 """
 
-from app.jobs.engine import Jobs
+from app.jobs.engine import JobEngine
 from app.jobs.job import ENDED, Job
 
-__all__ = ["ENDED", "Job", "Jobs"]
+__all__ = ["ENDED", "Job", "JobEngine"]

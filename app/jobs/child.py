@@ -55,7 +55,7 @@ class Child:
 
     def _do(self, task: dict) -> None:
         from app.core.errors import Cancelled
-        from app.jobs.execute import done
+        from app.jobs.execute import execute
 
         def progress(fraction: float, message: str) -> None:
             if self._cancelled == task["number"]:
@@ -66,7 +66,7 @@ class Child:
                 self._send(PROGRESS, {"fraction": float(fraction), "message": message})
 
         self._send(BEGUN, {})
-        whole, value = done(task["run"], task["spec"], progress)
+        whole, value = execute(task["run"], task["spec"], progress)
         self._send(RESULT if whole else PROBLEM, value)
 
     def _listen(self) -> None:

@@ -16,16 +16,16 @@ from typing import Any
 from app import __version__
 from app.core.errors import BadInput, TouchlineError, Unavailable
 from app.jobs.dask_task import do
-from app.jobs.runner import Stopped
+from app.jobs.runner import JobStopped
 
 ADDRESS = re.compile(r"dask(?P<tls>\+tls)?://(?P<host>[^/:\[\]]+):(?P<port>\d{1,5})")
 CONNECT_S = 10.0  # a scheduler that is started anew is back by then
-LOOK_S = 0.2
+POLL_S = 0.2
 CLOSE_S = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Sent:
+class SubmittedJob:
     """A job on the cluster. inbox: what is heard of it, dicts with "kind"."""
 
     client: Any
@@ -33,7 +33,7 @@ class Sent:
     inbox: "queue.SimpleQueue[dict[str, Any]]" = field(default_factory=queue.SimpleQueue)
 
 
-class Cluster:
+class DaskCluster:
     """Thread-safe. address: dask://host:port, or dask+tls://host:port with certificates from Dask's own settings."""
 
     def __init__(self, address: str) -> None:
@@ -51,7 +51,7 @@ class Cluster:
         self._lock = Lock()
         self._closed = False
 
-    def send(self, run: str, spec: Any, wanted: Callable[[], bool]) -> Sent:
+    def send(self, run: str, spec: Any, wanted: Callable[[], bool]) -> SubmittedJob:
         """Give a job to the cluster. Unavailable without a scheduler; Stopped where nobody wants it any more."""
         client = self._connected(wanted)
         key, topic = f"touchline-{secrets.token_hex(8)}", f"touchline-{client.id}"
@@ -62,9 +62,9 @@ class Cluster:
         order = {"key": key, "topic": topic, "version": __version__, "run": run, "spec": spec}
         future = client.submit(do, json.dumps(order, allow_nan=False), key=key, pure=False)
         future.add_done_callback(lambda _: inbox.put({"kind": "ended"}))
-        return Sent(client, future, inbox)
+        return SubmittedJob(client, future, inbox)
 
-    def let_go(self, sent: Sent) -> None:
+    def let_go(self, sent: SubmittedJob) -> None:
         """Its result is wanted no more: a job that still runs is cancelled, without waiting for anything."""
         self._inboxes.pop(sent.future.key, None)
         sent.future.release()
@@ -102,14 +102,14 @@ class Cluster:
         until = time.monotonic() + CONNECT_S
         while True:
             if not wanted():
-                raise Stopped
+                raise JobStopped
             try:
                 socket.create_connection((self._host, self._port), timeout=1.0).close()
                 break
             except OSError:
                 if time.monotonic() > until:
                     raise self._unreachable() from None
-                time.sleep(LOOK_S)
+                time.sleep(POLL_S)
         from distributed import Client, Security
         try:
             security = Security(require_encryption=True) if self._tls else None

@@ -12,20 +12,20 @@ from concurrent.futures import CancelledError
 from typing import Any
 
 from app.core.errors import Unavailable
-from app.jobs.dask_cluster import Cluster, Sent
-from app.jobs.runner import JobFailed, OutOfTime, Report, Stopped, WorkerDied
+from app.jobs.dask_cluster import DaskCluster, SubmittedJob
+from app.jobs.runner import JobFailed, JobStopped, JobTimeout, Report, WorkerDied
 
-LOOK_S = 0.05  # how often we look whether a job is still wanted
-PATIENCE_S = 0.5  # before it is said that a job waits for a worker
+POLL_S = 0.05  # how often we look whether a job is still wanted
+WAITING_NOTICE_S = 0.5  # before it is said that a job waits for a worker
 ANSWER_S = 30.0  # for a result to come over from the worker
 
 
-class DaskPlace:
+class DaskRunner:
     """Room for one job on the cluster. Only end() may be called by another thread than its own."""
 
     pid = None
 
-    def __init__(self, cluster: Cluster) -> None:
+    def __init__(self, cluster: DaskCluster) -> None:
         self._cluster = cluster
         self._closed = False
 
@@ -45,21 +45,21 @@ class DaskPlace:
     def drop(self) -> None:
         self._cluster.close()
 
-    def _follow(self, sent: Sent, report: Report, wanted: Callable[[], bool], wall_s: float) -> None:
+    def _follow(self, sent: SubmittedJob, report: Report, wanted: Callable[[], bool], wall_s: float) -> None:
         """Until it has ended."""
         start, worker, said_so = time.monotonic(), None, False
         deadline = start + wall_s
         while True:
             now = time.monotonic()
             if self._closed or not wanted():
-                raise Stopped
+                raise JobStopped
             if now > deadline:
-                raise OutOfTime if worker else _no_worker(wall_s)
-            if worker is None and not said_so and now > start + PATIENCE_S:
+                raise JobTimeout if worker else _no_worker(wall_s)
+            if worker is None and not said_so and now > start + WAITING_NOTICE_S:
                 said_so = True
                 report(0.0, "Waiting for a worker of the cluster")
             try:
-                said = sent.inbox.get(timeout=LOOK_S)
+                said = sent.inbox.get(timeout=POLL_S)
             except queue.Empty:
                 continue
             if said["kind"] == "ended":
@@ -72,7 +72,7 @@ class DaskPlace:
             elif said["kind"] == "gone" and said["worker"] == worker:
                 raise WorkerDied
 
-    def _answer(self, sent: Sent) -> Any:
+    def _answer(self, sent: SubmittedJob) -> Any:
         from distributed import KilledWorker
         try:
             answer = json.loads(sent.future.result(timeout=ANSWER_S))

@@ -10,9 +10,9 @@ import time
 
 from app import __version__
 from app.core.errors import Cancelled
-from app.jobs.execute import done, plain
+from app.jobs.execute import execute, plain
 
-LEAST_S = 0.05  # between two reports of progress; more often nobody sees
+MIN_INTERVAL_S = 0.05  # between two reports of progress; more often nobody sees
 SHARE = ("Let every worker have the server's data folder under the same path, such as a shared folder, or set "
          "jobs.engine to local. If they have it: upload the picture again.")
 
@@ -41,13 +41,13 @@ def do(order_text: str) -> str:
         if task is None or task.state == "cancelled":  # also where the server that asked has gone
             raise Cancelled("The job was cancelled.", "Start it again.")
         now = time.monotonic()
-        if message != told or now - told_at >= LEAST_S:
+        if message != told or now - told_at >= MIN_INTERVAL_S:
             told_at, told = now, message
             worker.log_event(order["topic"], {"key": key, "kind": "progress", "fraction": float(fraction),
                                               "message": message})
 
     _one_thread()
-    whole, value = done(order["run"], order["spec"], progress)
+    whole, value = execute(order["run"], order["spec"], progress)
     begun.clear()
     if not whole and value["reason"] == "damaged-file":
         value = {**value, "reason": "no-shared-folder", "title": "No shared folder", "fix": SHARE}

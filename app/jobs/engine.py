@@ -9,24 +9,24 @@ from threading import Lock, Thread
 from typing import Any, Self
 
 from app.core.errors import BadInput, Busy, TouchlineError, Unavailable
-from app.jobs.dask_cluster import Cluster
-from app.jobs.dask_runner import DaskPlace
-from app.jobs.job import Job, Order, problem_of
-from app.jobs.registry import Book, Rows
-from app.jobs.runner import JobFailed, OutOfTime, Place, Stopped, WorkerDied
+from app.jobs.dask_cluster import DaskCluster
+from app.jobs.dask_runner import DaskRunner
+from app.jobs.job import Job, JobSpec, problem_of
+from app.jobs.registry import JobRegistry, JobTable
+from app.jobs.runner import JobFailed, JobRunner, JobStopped, JobTimeout, WorkerDied
 from app.jobs.worker import Worker
 from app.models import Progress
 
 Run = Callable[[Any, Progress], Any]
-Keeper = Callable[[Any, Any], Any]  # what run returned, and what was said about it -> the job's result
+ResultSaver = Callable[[Any, Any], Any]  # what run returned, and what was said about it -> the job's result
 log = logging.getLogger("touchline")
 
-WAITING = 20  # queued jobs; more would wait for so long that nobody waits for them
+MAX_QUEUED = 20  # queued jobs; more would wait for so long that nobody waits for them
 MEMORY_BYTES = 2 << 30
-ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost three is itself to blame
+MAX_ATTEMPTS = 3  # a worker may be lost by chance twice; a job that has lost three is itself to blame
 
 
-class Jobs:
+class JobEngine:
     """Long work in processes of its own; thread-safe. Close it, or use it as a context: no process is left then.
 
     workers: jobs done at once; processes start with the first jobs. wall_s: the longest that a job may take. kept:
@@ -37,23 +37,23 @@ class Jobs:
 
     def __init__(self, workers: int = 2, *, engine: str = "local", wall_s: float = 600.0, kept: int = 100,
                  memory_bytes: int = MEMORY_BYTES, modules: tuple[str, ...] = (),
-                 keepers: dict[str, Keeper] | None = None) -> None:
+                 keepers: dict[str, ResultSaver] | None = None) -> None:
         self._wall_s = wall_s
         self._modules = modules
-        self.keepers = {} if keepers is None else keepers
-        self._book = Book(kept)
+        self.result_savers = {} if keepers is None else keepers
+        self._book = JobRegistry(kept)
         # (Not a SimpleQueue: two items put at once into one may leave one of two threads asleep.)
-        self._line: queue.Queue[tuple[str, Order] | None] = queue.Queue()
+        self._line: queue.Queue[tuple[str, JobSpec] | None] = queue.Queue()
         self._places = _places(engine, workers, memory_bytes, modules)
         self._threads: list[Thread] = []
         self._lock = Lock()
         self._closed = False
 
-    def open(self, rows: Rows) -> None:
+    def open(self, rows: JobTable) -> None:
         """Keep jobs in these rows from now on, and go on with those that are there and have not ended."""
         with self._lock:
             for job, order in self._book.open(rows):
-                if job.attempt > ATTEMPTS:
+                if job.attempt > MAX_ATTEMPTS:
                     self._fail(job.id, WorkerDied())
                 elif (order is None or order.run.partition(":")[0] not in self._modules
                       or not self._knows(order.keep)):
@@ -65,21 +65,21 @@ class Jobs:
                 self._begin()
 
     def start(self, kind: str, run: Run, spec: Any, keep: str | None = None, about: Any = None, *,
-              lasts: bool = True) -> Job:
+              durable: bool = True) -> Job:
         """Queue a job. run: a top-level function; spec: plain JSON for it.
 
         keep: the name of a keeper, called here with what run returned and `about` (plain JSON) when that is whole and
         still wanted; the job's result is what it returns. From then on the job cannot be cancelled, and what is kept is
-        kept together with the job's end, whole or not at all. lasts: false for who waits for the answer.
+        kept together with the job's end, whole or not at all. durable: false for who waits for the answer.
         """
-        order = Order(f"{run.__module__}:{run.__qualname__}", spec, keep, about, lasts)
+        order = JobSpec(f"{run.__module__}:{run.__qualname__}", spec, keep, about, durable)
         if not self._knows(keep):
             raise KeyError(keep)
         with self._lock:
             if self._closed:
                 raise Unavailable("The server is shutting down.", "Try again when it is back.", reason="shutting-down")
-            if sum(job.state == "queued" for job in self._book.all()) >= WAITING:
-                raise Busy(f"{WAITING} jobs are waiting already.", "Wait for some to end, or cancel some.",
+            if sum(job.state == "queued" for job in self._book.all()) >= MAX_QUEUED:
+                raise Busy(f"{MAX_QUEUED} jobs are waiting already.", "Wait for some to end, or cancel some.",
                            reason="too-many-jobs")
             job = self._book.add(kind, order)
             self._line.put((job.id, order))
@@ -132,7 +132,7 @@ class Jobs:
         self.close()
 
     def _knows(self, keep: str | None) -> bool:
-        return keep is None or keep in self.keepers
+        return keep is None or keep in self.result_savers
 
     def _begin(self) -> None:
         if not self._threads:
@@ -141,7 +141,7 @@ class Jobs:
             for thread in self._threads:
                 thread.start()
 
-    def _serve(self, place: Place, name: str) -> None:
+    def _serve(self, place: JobRunner, name: str) -> None:
         while (item := self._line.get()) is not None:
             id, order = item
             try:
@@ -150,7 +150,7 @@ class Jobs:
                 made = place.run(order.run, order.spec, partial(self._report, id), partial(self._wanted, id),
                                  self._wall_s)
                 self._book.done(id, partial(self._kept, order, made))
-            except Stopped:
+            except JobStopped:
                 pass  # the book has said so already
             except WorkerDied as error:
                 if not self._closed:
@@ -158,12 +158,12 @@ class Jobs:
             except Exception as error:
                 self._fail(id, error)
 
-    def _again(self, id: str, order: Order, error: WorkerDied) -> None:
+    def _again(self, id: str, order: JobSpec, error: WorkerDied) -> None:
         """Nothing of a job is kept before its end, so it may be done once more from its beginning."""
         attempt = self._book.get(id).attempt + 1
-        if attempt > ATTEMPTS:
+        if attempt > MAX_ATTEMPTS:
             self._fail(id, error)
-        elif self._book.again(id, f"Its worker was lost; waiting for attempt {attempt} of {ATTEMPTS}"):
+        elif self._book.again(id, f"Its worker was lost; waiting for attempt {attempt} of {MAX_ATTEMPTS}"):
             self._line.put((id, order))
 
     def _fail(self, id: str, error: Exception) -> None:
@@ -176,8 +176,8 @@ class Jobs:
         self._book.beat(id)
         return not self._book.ended(id)
 
-    def _kept(self, order: Order, made: Any) -> Any:
-        return made if order.keep is None else self.keepers[order.keep](made, order.about)
+    def _kept(self, order: JobSpec, made: Any) -> Any:
+        return made if order.keep is None else self.result_savers[order.keep](made, order.about)
 
     def _problem(self, error: Exception) -> dict[str, Any]:
         if isinstance(error, JobFailed) and "detail" in error.problem:
@@ -189,10 +189,11 @@ class Jobs:
         if isinstance(error, TouchlineError):
             return error
         if isinstance(error, WorkerDied):
-            return Unavailable(f"The process that did this job ended before the job did, {ATTEMPTS} times.", "Give it "
-                               "less at once; on a cluster, look at the memory limit and the log of its workers.",
+            return Unavailable(f"The process that did this job ended before the job did, {MAX_ATTEMPTS} times.",
+                               "Give it less at once; on a cluster, look at the memory limit and the log of its "
+                               "workers.",
                                reason="worker-died")
-        if isinstance(error, OutOfTime):
+        if isinstance(error, JobTimeout):
             return BadInput(f"The job took longer than {self._wall_s:g} s.", "Give it less at once.",
                                reason="job-too-long")
         if isinstance(error, JobFailed) and error.problem["reason"] == "job-needs-memory":
@@ -205,8 +206,8 @@ class Jobs:
                            f"Try again; if it stays, report it with the log around error {id}.", reason="unexpected")
 
 
-def _places(engine: str, count: int, memory_bytes: int, modules: tuple[str, ...]) -> list[Place]:
+def _places(engine: str, count: int, memory_bytes: int, modules: tuple[str, ...]) -> list[JobRunner]:
     if engine == "local":
         return [Worker(memory_bytes, modules) for _ in range(count)]
-    cluster = Cluster(engine)
-    return [DaskPlace(cluster) for _ in range(count)]
+    cluster = DaskCluster(engine)
+    return [DaskRunner(cluster) for _ in range(count)]

@@ -10,7 +10,7 @@ from app.jobs.job import problem_of
 from app.models import Progress
 
 
-def done(run: str, spec: Any, progress: Progress) -> tuple[bool, Any]:
+def execute(run: str, spec: Any, progress: Progress) -> tuple[bool, Any]:
     """(True, what the function returned) or (False, its problem as JSON); run is "module:function".
 
     Nothing is raised: an exception of ours, or of a library, may not be one that the server can read.

@@ -32,7 +32,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Order:
+class JobSpec:
     """What a job shall do. run: "module:function"; spec and about: plain JSON.
 
     keep: the name of a keeper, given what run returned and `about`. lasts: the job is worth doing although nobody

@@ -15,15 +15,15 @@ from time import monotonic
 from typing import Any, Protocol
 
 from app.core.errors import NotFound, TouchlineError, Unavailable
-from app.jobs.job import WAITING, Job, Order
+from app.jobs.job import WAITING, Job, JobSpec
 
 BEAT_S = 2.0
 LEASE_S = 60.0  # far above a beat: a disk that is slow for a moment takes nobody's job away
-MANY = 1_000_000
+MAX_ROWS = 1_000_000
 log = logging.getLogger("touchline")
 
 
-class Rows(Protocol):
+class JobTable(Protocol):
     """Where lasting jobs are kept: the store's jobs, as far as they are needed here."""
 
     def add(self, kind: str, spec: Any) -> Any: ...
@@ -37,12 +37,12 @@ class Rows(Protocol):
     def together(self) -> AbstractContextManager[Any]: ...
 
 
-class Book:
+class JobRegistry:
     """Jobs by id. Thread-safe. `kept` ended ones stay to be read; older ones are forgotten."""
 
     def __init__(self, kept: int) -> None:
         self._kept = kept
-        self._rows: Rows | None = None
+        self._rows: JobTable | None = None
         self._jobs: dict[str, Job] = {}  # in the order in which they came
         self._beaten: dict[str, float] = {}  # of lasting jobs: when their row was written last, s
         self._held: set[str] = set()
@@ -50,13 +50,13 @@ class Book:
         self._lock = Lock()  # for what is known here
         self._changing = Lock()  # one change of state at a time; who has it may wait for the disk
 
-    def open(self, rows: Rows) -> list[tuple[Job, Order | None]]:
+    def open(self, rows: JobTable) -> list[tuple[Job, JobSpec | None]]:
         """Know the jobs that are kept there: those that have not ended, oldest first, each with its order.
 
         None for an order that cannot be read.
         """
         found = []
-        for kept in reversed(rows.list(MANY)):
+        for kept in reversed(rows.list(MAX_ROWS)):
             job = Job(kept.id, kept.kind, kept.created_at, kept.state, kept.progress, kept.message, kept.result,
                       kept.problem, kept.ended_at, max(1, kept.attempt))
             if not job.ended:
@@ -68,7 +68,7 @@ class Book:
         self._rows = rows
         return found
 
-    def add(self, kind: str, order: Order) -> Job:
+    def add(self, kind: str, order: JobSpec) -> Job:
         """A new one, queued; a TouchlineError where it could not be kept."""
         job = Job(secrets.token_hex(8), kind, _now())
         with self._changing:
@@ -161,7 +161,7 @@ class Book:
                 return False
             job = self.get(id)
 
-            def end(rows: Rows) -> None:
+            def end(rows: JobTable) -> None:
                 attempt = job.attempt if job.state == "running" else rows.claim("nobody", LEASE_S, id=id).attempt
                 rows.finish(id, attempt, "failed", None, problem, "Failed")
             self._write(id, end)
@@ -188,10 +188,10 @@ class Book:
                 self._write(id, lambda rows: rows.requeue(id, job.attempt, message, counts=False))
             return self._know(id, state="queued", progress=0.0, message=f"{message}; this goes on when it is back")
 
-    def _rows_of(self, id: str) -> Rows | None:
+    def _rows_of(self, id: str) -> JobTable | None:
         return self._rows if id in self._beaten else None
 
-    def _write(self, id: str, deed: Callable[[Rows], Any]) -> None:
+    def _write(self, id: str, deed: Callable[[JobTable], Any]) -> None:
         """Tell the row. What the database does not take now is tried again with the next change of any job."""
         rows = self._rows_of(id)
         if rows is None:
@@ -225,18 +225,18 @@ class Book:
             self._forget(rows)
         return True
 
-    def _forget(self, rows: Rows) -> None:
+    def _forget(self, rows: JobTable) -> None:
         try:
             rows.forget(self._kept)
         except TouchlineError as error:
             log.warning("old jobs were not forgotten: %s", error)
 
 
-def _order(spec: Any) -> Order | None:
+def _order(spec: Any) -> JobSpec | None:
     """As it was written; None for what is none: damaged, or from another version."""
-    names = {field.name for field in fields(Order)}
+    names = {field.name for field in fields(JobSpec)}
     whole = isinstance(spec, dict) and spec.keys() <= names and isinstance(spec.get("run"), str) and "spec" in spec
-    return Order(**spec) if whole else None
+    return JobSpec(**spec) if whole else None
 
 
 def _now() -> str:

@@ -10,11 +10,11 @@ class WorkerDied(Exception):
     """What did the job ended in the middle of it, or does not start. Another try may end better."""
 
 
-class OutOfTime(Exception):
+class JobTimeout(Exception):
     """The job took longer than it may."""
 
 
-class Stopped(Exception):
+class JobStopped(Exception):
     """The job was cancelled, and is no longer being done."""
 
 
@@ -26,7 +26,7 @@ class JobFailed(Exception):
         self.problem = problem
 
 
-class Place(Protocol):
+class JobRunner(Protocol):
     """Room for one job at a time. Only end() may be called by another thread than the place's own."""
 
     @property

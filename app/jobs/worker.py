@@ -12,7 +12,7 @@ from threading import Lock
 from typing import Any
 
 from app.jobs import child
-from app.jobs.runner import JobFailed, OutOfTime, Report, Stopped, WorkerDied
+from app.jobs.runner import JobFailed, JobStopped, JobTimeout, Report, WorkerDied
 
 START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
 STOP_S = 1.0  # a cancelled job has so long to stop by itself
@@ -65,7 +65,7 @@ class Worker:
         except OSError:
             self.drop()
             raise WorkerDied from None
-        except (WorkerDied, OutOfTime, Stopped):
+        except (WorkerDied, JobTimeout, JobStopped):
             self.drop()
             raise
 
@@ -84,7 +84,7 @@ class Worker:
                 told_to_stop, deadline = True, min(deadline, time.monotonic() + STOP_S)
                 self._send(child.CANCEL, {"number": self._number})
             if time.monotonic() > deadline:
-                raise Stopped if told_to_stop else OutOfTime
+                raise JobStopped if told_to_stop else JobTimeout
             kind, body = self._receive(LOOK_S)
             if kind == child.BEGUN:
                 self._begun = True

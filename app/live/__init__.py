@@ -11,7 +11,7 @@ process.py, camera.py, sighted.py, tracked.py, state.py, viewer.py, cameras.py. 
 
 from app.live.camera import LiveCamera
 from app.live.cameras import LiveCameras
-from app.live.stream_spec import Channel
+from app.live.stream_spec import StreamSpec
 from app.live.viewer import Viewer
 
-__all__ = ["Channel", "LiveCamera", "LiveCameras", "Viewer"]
+__all__ = ["LiveCamera", "LiveCameras", "StreamSpec", "Viewer"]

@@ -19,20 +19,20 @@ from app.core.board import Board
 from app.core.errors import Unavailable
 from app.core.geometry import ImageSize
 from app.evaluate.board.poses import Held, Pose, held
-from app.live.capture import Capture
+from app.live.capture import FrameCapture
 from app.vision.board.quick_board import glimpse
 
 WAIT_S = 2.0  # for the next frame
 STILL_S = 0.4  # longer than anybody's hand turns round in
-STILL_SHARE = 0.003  # of the picture's width, within STILL_S: 2 px of 640
-MOST_VIEWS = 100
-GIVE_WAY = 10  # niceness: the picture goes first
+MAX_STILL_SHARE = 0.003  # of the picture's width, within STILL_S: 2 px of 640
+MAX_VIEWS = 100
+NICE = 10  # niceness: the picture goes first
 
 
-def look(capture: Capture, board: dict[str, Any], after: int) -> dict[str, Any]:
+def find_board(capture: FrameCapture, board: dict[str, Any], after: int) -> dict[str, Any]:
     """In the camera's process: the next frame's board, plain JSON. quad: None where none was found."""
     with suppress(OSError, AttributeError):  # of this thread alone, on Linux; it ends with this answer
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), GIVE_WAY)
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
     taken = capture.after(after, WAIT_S)
     if taken is None:
         raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
@@ -47,7 +47,7 @@ def look(capture: Capture, board: dict[str, Any], after: int) -> dict[str, Any]:
 
 
 @dataclass
-class Watched:
+class BoardCapture:
     """What was seen so far of one board, in pictures of one size."""
 
     board: Board
@@ -56,33 +56,33 @@ class Watched:
     _before: list[tuple[float, Pose]] = field(default_factory=list)
     _held: Held | None = None
 
-    def seen(self, quad: Any, now_s: float) -> dict[str, Any]:
+    def update(self, quad: Any, now_s: float) -> dict[str, Any]:
         """One look: whether it is still, whether it is new, and in words what hinders a picture ("" nothing)."""
         pose = None if quad is None else Pose.from_points(quad, self.size)
         if pose is None:
             self._before.clear()
             return {"still": False, "new": False, "hint": "No board is seen: show it whole, and in enough light."}
         self._before = [(then, other) for then, other in self._before
-                        if pose.moved_px(other) <= STILL_SHARE * self.size.width]
+                        if pose.moved_px(other) <= MAX_STILL_SHARE * self.size.width]
         still = bool(self._before) and now_s - self._before[0][0] >= STILL_S
         self._before.append((now_s, pose))
         new = not any(pose.is_like(other) for other in self.poses)
         hint = "" if still and new else ("Hold it still." if new else "There is such a view already: move or tilt it.")
         return {"still": still, "new": new, "hint": hint}
 
-    def took(self, quad: Any) -> None:
+    def add_view(self, quad: Any) -> None:
         """That view was taken."""
-        if len(self.poses) < MOST_VIEWS:
+        if len(self.poses) < MAX_VIEWS:
             self.poses.append(Pose.from_points(quad, self.size))
         self._held = None
         self._before.clear()
 
     @property
     def is_full(self) -> bool:
-        return len(self.poses) >= MOST_VIEWS
+        return len(self.poses) >= MAX_VIEWS
 
     @property
-    def covered(self) -> Held:
+    def coverage(self) -> Held:
         if self._held is None:
             self._held = held(self.poses, self.board, self.size)
         return self._held

@@ -12,17 +12,17 @@ from typing import Any
 from app.core.errors import Conflict, TouchlineError, Unavailable
 from app.core.records import Calibration
 from app.live import messages
-from app.live.detection_feed import Publish, Sighted
+from app.live.detection_feed import DetectionFeed, Publish
 from app.live.process import KINDS, CameraProcess
-from app.live.state import KILL_AFTER_S, Told, frozen, mismatch, stalled
-from app.live.stream_spec import VIEWS, Channel
+from app.live.state import KILL_AFTER_S, ProcessStatus, calibration_mismatch, frozen_reason, stall_reason
+from app.live.stream_spec import VIEWS, StreamSpec
 from app.live.viewer import Viewer
 from app.sources import Identity
 
-RETRY_S, LONGEST_RETRY_S = 0.5, 5.0
+RETRY_S, MAX_RETRY_S = 0.5, 5.0
 LOOK_S = 0.1
 LATE_S = 0.5  # the event loop itself was held up: what the camera sent meanwhile lies unread
-MOST_CHANNELS = 16  # different pictures encoded at once
+MAX_STREAMS = 16  # different pictures encoded at once
 PASSED_ON = ("seq", "identity", "reopened", "encoded")
 
 
@@ -41,13 +41,13 @@ class LiveCamera:
         self.id = id
         self.spec = spec
         self._trust = trust
-        self.seeing = Sighted(self._tell_seeing, publish)
+        self.detections = DetectionFeed(self._tell_seeing, publish)
         self.restarts = 0
         self._process: CameraProcess | None = None
-        self._told: Told | None = None
+        self._told: ProcessStatus | None = None
         self._problem: dict[str, Any] | None = None
-        self._watchers: dict[Channel, set[Viewer]] = {}
-        self._numbers: dict[Channel, int] = {}
+        self._watchers: dict[StreamSpec, set[Viewer]] = {}
+        self._numbers: dict[StreamSpec, int] = {}
         self._next_number = 0
         self._newest: dict[int, bytes] = {}
         self._calibration: Calibration | None = None
@@ -68,7 +68,7 @@ class LiveCamera:
                 await self._task
         for viewer in [v for watchers in self._watchers.values() for v in watchers]:
             viewer.end(Unavailable("This camera was changed or removed.", "Open it again.", reason="camera-gone"))
-        self.seeing.end()
+        self.detections.end()
 
     # What is known
 
@@ -110,12 +110,12 @@ class LiveCamera:
         told = self._told
         if told is None:
             return ("offline", self._problem) if self._problem else ("connecting", None)
-        if why := stalled(told, now):
+        if why := stall_reason(told, now):
             return "stalled", {"reason": "stalled", "what": why, "fix": "Look at its cable, its power and the network; "
                                "it is tried again by itself."}
         if told.status["state"] != "live":
             return told.status["state"], told.status["problem"]
-        if why := frozen(told, self.spec["source"].partition(":")[0]):
+        if why := frozen_reason(told, self.spec["source"].partition(":")[0]):
             return "stalled", {"reason": "frozen", "what": why, "fix": "Restart the camera, or what sends its picture."}
         if wrong := self._mismatch():
             return "mismatch", dict(zip(("reason", "what", "fix"), wrong, strict=True))
@@ -123,14 +123,14 @@ class LiveCamera:
 
     def _mismatch(self) -> tuple[str, str, str] | None:
         size = self._calibration.image_size if self._calibration else None
-        return mismatch(self._told, self._confirmed, size) if self._told else None
+        return calibration_mismatch(self._told, self._confirmed, size) if self._told else None
 
-    def must_show(self, view: str) -> None:
+    def require_view(self, view: str) -> None:
         """Conflict, with what to do, where that view cannot be had now."""
         if view == "raw":
             return
         if view not in VIEWS:
-            self.seeing.must_show(view)
+            self.detections.require_view(view)
             return
         if self._calibration is None:
             raise Conflict("This camera has no active calibration.", "Activate one, or watch the raw view.",
@@ -150,10 +150,10 @@ class LiveCamera:
         self._tell_calibration()
 
     @contextlib.contextmanager
-    def watching(self, channel: Channel, most_fps: float | None = None) -> Iterator[Viewer]:
+    def watching(self, channel: StreamSpec, most_fps: float | None = None) -> Iterator[Viewer]:
         """A viewer of a channel as long as the context lasts; it is encoded only while somebody watches."""
         if channel not in self._watchers:
-            if len(self._watchers) >= MOST_CHANNELS:
+            if len(self._watchers) >= MAX_STREAMS:
                 raise Unavailable("This camera is watched in too many sizes and qualities.",
                                   "Ask for a width that others watch, such as 960.", reason="too-many-channels")
             self._next_number += 1
@@ -237,14 +237,14 @@ class LiveCamera:
                     wait_s = RETRY_S
                 self.restarts += 1
             await asyncio.sleep(wait_s)
-            wait_s = min(2 * wait_s, LONGEST_RETRY_S)
+            wait_s = min(2 * wait_s, MAX_RETRY_S)
 
     async def _live_with(self, process: CameraProcess) -> bool:
         """Until it dies or has to be killed; whether a frame came from it."""
         self._process, self._applied = process, False
         self._newest.clear()
         begun = asyncio.get_running_loop().time()
-        self._told = Told({"state": "connecting", "problem": None, "since_s": 0.0, "seq": 0, "interval_s": 0.0,
+        self._told = ProcessStatus({"state": "connecting", "problem": None, "since_s": 0.0, "seq": 0, "interval_s": 0.0,
                            "identity": None, "reopened": 0, "age_s": None, "size": None, "encoded": 0}, begun)
         watchdog = asyncio.create_task(self._kill_when_stalled(process))
         try:
@@ -259,7 +259,7 @@ class LiveCamera:
             watchdog.cancel()
             self._process = None
             await asyncio.shield(process.end())
-            self._told = Told(self._told.status | {"state": "connecting", "problem": None}, self._told.at)
+            self._told = ProcessStatus(self._told.status | {"state": "connecting", "problem": None}, self._told.at)
 
     def _heard(self, process: CameraProcess, kind: int, number: int, body: bytes) -> None:
         now = asyncio.get_running_loop().time()
@@ -270,15 +270,15 @@ class LiveCamera:
                     for viewer in self._watchers[channel]:
                         viewer.offer(body, now)
         elif kind == messages.STATUS:
-            self._told = Told(messages.parts(body)[0], now)
-            self.seeing.told(self._told.status)
+            self._told = ProcessStatus(messages.parts(body)[0], now)
+            self.detections.told(self._told.status)
             if self._calibration is not None and self._confirmed is None and self.identity is not None:
                 self._confirmed = self.identity
                 self._trust(self._calibration, self.identity)
             if self._applied != self._may_apply():
                 self._tell_calibration()
-        elif kind == messages.SEEN:
-            self.seeing.heard(body)
+        elif kind == messages.DETECTIONS:
+            self.detections.heard(body)
         elif kind == messages.ANSWER:
             process.answered(number, body)
 
@@ -293,7 +293,7 @@ class LiveCamera:
             elif grace_s > 0:
                 grace_s = max(0.0, grace_s - LOOK_S)
             looked = now
-            if stalled(self._told, now, KILL_AFTER_S + grace_s):
+            if stall_reason(self._told, now, KILL_AFTER_S + grace_s):
                 process.kill()
                 return
 
@@ -308,16 +308,16 @@ class LiveCamera:
         self._applied = self._may_apply()
         if self._process is not None:
             calibration = self._calibration.to_json() if self._applied else None
-            self._process.send(messages.SHOW, {"calibration": calibration, "picture": self._picture})
+            self._process.send(messages.CALIBRATE, {"calibration": calibration, "picture": self._picture})
 
     def _tell_seeing(self) -> None:
         if self._process is not None:
-            self._process.send(messages.SEE, self.seeing.message())
+            self._process.send(messages.DETECT, self.detections.message())
 
     def _tell_channels(self) -> None:
         if self._process is None:
             return
-        self._process.send(messages.WATCH, {"channels": [
+        self._process.send(messages.STREAMS, {"channels": [
             {"number": self._numbers[channel], "channel": channel.to_json(),
              "interval_s": min(viewer.interval_s for viewer in watchers)}
             for channel, watchers in self._watchers.items()]})

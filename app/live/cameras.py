@@ -43,7 +43,7 @@ class LiveCameras:
             self._live[id] = camera
         return self._live[id]
 
-    def awake(self, id: str) -> LiveCamera | None:
+    def get_running(self, id: str) -> LiveCamera | None:
         """The same, without waking it."""
         return self._live.get(id)
 
@@ -55,7 +55,7 @@ class LiveCameras:
     def _show(self, camera: LiveCamera) -> None:
         calibration, confirmed = self._kept(camera.id)
         camera.show(calibration, confirmed, calibration and self._picture(calibration))
-        camera.seeing.follow(self._seen(camera.id))
+        camera.detections.follow(self._seen(camera.id))
 
     async def forget(self, id: str) -> None:
         """It was changed or removed: end its process; get() starts it anew with what is known then."""

@@ -18,15 +18,15 @@ from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Frame
 from app.sources import Control, Source, Surroundings, source_from_url
 
-RETRY_S, LONGEST_RETRY_S = 0.5, 5.0
+RETRY_S, MAX_RETRY_S = 0.5, 5.0
 ENDED = "source-ended"
-RECENT = 20  # frames from which the rate is told
+RATE_FRAMES = 20  # frames from which the rate is told
 REST_S = 1.0  # between two frames that nobody needs
 RESTS_AFTER_S = 10.0  # unneeded for so long: whoever comes back soon finds it awake
 
 
 @dataclass(frozen=True, eq=False)
-class Taken:
+class CapturedFrame:
     """One frame as it was taken. time: unix, s; moment: on this process' own steady clock, s."""
 
     frame: Frame
@@ -35,16 +35,16 @@ class Taken:
     moment: float
 
 
-class Capture:
+class FrameCapture:
     """The reading thread. Everything public may be called from other threads."""
 
     def __init__(self, url: str, around: Surroundings) -> None:
         self._url = url
         self._around = around
         self._changed = threading.Condition()
-        self._newest: Taken | None = None
+        self._newest: CapturedFrame | None = None
         self._seq = 0
-        self._moments: deque[float] = deque(maxlen=RECENT + 1)
+        self._moments: deque[float] = deque(maxlen=RATE_FRAMES + 1)
         self._state, self._problem = "connecting", None
         self._since = time.monotonic()
         self._identity: dict[str, Any] | None = None
@@ -83,7 +83,7 @@ class Capture:
         self._awake_until = time.monotonic() + RESTS_AFTER_S
         self._changed.notify_all()
 
-    def after(self, seq: int, timeout_s: float, in_passing: bool = False) -> Taken | None:
+    def after(self, seq: int, timeout_s: float, in_passing: bool = False) -> CapturedFrame | None:
         """The newest frame if it is newer than seq, or the next one; None when none comes in time.
 
         in_passing: a source that rests may go on resting.
@@ -124,14 +124,14 @@ class Capture:
             except TouchlineError as error:
                 self._fail(error)
             except Exception as error:
-                self._fail(_surprise(error))
+                self._fail(_unexpected(error))
             else:
                 if self._read(source):
                     wait_s = RETRY_S
             if self._problem is not None and self._problem["reason"] == ENDED:
                 return  # a film that is not to be shown again: its last picture stays, called offline
             time.sleep(wait_s)
-            wait_s = min(2 * wait_s, LONGEST_RETRY_S)
+            wait_s = min(2 * wait_s, MAX_RETRY_S)
 
     def _read(self, source: Source) -> bool:
         """Read until it fails; whether a frame came at all."""
@@ -153,7 +153,7 @@ class Capture:
         except TouchlineError as error:
             self._fail(error)
         except Exception as error:
-            self._fail(_surprise(error))
+            self._fail(_unexpected(error))
         finally:
             source.close()
         return came
@@ -163,7 +163,7 @@ class Capture:
         with self._changed:
             self._moments.append(now)
             self._seq += 1
-            self._newest = Taken(frame, self._seq, time.time(), now)
+            self._newest = CapturedFrame(frame, self._seq, time.time(), now)
             if self._state != "live":
                 self._state, self._problem, self._since = "live", None, now
             self._changed.notify_all()
@@ -183,7 +183,7 @@ class Capture:
         except TouchlineError as error:
             answer["error"] = error
         except Exception as error:
-            answer["error"] = _surprise(error)
+            answer["error"] = _unexpected(error)
         done.set()
 
     def _fail(self, error: TouchlineError) -> None:
@@ -195,6 +195,6 @@ class Capture:
             self._problem = {"kind": type(error).__name__, "reason": error.reason, "what": error.what, "fix": error.fix}
 
 
-def _surprise(error: Exception) -> TouchlineError:
+def _unexpected(error: Exception) -> TouchlineError:
     return Unavailable(f"The source failed: {type(error).__name__}.", "Check the camera and its address.",
                        reason="source-failed")

@@ -10,7 +10,7 @@ from typing import Any
 
 from app.core.errors import Conflict, NotFound, TouchlineError, Unavailable
 from app.live import messages
-from app.live.stream_spec import DETECTIONS, Channel
+from app.live.stream_spec import DETECTIONS, StreamSpec
 from app.live.viewer import Viewer
 
 OFF: dict[str, Any] = {"on": False, "plan": None, "profile": None, "publish": False, "camera_number": 0,
@@ -18,7 +18,7 @@ OFF: dict[str, Any] = {"on": False, "plan": None, "profile": None, "publish": Fa
 Publish = Callable[[bytes], TouchlineError | None]
 
 
-class Sighted:
+class DetectionFeed:
     """Only for the event loop's own thread.
 
     tell: called when the process must know message() anew. publish: takes a packet; why it did not leave, or None.
@@ -47,11 +47,11 @@ class Sighted:
         """What the process must know."""
         return {**self.wanted, "run": bool(self._viewers) or self.wanted["publish"]}
 
-    def must_show(self, channel_view: str) -> None:
+    def require_view(self, channel_view: str) -> None:
         """Conflict or NotFound, with what to do, where that view of what is seen cannot be had now."""
         if not self.wanted["on"]:
             raise _off()
-        name = Channel.asked(channel_view).stage
+        name = StreamSpec.requested(channel_view).stage
         stages = [stage["stage"] for stage in self.wanted["plan"]["stages"]]
         if channel_view != DETECTIONS and name not in stages:
             raise NotFound(f"This camera's plan has no stage called {name!r}.", f"Use one of: {', '.join(stages)}.",
@@ -94,7 +94,7 @@ class Sighted:
             viewer.end(why)
 
 
-def text_of(body: bytes) -> str:
+def json_text(body: bytes) -> str:
     """A message's JSON, unread."""
     (length,) = messages.LENGTH.unpack_from(body)
     return body[messages.LENGTH.size:messages.LENGTH.size + length].decode("ascii")

@@ -19,23 +19,23 @@ from app.core.errors import TouchlineError
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
 from app.live import messages
-from app.live.capture import Capture, Taken
-from app.live.picture import Shown
-from app.live.ssl_detection import packet_of
-from app.live.stage_renderer import Painter
-from app.live.stream_spec import Channel
+from app.live.capture import CapturedFrame, FrameCapture
+from app.live.picture import AppliedCalibration
+from app.live.ssl_detection import detection_packet
+from app.live.stage_renderer import StageRenderer
+from app.live.stream_spec import StreamSpec
 from app.vision.stage_pipeline import Plan, Seen, Sight
 from app.workflows.detection import profile_from, sight_for
 
 IDLE_S = 0.5
-AGAIN_S = 1.0  # after a picture that could not be looked at
-RECENT = 30  # frames from which the rate is told
+RETRY_S = 1.0  # after a picture that could not be looked at
+RATE_FRAMES = 30  # frames from which the rate is told
 DIGITS = 4  # of what is told: a ten-thousandth of a pixel or millimetre
-NO_PLACES = "This camera has no calibration in use: sizes are guessed from its field, and there are no places."
+NO_POSITIONS = "This camera has no calibration in use: sizes are guessed from its field, and there are no places."
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
+class DetectionRequest:
     """What the server asked for. run: see without pause; extent_mm: how much field about crosses the picture.
 
     sighted_as: plan and profile as they came; as long as they stay the same, the stages remember.
@@ -50,7 +50,7 @@ class Wanted:
     sighted_as: str
 
     @classmethod
-    def from_json(cls, value: Mapping[str, Any]) -> "Wanted":
+    def from_json(cls, value: Mapping[str, Any]) -> "DetectionRequest":
         profile = value["profile"]
         return cls(Plan.from_json(value["plan"]), None if profile is None else ColourProfile.from_json(profile),
                    value["run"], value["publish"], value["camera_number"], value["extent_mm"],
@@ -58,7 +58,7 @@ class Wanted:
 
 
 @dataclass
-class _Eyes:
+class DetectorState:
     """The stages as they are set up now, and for what. learned: colours that were found in the picture."""
 
     key: tuple[Any, ...] = ()
@@ -68,18 +68,18 @@ class _Eyes:
     notes: tuple[str, ...] = field(default=())
 
 
-class Seeing:
+class LiveDetector:
     """The seeing thread. What to see is told by other threads."""
 
-    def __init__(self, capture: Capture, send: Callable[[int, int, bytes], None]) -> None:
+    def __init__(self, capture: FrameCapture, send: Callable[[int, int, bytes], None]) -> None:
         self._capture, self._send = capture, send
-        self._painter = Painter(send)
+        self._painter = StageRenderer(send)
         self._asked = threading.Event()
-        self._wanted: Wanted | None = None
-        self._shown: Shown | None = None
-        self._channels: dict[int, tuple[Channel, float]] = {}
-        self._eyes = _Eyes()
-        self._moments: deque[float] = deque(maxlen=RECENT + 1)
+        self._wanted: DetectionRequest | None = None
+        self._shown: AppliedCalibration | None = None
+        self._channels: dict[int, tuple[StreamSpec, float]] = {}
+        self._eyes = DetectorState()
+        self._moments: deque[float] = deque(maxlen=RATE_FRAMES + 1)
         self.told: dict[str, Any] = {"learned": None}
 
     def start(self) -> None:
@@ -88,13 +88,13 @@ class Seeing:
 
     def follow(self, wanted: Mapping[str, Any]) -> None:
         """From now on this. What only switches it on or off does not make the stages forget."""
-        self._wanted = Wanted.from_json(wanted) if wanted["on"] else None
+        self._wanted = DetectionRequest.from_json(wanted) if wanted["on"] else None
         self._asked.set()
 
-    def show(self, shown: Shown | None) -> None:
+    def show(self, shown: AppliedCalibration | None) -> None:
         self._shown = shown
 
-    def watch(self, channels: Mapping[int, tuple[Channel, float]]) -> None:
+    def watch(self, channels: Mapping[int, tuple[StreamSpec, float]]) -> None:
         """From now on, these stages' pictures and no others."""
         self._channels = dict(channels)
         self._asked.set()
@@ -119,11 +119,12 @@ class Seeing:
             except Exception as error:  # of one picture like no other, or a plan that cannot be: it must not end all
                 what = error.what if isinstance(error, TouchlineError) else type(error).__name__
                 self._tell(taken, wanted, None, (f"This picture could not be looked at: {what}",))
-                self._eyes = _Eyes()
-                self._asked.wait(AGAIN_S)
+                self._eyes = DetectorState()
+                self._asked.wait(RETRY_S)
                 self._asked.clear()
 
-    def _look(self, taken: Taken, wanted: Wanted, channels: Mapping[int, tuple[Channel, float]]) -> None:
+    def _look(self, taken: CapturedFrame, wanted: DetectionRequest,
+              channels: Mapping[int, tuple[StreamSpec, float]]) -> None:
         eyes = self._eyes_for(taken, wanted)
         due = self._painter.due(channels, taken)
         stages = {channel.stage for channel in due.values() if channel.stage is not None}
@@ -134,35 +135,35 @@ class Seeing:
         if due:
             self._painter.offer(taken, seen, due, eyes.sight.setting.view)
 
-    def _eyes_for(self, taken: Taken, wanted: Wanted) -> _Eyes:
+    def _eyes_for(self, taken: CapturedFrame, wanted: DetectionRequest) -> DetectorState:
         """Set up anew where the plan, the colours, the calibration or the picture's size is another."""
         size, shown = taken.frame.size, self._shown
         calibration = shown.calibration if shown is not None and shown.calibration.image_size == size else None
         key = (wanted.sighted_as, calibration.id if calibration else None, size, wanted.extent_mm)
         if key != self._eyes.key:
             profile = wanted.profile or profile_from(taken.frame.pixels, wanted.plan)
-            notes = (*profile.notes, *(() if calibration else (NO_PLACES,)))
+            notes = (*profile.notes, *(() if calibration else (NO_POSITIONS,)))
             scale = None if calibration else _mm_per_px(wanted, size)
-            self._eyes = _Eyes(key, sight_for(wanted.plan, size, profile, calibration, scale),
+            self._eyes = DetectorState(key, sight_for(wanted.plan, size, profile, calibration, scale),
                                None if wanted.profile else profile, calibration, notes)
             self._moments.clear()
             self.told = {"learned": None if wanted.profile else replace(profile, name="found").to_json()}
         return self._eyes
 
-    def _tell(self, taken: Taken, wanted: Wanted, seen: Seen | None, notes: tuple[str, ...]) -> None:
+    def _tell(self, taken: CapturedFrame, wanted: DetectionRequest, seen: Seen | None, notes: tuple[str, ...]) -> None:
         calibration = self._eyes.calibration
-        head = told_of(seen, taken.seq, taken.time, taken.frame.size, calibration, notes, self._fps())
+        head = detection_json(seen, taken.seq, taken.time, taken.frame.size, calibration, notes, self._fps())
         packet = b""
         if wanted.publish and seen is not None and calibration is not None:
-            packet = packet_of(seen.detections, wanted.camera_number, time.time())
-        self._send(messages.SEEN, 0, messages.message(head, packet))
+            packet = detection_packet(seen.detections, wanted.camera_number, time.time())
+        self._send(messages.DETECTIONS, 0, messages.message(head, packet))
 
     def _fps(self) -> float:
         count = len(self._moments) - 1
         return count / max(self._moments[-1] - self._moments[0], 1e-6) if count > 0 else 0.0
 
 
-def told_of(seen: Seen | None, seq: int, time_s: float, size: ImageSize, calibration: Calibration | None,
+def detection_json(seen: Seen | None, seq: int, time_s: float, size: ImageSize, calibration: Calibration | None,
             notes: tuple[str, ...], fps: float) -> dict[str, Any]:
     """What a frame showed, plain JSON: of a live camera, or of a clip. seen: None where it could not be looked at."""
     items = seen.detections.items if seen else ()
@@ -174,7 +175,7 @@ def told_of(seen: Seen | None, seq: int, time_s: float, size: ImageSize, calibra
             "fps": round(fps, 2)}
 
 
-def _mm_per_px(wanted: Wanted, size: ImageSize) -> float:
+def _mm_per_px(wanted: DetectionRequest, size: ImageSize) -> float:
     return wanted.extent_mm / (size.width**2 + size.height**2) ** 0.5
 
 

@@ -17,9 +17,9 @@ from app.core.errors import TouchlineError
 from app.core.field_json import field_from_json
 from app.evaluate.drift.alarm import DriftWatch
 from app.evaluate.drift.monitor import Reference, Sample
-from app.images import Limits, decode_inside
-from app.live.capture import Capture, Taken
-from app.live.picture import Shown
+from app.images import ImageLimits, decode_in_process
+from app.live.capture import CapturedFrame, FrameCapture
+from app.live.picture import AppliedCalibration
 from app.store.snapshots import checked_bytes
 
 EVERY_S = 1.0
@@ -27,24 +27,24 @@ DOUBTFUL_S = 0.35  # an alarm is told two looks after the knock
 WAIT_S = 0.5  # for a frame
 LEARN_S = 0.5  # between the frames that are learnt from
 LEARN = 5
-AGAIN_S, LONGEST_AGAIN_S = 5.0, 60.0  # where no lines were found to follow
-GIVE_WAY = 10  # niceness: the picture goes first
+RETRY_S, MAX_RETRY_S = 5.0, 60.0  # where no lines were found to follow
+NICE = 10  # niceness: the picture goes first
 
 
-class Drift:
+class CameraDriftMonitor:
     """The thread that looks at the lines. It gives way: it sleeps much longer than it works."""
 
-    def __init__(self, capture: Capture, limits: Limits) -> None:
+    def __init__(self, capture: FrameCapture, limits: ImageLimits) -> None:
         self._capture = capture
         self._limits = limits
-        self._wanted: tuple[Shown, dict[str, Any] | None] | None = None
+        self._wanted: tuple[AppliedCalibration, dict[str, Any] | None] | None = None
         self._changed = threading.Event()
         self.newest: dict[str, Any] | None = None
 
     def start(self) -> None:
         threading.Thread(target=self._run, name="drift", daemon=True).start()
 
-    def show(self, shown: Shown | None, picture: dict[str, Any] | None) -> None:
+    def show(self, shown: AppliedCalibration | None, picture: dict[str, Any] | None) -> None:
         """Follow this calibration's lines from now on. picture: {"name", "path", "sha256"} of the one it came from."""
         before = self._wanted
         if shown is not None and before is not None and before[0].calibration.id == shown.calibration.id:
@@ -55,7 +55,7 @@ class Drift:
 
     def _run(self) -> None:
         with suppress(OSError, AttributeError):  # of this thread alone, on Linux
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), GIVE_WAY)
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
         while True:
             self._changed.wait()
             self._changed.clear()
@@ -64,10 +64,10 @@ class Drift:
                     self._follow(wanted)
                 except Exception:  # of one look at a picture like no other: it must not end all looking
                     self.newest = None
-                    if not self._changed.wait(AGAIN_S):
+                    if not self._changed.wait(RETRY_S):
                         self._changed.set()
 
-    def _follow(self, wanted: tuple[Shown, dict[str, Any] | None]) -> None:
+    def _follow(self, wanted: tuple[AppliedCalibration, dict[str, Any] | None]) -> None:
         """Until something else is wanted."""
         shown, picture = wanted
         watch, calibration, seq = DriftWatch(time.time()), shown.calibration, 0
@@ -79,14 +79,14 @@ class Drift:
         tell(None)
         reference = self._reference_of_picture(shown, picture)
         source = "calibration" if reference is not None else "start"
-        again_s = AGAIN_S
+        again_s = RETRY_S
         while reference is None:
             if (reference := self._learnt(shown)) is None:
                 watch.unfollowed(time.time())
                 tell(None)
                 if self._changed.wait(again_s):
                     return
-                again_s = min(2 * again_s, LONGEST_AGAIN_S)
+                again_s = min(2 * again_s, MAX_RETRY_S)
         sample: Sample | None = None
         while not self._changed.is_set():
             taken = self._capture.after(seq, WAIT_S, in_passing=True)
@@ -97,19 +97,19 @@ class Drift:
                 tell(source, time.thread_time() - begun)
             self._changed.wait(DOUBTFUL_S if watch.doubtful else EVERY_S)
 
-    def _reference_of_picture(self, shown: Shown, picture: dict[str, Any] | None) -> Reference | None:
+    def _reference_of_picture(self, shown: AppliedCalibration, picture: dict[str, Any] | None) -> Reference | None:
         if picture is None:
             return None
         try:
-            frame = decode_inside(checked_bytes(**picture), self._limits)
+            frame = decode_in_process(checked_bytes(**picture), self._limits)
         except TouchlineError:
             return None
         return _reference([frame.pixels], shown)
 
-    def _learnt(self, shown: Shown) -> Reference | None:
+    def _learnt(self, shown: AppliedCalibration) -> Reference | None:
         """From some frames, in which what moves is not in the same place."""
         pictures: list[NDArray[np.uint8]] = []
-        taken: Taken | None = None
+        taken: CapturedFrame | None = None
         while len(pictures) < LEARN:
             taken = self._capture.after(taken.seq if taken else 0, WAIT_S, in_passing=True)
             if taken is not None:
@@ -121,7 +121,7 @@ class Drift:
         return _reference(pictures, shown)
 
 
-def _reference(pictures: list[NDArray[np.uint8]], shown: Shown) -> Reference | None:
+def _reference(pictures: list[NDArray[np.uint8]], shown: AppliedCalibration) -> Reference | None:
     calibration = shown.calibration
     height, width = pictures[0].shape[:2]
     if (width, height) != tuple(calibration.image_size):

@@ -8,40 +8,40 @@ from typing import Any
 from app.core.errors import TouchlineError
 from app.images import encode
 from app.live import messages
-from app.live.capture import Capture, Taken
-from app.live.picture import Shown, drawn
-from app.live.stream_spec import Channel
+from app.live.capture import CapturedFrame, FrameCapture
+from app.live.picture import AppliedCalibration, render
+from app.live.stream_spec import StreamSpec
 
 IDLE_S = 0.5
-EARLY = 0.25  # of a channel's interval: a frame so much too early is still taken, or every second would be lost
+EARLY_SHARE = 0.25  # of a channel's interval: a frame so much too early is still taken, or every second would be lost
 
 
 class Encoder:
     """The drawing thread. What to draw is told by other threads."""
 
-    def __init__(self, capture: Capture, send: Callable[[int, int, bytes], None]) -> None:
+    def __init__(self, capture: FrameCapture, send: Callable[[int, int, bytes], None]) -> None:
         self._capture = capture
         self._send = send
-        self._watched: dict[int, tuple[Channel, float]] = {}  # number → channel, interval s (0: every frame)
+        self._watched: dict[int, tuple[StreamSpec, float]] = {}  # number → channel, interval s (0: every frame)
         self._due: dict[int, float] = {}
-        self._shown: Shown | None = None
+        self._shown: AppliedCalibration | None = None
         self._told = threading.Event()
         self.encoded = 0
 
     def start(self) -> None:
         threading.Thread(target=self._run, name="encoder", daemon=True).start()
 
-    def watch(self, channels: Mapping[int, tuple[Channel, float]]) -> None:
+    def watch(self, channels: Mapping[int, tuple[StreamSpec, float]]) -> None:
         """From now on, these and no others; a new one is sent the newest frame at once."""
         self._watched = dict(channels)
         self._told.set()
 
-    def show(self, shown: Shown | None) -> None:
+    def show(self, shown: AppliedCalibration | None) -> None:
         self._shown = shown
         self._told.set()
 
     @property
-    def shown(self) -> Shown | None:
+    def shown(self) -> AppliedCalibration | None:
         return self._shown
 
     def _run(self) -> None:
@@ -63,14 +63,14 @@ class Encoder:
                     self._hand_over(number, channel, taken)
             seq, done = taken.seq, set(watched)
 
-    def _is_due(self, number: int, taken: Taken, interval_s: float) -> bool:
+    def _is_due(self, number: int, taken: CapturedFrame, interval_s: float) -> bool:
         due = self._due.get(number, 0.0)
-        if taken.moment < due - EARLY * interval_s:
+        if taken.moment < due - EARLY_SHARE * interval_s:
             return False
         self._due[number] = max(due, taken.moment - interval_s) + interval_s
         return True
 
-    def _hand_over(self, number: int, channel: Channel, taken: Taken) -> None:
+    def _hand_over(self, number: int, channel: StreamSpec, taken: CapturedFrame) -> None:
         begin = time.monotonic()
         head: dict[str, Any] = {"seq": taken.seq, "time": taken.time, "view": channel.view}
         shown = self._shown
@@ -81,7 +81,7 @@ class Encoder:
             if channel.view != "raw":
                 return
         try:
-            pixels, more, tail = drawn(taken.frame.pixels, channel, shown)
+            pixels, more, tail = render(taken.frame.pixels, channel, shown)
             jpeg = encode(pixels, "jpg", channel.quality)
         except TouchlineError:
             return  # a model that cannot be drawn at this size: the still view says why

@@ -16,33 +16,33 @@ import numpy as np
 
 from app.core.errors import Unavailable
 from app.core.geometry import ImageSize
-from app.live.capture import Capture, Taken
+from app.live.capture import CapturedFrame, FrameCapture
 
-RING_S = 30.0
-RING_FPS = 10.0  # encoding costs as much as seeing
-RING_BYTES = 120_000_000
+MAX_S = 30.0
+FPS = 10.0  # encoding costs as much as seeing
+MAX_BYTES = 120_000_000
 QUALITY = 92
 IDLE_S = 0.5
 SILENT_S = 3.0
-GIVE_WAY = 10  # niceness: the picture and the seeing go first
-EARLY = 0.25  # of the interval
+NICE = 10  # niceness: the picture and the seeing go first
+EARLY_SHARE = 0.25  # of the interval
 
 
 @dataclass(frozen=True)
-class Kept:
+class BufferedFrame:
     seq: int
     time_s: float
     size: ImageSize
     jpeg: bytes
 
 
-class Ring:
+class FrameBuffer:
     """The recording thread. keep() and clip() may be called from any thread."""
 
-    def __init__(self, capture: Capture) -> None:
+    def __init__(self, capture: FrameCapture) -> None:
         self._capture = capture
         self._changed = threading.Condition()
-        self._kept: deque[Kept] = deque()
+        self._kept: deque[BufferedFrame] = deque()
         self._bytes = 0
         self._watched = False
         self._asked = 0
@@ -72,7 +72,7 @@ class Ring:
         size = frames[-1].size
         return {"width": size.width, "height": size.height, "frames": told}, b"".join(kept.jpeg for kept in frames)
 
-    def _frames(self, seconds: float) -> list[Kept]:
+    def _frames(self, seconds: float) -> list[BufferedFrame]:
         silent_until = time.monotonic() + SILENT_S
         newest = -1
         while True:
@@ -81,9 +81,9 @@ class Ring:
                 kept = list(self._kept)
             if kept and kept[-1].seq != newest:
                 newest, silent_until = kept[-1].seq, time.monotonic() + SILENT_S
-                wanted = [one for one in kept if one.time_s >= kept[-1].time_s - seconds - 0.5 / RING_FPS]
-                full = kept[0].time_s <= kept[-1].time_s - seconds + 1.5 / RING_FPS
-                if full or self._bytes > 0.9 * RING_BYTES:
+                wanted = [one for one in kept if one.time_s >= kept[-1].time_s - seconds - 0.5 / FPS]
+                full = kept[0].time_s <= kept[-1].time_s - seconds + 1.5 / FPS
+                if full or self._bytes > 0.9 * MAX_BYTES:
                     return wanted
             elif time.monotonic() > silent_until:
                 raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
@@ -91,7 +91,7 @@ class Ring:
 
     def _run(self) -> None:
         with suppress(OSError, AttributeError):  # of this thread alone, on Linux
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), GIVE_WAY)
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
         seq, due = 0, 0.0
         while True:
             with self._changed:
@@ -104,23 +104,23 @@ class Ring:
             if taken is None:
                 continue
             seq = taken.seq
-            if taken.moment >= due - EARLY / RING_FPS:
-                due = max(due, taken.moment - 1 / RING_FPS) + 1 / RING_FPS
+            if taken.moment >= due - EARLY_SHARE / FPS:
+                due = max(due, taken.moment - 1 / FPS) + 1 / FPS
                 self._keep(taken)
 
-    def _keep(self, taken: Taken) -> None:
+    def _keep(self, taken: CapturedFrame) -> None:
         done, buffer = cv2.imencode(".jpg", np.ascontiguousarray(taken.frame.pixels), [
             cv2.IMWRITE_JPEG_QUALITY, QUALITY,
             cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444])
         if not done:
             return
-        kept = Kept(taken.seq, taken.time, taken.frame.size, buffer.tobytes())
+        kept = BufferedFrame(taken.seq, taken.time, taken.frame.size, buffer.tobytes())
         with self._changed:
             if self._kept and self._kept[-1].size != kept.size:
                 self._clear()  # a clip is of one size
             self._kept.append(kept)
             self._bytes += len(kept.jpeg)
-            while self._bytes > RING_BYTES or kept.time_s - self._kept[0].time_s > RING_S:
+            while self._bytes > MAX_BYTES or kept.time_s - self._kept[0].time_s > MAX_S:
                 self._bytes -= len(self._kept.popleft().jpeg)
             self._changed.notify_all()
 

@@ -15,7 +15,7 @@ from typing import Any
 
 HEADER = struct.Struct("<BII")
 LENGTH = struct.Struct("<I")
-READY, OPEN, WATCH, SHOW, ASK, STATUS, PICTURE, ANSWER, SEE, SEEN = range(10)
+READY, OPEN, STREAMS, CALIBRATE, REQUEST, STATUS, PICTURE, ANSWER, DETECT, DETECTIONS = range(10)
 MAX_BODY = 256 << 20  # a still of 50 megapixels as PNG
 
 

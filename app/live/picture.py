@@ -13,7 +13,7 @@ from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
 from app.imaging.correction import CorrectionMap, View, correction_map
-from app.live.stream_spec import Channel
+from app.live.stream_spec import StreamSpec
 from app.models import CameraModel, model_from_json
 from app.workflows.calibration import overlay
 
@@ -23,7 +23,7 @@ OVERLAY_PX = 0.25  # a drawn line may be off by so much where points are left ou
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class AppliedCalibration:
     """The calibration that is applied: its maps are made when a size is first watched."""
 
     calibration: Calibration
@@ -32,7 +32,7 @@ class Shown:
     overlays: dict[tuple[str, int, int], bytes]
 
     @classmethod
-    def of(cls, calibration: Calibration) -> "Shown":
+    def of(cls, calibration: Calibration) -> "AppliedCalibration":
         return cls(calibration, model_from_json(calibration.model_name, calibration.model_parameters), {}, {})
 
     def view(self, width: int) -> View:
@@ -79,7 +79,7 @@ def _runs(points: Sequence[Sequence[float] | None], scale: float, drawn: ImageSi
         run = []
 
 
-def raw_at(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
+def scaled_down(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
     """The raw picture no wider than that; never enlarged, which a browser does as well."""
     height, own = pixels.shape[:2]
     if not width or width >= own:
@@ -100,19 +100,19 @@ def side_by_side(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> tuple[NDA
     return both, places
 
 
-def drawn(pixels: NDArray[np.uint8], channel: Channel,
-          shown: Shown | None) -> tuple[NDArray[np.uint8], dict[str, Any], bytes]:
+def render(pixels: NDArray[np.uint8], channel: StreamSpec,
+          shown: AppliedCalibration | None) -> tuple[NDArray[np.uint8], dict[str, Any], bytes]:
     """The channel's picture, what its JSON says besides, and its overlays; needs a calibration unless it is raw."""
     raw = ImageSize(pixels.shape[1], pixels.shape[0])
     if channel.view == "side":
         half = max(16, ((channel.width or 2 * raw.width) - GAP_PX) // 2)
-        left, right = raw_at(pixels, half), shown.corrected(pixels, half)
+        left, right = scaled_down(pixels, half), shown.corrected(pixels, half)
         if left.shape[1] < half:
             left = cv2.resize(left, (half, max(1, round(left.shape[0] * half / left.shape[1]))))
         both, (raw_half, corrected_half) = side_by_side(left, right)
         return both, {"calibration": shown.calibration.id, "halves": {
             "raw": raw_half, "corrected": corrected_half, "margin_px": shown.view(half).margin_px}}, b""
-    picture = raw_at(pixels, channel.width) if channel.view == "raw" else shown.corrected(pixels, channel.width)
+    picture = scaled_down(pixels, channel.width) if channel.view == "raw" else shown.corrected(pixels, channel.width)
     if shown is None:
         return picture, {"calibration": None}, b""
     size = ImageSize(picture.shape[1], picture.shape[0])

@@ -77,7 +77,7 @@ class CameraProcess:
         answer: asyncio.Future[tuple[dict[str, Any], bytes]] = asyncio.get_running_loop().create_future()
         self._asked[number] = answer
         try:
-            self.send(messages.ASK, head, number)
+            self.send(messages.REQUEST, head, number)
             return await asyncio.wait_for(answer, timeout_s)
         except TimeoutError:
             raise Unavailable("The camera does not answer.", "Look at its state, then try again.",

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import ImageSize
-from app.live.capture import Capture, Taken
+from app.live.capture import CapturedFrame, FrameCapture
 from app.live.encoder import Encoder
-from app.live.picture import Shown
+from app.live.picture import AppliedCalibration
 from app.vision.quality import flicker, light, sharpness
 
 EVERY_S = 0.5
@@ -24,10 +24,10 @@ BURST_S = 4.0  # a slow camera's burst ends here, whatever it has
 WIDTH_PX = 640
 
 
-class Inspector:
+class QualityMonitor:
     """The thread that looks at light and focus. It gives way: it sleeps much longer than it works."""
 
-    def __init__(self, capture: Capture, encoder: Encoder) -> None:
+    def __init__(self, capture: FrameCapture, encoder: Encoder) -> None:
         self._capture = capture
         self._encoder = encoder
         self._before: NDArray[np.uint8] | None = None
@@ -55,7 +55,7 @@ class Inspector:
                 self.newest = self._look(small, taken)
             time.sleep(EVERY_S)
 
-    def _look(self, small: NDArray[np.uint8], taken: Taken) -> dict[str, Any]:
+    def _look(self, small: NDArray[np.uint8], taken: CapturedFrame) -> dict[str, Any]:
         if self._before is None or self._before.shape != small.shape or not np.array_equal(self._before, small):
             self._same_since = taken.moment
         self._before = small
@@ -85,7 +85,7 @@ class Inspector:
 
     def _field_of(self, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_] | None:
         """Where the field lies in the reduced picture, as far as a calibration tells."""
-        shown: Shown | None = self._encoder.shown
+        shown: AppliedCalibration | None = self._encoder.shown
         if shown is None or shown.calibration.image_size != raw:
             return None
         if self._mask is None or self._mask[:2] != (shown.calibration.id, raw):
@@ -93,7 +93,7 @@ class Inspector:
         return self._mask[2]
 
 
-def _mask(shown: Shown, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_]:
+def _mask(shown: AppliedCalibration, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_]:
     x, y = np.meshgrid(np.arange(width), np.arange(height))
     points = np.stack([(x + 0.5) * raw.width / width - 0.5, (y + 0.5) * raw.height / height - 0.5], axis=-1)
     corrected = shown.model.corrected_from_raw(points.reshape(-1, 2)).reshape(height, width, 2)

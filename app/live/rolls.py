@@ -16,28 +16,28 @@ from typing import Any
 import numpy as np
 
 from app.core.errors import Unavailable
-from app.live.capture import Capture, Taken
+from app.live.capture import CapturedFrame, FrameCapture
 from app.workflows.rolling import Rolling
 
 KEEP_S = 3.0  # without a question: then nobody watches any more
 WAIT_S = 2.0  # for the next frame
-LATEST = 100  # rolls that somebody may still ask for
-GIVE_WAY = 5  # niceness: the picture goes first, and yet frames should not be missed
-RECENT = 240  # points of a track that are drawn, as
-MOST_DRAWN = 40
-MOVES = 0.02  # of the picture's width: what has come less far stands
+MAX_ROLLS = 100  # rolls that somebody may still ask for
+NICE = 5  # niceness: the picture goes first, and yet frames should not be missed
+DRAWN_FRAMES = 240  # points of a track that are drawn, as
+MAX_DRAWN_POINTS = 40
+MIN_MOVED_SHARE = 0.02  # of the picture's width: what has come less far stands
 
 
-class RollWatch:
+class RollMonitor:
     """Follows while it is asked. ask() may be called from any thread."""
 
-    def __init__(self, capture: Capture) -> None:
+    def __init__(self, capture: FrameCapture) -> None:
         self._capture = capture
         self._lock = threading.Condition()
         self._wanted_until = 0.0
         self._thread: threading.Thread | None = None
         self._told: dict[str, Any] | None = None
-        self._rolls: deque[dict[str, Any]] = deque(maxlen=LATEST)
+        self._rolls: deque[dict[str, Any]] = deque(maxlen=MAX_ROLLS)
 
     def ask(self, watch: str, after: int, seq: int) -> dict[str, Any]:
         """What moves in a frame after that one, and the rolls after that number of that watch (all of another)."""
@@ -57,7 +57,7 @@ class RollWatch:
 
     def _follow(self) -> None:
         with suppress(OSError, AttributeError):  # of this thread alone, on Linux
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), GIVE_WAY)
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
         watch, rolling, count, seq = _new_watch(), Rolling(live=True), 0, 0
         self._rolls.clear()
         while True:
@@ -85,7 +85,7 @@ class RollWatch:
                     self._rolls.clear()
                 self._rolls.extend(new)
                 self._told = {"watch": watch, "seq": seq, "time": taken.time, "width": size.width,
-                              "height": size.height, "tracks": _drawn(rolling, taken),
+                              "height": size.height, "tracks": _drawn_tracks(rolling, taken),
                               "hint": "" if rolling.is_still else "Nearly the whole picture changes again and again: "
                               "fix the camera, and switch its automatic exposure off."}
                 self._lock.notify_all()
@@ -95,13 +95,13 @@ def _new_watch() -> str:
     return secrets.token_hex(6)  # with four digits of a roll's number it is an id
 
 
-def _drawn(rolling: Rolling, taken: Taken) -> list[list[list[float]]]:
+def _drawn_tracks(rolling: Rolling, taken: CapturedFrame) -> list[list[list[float]]]:
     """Where things came from in the last seconds, px; what stands is not drawn."""
     tracks = []
     for track in rolling.now:
-        recent = track.points[-RECENT:]
-        if np.ptp(recent, axis=0).max() < MOVES * taken.frame.size.width:
+        recent = track.points[-DRAWN_FRAMES:]
+        if np.ptp(recent, axis=0).max() < MIN_MOVED_SHARE * taken.frame.size.width:
             continue
-        few = np.unique(np.linspace(0, len(recent) - 1, MOST_DRAWN).round().astype(int))
+        few = np.unique(np.linspace(0, len(recent) - 1, MAX_DRAWN_POINTS).round().astype(int))
         tracks.append(recent[few].round(1).tolist())
     return tracks

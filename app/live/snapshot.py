@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from app.core.errors import Unavailable
 from app.images import encode
-from app.live.capture import Capture, Taken
+from app.live.capture import CapturedFrame, FrameCapture
 from app.vision.motion.background import Background
 
-MOST_FRAMES = 60
+MAX_FRAMES = 60
 
 
-def still(capture: Capture, frames: int, over_s: float, timeout_s: float) -> tuple[dict[str, Any], bytes]:
+def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: float) -> tuple[dict[str, Any], bytes]:
     """The next frame, or what most of so many agree on that are spread over so long; a PNG.
 
     The JSON says how many frames went in, when the first and last were taken, and which share of the pixels was never
@@ -23,10 +23,10 @@ def still(capture: Capture, frames: int, over_s: float, timeout_s: float) -> tup
     deadline = time.monotonic() + timeout_s
     first = last = _next(capture, capture.status()["seq"], deadline)
     if frames <= 1:
-        return _told(first, last, 1, None), encode(first.frame.pixels, "png")
-    background = Background(first.frame.pixels.shape, min(frames, MOST_FRAMES))
+        return _description(first, last, 1, None), encode(first.frame.pixels, "png")
+    background = Background(first.frame.pixels.shape, min(frames, MAX_FRAMES))
     background.add(first.frame.pixels)
-    count, begun, frames = 1, first.moment, min(frames, MOST_FRAMES)
+    count, begun, frames = 1, first.moment, min(frames, MAX_FRAMES)
     while count < frames:
         # Who walks by needs some seconds to leave: frames that follow each other would all show them.
         time.sleep(max(0.0, begun + over_s * count / (frames - 1) - time.monotonic()))
@@ -36,10 +36,10 @@ def still(capture: Capture, frames: int, over_s: float, timeout_s: float) -> tup
         last = taken
         background.add(taken.frame.pixels)
         count += 1
-    return _told(first, last, count, background.unsettled), encode(background.picture, "png")
+    return _description(first, last, count, background.unsettled), encode(background.picture, "png")
 
 
-def _next(capture: Capture, seq: int, deadline: float) -> Taken:
+def _next(capture: FrameCapture, seq: int, deadline: float) -> CapturedFrame:
     taken = capture.after(seq, max(0.0, deadline - time.monotonic()))
     if taken is None:
         raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
@@ -47,7 +47,8 @@ def _next(capture: Capture, seq: int, deadline: float) -> Taken:
     return taken
 
 
-def _told(first: Taken, last: Taken, count: int, unsettled: NDArray[np.bool_] | None) -> dict[str, Any]:
+def _description(first: CapturedFrame, last: CapturedFrame, count: int,
+                 unsettled: NDArray[np.bool_] | None) -> dict[str, Any]:
     size = first.frame.size
     return {"frames": count, "seq": last.seq, "time": first.time, "until": last.time, "width": size.width,
             "height": size.height, "hidden_share": None if unsettled is None else float(np.mean(unsettled))}

@@ -8,15 +8,15 @@ from app.core.detections import Detection, Detections
 from app.ssl_protocol.messages import DetectedBall, DetectedRobot, DetectionFrame, Sender, WrapperPacket
 from app.ssl_protocol.protobuf import encode
 
-MOST = 100  # of a kind: a datagram must hold them
+MAX_PER_KIND = 100  # of a kind: a datagram must hold them
 
 
-def packet_of(seen: Detections, camera_number: int, sent_s: float) -> bytes:
+def detection_packet(seen: Detections, camera_number: int, sent_s: float) -> bytes:
     """The datagram. sent_s: now, unix; frame and time_s of the detections must be known."""
     placed = [item for item in seen.items if item.x_mm is not None and item.y_mm is not None]
-    robots = {team: tuple(_robot(item) for item in placed if item.kind == "robot" and item.team == team)[:MOST]
+    robots = {team: tuple(_robot(item) for item in placed if item.kind == "robot" and item.team == team)[:MAX_PER_KIND]
               for team in ("yellow", "blue")}
-    balls = tuple(_ball(item) for item in placed if item.kind == "ball")[:MOST]
+    balls = tuple(_ball(item) for item in placed if item.kind == "ball")[:MAX_PER_KIND]
     frame = DetectionFrame(frame_number=(seen.frame or 0) % 2**32, t_capture=seen.time_s or sent_s, t_sent=sent_s,
                            camera_id=camera_number, balls=balls, robots_yellow=robots["yellow"],
                            robots_blue=robots["blue"])

@@ -7,44 +7,44 @@ from collections.abc import Callable, Mapping
 from app.core.errors import TouchlineError
 from app.images import encode
 from app.live import messages
-from app.live.capture import Taken
-from app.live.picture import raw_at
-from app.live.stream_spec import Channel
+from app.live.capture import CapturedFrame
+from app.live.picture import scaled_down
+from app.live.stream_spec import StreamSpec
 from app.vision.stage_pipeline import Seen
 from app.vision.stages.localisation import View
 from app.workflows.detection import drawn
 
-LEAST_S = 1 / 15  # between two pictures of a channel: drawing costs as much as seeing
-EARLY = 0.25  # of that: a frame so much too early is still taken
+MIN_INTERVAL_S = 1 / 15  # between two pictures of a channel: drawing costs as much as seeing
+EARLY_SHARE = 0.25  # of that: a frame so much too early is still taken
 
 
-class Painter:
+class StageRenderer:
     """The drawing thread: one frame at a time, and none is kept waiting for it."""
 
     def __init__(self, send: Callable[[int, int, bytes], None]) -> None:
         self._send = send
         self._due: dict[int, float] = {}
         self._came = threading.Event()
-        self._work: tuple[Taken, Seen, Mapping[int, Channel], View] | None = None
+        self._work: tuple[CapturedFrame, Seen, Mapping[int, StreamSpec], View] | None = None
 
     def start(self) -> None:
         threading.Thread(target=self._run, name="painter", daemon=True).start()
 
-    def due(self, channels: Mapping[int, tuple[Channel, float]], taken: Taken) -> dict[int, Channel]:
+    def due(self, channels: Mapping[int, tuple[StreamSpec, float]], taken: CapturedFrame) -> dict[int, StreamSpec]:
         """Which of these a frame is to be drawn for; none while another is being drawn."""
         self._due = {number: at for number, at in self._due.items() if number in channels}
         if self._work is not None:
             return {}
         wanted = {}
         for number, (channel, interval_s) in channels.items():
-            interval_s = max(interval_s, LEAST_S)
+            interval_s = max(interval_s, MIN_INTERVAL_S)
             at = self._due.get(number, 0.0)
-            if taken.moment >= at - EARLY * interval_s:
+            if taken.moment >= at - EARLY_SHARE * interval_s:
                 self._due[number] = max(at, taken.moment - interval_s) + interval_s
                 wanted[number] = channel
         return wanted
 
-    def offer(self, taken: Taken, seen: Seen, channels: Mapping[int, Channel], view: View) -> None:
+    def offer(self, taken: CapturedFrame, seen: Seen, channels: Mapping[int, StreamSpec], view: View) -> None:
         self._work = (taken, seen, channels, view)
         self._came.set()
 
@@ -58,7 +58,7 @@ class Painter:
                 finally:
                     self._work = None
 
-    def _paint(self, taken: Taken, seen: Seen, channels: Mapping[int, Channel], view: View) -> None:
+    def _paint(self, taken: CapturedFrame, seen: Seen, channels: Mapping[int, StreamSpec], view: View) -> None:
         marked = None
         for number, channel in channels.items():
             begin = time.monotonic()
@@ -70,7 +70,7 @@ class Painter:
             if picture is None:
                 continue
             try:
-                pixels = raw_at(picture, channel.width)
+                pixels = scaled_down(picture, channel.width)
                 jpeg = encode(pixels, "jpg", channel.quality)
             except TouchlineError:
                 continue

@@ -12,11 +12,11 @@ OPEN_S = 15.0  # an industrial camera may take some seconds to be found
 FROZEN_S = 3.0  # a sensor's noise never stays the same so long
 INTERVALS = 4
 UNKNOWN_S = 6.0  # a camera of which one picture came may send one every second or two
-STANDING = ("picture", "folder", "video", "sim")  # sources whose pictures may stay the same
+STATIC_SOURCES = ("picture", "folder", "video", "sim")  # sources whose pictures may stay the same
 
 
 @dataclass(frozen=True)
-class Told:
+class ProcessStatus:
     """What the process said of itself, and when on the server's clock."""
 
     status: dict[str, Any]
@@ -40,7 +40,7 @@ class Told:
         return Identity(**self.status["identity"]) if self.status["identity"] else None
 
 
-def stalled(told: Told, now: float, grace_s: float = 0.0) -> str | None:
+def stall_reason(told: ProcessStatus, now: float, grace_s: float = 0.0) -> str | None:
     """Why it counts as stalled, in words; None while it does not. grace_s: so much longer than usual."""
     # A camera maker's library may hold up the whole process while it looks for its cameras.
     if now - told.at > (STALL_S if told.status["state"] == "live" else UNKNOWN_S) + grace_s:
@@ -52,15 +52,16 @@ def stalled(told: Told, now: float, grace_s: float = 0.0) -> str | None:
     return None
 
 
-def frozen(told: Told, scheme: str) -> str | None:
+def frozen_reason(told: ProcessStatus, scheme: str) -> str | None:
     """Why it shows an old picture again and again, in words."""
     seconds = (told.status.get("inspected") or {}).get("unchanged_s", 0.0)
-    if scheme in STANDING or seconds < FROZEN_S:
+    if scheme in STATIC_SOURCES or seconds < FROZEN_S:
         return None
     return f"It has sent the very same picture for {seconds:.0f} s."
 
 
-def mismatch(told: Told, confirmed: Identity | None, image_size: ImageSize | None) -> tuple[str, str, str] | None:
+def calibration_mismatch(told: ProcessStatus, confirmed: Identity | None,
+                         image_size: ImageSize | None) -> tuple[str, str, str] | None:
     """(reason, what, fix) where the calibration belongs to another camera, or to another size; None where it fits."""
     if told.size is not None and image_size is not None and told.size != image_size:
         return ("other-size", f"The camera gives {told.size.width} × {told.size.height} px; its calibration was made "

@@ -13,7 +13,7 @@ MAX_WIDTH = 3840
 
 
 @dataclass(frozen=True)
-class Channel:
+class StreamSpec:
     """view: raw, corrected, both side by side, "detections" or "stage-NAME". width: of the whole picture, px; 0 for
     what the source gives.
     """
@@ -23,7 +23,7 @@ class Channel:
     quality: int = 80
 
     @classmethod
-    def asked(cls, view: str = "raw", width: int = 0, quality: int = 80) -> Self:
+    def requested(cls, view: str = "raw", width: int = 0, quality: int = 80) -> Self:
         """The channel that serves such a wish; BadInput for one that none can."""
         if not (view in (*VIEWS, DETECTIONS) or (view.startswith(STAGE) and view.removeprefix(STAGE) in list(STAGES))):
             raise BadInput(f"There is no view called {view[:40]!r}.", f"Use one of: {', '.join(VIEWS)}, {DETECTIONS}, "
@@ -38,7 +38,7 @@ class Channel:
                    min(95, -(-quality // 10) * 10))
 
     @property
-    def is_seen(self) -> bool:
+    def is_detection(self) -> bool:
         """Whether seeing draws it: seeing.py, not encoder.py."""
         return self.view not in VIEWS
 

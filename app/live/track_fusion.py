@@ -11,16 +11,16 @@ from app.core.detections import Detection
 from app.core.errors import TouchlineError, Unavailable
 from app.evaluate.motion.object_tracks import PlayTracker, seams_of
 from app.live.camera import LiveCamera
-from app.live.detection_feed import text_of
+from app.live.detection_feed import json_text
 from app.live.viewer import Viewer
 
-LOOKS_FPS = 20.0  # of each camera that go in: the server's own thread reads them
-TELL_S = 0.05
+INPUT_FPS = 20.0  # of each camera that go in: the server's own thread reads them
+INTERVAL_S = 0.05
 RETRY_S = 1.0  # after a camera that cannot be listened to
 SILENT_S = 5.0
 
 
-class Tracked:
+class TrackFusion:
     """One rig's. Only for the event loop's own thread. camera: by its name, woken; raises why there is none."""
 
     def __init__(self, names: Sequence[str], camera: Callable[[str], LiveCamera]) -> None:
@@ -63,9 +63,9 @@ class Tracked:
         """One camera, again and again: it may be switched off, changed, or come later."""
         while True:
             try:
-                with self._camera(name).seeing.listening(LOOKS_FPS) as viewer:
+                with self._camera(name).detections.listening(INPUT_FPS) as viewer:
                     while True:
-                        self._add(name, json.loads(text_of(await viewer.next(SILENT_S))))
+                        self._add(name, json.loads(json_text(await viewer.next(SILENT_S))))
             except TouchlineError as error:
                 self._problems[name] = error
             except TimeoutError:
@@ -83,7 +83,7 @@ class Tracked:
 
     async def _tell(self) -> None:
         while True:
-            await asyncio.sleep(TELL_S)
+            await asyncio.sleep(INTERVAL_S)
             if self._heard or len(self._problems) == len(self.names):
                 text = json.dumps(self._told(), separators=(",", ":")).encode()
                 now = asyncio.get_running_loop().time()

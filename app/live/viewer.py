@@ -3,7 +3,7 @@
 import asyncio
 from typing import Self
 
-EARLY = 0.25  # of the interval: so much too early a frame is still taken
+EARLY_SHARE = 0.25  # of the interval: so much too early a frame is still taken
 
 
 class Viewer:
@@ -23,7 +23,7 @@ class Viewer:
 
     def offer(self, message: bytes, now: float) -> None:
         """A new message; the one before it is forgotten if it was not taken yet."""
-        if now < self._due - EARLY * self.interval_s:
+        if now < self._due - EARLY_SHARE * self.interval_s:
             return
         self._due = max(self._due, now - self.interval_s) + self.interval_s
         if self._newest is not None:

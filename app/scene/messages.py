@@ -5,5 +5,5 @@ THINGS {"key", "things"}, EXPORT {"number"}. From it: READY {"port"} once, ANSWE
 payload where there is one, CLICKED (place.py), VIEWERS {"count"}.
 """
 
-HEADER = "X-Touchline-Scene"  # where viser's own port wants the key
-KEY, SHOW, SET, PICTURE, THINGS, EXPORT, READY, ANSWER, CLICKED, VIEWERS = range(10)
+KEY_HEADER = "X-Touchline-Scene"  # where viser's own port wants the key
+KEY, DRAW, SET_VIEW, PICTURE, DETECTIONS, EXPORT, READY, ANSWER, CLICKED, VIEWERS = range(10)

@@ -71,7 +71,7 @@ class SceneProcess:
 
     async def show(self, given: dict[str, Any]) -> dict[str, Any]:
         """Draw it all anew; what is told beside the scene. What cannot be shown is refused."""
-        return (await self._ask(messages.SHOW, given))[0]
+        return (await self._ask(messages.DRAW, given))[0]
 
     async def export(self, title: str, dark: bool) -> bytes:
         """The scene as it stands, as one HTML file."""
@@ -82,12 +82,12 @@ class SceneProcess:
         self._writer.write(form.HEADER.pack(kind, 0, len(body)) + body)
 
     @property
-    def behind(self) -> bool:
+    def is_congested(self) -> bool:
         """Whether it has not even taken yet what was sent: another picture would only queue."""
         return self._writer.transport.get_write_buffer_size() > 0
 
     @property
-    def lives(self) -> bool:
+    def is_alive(self) -> bool:
         return self._listening is not None and not self._listening.done()
 
     async def end(self) -> None:

@@ -8,10 +8,10 @@ from contextlib import asynccontextmanager
 from app.core.errors import Busy, NotFound
 from app.scene.process import Heard, SceneProcess
 
-MOST = 4  # scenes at once: each is a process with viser in it
+MAX_SCENES = 4  # scenes at once: each is a process with viser in it
 
 
-class Theatre:
+class SceneRegistry:
     """Only for the event loop's own thread."""
 
     def __init__(self) -> None:
@@ -21,8 +21,8 @@ class Theatre:
     @asynccontextmanager
     async def scene(self, clicked: Heard = lambda _told: None) -> AsyncIterator[tuple[str, SceneProcess]]:
         """A scene of one's own and its name in an address, as long as the context lasts; Busy, Unavailable."""
-        if self._begun >= MOST:
-            raise Busy(f"{MOST} scenes are open at once.", "Close one in another tab.", reason="too-many-scenes")
+        if self._begun >= MAX_SCENES:
+            raise Busy(f"{MAX_SCENES} scenes are open at once.", "Close one in another tab.", reason="too-many-scenes")
         self._begun += 1
         try:
             process = await SceneProcess.start(clicked)

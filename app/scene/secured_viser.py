@@ -18,7 +18,7 @@ import websockets.asyncio.server
 from viser import _messages
 from websockets.http11 import Request, Response
 
-from app.scene.messages import HEADER
+from app.scene.messages import KEY_HEADER
 
 PORT_FROM_OUTSIDE = "_VISER_PORT_OVERRIDE"
 UNWANTED = (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect, _messages.FileTransferStartUpload,
@@ -51,7 +51,7 @@ def _keyed(key: str) -> Iterator[list[bool]]:
     plain = websockets.asyncio.server.serve
 
     def wanting_key(connection: Any, request: Request) -> Response | None:
-        given = request.headers.get(HEADER, "")
+        given = request.headers.get(KEY_HEADER, "")
         if hmac.compare_digest(given.encode("utf-8", "replace"), key.encode()):
             return None
         return connection.respond(http.HTTPStatus.FORBIDDEN, "Open it through Touchline's own page.\n")

@@ -32,11 +32,11 @@ class Serving:
 
     def run(self) -> None:
         deeds: dict[int, Callable[[dict[str, Any], bytes], Any]] = {
-            messages.SHOW: lambda head, _: self._answer(head, lambda: (self._room.show(head), b"")),
+            messages.DRAW: lambda head, _: self._answer(head, lambda: (self._room.show(head), b"")),
             messages.EXPORT: lambda head, _: self._answer(head, lambda: ({}, self._exported(head))),
-            messages.SET: lambda head, _: self._room.set(head),
+            messages.SET_VIEW: lambda head, _: self._room.set(head),
             messages.PICTURE: lambda head, jpeg: self._picture(head["key"], jpeg),
-            messages.THINGS: lambda head, _: self._room.things(head["key"], head["things"]),
+            messages.DETECTIONS: lambda head, _: self._room.things(head["key"], head["things"]),
         }
         while True:
             kind, _, body = self._line.receive()

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from app.core.errors import BadInput, Conflict, NotFound, TouchlineError, Unavailable
 from app.core.records import Calibration
-from app.images import Limits
+from app.images import ImageLimits
 from app.live import LiveCamera, LiveCameras
 from app.settings import CameraSettings, Settings
 from app.sources import SOURCES, Identity, Surroundings, read_query, split_address
@@ -25,7 +25,7 @@ TEST_S = 15.0  # a camera that is tried out gets so long to show a picture
 class CameraShelf:
     """Cameras by id. What it asks of the store may block: call it from a thread where the loop must not wait."""
 
-    def __init__(self, settings: Settings, store: Store, fields: FieldShelf, limits: Limits) -> None:
+    def __init__(self, settings: Settings, store: Store, fields: FieldShelf, limits: ImageLimits) -> None:
         self._settings = settings
         self._store = store
         self._fields = fields

@@ -12,7 +12,7 @@ from app.core.records import Calibration
 from app.store import Store
 
 
-def keepers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
+def result_savers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
     """Every keeper by its name."""
     def calibration(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
         return {"calibration": keep_version(store, Calibration.from_json(made), about["by"]).id}

@@ -100,7 +100,7 @@ async def kept_pictures(request: Request, pngs: Mapping[str, bytes]) -> dict[str
         for camera, png in pngs.items():
             frame = state.decoder.frame_from_bytes(png)
             snapshot = state.store.add_snapshot(png, ImageSize(*frame.size), "png", camera, "rig")
-            live = state.live.awake(camera)
+            live = state.live.get_running(camera)
             if live is not None and live.identity is not None:
                 state.store.confirm_identity(snapshot.id, asdict(live.identity))
             made[camera] = picture_of(request, snapshot.id)

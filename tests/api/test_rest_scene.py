@@ -47,7 +47,7 @@ def opened(client, **headers):
 
 
 def processes(client):
-    return list(client.app.state.theatre._playing.values())
+    return list(client.app.state.scenes._playing.values())
 
 
 def is_gone(pid: int) -> bool:
@@ -156,7 +156,7 @@ def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kep
         soon(lambda process=process: is_gone(process.pid) and is_closed(process.port))
         assert standing.get(address).status_code == 404
     assert len({pid for pid, _ in seen}) == 10 and not processes(standing)
-    soon(lambda: standing.app.state.theatre._begun == 0)
+    soon(lambda: standing.app.state.scenes._begun == 0)
 
 
 def test_so_many_scenes_and_no_more(standing, monkeypatch):
@@ -165,7 +165,7 @@ def test_so_many_scenes_and_no_more(standing, monkeypatch):
         line.receive_json()
         with opened(standing) as one_more:
             assert "scenes are open" in one_more.receive_json()["detail"]
-    soon(lambda: standing.app.state.theatre._begun == 0)
+    soon(lambda: standing.app.state.scenes._begun == 0)
 
 
 def test_a_scene_that_nobody_looks_at_is_closed(standing, kept, monkeypatch):

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.batch import Batch, pictures_in, rows_of
+from app.batch import BatchPlan, pictures_in, run_requests
 from app.cli.files import read_points_file
 from app.core.board import Board
 from app.core.records import observations_from_json
-from app.jobs import Jobs
+from app.jobs import JobEngine
 from app.workflows.board_request import BoardTask, run_pictures, run_views
 from app.workflows.calibration_request import Task
 from tests.support import batch_pictures, sample_jobs
@@ -33,8 +33,8 @@ DISTINCT = 10  # of the archive's pictures; the others are copies of them
 def jobs(request, tmp_path_factory):
     """So many workers, each of which has done a job, so that no import is measured."""
     workers = request.param
-    with dask_cluster(tmp_path_factory.mktemp("dask"), workers) as cluster, Jobs(2 * workers, engine=cluster.address,
-                                                                                 kept=1000) as jobs:
+    with (dask_cluster(tmp_path_factory.mktemp("dask"), workers) as cluster,
+          JobEngine(2 * workers, engine=cluster.address, kept=1000) as jobs):
         jobs.count = workers
         all_done(jobs, run_views, [board_spec(6)] * 2 * workers)
         yield jobs
@@ -102,9 +102,9 @@ def test_an_archive_of_two_hundred_pictures(jobs, tmp_path):
     given = read_points_file(folder / "north-1.json")
     task = Task(observations_from_json(given["observations"]), batch_pictures.FIELD, batch_pictures.REGION,
                 batch_pictures.SIZE, "brown-conrady")
-    batch = Batch(Path.read_bytes, read_points_file, None, calibration=task.record(task.run()))
+    batch = BatchPlan(Path.read_bytes, read_points_file, None, calibration=task.record(task.run()))
     start = time.perf_counter()
-    rows = list(rows_of(jobs, 2 * jobs.count, batch.asked(pictures_in(folder))))
+    rows = list(run_requests(jobs, 2 * jobs.count, batch.asked(pictures_in(folder))))
     took = time.perf_counter() - start
     assert len(rows) == PICTURES and all(row["judged_by"] == "clicks and edges" for row in rows)
     told(f"{PICTURES} pictures of a batch", jobs, took)
@@ -124,7 +124,7 @@ def pictured(board, corners):
 
 
 def test_a_job_of_three_hundred_views_whose_worker_is_killed_midway(tmp_path):
-    with dask_cluster(tmp_path) as cluster, Jobs(1, engine=cluster.address) as jobs:
+    with dask_cluster(tmp_path) as cluster, JobEngine(1, engine=cluster.address) as jobs:
         spec = board_spec(300)
         start = time.perf_counter()
         whole = all_done(jobs, run_views, [spec])[0][0]

@@ -22,8 +22,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from app.imaging.correction import View, correction_map
-from app.live import Channel
-from app.live.picture import Shown
+from app.live import StreamSpec
+from app.live.picture import AppliedCalibration
 from tests.support.live_cameras import calibrated, live, until
 from tests.support.mjpeg_camera import MjpegCamera
 
@@ -92,7 +92,7 @@ def test_capture_goes_on_whoever_watches(served, reading, mute):
 @pytest.mark.parametrize("model", ["polynomial", "brown-conrady"])
 def test_correcting_straight_to_the_watched_size_saves_most_of_it(model):
     calibration = calibrated("sim://table?size=1920x1080", model)
-    shown = Shown.of(calibration)
+    shown = AppliedCalibration.of(calibration)
     frame = np.random.default_rng(0).integers(0, 255, (1080, 1920, 3), np.uint8)
     cv2.setNumThreads(1)
     full = correction_map(shown.model, View(0, 1920))
@@ -169,7 +169,7 @@ def test_from_the_shutter_to_the_viewer():
         async with live("sim://table?size=1920x1080&fps=30") as camera:
             camera.show(calibrated("sim://table?size=1920x1080"), None)
             await until(lambda: camera.status()["calibration_applied"])
-            with camera.watching(Channel.asked("corrected", 960)) as viewer:
+            with camera.watching(StreamSpec.requested("corrected", 960)) as viewer:
                 ages = []
                 from app.live.messages import parts
                 for _ in range(120):

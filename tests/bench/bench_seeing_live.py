@@ -26,9 +26,9 @@ sys.path.insert(0, str(ROOT))
 from app.core.records import Frame  # noqa: E402
 from app.formats import EXPORTS  # noqa: E402
 from app.live import messages  # noqa: E402
-from app.live.capture import Capture  # noqa: E402
-from app.live.detector import Seeing  # noqa: E402
-from app.live.picture import Shown  # noqa: E402
+from app.live.capture import FrameCapture  # noqa: E402
+from app.live.detector import LiveDetector  # noqa: E402
+from app.live.picture import AppliedCalibration  # noqa: E402
 from app.sources import Surroundings  # noqa: E402
 from app.store.stages import named_plan  # noqa: E402
 from app.vision.colour.learning import learned  # noqa: E402
@@ -46,7 +46,7 @@ def reel():
     return match, there + there[::-1], profile
 
 
-class Reel(Capture):
+class Reel(FrameCapture):
     """Frames from memory, on time."""
 
     def __init__(self, frames) -> None:
@@ -67,8 +67,8 @@ def core(seconds: float) -> None:
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     heard: list[bytes] = []
     capture = Reel(frames)
-    seeing = Seeing(capture, lambda kind, number, body: heard.append(body))
-    seeing.show(Shown.of(calibration_of(match)))
+    seeing = LiveDetector(capture, lambda kind, number, body: heard.append(body))
+    seeing.show(AppliedCalibration.of(calibration_of(match)))
     seeing.follow({"on": True, "run": True, "plan": named_plan("ssl").to_json(), "profile": profile, "publish": True,
                    "camera_number": 0, "extent_mm": 1.0})
     capture.start()

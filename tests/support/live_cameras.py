@@ -7,7 +7,7 @@ from dataclasses import asdict
 import numpy as np
 
 from app.core.records import Calibration
-from app.images import Limits
+from app.images import ImageLimits
 from app.live import LiveCamera
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_observations
@@ -21,7 +21,7 @@ SIM = "sim://table?size=320x256&fps=25&robots=2"
 
 def spec(url: str, pictures=None, hosts=("127.0.0.1",)) -> dict:
     return {"source": url, "fields": FIELD_JSON, "pictures": str(pictures) if pictures else None, "hosts": list(hosts),
-            "producers": [], "limits": asdict(Limits())}
+            "producers": [], "limits": asdict(ImageLimits())}
 
 
 @asynccontextmanager

@@ -20,7 +20,7 @@ from app.core.board import Board
 from app.core.errors import BadInput, Busy
 from app.core.geometry import ImageSize
 from app.live import LiveCamera
-from app.live.board_capture import MOST_VIEWS, Watched
+from app.live.board_capture import MAX_VIEWS, BoardCapture
 from app.store import Snapshot
 
 router = APIRouter(prefix="/cameras", tags=["lenses"])
@@ -40,7 +40,7 @@ class Wish(Strict):
     """What a page may say: first which board and which views it has already; later what is to change."""
 
     board: dict[str, Any] | None = None
-    taken: Annotated[list[Quad], Field(default_factory=list, max_length=MOST_VIEWS)]
+    taken: Annotated[list[Quad], Field(default_factory=list, max_length=MAX_VIEWS)]
     automatic: bool | None = None
     take: bool = False
 
@@ -68,7 +68,7 @@ class Session:
         self._first = first.taken
         self._automatic = first.automatic is not False
         self._take = False
-        self._watched: Watched | None = None
+        self._watched: BoardCapture | None = None
 
     async def hear(self) -> None:
         """Until the page goes."""
@@ -91,26 +91,26 @@ class Session:
 
     async def _looked(self, seen: dict[str, Any], now_s: float) -> dict[str, Any]:
         watched = self._at(ImageSize(seen["width"], seen["height"]))
-        state = watched.seen(seen["quad"], now_s)
+        state = watched.update(seen["quad"], now_s)
         snapshot = None
         if seen["quad"] is not None and (self._take or (self._automatic and state["still"] and state["new"])):
             if watched.is_full:
-                raise BadInput(f"{MOST_VIEWS} views are as many as a lens needs.", "Find the lens from them.",
+                raise BadInput(f"{MAX_VIEWS} views are as many as a lens needs.", "Find the lens from them.",
                                reason="too-many-views")
             snapshot = await self._taken()
-            watched.took(seen["quad"])
+            watched.add_view(seen["quad"])
         self._take = False
         return {**{name: seen[name] for name in ("seq", "time", "width", "height", "corners", "quad")}, **state,
-                "automatic": self._automatic, "count": len(watched.poses), **watched.covered.to_json(),
+                "automatic": self._automatic, "count": len(watched.poses), **watched.coverage.to_json(),
                 "taken": None if snapshot is None else snapshot.to_json()}
 
-    def _at(self, size: ImageSize) -> Watched:
+    def _at(self, size: ImageSize) -> BoardCapture:
         """What was seen in pictures of that size; another size is another lens's beginning."""
         if self._watched is None or self._watched.size != size:
             taken = self._first if self._watched is None else []
-            self._watched = Watched(self._board, size)
+            self._watched = BoardCapture(self._board, size)
             for quad in taken:
-                self._watched.took(quad)
+                self._watched.add_view(quad)
         return self._watched
 
     async def _taken(self) -> Snapshot:

@@ -15,7 +15,7 @@ from app.api.schemas.responses.base import Answer
 from app.api.work import at_work
 from app.core.colour_profile import ColourProfile
 from app.core.errors import NotFound
-from app.live.detector import told_of
+from app.live.detector import detection_json
 from app.live.stream_spec import DETECTIONS
 from app.store.stages import named_plan
 from app.vision.stage_pipeline import Plan, Seen, Sight
@@ -123,5 +123,6 @@ def _seen(request: Request, id: str, number: int, plan_name: str | None,
     about = clip.frames[number]
     seen = sight.see(frame.pixels, clock=time.thread_time, pictures=() if stage == DETECTIONS else (stage,),
                      camera=clip.camera, frame=about["seq"], time_s=about["time_s"])
-    told = told_of(seen, about["seq"], about["time_s"], frame.size, calibration, profile.notes, clip.to_json()["fps"])
+    told = detection_json(seen, about["seq"], about["time_s"], frame.size, calibration, profile.notes,
+                          clip.to_json()["fps"])
     return frame.pixels, seen, sight, sight.setting.view, told

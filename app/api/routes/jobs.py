@@ -14,7 +14,7 @@ from app.api.middleware.problems import MANUAL, problem
 from app.api.schemas import responses
 from app.api.schemas.requests import Id
 from app.api.sockets import tell
-from app.jobs import Job, Jobs
+from app.jobs import Job, JobEngine
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
@@ -75,7 +75,7 @@ async def stream_jobs(socket: WebSocket) -> None:
     await tell(socket, lists())
 
 
-async def changes(jobs: Jobs, look: Callable[[Jobs], T]) -> AsyncIterator[T]:
+async def changes(jobs: JobEngine, look: Callable[[JobEngine], T]) -> AsyncIterator[T]:
     """What there is to see, now and after every change, until the server stops. One may be missed, not the newest."""
     before, now = None, look(jobs)
     while True:

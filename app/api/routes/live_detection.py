@@ -17,7 +17,7 @@ from app.api.sockets import both, spoken_with, until_gone
 from app.api.work import at_work
 from app.core.errors import Stale
 from app.live import LiveCamera
-from app.live.detection_feed import text_of
+from app.live.detection_feed import json_text
 from app.services.detection import health_json
 
 router = APIRouter(prefix="/cameras", tags=["detections"])
@@ -58,14 +58,14 @@ async def set_seeing(request: Request, id: Id, body: SeeingBody, if_match: IfMat
 def _told(request: Request, id: str) -> Json:
     state = request.app.state
     kept, etag = state.seeing.kept(id)
-    live = state.live.awake(id)
+    live = state.live.get_running(id)
     profile = state.seeing.profile(kept)
     learned = "clicks" if profile is not None else None
-    if profile is None and live is not None and live.seeing.learned is not None:
-        profile, learned = live.seeing.learned, "picture"
-    problem = live.seeing.problem if live is not None else None
+    if profile is None and live is not None and live.detections.learned is not None:
+        profile, learned = live.detections.learned, "picture"
+    problem = live.detections.problem if live is not None else None
     return Json({**kept, "profile": profile, "learned": learned, "health": health_json(profile), "published": {
-        "packets": live.seeing.packets if live is not None else 0, "problem": None if problem is None else {
+        "packets": live.detections.packets if live is not None else 0, "problem": None if problem is None else {
             "reason": problem.reason, "what": problem.what, "fix": problem.fix}}},
         headers={"ETag": f'"{etag}"', "Cache-Control": "no-store"})
 
@@ -77,9 +77,9 @@ async def newest_detections(request: Request, id: Id) -> Response:
     The camera sees only while somebody asks: for more than a look, listen to the WebSocket of the same name.
     """
     camera = await live_camera(request, id)
-    with camera.seeing.listening() as viewer:
+    with camera.detections.listening() as viewer:
         body = await first_picture(camera, viewer.next, FIRST_S)
-    return Response(text_of(body), media_type="application/json", headers={"Cache-Control": "no-store"})
+    return Response(json_text(body), media_type="application/json", headers={"Cache-Control": "no-store"})
 
 
 @router.websocket("/{id}/detections")
@@ -91,8 +91,8 @@ async def watch_detections(socket: WebSocket, id: str) -> None:
 
 
 async def _send(socket: WebSocket, camera: LiveCamera) -> None:
-    with camera.seeing.listening(MOST_FPS) as viewer:
+    with camera.detections.listening(MOST_FPS) as viewer:
         body: Any = await first_picture(camera, viewer.next, FIRST_S)
         while True:
-            await asyncio.wait_for(socket.send_text(text_of(body)), TAKE_S)
+            await asyncio.wait_for(socket.send_text(json_text(body)), TAKE_S)
             body = await viewer.next()

@@ -9,7 +9,7 @@ from websockets.typing import Subprotocol
 
 from app.api.sockets import until_either
 from app.core.errors import NotFound
-from app.scene.messages import HEADER
+from app.scene.messages import KEY_HEADER
 from app.scene.page import client_page
 from app.scene.policy import OURS
 
@@ -22,7 +22,7 @@ OPEN_S = 10.0
 
 @router.get("/{name}/")
 async def show_viser(request: Request, name: str) -> HTMLResponse:
-    request.app.state.theatre.get(name)
+    request.app.state.scenes.get(name)
     return HTMLResponse(client_page(), headers={"Content-Security-Policy": OURS, "Cache-Control": "no-cache"})
 
 
@@ -31,9 +31,9 @@ async def pass_on(socket: WebSocket, name: str) -> None:
     """Bytes both ways, nothing read and nothing kept; the protocol's name goes through."""
     offered = [Subprotocol(one) for one in socket.scope.get("subprotocols") or () if one.startswith(PROTOCOL)]
     try:
-        scene = socket.app.state.theatre.get(name)
+        scene = socket.app.state.scenes.get(name)
         inner = await connect(f"ws://127.0.0.1:{scene.port}/", subprotocols=offered or None, proxy=None,
-                              additional_headers={HEADER: scene.key}, max_size=None, compression=None,
+                              additional_headers={KEY_HEADER: scene.key}, max_size=None, compression=None,
                               open_timeout=OPEN_S)
     except (NotFound, OSError, TimeoutError, WebSocketException):
         await socket.close(1008)  # before it was accepted: 403

@@ -18,7 +18,7 @@ from app.api.sockets import refuse, until_either
 from app.api.work import at_work
 from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Calibration
-from app.live import Channel
+from app.live import StreamSpec
 from app.live.messages import parts, payload
 from app.scene import messages
 from app.scene.policy import KEPT
@@ -45,7 +45,7 @@ async def open_scene(socket: WebSocket) -> None:
     await socket.accept()
     session = Session(socket)
     try:
-        async with socket.app.state.theatre.scene(lambda told: session.say({"clicked": told})) as (name, process):
+        async with socket.app.state.scenes.scene(lambda told: session.say({"clicked": told})) as (name, process):
             session.say({"address": f"/viser/{name}/"})
             try:
                 error = await until_either(session.hear(process), session.tell(), _until_over(process))
@@ -62,7 +62,7 @@ async def open_scene(socket: WebSocket) -> None:
 async def _until_over(process: SceneProcess) -> None:
     """Until its process has died, or nobody has looked for long."""
     seen_s = 0.0
-    while process.lives:
+    while process.is_alive:
         await asyncio.sleep(LOOK_S)
         seen_s = 0.0 if process.viewers else seen_s + LOOK_S
         if seen_s > IDLE_S:
@@ -97,7 +97,7 @@ class Session:
             if word.set is not None:
                 if word.set.layers is not None:
                     self._wants_things = "things" in word.set.layers
-                process.send(messages.SET, word.set.model_dump(exclude_none=True))
+                process.send(messages.SET_VIEW, word.set.model_dump(exclude_none=True))
             if word.show is not None:
                 try:
                     await self._show(process, word.show)
@@ -131,12 +131,12 @@ class Session:
         await asyncio.sleep(STILL_S)  # viser forgets a picture that it is still unpacking when the next one comes
         with suppress(TouchlineError):  # there is no such camera any more, or it was changed meanwhile
             camera = self._socket.app.state.live.get(calibration.camera)
-            channel = Channel.asked("raw", PICTURE_PX, PICTURE_QUALITY)
+            channel = StreamSpec.requested("raw", PICTURE_PX, PICTURE_QUALITY)
             with camera.watching(channel, asked.fps) as viewer:
                 async for body in viewer:
                     status = camera.status()
                     same = (status["width"], status["height"]) == tuple(calibration.image_size)
-                    if same and process.viewers and not process.behind:
+                    if same and process.viewers and not process.is_congested:
                         process.send(messages.PICTURE, {"key": key}, bytes(payload(body)))
 
     async def _feed_things(self, process: SceneProcess, key: str, calibration: Calibration) -> None:
@@ -148,13 +148,13 @@ class Session:
                 continue
             cameras = self._socket.app.state.live
             with (suppress(TouchlineError, TimeoutError),  # switched off, silent, or gone
-                  cameras.get(calibration.camera).seeing.listening(SEEN_FPS) as viewer):
+                  cameras.get(calibration.camera).detections.listening(SEEN_FPS) as viewer):
                 while self._wants_things:
                     told = parts(await viewer.next(SILENT_S))[0]
                     things = told["items"] if told["calibration"] == calibration.id else []
-                    if process.viewers and not process.behind:
-                        process.send(messages.THINGS, {"key": key, "things": things})
-            process.send(messages.THINGS, {"key": key, "things": []})
+                    if process.viewers and not process.is_congested:
+                        process.send(messages.DETECTIONS, {"key": key, "things": things})
+            process.send(messages.DETECTIONS, {"key": key, "things": []})
 
 
 @router.get("/calibrations/{id}/scene.html", response_class=HTMLResponse, responses=HTML)
@@ -168,8 +168,8 @@ async def scene_page(request: Request, id: Id, dark: Dark = False) -> HTMLRespon
     of = (id, dark, title, still)
     html = request.app.state.scene_pages.get(of)
     if html is None:
-        async with request.app.state.theatre.scene() as (_, process):
-            process.send(messages.SET, {"dark": dark})
+        async with request.app.state.scenes.scene() as (_, process):
+            process.send(messages.SET_VIEW, {"dark": dark})
             await process.show(records.given)
             if still is not None:
                 process.send(messages.PICTURE, {"key": id}, still)

@@ -20,7 +20,7 @@ from app.api.work import at_work
 from app.core.errors import BadInput, Conflict, TouchlineError, Unavailable
 from app.images import encode
 from app.imaging.correction import View as CorrectedView
-from app.live import Channel, LiveCamera
+from app.live import LiveCamera, StreamSpec
 from app.live.messages import parts
 from app.models import model_from_json
 from app.workflows.calibration import correct
@@ -48,8 +48,8 @@ async def show_frame(request: Request, id: Id, format: Literal["jpg", "png"], vi
     if format == "png" and view not in ("raw", "corrected"):
         raise BadInput("Only the raw and the corrected view are a PNG.", "Ask for one of them, or for frame.jpg.",
                        reason="unknown-view")
-    channel = Channel.asked(view, width, quality)
-    camera.must_show(view)
+    channel = StreamSpec.requested(view, width, quality)
+    camera.require_view(view)
     if format == "png":
         return await _exactly(request, camera, view)
     with camera.watching(channel) as viewer:
@@ -83,8 +83,8 @@ async def stream_mjpeg(request: Request, id: Id, view: ViewName = "raw", width: 
                        fps: Fps = None) -> Response:
     """Multipart MJPEG for <img>, VLC and OpenCV; a browser opens at most six such streams of one server at once."""
     camera = await live_camera(request, id)
-    channel = Channel.asked(view, width, quality)
-    camera.must_show(view)
+    channel = StreamSpec.requested(view, width, quality)
+    camera.require_view(view)
     with camera.watching(channel, fps) as viewer:  # whether there is a picture is said before the stream begins
         await first_picture(camera, viewer.next)
     return Mjpeg(camera, channel, fps)
@@ -104,8 +104,8 @@ async def stream_frames(socket: WebSocket, id: str, view: str = "raw", width: in
             raise BadInput(f"A stream cannot have {fps} frames a second.", f"Use more than 0, up to {MAX_FPS:g}.",
                            reason="bad-fps")
         camera = await live_camera(socket, id)
-        channel = Channel.asked(view, width, quality)
-        camera.must_show(view)
+        channel = StreamSpec.requested(view, width, quality)
+        camera.require_view(view)
     except TouchlineError as error:
         await refuse(socket, error)
         return

@@ -12,7 +12,7 @@ from app.api.schemas.responses.base import Answer
 from app.api.sockets import both, spoken_with, until_gone
 from app.api.work import at_work
 from app.core.errors import Unavailable
-from app.live.track_fusion import Tracked
+from app.live.track_fusion import TrackFusion
 
 router = APIRouter(prefix="/rigs", tags=["rigs"])
 
@@ -53,7 +53,7 @@ async def watch_tracks(socket: WebSocket, name: str) -> None:
         await both(until_gone(socket), _send(socket, tracked))
 
 
-async def _send(socket: WebSocket, tracked: Tracked) -> None:
+async def _send(socket: WebSocket, tracked: TrackFusion) -> None:
     with tracked.listening() as viewer:
         text = await _first(viewer)
         while True:
@@ -69,16 +69,16 @@ async def _first(viewer: Any) -> bytes:
                           reason="camera-silent") from None
 
 
-async def _tracked(connection: Request | WebSocket, name: str) -> Tracked:
+async def _tracked(connection: Request | WebSocket, name: str) -> TrackFusion:
     """The rig's, shared by all who listen; another one where its cameras have changed. NotFound."""
     state = connection.app.state
     rig = await at_work(connection, state.store.rig, name)
     cameras = tuple(camera["camera"] for camera in rig.body["cameras"])
     if not hasattr(state, "tracked"):
         state.tracked = {}
-    kept: dict[str, Tracked] = state.tracked
+    kept: dict[str, TrackFusion] = state.tracked
     if name not in kept or kept[name].names != cameras:
         if name in kept:
             kept[name].end()
-        kept[name] = Tracked(cameras, state.live.get)
+        kept[name] = TrackFusion(cameras, state.live.get)
     return kept[name]

@@ -6,11 +6,11 @@ import json
 import cv2
 import pytest
 
-from app.batch import SUFFIXES, read_table, rows_of, written
-from app.batch.requests import Asked
+from app.batch import SUFFIXES, encode_table, read_table, run_requests
+from app.batch.requests import BatchRequest
 from app.batch.table import COLUMNS, row_of
 from app.core.errors import BadInput
-from app.jobs import Jobs
+from app.jobs import JobEngine
 from tests.support import sample_jobs
 from tests.support.batch_pictures import clicks, folder_of, picture
 from tests.support.paths import CLICKS
@@ -166,7 +166,7 @@ ROWS = [row_of(picture="=1+1.png", verdict="good", judged_by="fit", rms_mm=1 / 3
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_table_is_read_as_it_was_written_and_no_cell_is_a_formula(suffix):
-    data = written(ROWS, suffix)
+    data = encode_table(ROWS, suffix)
     back = read_table(data, suffix)
     assert [{**row, "warnings": " | ".join(row["warnings"])} for row in back] == [
         {**row, "warnings": " | ".join(row["warnings"])} for row in ROWS]
@@ -179,7 +179,7 @@ def test_a_table_is_read_as_it_was_written_and_no_cell_is_a_formula(suffix):
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_damaged_or_foreign_table_is_refused(suffix):
-    data = written(ROWS, suffix)
+    data = encode_table(ROWS, suffix)
     for bad in (b"", b"\xff\xfe\0", data[:len(data) // 2], data.replace(b"verdict", b"vertigo"), b"[" * 100_000,
                 data.replace(b"0.333", b"nan or 0.333"), data.replace(b"0.3333333333333333", b"1e999")):
         if suffix == ".csv" and bad == data[:len(data) // 2]:
@@ -189,18 +189,18 @@ def test_a_damaged_or_foreign_table_is_refused(suffix):
 
 
 def test_more_pictures_than_may_wait_are_fed_as_there_is_room():
-    asked = [Asked(f"{number}.png", "", "", sample_jobs.adds, {"a": number, "b": 0}) for number in range(70)]
+    asked = [BatchRequest(f"{number}.png", "", "", sample_jobs.adds, {"a": number, "b": 0}) for number in range(70)]
     asked[7] = row_of(picture="7.png", verdict="failed")
-    with Jobs(2) as jobs:
-        rows = list(rows_of(jobs, 60, asked))
+    with JobEngine(2) as jobs:
+        rows = list(run_requests(jobs, 60, asked))
     assert sorted(int(row["picture"].split(".")[0]) for row in rows) == list(range(70))
 
 
 def test_a_picture_whose_worker_dies_is_a_row_that_another_run_does_again():
-    asked = [Asked("bad.png", "ab", "cd", sample_jobs.dies, {"how": "SIGKILL"}),
-             Asked("slow.png", "ab", "cd", sample_jobs.adds, {"a": 1, "b": 1})]
-    with Jobs(1) as jobs:
-        rows = {row["picture"]: row for row in rows_of(jobs, 1, asked)}
+    asked = [BatchRequest("bad.png", "ab", "cd", sample_jobs.dies, {"how": "SIGKILL"}),
+             BatchRequest("slow.png", "ab", "cd", sample_jobs.adds, {"a": 1, "b": 1})]
+    with JobEngine(1) as jobs:
+        rows = {row["picture"]: row for row in run_requests(jobs, 1, asked)}
     assert rows["bad.png"]["verdict"] == "failed" and rows["bad.png"]["inputs"] == "" and rows["bad.png"]["fix"]
     assert rows["slow.png"]["inputs"] == "cd"
 

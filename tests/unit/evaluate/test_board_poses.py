@@ -8,7 +8,7 @@ from app.core.errors import BadInput
 from app.core.geometry import ImageSize
 from app.evaluate.board.coverage import LEANS
 from app.evaluate.board.poses import ENOUGH, Pose, held
-from app.live.board_capture import STILL_S, Watched
+from app.live.board_capture import STILL_S, BoardCapture
 from app.vision.board.quick_board import glimpse
 from tests.support.board_views import picture_of
 
@@ -80,19 +80,19 @@ def test_a_glimpse_finds_the_board_in_the_pictures_own_pixels():
 
 
 def test_a_view_is_taken_when_it_is_still_and_new_and_not_before():
-    watched, one = Watched(BOARD, SIZE), pose("facing the camera").quad
-    assert watched.seen(None, 0.0)["hint"].startswith("No board")
-    assert watched.seen(one, 0.1) == {"still": False, "new": True, "hint": "Hold it still."}
-    assert not watched.seen(one + 30, STILL_S)["still"]  # it has moved
-    assert not watched.seen(one + 30, STILL_S + 0.2)["still"]
-    assert watched.seen(one + 30.5, 2 * STILL_S) == {"still": True, "new": True, "hint": ""}
-    watched.took(one + 30)
-    again = watched.seen(one + 31, 3 * STILL_S)
+    watched, one = BoardCapture(BOARD, SIZE), pose("facing the camera").quad
+    assert watched.update(None, 0.0)["hint"].startswith("No board")
+    assert watched.update(one, 0.1) == {"still": False, "new": True, "hint": "Hold it still."}
+    assert not watched.update(one + 30, STILL_S)["still"]  # it has moved
+    assert not watched.update(one + 30, STILL_S + 0.2)["still"]
+    assert watched.update(one + 30.5, 2 * STILL_S) == {"still": True, "new": True, "hint": ""}
+    watched.add_view(one + 30)
+    again = watched.update(one + 31, 3 * STILL_S)
     assert not again["new"] and "already" in again["hint"]
-    assert watched.covered.cells.sum() == 54
+    assert watched.coverage.cells.sum() == 54
 
 
 def test_a_hand_that_drifts_slowly_is_not_still():
-    watched, one = Watched(BOARD, SIZE), pose("facing the camera").quad
-    looks = [watched.seen(one + 3.0 * step, 0.2 * step) for step in range(10)]
+    watched, one = BoardCapture(BOARD, SIZE), pose("facing the camera").quad
+    looks = [watched.update(one + 3.0 * step, 0.2 * step) for step in range(10)]
     assert not any(look["still"] for look in looks)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadImage, BadInput, TouchlineError, Unavailable
-from app.images import Declared, ImageDecoder, Limits, encode, frame_from_bytes
+from app.images import DeclaredImage, ImageDecoder, ImageLimits, encode, frame_from_bytes
 from tests.support.paths import SHARED_DATA
 from tests.support.pictures import HOSTILE, encoded, gradient, jpeg_of_many_scans
 
@@ -122,7 +122,7 @@ def memory_mb(pid, which):
 def test_pixels_of_another_size_than_declared_are_refused(decoder):
     # No bytes are known that get the screen and the decoder to disagree, so the declaration is made to.
     with pytest.raises(BadImage) as refusal:
-        decoder._decode(encoded("png"), Declared("png", 65, 48))
+        decoder._decode(encoded("png"), DeclaredImage("png", 65, 48))
     assert refusal.value.reason == "image-size-mismatch" and "64 × 48" in refusal.value.what
 
 
@@ -150,7 +150,7 @@ def test_a_decoder_killed_amid_a_picture_refuses_it_and_the_next_one_decodes():
 
 def test_a_picture_that_takes_too_long_is_refused_in_time_and_its_process_is_gone():
     slow = jpeg_of_many_scans(40, 7000, 7000)
-    with ImageDecoder(Limits(wall_s=0.2), workers=1) as decoder:
+    with ImageDecoder(ImageLimits(wall_s=0.2), workers=1) as decoder:
         decoder.frame_from_bytes(encoded("png"))
         (pid,) = decoder.pids
         begin = time.perf_counter()
@@ -164,7 +164,7 @@ def test_a_picture_that_takes_too_long_is_refused_in_time_and_its_process_is_gon
 
 
 def test_a_picture_that_needs_more_memory_than_a_decoder_has_is_refused_and_the_decoder_lives():
-    with ImageDecoder(Limits(memory_bytes=400 * 2**20), workers=1) as decoder:
+    with ImageDecoder(ImageLimits(memory_bytes=400 * 2**20), workers=1) as decoder:
         decoder.frame_from_bytes(encoded("png"))
         pids = decoder.pids
         with pytest.raises(BadImage) as refusal:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.errors import BadImage, ImageTooLarge, TouchlineError
-from app.images import Declared, Limits, screen
+from app.images import DeclaredImage, ImageLimits, screen
 from tests.support.pictures import HOSTILE, encoded, gradient, jpeg_with_size, lossless_webp, png_bomb
 
 FORMATS = {"png": "png", "jpg": "jpeg", "bmp": "bmp", "webp": "webp"}
@@ -23,17 +23,17 @@ EDITS = st.tuples(st.integers(0, 400), HOW, st.binary(min_size=1, max_size=6))
 
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_an_honest_header_gives_format_and_size(suffix):
-    assert screen(encoded(suffix, gradient(70, 30))) == Declared(FORMATS[suffix], 70, 30)
+    assert screen(encoded(suffix, gradient(70, 30))) == DeclaredImage(FORMATS[suffix], 70, 30)
 
 
 def test_a_lossy_webp_gives_its_size_too():
-    assert screen(encoded("webp", gradient(70, 30), cv2.IMWRITE_WEBP_QUALITY, 50)) == Declared("webp", 70, 30)
+    assert screen(encoded("webp", gradient(70, 30), cv2.IMWRITE_WEBP_QUALITY, 50)) == DeclaredImage("webp", 70, 30)
 
 
 def test_a_top_down_bmp_has_a_positive_height():
     data = bytearray(encoded("bmp", gradient(8, 6)))
     data[22:26] = struct.pack("<i", -6)
-    assert screen(bytes(data)) == Declared("bmp", 8, 6)
+    assert screen(bytes(data)) == DeclaredImage("bmp", 8, 6)
 
 
 @pytest.mark.parametrize("name", [n for n, (_, reason) in HOSTILE.items() if reason != "undecodable-image"])
@@ -46,8 +46,8 @@ def test_a_hostile_picture_is_refused_by_name_with_a_fix(name):
 
 
 @pytest.mark.parametrize(("data", "limits"), [
-    (encoded("png"), Limits(max_bytes=100)), (encoded("png"), Limits(max_pixels=64 * 48 - 1)),
-    (encoded("bmp"), Limits(max_side_px=63)), (lossless_webp(64, 49), Limits(max_pixels=64 * 48)),
+    (encoded("png"), ImageLimits(max_bytes=100)), (encoded("png"), ImageLimits(max_pixels=64 * 48 - 1)),
+    (encoded("bmp"), ImageLimits(max_side_px=63)), (lossless_webp(64, 49), ImageLimits(max_pixels=64 * 48)),
 ])
 def test_what_is_beyond_a_limit_is_too_large(data, limits):
     with pytest.raises(ImageTooLarge):
@@ -55,8 +55,8 @@ def test_what_is_beyond_a_limit_is_too_large(data, limits):
 
 
 def test_what_is_just_within_the_limits_passes():
-    limits = Limits(max_bytes=len(encoded("png")), max_pixels=64 * 48, max_side_px=64)
-    assert screen(encoded("png"), limits) == Declared("png", 64, 48)
+    limits = ImageLimits(max_bytes=len(encoded("png")), max_pixels=64 * 48, max_side_px=64)
+    assert screen(encoded("png"), limits) == DeclaredImage("png", 64, 48)
 
 
 def test_a_flat_picture_of_a_common_size_is_no_bomb():
@@ -78,7 +78,7 @@ def test_an_extended_webp_declares_one_size_only():
         screen(data)
     agreeing = data.replace((99).to_bytes(3, "little") + (47).to_bytes(3, "little"),
                             (63).to_bytes(3, "little") + (47).to_bytes(3, "little"))
-    assert screen(agreeing) == Declared("webp", 64, 48)
+    assert screen(agreeing) == DeclaredImage("webp", 64, 48)
 
 
 def test_a_jpeg_that_says_its_size_twice_is_damaged():
@@ -121,4 +121,4 @@ def _declared_or_refused(data):
 
 
 def test_an_overwritten_size_is_what_the_screen_reports():
-    assert screen(jpeg_with_size(640, 480)) == Declared("jpeg", 640, 480)
+    assert screen(jpeg_with_size(640, 480)) == DeclaredImage("jpeg", 640, 480)

@@ -10,7 +10,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.core.errors import BadInput
-from app.jobs import Jobs
+from app.jobs import JobEngine
 from app.jobs.dask_task import do
 from app.main import create_app
 from app.settings import Settings
@@ -32,7 +32,7 @@ def cluster(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def standing(cluster):
-    with Jobs(workers=2, engine=cluster.address) as jobs:
+    with JobEngine(workers=2, engine=cluster.address) as jobs:
         yield jobs
 
 
@@ -91,7 +91,7 @@ def test_equal_jobs_are_done_each_for_itself_and_the_lens_is_the_one_found_here(
 
 
 def test_a_cancelled_job_that_listens_frees_its_worker_and_the_next_one_is_done(cluster):
-    with Jobs(workers=2, engine=cluster.address) as jobs:
+    with JobEngine(workers=2, engine=cluster.address) as jobs:
         pair = [jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 600}) for _ in range(2)]
         for job in pair:
             said(jobs, job, "sleeping")
@@ -103,9 +103,9 @@ def test_a_cancelled_job_that_listens_frees_its_worker_and_the_next_one_is_done(
 
 
 def test_a_job_that_does_not_listen_is_abandoned_and_its_result_thrown_away(cluster):
-    with Jobs(workers=1, engine=cluster.address) as jobs:
+    with JobEngine(workers=1, engine=cluster.address) as jobs:
         kept = []
-        jobs.keepers["list"] = lambda made, about: kept.append(made)
+        jobs.result_savers["list"] = lambda made, about: kept.append(made)
         job = jobs.start("computing", sample_jobs.computes_in_silence, {"seconds": 3}, "list")
         said(jobs, job, "Starting")
         time.sleep(0.3)
@@ -116,7 +116,7 @@ def test_a_job_that_does_not_listen_is_abandoned_and_its_result_thrown_away(clus
 
 
 def test_a_job_that_takes_too_long_is_ended_and_its_worker_goes_on(cluster):
-    with Jobs(workers=1, engine=cluster.address, wall_s=1.0) as jobs:
+    with JobEngine(workers=1, engine=cluster.address, wall_s=1.0) as jobs:
         late = ended(jobs, jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 600}))
         assert (late.state, late.problem["reason"], late.attempt) == ("failed", "job-too-long", 1)
 
@@ -181,7 +181,7 @@ def test_another_version_of_touchline_on_the_workers_is_said(standing, monkeypat
 
 
 def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_right(tmp_path):
-    with dask_cluster(tmp_path) as cluster, Jobs(workers=4, engine=cluster.address, kept=200) as jobs:
+    with dask_cluster(tmp_path) as cluster, JobEngine(workers=4, engine=cluster.address, kept=200) as jobs:
         long = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 8})
         other = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 8})
         for job in (long, other):
@@ -197,7 +197,7 @@ def test_a_worker_killed_midway_costs_an_attempt_and_every_job_of_a_batch_ends_r
 
 
 def test_a_job_that_kills_every_worker_has_failed_after_three_and_a_fourth_worker_lives(tmp_path):
-    with dask_cluster(tmp_path, workers=4) as cluster, Jobs(workers=1, engine=cluster.address) as jobs:
+    with dask_cluster(tmp_path, workers=4) as cluster, JobEngine(workers=1, engine=cluster.address) as jobs:
         failed = ended(jobs, jobs.start("dying", sample_jobs.dies, {"how": "SIGKILL"}))
         assert (failed.state, failed.problem["reason"], failed.attempt) == ("failed", "worker-died", 3)
         until(lambda: sum(worker.poll() is not None for worker in cluster.workers) == 3)
@@ -205,7 +205,7 @@ def test_a_job_that_kills_every_worker_has_failed_after_three_and_a_fourth_worke
 
 
 def test_the_only_worker_killed_is_seen_at_once_and_the_job_waits_for_another(tmp_path):
-    with dask_cluster(tmp_path, workers=1) as cluster, Jobs(workers=1, engine=cluster.address) as jobs:
+    with dask_cluster(tmp_path, workers=1) as cluster, JobEngine(workers=1, engine=cluster.address) as jobs:
         job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1})
         said(jobs, job, "sleeping")
         os.kill(cluster.workers[0].pid, signal.SIGKILL)
@@ -219,7 +219,7 @@ def test_a_scheduler_that_is_not_there_is_a_problem_with_its_cure_and_one_that_c
                                                                                                  monkeypatch):
     cluster = DaskCluster(tmp_path)
     monkeypatch.setattr("app.jobs.dask_cluster.CONNECT_S", 0.5)
-    with Jobs(workers=2, engine=cluster.address) as jobs:
+    with JobEngine(workers=2, engine=cluster.address) as jobs:
         failed = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
         assert (failed.state, failed.problem["reason"]) == ("failed", "no-scheduler")
         assert "dask scheduler" in failed.problem["fix"] and str(cluster.port) in failed.problem["detail"]
@@ -262,7 +262,7 @@ def test_with_certificates_and_never_without(tmp_path, monkeypatch):
     try:
         cluster.start_scheduler()
         cluster.start_workers(1)
-        with Jobs(workers=1, engine=address) as jobs:
+        with JobEngine(workers=1, engine=address) as jobs:
             refused = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
             assert refused.problem["reason"] == "no-scheduler" and "certificates" in refused.problem["fix"]
         script = SERVER.format(address=address, end="jobs.close()").replace("workers=2", "workers=1").replace(
@@ -275,7 +275,7 @@ def test_with_certificates_and_never_without(tmp_path, monkeypatch):
 
 
 def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_path):
-    with dask_cluster(tmp_path, workers=0) as cluster, Jobs(engine=cluster.address, wall_s=1.5) as jobs:
+    with dask_cluster(tmp_path, workers=0) as cluster, JobEngine(engine=cluster.address, wall_s=1.5) as jobs:
         failed = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
         assert failed.problem["reason"] == "no-free-worker" and "dask worker" in failed.problem["fix"]
 
@@ -284,7 +284,7 @@ def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_p
                                      "dask://host:70000", "Local"])
 def test_an_address_that_is_none_is_refused_at_the_start(address):
     with pytest.raises(BadInput):
-        Jobs(engine=address)
+        JobEngine(engine=address)
 
 
 def test_only_one_function_of_ours_is_known_to_dask_by_name():

@@ -7,7 +7,7 @@ import pytest
 from sqlalchemy import text
 
 from app.core.errors import DiskFull, NotFound, Unavailable
-from app.jobs import Jobs, registry
+from app.jobs import JobEngine, registry
 from tests.support import sample_jobs
 from tests.unit.jobs.test_jobs import ended, running, until
 
@@ -20,8 +20,8 @@ def store(opener, tmp_path):
 
 def server(store, **settings):
     """Jobs as a server keeps them."""
-    jobs = Jobs(**{"workers": 1, "modules": ("tests.support.sample_jobs",), **settings})
-    jobs.keepers["lens"] = lambda made, about: {"lens": store.add_lens({"made": made, "about": about})["id"]}
+    jobs = JobEngine(**{"workers": 1, "modules": ("tests.support.sample_jobs",), **settings})
+    jobs.result_savers["lens"] = lambda made, about: {"lens": store.add_lens({"made": made, "about": about})["id"]}
     jobs.open(store.jobs)
     return jobs
 
@@ -79,7 +79,7 @@ def test_what_has_ended_can_still_be_read_after_a_restart_and_old_ones_are_forgo
 def test_one_that_somebody_waited_for_and_one_that_was_cancelled_are_not_done_again(opener, store):
     jobs = server(store)
     cancelled = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60})
-    waited = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, lasts=False)
+    waited = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60}, durable=False)
     running(jobs, cancelled)
     jobs.cancel(cancelled.id)
     running(jobs, waited)
@@ -101,7 +101,7 @@ def test_what_a_job_made_is_kept_with_its_end_or_not_at_all(opener, store, monke
     def broken(made, about):
         store.add_lens({"made": made})
         raise DiskFull("The lens was not saved: the disk is full.", "Free some space.")
-    jobs.keepers["broken"] = broken
+    jobs.result_savers["broken"] = broken
     full = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "broken"))
     assert (full.state, full.problem["reason"]) == ("failed", "disk-full") and store.lenses().items == ()
     assert store.jobs.get(full.id).state == "failed"

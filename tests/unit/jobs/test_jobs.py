@@ -12,20 +12,20 @@ from pathlib import Path
 import pytest
 
 from app.core.errors import Busy, NotFound, Unavailable
-from app.jobs import Jobs
+from app.jobs import JobEngine
 from tests.support import sample_jobs
 from tests.support.paths import ROOT
 
 
 @pytest.fixture(scope="module")
 def standing():
-    with Jobs(workers=2) as jobs:
+    with JobEngine(workers=2) as jobs:
         yield jobs
 
 
 @pytest.fixture
 def jobs():
-    with Jobs(workers=1) as jobs:
+    with JobEngine(workers=1) as jobs:
         yield jobs
 
 
@@ -94,7 +94,7 @@ def test_a_job_that_kills_each_worker_has_failed_after_three_with_a_fix_and_the_
 
 @pytest.mark.parametrize("how", ["SIGSTOP", "closed line"])
 def test_a_worker_that_answers_no_more_is_ended_when_its_time_is_up(how):
-    with Jobs(workers=1, wall_s=1.5) as jobs:
+    with JobEngine(workers=1, wall_s=1.5) as jobs:
         failed = ended(jobs, jobs.start("hanging", sample_jobs.dies, {"how": how}))
         assert failed.state == "failed" and failed.problem["reason"] in ("job-too-long", "worker-died")
         assert ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
@@ -156,7 +156,7 @@ def test_a_cancelled_job_that_does_not_listen_is_killed_within_a_second_or_so(jo
 
 def test_a_job_that_waits_is_cancelled_without_ever_running(jobs):
     first = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
-    jobs.keepers["never"] = pytest.fail
+    jobs.result_savers["never"] = pytest.fail
     second = jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}, keep="never")
     assert jobs.cancel(second.id).state == "cancelled"
     jobs.cancel(first.id)
@@ -175,7 +175,7 @@ def cancelled_at_random(jobs, times, seed=0):
             kept.append(result)
             return {"kept": about}
 
-        jobs.keepers["list"] = keep
+        jobs.result_savers["list"] = keep
         job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 0.03}, "list", number)
         time.sleep(rng.uniform(0, 0.15))
         told = jobs.cancel(job.id)
@@ -195,7 +195,7 @@ def test_cancelled_at_random_times_a_job_is_kept_whole_or_not_at_all(jobs):
 
 @pytest.mark.long
 def test_cancelled_at_three_hundred_random_times_likewise():
-    with Jobs(workers=2) as jobs:
+    with JobEngine(workers=2) as jobs:
         assert {"done", "cancelled"} == set(cancelled_at_random(jobs, 300, seed=1))
 
 
@@ -203,7 +203,7 @@ def test_what_fails_while_it_is_kept_is_a_failed_job(jobs):
     def keep(result, about):
         raise Unavailable("The disk is full.", "Free some space.", reason="disk-full")
 
-    jobs.keepers["full"] = keep
+    jobs.result_savers["full"] = keep
     failed = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}, "full"))
     assert failed.state == "failed" and failed.problem["reason"] == "disk-full"
 
@@ -244,7 +244,7 @@ def test_a_cancelled_job_whose_worker_is_lost_is_not_tried_again(jobs):
 
 
 def test_too_many_waiting_jobs_are_refused_and_old_ones_are_forgotten():
-    with Jobs(workers=1, kept=5) as jobs:
+    with JobEngine(workers=1, kept=5) as jobs:
         first = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 60})
         running(jobs, first)
         waiting = [jobs.start("adding", sample_jobs.adds, {"a": 1, "b": n}) for n in range(20)]
@@ -259,7 +259,7 @@ def test_too_many_waiting_jobs_are_refused_and_old_ones_are_forgotten():
 
 def test_no_process_and_no_thread_is_left_after_closing_whatever_runs():
     before = threading.active_count()
-    jobs = Jobs(workers=2)
+    jobs = JobEngine(workers=2)
     silent = jobs.start("computing", sample_jobs.computes_in_silence, {"seconds": 30})
     talking = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
     waiting = jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})
@@ -277,7 +277,7 @@ def test_no_process_and_no_thread_is_left_after_closing_whatever_runs():
 
 def test_nothing_starts_before_the_first_job():
     before = threading.active_count()
-    with Jobs() as jobs:
+    with JobEngine() as jobs:
         assert jobs.pids == () and threading.active_count() == before
 
 

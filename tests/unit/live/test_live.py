@@ -18,16 +18,16 @@ import pytest
 from app.core.errors import BadInput, Conflict, NotFound, Unavailable
 from app.core.geometry import ImageSize
 from app.imaging.correction import correction_map
-from app.live import Channel, LiveCamera
+from app.live import LiveCamera, StreamSpec
 from app.live.messages import parts
-from app.live.picture import Shown
+from app.live.picture import AppliedCalibration
 from app.sources import Identity, Surroundings, source_from_url
 from tests.support.live_cameras import FIELDS, SIM, calibrated, live, spec, until
 from tests.support.paths import ROOT
 from tests.support.pictures import encoded
 
 STILL = "picture://frame.png?fps=20"
-SHOWN = Shown.of
+SHOWN = AppliedCalibration.of
 
 
 def run(story):
@@ -48,7 +48,7 @@ def gone(pid: int) -> bool:
 def test_a_viewer_gets_the_newest_pictures_with_what_they_are():
     async def story():
         async with live(SIM) as camera:
-            with camera.watching(Channel.asked("raw", 160)) as viewer:
+            with camera.watching(StreamSpec.requested("raw", 160)) as viewer:
                 seen = [parts(await viewer.next(30)) for _ in range(4)]
             await until(lambda: camera.status()["state"] == "live")
             return seen, camera.status()
@@ -65,7 +65,7 @@ def test_a_viewer_gets_the_newest_pictures_with_what_they_are():
 def test_who_is_slow_misses_pictures_and_gets_the_newest():
     async def story():
         async with live(SIM) as camera:
-            with camera.watching(Channel()) as slow, camera.watching(Channel()) as quick:
+            with camera.watching(StreamSpec()) as slow, camera.watching(StreamSpec()) as quick:
                 first = parts(await slow.next(30))[0]["seq"]
                 for _ in range(10):
                     newest = parts(await quick.next(10))[0]["seq"]
@@ -81,7 +81,8 @@ def test_alike_viewers_share_one_encoding_and_nothing_is_encoded_for_nobody():
             await until(lambda: camera.status()["state"] == "live")
             await asyncio.sleep(1.0)
             assert camera.status()["encoded"] == 0
-            with camera.watching(Channel.asked("raw", 150)) as one, camera.watching(Channel.asked("raw", 155)) as two:
+            with (camera.watching(StreamSpec.requested("raw", 150)) as one,
+                  camera.watching(StreamSpec.requested("raw", 155)) as two):
                 for _ in range(10):
                     a, b = await asyncio.gather(one.next(10), two.next(10))
                 await until(lambda: camera.status()["encoded"] >= 10)
@@ -98,7 +99,7 @@ def test_alike_viewers_share_one_encoding_and_nothing_is_encoded_for_nobody():
 def test_a_viewer_may_ask_for_fewer_pictures_a_second():
     async def story():
         async with live(SIM) as camera:
-            with camera.watching(Channel(), 5) as viewer:
+            with camera.watching(StreamSpec(), 5) as viewer:
                 first = parts(await viewer.next(30))[0]
                 for _ in range(6):
                     last = parts(await viewer.next(10))[0]
@@ -111,7 +112,7 @@ def test_a_viewer_may_ask_for_fewer_pictures_a_second():
 def test_a_process_that_stops_or_dies_is_replaced_and_its_viewers_go_on(deed):
     async def story():
         async with live(SIM) as camera, live(SIM) as neighbour:
-            with camera.watching(Channel()) as viewer, neighbour.watching(Channel()) as other:
+            with camera.watching(StreamSpec()) as viewer, neighbour.watching(StreamSpec()) as other:
                 await viewer.next(30)
                 await other.next(30)
                 pid, begin = camera.pid, time.monotonic()
@@ -195,7 +196,7 @@ def test_the_corrected_view_is_the_correction_of_that_very_frame_at_the_size_tha
     async def story():
         async with live(STILL, pictures=tmp_path) as camera:
             camera.show(calibration, None)
-            with camera.watching(Channel.asked("corrected", 320, 95)) as viewer:
+            with camera.watching(StreamSpec.requested("corrected", 320, 95)) as viewer:
                 return parts(await viewer.next(30))
     head, jpeg = run(story())
     wanted = correction_map(SHOWN(calibration).model, SHOWN(calibration).view(320)).apply(frame)
@@ -213,7 +214,7 @@ def test_the_lines_of_the_field_lie_on_the_picture_in_both_views(tmp_path):
             await until(lambda: camera.status()["calibration_applied"])
             found = {}
             for view in ("raw", "corrected"):
-                with camera.watching(Channel.asked(view, 160 if view == "raw" else 320)) as viewer:
+                with camera.watching(StreamSpec.requested(view, 160 if view == "raw" else 320)) as viewer:
                     head = parts(await viewer.next(30))[0]
                     found[view] = head, {line["feature"]: line["points"] for line in head["overlays"]["field"]}
             return found
@@ -238,7 +239,7 @@ def test_raw_and_corrected_stand_side_by_side(tmp_path):
     async def story():
         async with live(STILL, pictures=tmp_path) as camera:
             camera.show(calibration, None)
-            with camera.watching(Channel.asked("side", 640, 95)) as viewer:
+            with camera.watching(StreamSpec.requested("side", 640, 95)) as viewer:
                 return parts(await viewer.next(30))
     head, jpeg = run(story())
     pixels = pixels_of(jpeg)
@@ -258,8 +259,8 @@ def test_a_corrected_view_needs_a_calibration_and_says_so():
         async with live(SIM) as camera:
             await until(lambda: camera.status()["state"] == "live")
             with pytest.raises(Conflict) as refused:
-                camera.must_show("corrected")
-            camera.must_show("raw")
+                camera.require_view("corrected")
+            camera.require_view("raw")
             return refused.value
     assert run(story()).reason == "not-calibrated"
 
@@ -274,10 +275,11 @@ def test_a_calibration_of_another_camera_or_size_is_never_applied(changes, confi
     async def story():
         async with live(SIM) as camera:
             camera.show(calibration, confirmed)
-            with camera.watching(Channel.asked("corrected", 320)) as viewer, camera.watching(Channel()) as raw:
+            with (camera.watching(StreamSpec.requested("corrected", 320)) as viewer,
+                  camera.watching(StreamSpec()) as raw):
                 status = await until(lambda: (s := camera.status())["state"] == "mismatch" and s)
                 with pytest.raises(Conflict) as refused:
-                    camera.must_show("corrected")
+                    camera.require_view("corrected")
                 with pytest.raises(TimeoutError):
                     await viewer.next(1.5)
                 head = parts(await raw.next(10))[0]
@@ -317,10 +319,10 @@ def test_a_still_is_a_frame_exact_to_the_bit(tmp_path):
 def test_too_many_different_sizes_are_refused_and_the_others_go_on():
     async def story():
         async with live(SIM) as camera:
-            watching = [camera.watching(Channel.asked("raw", 160 * i)) for i in range(1, 17)]
+            watching = [camera.watching(StreamSpec.requested("raw", 160 * i)) for i in range(1, 17)]
             viewers = [one.__enter__() for one in watching]
             await viewers[0].next(30)
-            with pytest.raises(Unavailable) as refused, camera.watching(Channel.asked("raw", 3840)):
+            with pytest.raises(Unavailable) as refused, camera.watching(StreamSpec.requested("raw", 3840)):
                 pass
             await viewers[0].next(10)
             for one in watching:
@@ -368,9 +370,10 @@ def test_a_process_whose_server_was_killed_ends_by_itself():
 @pytest.mark.parametrize("asked", [("upside-down", 0, 80), ("raw", 7, 80), ("raw", 9000, 80), ("raw", 0, 0)])
 def test_a_channel_that_cannot_be_is_refused(asked):
     with pytest.raises(BadInput):
-        Channel.asked(*asked)
+        StreamSpec.requested(*asked)
 
 
 def test_wishes_that_differ_little_are_one_channel():
-    assert Channel.asked("raw", 950, 78) == Channel.asked("raw", 960, 80)
-    assert Channel.asked("raw", 960) != Channel.asked("raw", 961) and Channel.asked("raw", 0).width == 0
+    assert StreamSpec.requested("raw", 950, 78) == StreamSpec.requested("raw", 960, 80)
+    assert StreamSpec.requested("raw", 960) != StreamSpec.requested("raw", 961)
+    assert StreamSpec.requested("raw", 0).width == 0

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from app.live import Channel
+from app.live import StreamSpec
 from app.live.messages import parts
 from tests.support.live_cameras import SIM, live, until
 from tests.support.mjpeg_camera import MjpegCamera, coded
@@ -66,7 +66,7 @@ FAULTS = [(mjpeg, stalls), (mjpeg, trickles), (mjpeg, goes_mute), (mjpeg, is_cut
 def test_a_fault_is_seen_the_neighbour_goes_on_and_the_camera_comes_back(kind, fault):
     async def story(far):
         async with live(far.url) as camera, live(SIM) as neighbour:
-            with camera.watching(Channel()) as viewer:
+            with camera.watching(StreamSpec()) as viewer:
                 await viewer.next(30)
                 await until(lambda: camera.status()["state"] == neighbour.status()["state"] == "live")
                 seq, start = neighbour.status()["seq"], time.monotonic()
@@ -96,7 +96,7 @@ GARBAGE = {
 def test_parts_that_are_no_pictures_are_left_out_and_the_others_shown(part):
     async def story(far):
         async with live(far.url) as camera:
-            with camera.watching(Channel()) as viewer:
+            with camera.watching(StreamSpec()) as viewer:
                 first = parts(await viewer.next(30))[0]["seq"]
                 pid = camera.pid
                 far.parts = lambda n: [part, coded(n)] if n % 4 == 0 else [coded(n)]
@@ -112,7 +112,7 @@ def test_parts_that_are_no_pictures_are_left_out_and_the_others_shown(part):
 def test_another_size_is_shown_as_it_is(kind):
     async def story(far):
         async with live(far.url) as camera:
-            with camera.watching(Channel()) as viewer:
+            with camera.watching(StreamSpec()) as viewer:
                 assert parts(await viewer.next(30))[0]["raw_width"] == 320
                 far.size = (640, 480)
                 if kind is rtsp:

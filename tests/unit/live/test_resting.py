@@ -6,7 +6,7 @@ import pytest
 
 from app.core.registry import Registry
 from app.live import capture as module
-from app.live.capture import REST_S, Capture
+from app.live.capture import REST_S, FrameCapture
 from app.sources import SOURCES, Surroundings
 from tests.support.live_cameras import FIELDS, SIM
 
@@ -16,7 +16,7 @@ PERIOD_S = 1 / 25  # of SIM
 @pytest.fixture
 def capture(monkeypatch):
     monkeypatch.setattr(module, "RESTS_AFTER_S", 0.3)
-    capture = Capture(SIM, Surroundings(FIELDS))
+    capture = FrameCapture(SIM, Surroundings(FIELDS))
     capture.start()
     return capture
 

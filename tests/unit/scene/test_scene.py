@@ -13,7 +13,7 @@ from app.core.detections import Detection, Detections
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize
 from app.scene.export import scene_html
-from app.scene.messages import HEADER
+from app.scene.messages import KEY_HEADER
 from app.scene.scene_view import Room
 from app.scene.secured_viser import LockedViser
 from app.scene.view_state import LAYERS, Look
@@ -54,7 +54,7 @@ def line(server, **headers):
                    additional_headers=headers)
 
 
-@pytest.mark.parametrize("headers", [{}, {HEADER: "guessed"}, {HEADER: ""}, {"Origin": "http://evil.example"}])
+@pytest.mark.parametrize("headers", [{}, {KEY_HEADER: "guessed"}, {KEY_HEADER: ""}, {"Origin": "http://evil.example"}])
 def test_nobody_comes_in_without_the_key(locked, headers):
     with pytest.raises(InvalidStatus) as refused:
         line(locked, **headers)
@@ -81,7 +81,7 @@ def test_another_port_cannot_be_forced_on_it(monkeypatch):
 
 
 def test_a_request_to_share_opens_no_tunnel(locked):
-    with line(locked, **{HEADER: KEY}) as viewer:
+    with line(locked, **{KEY_HEADER: KEY}) as viewer:
         viewer.recv(timeout=20)
         viewer.send(msgspec.msgpack.encode({"type": "ShareUrlRequest"}))
         viewer.send(msgspec.msgpack.encode({"type": "ShareUrlDisconnect"}))

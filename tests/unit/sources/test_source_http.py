@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadImage, Unavailable
-from app.images.in_process import decode_inside
+from app.images.in_process import decode_in_process
 from app.sources import Surroundings, source_from_url
 from app.sources.network.multipart import MAX_PART, Multipart, TooMuch, boundary_of
 from tests.support.mjpeg_camera import BOUNDARY, MjpegCamera, coded
 from tests.support.paths import SHARED_DATA
 from tests.support.pictures import HOSTILE, jpeg_of_many_scans, jpeg_with_size
 
-AROUND = Surroundings(decode=decode_inside, hosts=("127.0.0.1",))
+AROUND = Surroundings(decode=decode_in_process, hosts=("127.0.0.1",))
 SEEN_S = 6.0  # generous, for a busy machine
 
 
@@ -218,7 +218,7 @@ def test_bombs_and_damaged_pictures_in_the_stream_do_not_end_it(camera, real_dat
     refused = []
     for data in bombs:
         try:
-            decode_inside(data)
+            decode_in_process(data)
         except BadImage:
             refused.append(data)
     assert len(refused) > 30

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
-from app.images.in_process import decode_inside
+from app.images.in_process import decode_in_process
 from app.models import Option
 from app.sources import SOURCES, Source, Surroundings, source_from_url, split_address
 from app.store.fields import load_fields
@@ -22,7 +22,7 @@ every_source = pytest.mark.parametrize("name", list(SOURCES))
 def around(tmp_path) -> Surroundings:
     folder = tmp_path / "pictures"
     folder.mkdir()
-    return Surroundings(FIELDS, decode_inside, folder, HOSTS, PRODUCERS)
+    return Surroundings(FIELDS, decode_in_process, folder, HOSTS, PRODUCERS)
 
 
 @pytest.fixture

@@ -308,9 +308,10 @@ def test_a_camera_in_somebodys_hand_is_refused(real_data):
 def test_what_moves_is_followed_only_while_somebody_asks(monkeypatch):
     monkeypatch.setattr(live_rolls, "KEEP_S", 0.5)
     monkeypatch.setattr(live_capture, "RESTS_AFTER_S", 0.3)
-    capture = live_capture.Capture("sim://table?robots=0&ball=true&size=320x256&fps=50", Surroundings(load_fields()))
+    capture = live_capture.FrameCapture("sim://table?robots=0&ball=true&size=320x256&fps=50",
+                                        Surroundings(load_fields()))
     capture.start()
-    watch = live_rolls.RollWatch(capture)
+    watch = live_rolls.RollMonitor(capture)
     first = watch.ask("", 0, 0)
     again = watch.ask(first["watch"], 0, first["seq"])
     assert again["seq"] > first["seq"] and again["watch"] == first["watch"]
