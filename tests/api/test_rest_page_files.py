@@ -32,7 +32,7 @@ def shelf(folder):
 def test_the_page_asks_for_every_module_that_it_loads_at_once_and_gets_it(standing):
     page = standing.get("/")
     asked = re.findall(r'<link rel="modulepreload" href="([^"]+)">', page.text)
-    assert asked[0] == "main.js" and "vendor/preact.js" in asked and "panels/network.js" in asked
+    assert asked[0] == "main.js" and "vendor/preact.js" in asked and "features/network/panels/network.js" in asked
     assert len(asked) == len(set(asked)) > 100
     for name in asked:
         answer = standing.get(f"/{name}")
@@ -44,9 +44,9 @@ def test_the_page_asks_for_every_module_that_it_loads_at_once_and_gets_it(standi
 def test_what_is_preloaded_is_what_is_imported():
     """Counted another way: every module of ours but those of the live view's worker."""
     html = (STATIC / "index.html").read_text()
-    ours = {p.relative_to(STATIC).as_posix() for p in [*STATIC.glob("*.js"), *STATIC.glob("panels/*.js"),
-                                                        *STATIC.glob("layers/*.js")]}
-    assert ours - set(modules_of(html, STATIC)) == {"live_worker.js", "timecode.js"}
+    ours = {p.relative_to(STATIC).as_posix() for p in STATIC.rglob("*.js")
+            if not {"vendor", "node_modules"} & {*p.relative_to(STATIC).parts}}
+    assert ours - set(modules_of(html, STATIC)) == {"features/live/stream_worker.js", "features/live/timecode.js"}
 
 
 def test_a_file_that_has_changed_is_sent_anew_and_one_that_has_not_is_not_sent_again(shelf, folder):

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 SOURCE = "sim://table?size=1920x1080&fps=30&robots=6&timecode=true"
 MEASURE = """([address, count]) => new Promise((done) => {
   const canvas = document.createElement("canvas"), off = canvas.transferControlToOffscreen(), told = [];
-  const worker = new Worker("live_worker.js", { type: "module" });
+  const worker = new Worker("/features/live/stream_worker.js", { type: "module" });
   worker.onmessage = ({ data }) => {
     const { head, shown_ms: shown, taken_ms: taken } = data;
     if (head) told.push([shown - 1000 * head.time, taken === null ? null : shown - taken]);

@@ -9,12 +9,12 @@ EDITS = 1000
 
 # Edits as the tools make them, chosen by a small generator with a seed; after each the document as text.
 EDIT = """async ([seed, count]) => {
-  const page = await import("/document.js");
+  const page = await import("/core/document.js");
   const { BORDERS, change, doc, past, pointsOf, undo, redo, future, load, withPoints } = page;
   const { showWhileDragging, endDrag } = page;
   load(doc.value);  // choosing the field was a change as well
-  const { nudge, remove, withAdded, withMoved } = await import("/editing.js");
-  const { selection } = await import("/state.js");
+  const { nudge, remove, withAdded, withMoved } = await import("/features/calibrate/editing.js");
+  const { selection } = await import("/core/state.js");
   let state = seed;
   const random = () => { state = (state * 1664525 + 1013904223) % 4294967296; return state / 4294967296; };
   const one = (list) => list[Math.floor(random() * list.length)];

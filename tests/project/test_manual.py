@@ -11,7 +11,7 @@ from tests.support.paths import ROOT
 
 HELP = ROOT / "static" / "help"
 PAGES = sorted(HELP.glob("*.md"))
-PANELS = ROOT / "static"
+STATIC = ROOT / "static"
 LINK = re.compile(r"\]\(([\w-]+\.md)(?:#([\w-]+))?\)")
 TARGET = re.compile(r'"([\w-]+\.md)(?:#([\w-]+))?"')
 # Whose refusals an operator meets at a fit, a lens or two cameras
@@ -19,7 +19,7 @@ FITTING = ("models", "evaluate")
 
 
 def slug(heading: str) -> str:
-    """As static/manual.js makes it, so that links lead to headings."""
+    """As static/core/manual.js makes it, so that links lead to headings."""
     return re.sub(r"[^\w]+|_", "-", re.sub(r"[`*]", "", heading).lower()).strip("-")
 
 
@@ -80,7 +80,7 @@ def test_links_lead_to_pages_and_headings_that_are_there(page):
 
 
 def test_what_panels_and_the_tour_point_at_is_there():
-    sources = [PANELS / "manual.js", PANELS / "tour.js"]
+    sources = [STATIC / "core" / "manual.js", STATIC / "features" / "help" / "tour.js"]
     found = [one for source in sources for one in TARGET.findall(source.read_text())]
     assert len(found) > 30
     for target, heading in found:
@@ -89,8 +89,8 @@ def test_what_panels_and_the_tour_point_at_is_there():
 
 
 def test_every_panel_that_asks_for_an_explanation_has_one():
-    explained = set(re.findall(r"(\w+): \"[\w-]+\.md", (PANELS / "manual.js").read_text()))
-    asked = {of for source in PANELS.rglob("panels/*.js")
+    explained = set(re.findall(r"(\w+): \"[\w-]+\.md", (STATIC / "core" / "manual.js").read_text()))
+    asked = {of for source in STATIC.glob("features/*/panels/*.js")
              for of in re.findall(r'\$\{Title\} of="(\w+)"', source.read_text())}
     assert asked and asked <= explained, asked - explained
 

@@ -56,7 +56,7 @@ def test_every_source_passes_the_type_checker(checked_copy):
 
 def test_the_type_checker_would_notice_a_misspelt_name(checked_copy):
     misspelt = checked_copy / "misspelt.js"
-    misspelt.write_text('import { stageSize } from "./view.js";\nconsole.log(stageSize.value.widht);\n')
+    misspelt.write_text('import { stageSize } from "./canvas/viewport.js";\nconsole.log(stageSize.value.widht);\n')
     done = npm("exec", "--offline", "--", "tsc", "-p", str(checked_copy))
     misspelt.unlink()
     assert done.returncode != 0

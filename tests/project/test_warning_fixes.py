@@ -5,7 +5,8 @@ import re
 
 from tests.support.paths import ROOT
 
-CURES = set(re.findall(r'^  "?([a-z-]+)"?: \(', (ROOT / "static" / "cures.js").read_text(), re.MULTILINE))
+SOURCE = ROOT / "static" / "features" / "calibrate" / "warning_fixes.js"
+CURES = set(re.findall(r'^  "?([a-z-]+)"?: \(', SOURCE.read_text(), re.MULTILINE))
 
 # What fits an operator's clicks on a field, and judges them. Boards, pairs and edges have desks of their own.
 FITS = ["border.py", "polynomial_fit.py", "polynomial_relation.py", "lens_fit.py", "homography_fit.py",

@@ -1,0 +1,103 @@
+// The stage: the picture with everything on it, and the tools above it.
+import { useLayoutEffect, useRef } from "preact/hooks";
+import { address } from "../core/api.js";
+import { asked, paneUnder, underPointer } from "../features/compare/comparison.js";
+import { selectNext } from "../features/calibrate/editing.js";
+import { mm, number } from "../core/format.js";
+import { html } from "../core/html.js";
+import { atBoard } from "../features/board/board.js";
+import { BoardDesk } from "../features/board/panels/board.js";
+import { ArrowLegend } from "../features/compare/panels/residual_arrows.js";
+import { BlinkLegend, GridLegend } from "../features/compare/panels/legends.js";
+import { HeatLegend } from "../features/compare/panels/heat.js";
+import { Start } from "../features/shell/panels/start.js";
+import { LiveDesk } from "../features/live/panels/camera_page.js";
+import { PageMiddle } from "../features/shell/panels/pages.js";
+import { StraightDesk } from "../features/straight/panels/straight.js";
+import { page } from "../core/page.js";
+import { PairDesk } from "../features/pair/panels/pair_page.js";
+import { Toolbar } from "../ui/toolbar.js";
+import { shown as heatMap, valueAt } from "../features/compare/heat.js";
+import { said } from "../features/calibrate/snapping.js";
+import { atLive, atPair, atStraight, comparing, editing, pointer, snapshot, step, tool } from "../core/state.js";
+import { listen } from "./tools/pointer.js";
+import { fit, main, stageSize, view } from "./viewport.js";
+import { Corrected, OnRaw, Wipe, rawClip } from "./layers/compare.js";
+import { ResidualArrows } from "./layers/residual_arrows.js";
+import { Heat } from "./layers/heat.js";
+import { Loupe } from "./layers/loupe.js";
+import { Hovered } from "./layers/hovered.js";
+import { Overlay } from "./layers/overlay.js";
+
+const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
+
+export function Stage() {
+  const picture = useRef(/** @type {HTMLImageElement | null} */ (null));
+  const stage = useRef(/** @type {HTMLElement | null} */ (null));
+  const shown = step.value === "camera" ? null : snapshot.value;
+
+  // Before anything is painted: a press on what is seen must not go unheard.
+  useLayoutEffect(() => {
+    const element = /** @type {HTMLElement} */ (stage.current);
+    const watch = new ResizeObserver(([entry]) => {
+      const { width, height } = entry.contentRect;
+      stageSize.value = { width, height };
+      if (view.value.fitted) fit(snapshot.value);
+    });
+    watch.observe(element);
+    return () => watch.disconnect();
+  }, []);
+  useLayoutEffect(() => (shown && stage.current ? listen(stage.current) : undefined), [shown?.id]);
+
+  const { k, tx, ty } = view.value;
+  return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`} ref=${stage} data-testid="stage"
+      tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab} onPointerMoveCapture=${inPane} onPointerDownCapture=${inPane}>
+    ${!shown && (page.value ? html`<${PageMiddle}/>` : atBoard.value ? html`<${BoardDesk}/>` : atLive.value !== null ? html`<${LiveDesk}/>` : atStraight.value ? html`<${StraightDesk}/>` : atPair.value ? html`<${PairDesk}/>` : html`<${Start}/>`)}
+    ${shown && html`
+      <div class="half" style=${rawClip.value}>
+        <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}
+          src=${address(`/snapshots/${shown.id}/image.png`)} style=${`transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`}/>
+        <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k}/>
+        <${ResidualArrows} frame="image" x=${tx} y=${ty} k=${k}/>
+        ${comparing.value ? html`<${OnRaw}/>` : html`<${Overlay}/>`}<${Hovered}/>
+      </div>
+      ${comparing.value && html`<${Corrected}/><${Wipe}/>`}
+      <${Loupe} picture=${picture}/>
+      <${Toolbar}/>
+      <div class="legends"><${BlinkLegend}/><${GridLegend}/><${ArrowLegend}/><${HeatLegend}/></div>
+      <${ReadOut}/>`}
+  </main>`;
+}
+
+/** Tab goes from point to point, and after the last one on to the next control. @param {KeyboardEvent} e */
+function tab(e) {
+  if (e.key !== "Tab" || e.target !== e.currentTarget || !editing.value) return;
+  if (selectNext(e.shiftKey ? -1 : 1, false)) e.preventDefault();
+}
+
+/** Which of two pictures the pointer is over. @param {PointerEvent} e */
+function inPane(e) {
+  const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect(), { columns, rows } = main.panes.value, { width, height } = stageSize.value;
+  paneUnder.value = (columns > 1 && e.clientX - left >= width / 2) || (rows > 1 && e.clientY - top >= height / 2) ? 1 : 0;
+}
+
+function label() {
+  if (!snapshot.value) return "Open a picture";
+  if (comparing.value) return "The picture, raw and corrected. Arrow keys pan, plus and minus zoom.";
+  return editing.value ? "The picture. A adds a point, Tab selects the next one, arrow keys move it, plus and minus zoom."
+    : "The picture. Arrow keys pan, plus and minus zoom.";
+}
+
+/** What is under the pointer. */
+function ReadOut() {
+  const map = heatMap.value, there = map && underPointer.value ? valueAt(map, underPointer.value) : null;
+  const at = pointer.value, spot = underPointer.value, on = asked.value;
+  const [name, [x, y]] = on?.from === "corrected" ? ["Corrected pixel", on.point] : ["Pixel", [at?.x ?? 0, at?.y ?? 0]];
+  return html`<div class="read-out" data-off-stage data-testid="read-out">
+    <span>${at ? html`${name} <b>${number(x)}, ${number(y)}</b>` : html`<span class="dim">Point at the picture for its position</span>`}</span>
+    ${on && html`<span>Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b></span>`}
+    ${on && map && html`<span>${map.what === "expected" ? "Expected error" : "Difference"} there <b>${there === null ? "–" : `${mm(there)} mm`}</b></span>`}
+    ${editing.value && html`<span role="status" data-testid="snap-said">${said.value}</span>`}
+    <span class="zoom">${number(view.value.k * 100, 0)} %</span>
+  </div>`;
+}

@@ -1,0 +1,37 @@
+// Keyboard: one listener that looks the key up in the table of actions.
+import { ACTIONS, run } from "../features/shell/action_table.js";
+
+/** Actions by their key: one may mean different things where different things can be done. */
+/** @type {Map<string, import("../features/shell/action_table.js").Action[]>} */
+const BY_KEY = new Map();
+for (const action of ACTIONS.values()) for (const key of action.keys ?? []) BY_KEY.set(key, [...BY_KEY.get(key) ?? [], action]);
+
+/** "ctrl+shift+z", "?", "ArrowUp": as the table writes it. @param {KeyboardEvent} event */
+function nameOf(event) {
+  const ctrl = event.ctrlKey || event.metaKey ? "ctrl+" : "";
+  if (event.key.length > 1) return ctrl + (event.shiftKey ? "shift+" : "") + event.key;
+  return ctrl + (ctrl && event.shiftKey ? "shift+" : "") + event.key.toLowerCase(); // "?" already says shift
+}
+
+/** Keys that a focused control wants for itself. @param {KeyboardEvent} event */
+function belongsToControl(event) {
+  const target = /** @type {Element} */ (event.target);
+  if (target.matches("input, textarea, select")) return event.key !== "Escape" && !((event.ctrlKey || event.metaKey) && event.key === "s");
+  return target.matches("button, a, summary, [role=button], [role=slider]") && ["Enter", " "].includes(event.key);
+}
+
+export function startKeys() {
+  addEventListener("keydown", (event) => {
+    if (event.defaultPrevented || event.altKey || belongsToControl(event)) return;
+    const action = BY_KEY.get(nameOf(event))?.find((one) => one.enabled?.() ?? true);
+    if (!action) return;
+    event.preventDefault();
+    run(action.id, event);
+  });
+}
+
+const SHOWN = { ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", ctrl: "Ctrl", shift: "Shift", Delete: "Del", Escape: "Esc", " ": "Space" };
+
+/** A key as the page prints it: "Ctrl Z". @param {string} key */
+export const printed = (key) => (key === "+" ? ["+"] : key.split("+"))
+  .map((part) => SHOWN[/** @type {keyof typeof SHOWN} */ (part)] ?? (part.length === 1 ? part.toUpperCase() : part)).join(" ");

@@ -1,0 +1,36 @@
+// The pages beside the six steps: which one is open, and the way back to the picture.
+import { batch, effect, signal } from "@preact/signals";
+import { atBoard } from "../features/board/board.js";
+import { closePicture } from "../features/calibrate/pictures.js";
+import { atLive, atPair, atStraight, help, snapshot, step } from "./state.js";
+
+/** @typedef {import("./page_types").At} At */
+
+/** @type {At["name"][]} */
+export const NAMES = ["jobs", "settings", "versions", "capture", "rig", "rolls", "scene", "seeing"]; // no picture's ids: those are hexadecimal
+/** Where the page is, or null: at the steps or a desk. */
+export const page = signal(/** @type {At | null} */ (null));
+/** The picture that was left for it. */
+export const left = signal(/** @type {{ id: string, at: import("./types").StepId } | null} */ (null));
+
+/** @param {At["name"]} name @param {string} [argument] */
+export function openPage(name, argument = "") {
+  batch(() => {
+    if (snapshot.value) left.value = { id: snapshot.value.id, at: step.value };
+    closePicture(); // its draft is kept; nothing unseen shall be changed by a key
+    step.value = "camera";
+    help.value = "";
+    atBoard.value = atPair.value = atStraight.value = false;
+    atLive.value = null;
+    page.value = { name, argument };
+  });
+}
+
+// At one place at a time.
+effect(() => { if (snapshot.value || atBoard.value || atPair.value || atStraight.value || atLive.value !== null) page.value = null; });
+
+/** An address of a page. @param {At} at */
+export const addressOf = ({ name, argument }) => `#/${name}${argument ? `/${argument.split("/").map(encodeURIComponent).join("/")}` : ""}`;
+
+/** Back to where the operator was. */
+export const backAddress = () => (left.value ? `#/${left.value.id}/${left.value.at}` : "#/");

@@ -1,0 +1,77 @@
+// A board held before a live camera: what the server sees of it, which views it has taken, and the view it wants next.
+import { computed, effect, signal } from "@preact/signals";
+import { online } from "../../core/api.js";
+import { addTaken, findLens, openBoard, pictures, wanted } from "./board.js";
+import { many } from "../../core/format.js";
+import { openLine } from "../../core/socket.js";
+import { page } from "../../core/page.js";
+import { cameras } from "../../core/state.js";
+
+const GOOD = 12; // views from which a lens is worth finding
+
+/** @typedef {import("../../core/page_types").Look} Look */
+
+/** What was seen last; null before the first look. */
+export const look = signal(/** @type {Look | null} */ (null));
+/** Why there is none, with its cure. */
+export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+/** Whether pictures are taken by themselves. */
+export const automatic = signal(true);
+export const shown = computed(() => (page.value?.name === "capture" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
+/** The views that were taken before this camera. */
+export const views = computed(() => pictures.value.filter((p) => p.quad && p.camera === shown.value?.id));
+
+/** @type {import("../../core/socket.js").Line | null} */
+let line = null;
+
+export const captureStanding = computed(() => {
+  const it = look.value, count = views.value.length;
+  if (!shown.value) return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
+  const sentence = refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : !it ? "Waiting for the camera…" : it.wanted ? `${many(count, "view")}. ${it.wanted.text}` : `${many(count, "view")}: that is enough. Find the lens.`;
+  return { action: "find-captured", label: "Find the lens", missing: count < 3 ? "Three views are the fewest; a dozen are good." : "", done: count >= GOOD && !it?.wanted, sentence };
+});
+
+/** What the server is to look for. */
+function board() {
+  const { kind, columns, rows, square_mm, marker_mm, dictionary, legacy } = wanted.value;
+  return { kind, columns, rows, square_mm, ...(kind === "charuco" ? { marker_mm, dictionary, legacy } : {}) };
+}
+
+/** Look for the board as long as the page is there, and again when the line breaks or another board is chosen. */
+export function startCapture() {
+  const boards = computed(() => JSON.stringify(board()));
+  effect(() => {
+    const id = shown.value?.id, which = boards.value;
+    line?.hangUp();
+    line = null;
+    look.value = null;
+    refusal.value = null;
+    if (id && online.value) line = open(id, which);
+  });
+
+  /** @param {string} id @param {string} which */
+  function open(id, which) {
+    return openLine(`/cameras/${encodeURIComponent(id)}/board`, {
+      opened: () => line?.say({ board: JSON.parse(which), taken: views.peek().map((v) => v.quad), automatic: automatic.peek() }),
+      told: (now) => {
+        refusal.value = "detail" in now ? now : null;
+        look.value = refusal.value ? null : now;
+        if (now.taken) addTaken(now.taken.id, id, now.quad);
+      },
+    });
+  }
+}
+
+export function switchAutomatic() {
+  automatic.value = !automatic.value;
+  line?.say({ automatic: automatic.value });
+}
+
+/** This very view, whether it is still and new or not. */
+export const takeView = () => line?.say({ take: true });
+
+/** With what was taken, at the board's desk. */
+export async function findCaptured() {
+  await openBoard();
+  await findLens();
+}

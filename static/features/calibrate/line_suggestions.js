@@ -1,0 +1,105 @@
+// The field as the present fit sees it: lines that can be clicked by pointing at them, and points proposed along one.
+import { computed, effect, signal, untracked } from "@preact/signals";
+import { call } from "../../core/api.js";
+import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";
+import { givenFit, preview, refusal } from "./fitting.js";
+import { many, words } from "../../core/format.js";
+import { lineUnder } from "./panels/field_drawing.js";
+import { active, editing, kindOf, pointer, selection, snapshot, tellError, tool } from "../../core/state.js";
+import { said, snapping } from "./snapping.js";
+import { view } from "../../canvas/viewport.js";
+
+/** @typedef {import("../../core/types").Point} Point */
+
+const REACH_PX = 9, REACH_TOUCH_PX = 20; // on the stage: how near a line a press means it
+const OWN = 2; // of that, within which the line that is being clicked keeps its clicks
+const SPARE_PX = 5; // of the picture: a proposal so near a point that stands would say it twice
+const WANTED = 9;
+
+/** Every line and arc that the fit sees in the picture, once: a border and the line painted under it are one. */
+export const lines = computed(() => {
+  if (!editing.value || refusal.value || !preview.value) return [];
+  const twice = new Set(BORDERS.map(lineUnder));
+  return preview.value.overlay.filter((f) => f.kind !== "landmark" && f.points.length > 1 && !twice.has(f.feature));
+});
+
+/** Points found along a line, that nobody has accepted yet. */
+export const proposed = signal(/** @type {{ feature: string, points: Point[] } | null} */ (null));
+
+/** px of the stage from a place to a drawn line. @param {Point} at picture px @param {(Point | null)[]} points */
+function away([x, y], points) {
+  let nearest = Infinity;
+  for (let i = 1; i < points.length; i++) {
+    const a = points[i - 1], b = points[i];
+    if (!a || !b) continue;
+    const dx = b[0] - a[0], dy = b[1] - a[1], long = dx * dx + dy * dy;
+    const share = long ? Math.min(1, Math.max(0, ((x - a[0]) * dx + (y - a[1]) * dy) / long)) : 0;
+    nearest = Math.min(nearest, Math.hypot(a[0] + share * dx - x, a[1] + share * dy - y));
+  }
+  return nearest * view.value.k;
+}
+
+/** Which line a click there lies on: the active one, unless it is plainly on another. @param {Point} at picture px @param {boolean} touch */
+export function featureAt(at, touch) {
+  if (!snapping.value) return active.value;
+  const reach = touch ? REACH_TOUCH_PX : REACH_PX;
+  const own = lines.value.find((f) => f.feature === active.value);
+  if (kindOf(active.value) === "landmark" || (own && away(at, own.points) < OWN * reach)) return active.value;
+  let best = active.value, nearest = reach;
+  for (const { feature, points } of lines.value) {
+    const px = away(at, points);
+    if (px < nearest) { best = feature; nearest = px; }
+  }
+  return best;
+}
+
+/** The line under the pointer, which a click would go to. */
+export const under = computed(() => {
+  const at = pointer.value;
+  if (!at || at.down || tool.value === "pan" || !lines.value.length) return null;
+  const feature = featureAt([at.x, at.y], at.touch);
+  return feature === active.value ? null : feature;
+});
+
+export const canPropose = computed(() => lines.value.some((f) => f.feature === active.value));
+
+/** Look for points all along the active line, beside where the fit sees it. */
+export async function propose() {
+  const feature = active.value, picture = snapshot.value?.id, fit = givenFit();
+  if (!picture || !fit) return;
+  try {
+    const { points } = await call("POST", `/snapshots/${picture}/along`, { fit, feature, count: WANTED });
+    if (snapshot.value?.id !== picture || active.value !== feature) return;
+    const standing = pointsOf(doc.value, feature);
+    const found = points.map((/** @type {{ point: Point }} */ p) => p.point)
+      .filter((/** @type {Point} */ [x, y]) => standing.every(([u, v]) => Math.hypot(x - u, y - v) > SPARE_PX));
+    proposed.value = found.length ? { feature, points: found } : null;
+    said.value = found.length ? `${many(found.length, "point")} proposed along ${words(feature).toLowerCase()}` : `No more points found along ${words(feature).toLowerCase()}`;
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+/** Take them over, as one change. */
+export function accept() {
+  const it = proposed.value;
+  if (!it) return;
+  proposed.value = null;
+  const before = pointsOf(doc.value, it.feature), rounded = it.points.map(([x, y]) => /** @type {Point} */ ([Math.round(x * 100) / 100, Math.round(y * 100) / 100]));
+  change(withPoints(doc.value, it.feature, [...before, ...rounded], kindOf(it.feature)));
+  selection.value = rounded.map((_, i) => ({ feature: it.feature, index: before.length + i }));
+  said.value = `${many(it.points.length, "point")} added`;
+}
+
+export function discard() {
+  proposed.value = null;
+}
+
+/** Proposals belong to one line of one picture. */
+export function startProposals() {
+  effect(() => {
+    const here = `${snapshot.value?.id}`, feature = active.value, at = editing.value;
+    untracked(() => { if (proposed.value && (proposed.value.feature !== feature || !here || !at)) proposed.value = null; });
+  });
+  effect(() => { void snapshot.value?.id; untracked(() => { proposed.value = null; }); });
+}

@@ -1,0 +1,119 @@
+// The little field: the region as it stands in the corrected picture, its borders coloured, and clickable.
+import { BORDERS, doc, pointsOf } from "../../../core/document.js";
+import { activateFeature } from "../editing.js";
+import { preview, refusal, stale } from "../fitting.js";
+import { many, words } from "../../../core/format.js";
+import { html } from "../../../core/html.js";
+import { colour } from "../../../canvas/drawing.js";
+import { active, editing, field, region, rotation } from "../../../core/state.js";
+
+/** @typedef {import("../../../core/types").Point} Point @typedef {import("../../../core/types").Border} Border @typedef {{ x: number, y: number, width: number, height: number }} Rect */
+
+const ARC_STEPS = 48;
+
+/** Field mm to the drawing's mm, x right and y down, the field turned counter-clockwise. @param {Point} p @param {number} deg @returns {Point} */
+export function turned([x, y], deg) {
+  const cos = [1, 0, -1, 0][deg / 90], sin = [0, 1, 0, -1][deg / 90];
+  return [x * cos - y * sin, -x * sin - y * cos];
+}
+
+/** The region in the drawing. @param {import("../../../core/types").Region} r @param {number} deg @returns {Rect} */
+function rectOf(r, deg) {
+  const [a, b] = [turned([r.x[0], r.y[0]], deg), turned([r.x[1], r.y[1]], deg)];
+  return { x: Math.min(a[0], b[0]), y: Math.min(a[1], b[1]), width: Math.abs(a[0] - b[0]), height: Math.abs(a[1] - b[1]) };
+}
+
+/** @param {Rect} r @param {Border} border @returns {[Point, Point]} */
+function sideOf({ x, y, width: w, height: h }, border) {
+  const right = x + w, bottom = y + h;
+  switch (border) {
+    case "left": return [[x, y], [x, bottom]];
+    case "right": return [[right, y], [right, bottom]];
+    case "top": return [[x, y], [right, y]];
+    default: return [[x, bottom], [right, bottom]];
+  }
+}
+
+/** Which painted line a border is: "goal-line-right". @param {Border} border */
+export function lineUnder(border) {
+  if (!region.value || !field.value) return null;
+  const side = sideOf(rectOf(region.value, rotation.value), border);
+  return field.value.lines.find(({ from, to }) => {
+    const [a, b] = [turned(from, rotation.value), turned(to, rotation.value)];
+    return side.every(([x, y]) => between(x, a[0], b[0]) && between(y, a[1], b[1]));
+  })?.name ?? null;
+}
+
+/** @param {number} v @param {number} a @param {number} b */
+const between = (v, a, b) => v >= Math.min(a, b) - 1 && v <= Math.max(a, b) + 1;
+
+export function FieldDrawing() {
+  const f = field.value, r = region.value, deg = rotation.value;
+  if (!f || !r) return null;
+  const rect = rectOf(r, deg), margin = 0.11 * Math.max(rect.width, rect.height);
+  const unit = (Math.max(rect.width, rect.height) + 2 * margin) / 230; // one screen pixel, about
+  const place = (/** @type {Point} */ p) => turned(p, deg).join(" ");
+  const borders = new Set(BORDERS.map(lineUnder));
+  return html`<svg class="field" data-testid="field-drawing" role="group" aria-label=${`${f.title}, ${words(r.name)}`}
+      viewBox=${`${rect.x - margin} ${rect.y - margin} ${rect.width + 2 * margin} ${rect.height + 2 * margin}`} style=${`--unit:${unit}px`}>
+    <rect class="carpet" x=${rect.x} y=${rect.y} width=${rect.width} height=${rect.height}/>
+    <clipPath id="in-view"><rect x=${rect.x} y=${rect.y} width=${rect.width} height=${rect.height}/></clipPath>
+    <g class="inside" clip-path="url(#in-view)">${f.lines.filter((l) => !borders.has(l.name)).map((l) => html`<${Feature} key=${l.name} name=${l.name} d=${`M${place(l.from)}L${place(l.to)}`}/>`)}
+    ${f.arcs.map((a) => html`<${Feature} key=${a.name} name=${a.name} d=${`M${arcPoints(a).map(place).join("L")}`}/>`)}</g>
+    ${Object.entries(f.landmarks).filter(([, p]) => isIn(rect, turned(p, deg))).map(([name, p]) => html`<${Spot} key=${name} name=${name} at=${turned(p, deg)} r=${3.2 * unit}/>`)}
+    ${BORDERS.map((border) => {
+      const [[x1, y1], [x2, y2]] = sideOf(rect, border), isDown = x1 === x2, out = 11 * unit;
+      const [tx, ty] = isDown ? [x1 + (border === "left" ? -out : out), (y1 + y2) / 2] : [(x1 + x2) / 2, y1 + (border === "top" ? -out : out)];
+      return html`<g key=${border} class=${`border${active.value === border ? " active" : ""}${standing(border)}`} style=${`--colour:${colour(border)}`} role="button" tabindex="0"
+          aria-label=${`Click the ${border} border${done(border)}`} aria-pressed=${active.value === border} data-testid=${`field-${border}`}
+          onClick=${() => activateFeature(border)} onKeyDown=${onEnter(border)}>
+        <path class="hit" d=${`M${x1} ${y1}L${x2} ${y2}`}/><path class="line" d=${`M${x1} ${y1}L${x2} ${y2}`}/>
+        <text x=${tx} y=${ty} font-size=${11 * unit}>${border[0].toUpperCase()}</text><title>${words(border)}${done(border)}</title></g>`;
+    })}
+  </svg>`;
+}
+
+/** A painted line or arc; one can click its points too. @param {{ name: string, d: string }} props */
+function Feature({ name, d }) {
+  return html`<g class=${`painted${active.value === name ? " active" : ""}${standing(name)}`} data-testid=${`field-${name}`} role="button" tabindex=${editing.value ? 0 : -1} aria-label=${`Click ${words(name)}${done(name)}`}
+      aria-pressed=${active.value === name} onClick=${() => editing.value && activateFeature(name)} onKeyDown=${onEnter(name)}>
+    <path class="hit" d=${d}/><path class="line" d=${d}/><title>${words(name)}${done(name)}</title></g>`;
+}
+
+/** A single spot; it is drawn once it has been clicked or chosen, and can be found with the pointer. @param {{ name: string, at: Point, r: number }} props */
+function Spot({ name, at: [x, y], r }) {
+  return html`<g class=${`spot${active.value === name ? " active" : ""}${standing(name)}`} data-testid=${`field-${name}`} role="button" tabindex="-1" aria-label=${`Click ${words(name)}${done(name)}`}
+      aria-pressed=${active.value === name} onClick=${() => editing.value && activateFeature(name)}>
+    <circle class="hit" cx=${x} cy=${y} r=${1.6 * r}/><circle class="dot" cx=${x} cy=${y} r=${r}/><title>${words(name)}${done(name)}</title></g>`;
+}
+
+/** @param {Rect} r @param {Point} p */
+const isIn = (r, [x, y]) => x >= r.x - 1 && x <= r.x + r.width + 1 && y >= r.y - 1 && y <= r.y + r.height + 1;
+
+/** How far a feature is: nothing, clicked, or part of the fit. @param {string} name */
+function standing(name) {
+  if (!pointsOf(doc.value, name).length) return "";
+  const row = refusal.value ? undefined : preview.value?.report.per_feature.find((f) => f.feature === name);
+  return row ? (row.used ? " clicked used" : " clicked checks") : " clicked";
+}
+
+/** The same in words. @param {string} name */
+function done(name) {
+  const count = pointsOf(doc.value, name).length, how = standing(name);
+  return count ? `, ${many(count, "point")}${how.endsWith("used") ? ", used by the fit" : how.endsWith("checks") ? ", checks the fit" : ""}${stale.value ? ", being fitted" : ""}` : "";
+}
+
+/** @param {string} feature */
+const onEnter = (feature) => (/** @type {KeyboardEvent} */ e) => {
+  if (e.key !== "Enter" && e.key !== " ") return;
+  e.preventDefault();
+  activateFeature(feature);
+};
+
+/** @param {import("../../../core/types").Arc} a @returns {Point[]} */
+function arcPoints({ centre, radius_mm, start_deg, end_deg }) {
+  return Array.from({ length: ARC_STEPS + 1 }, (_, i) => {
+    const angle = (start_deg + ((end_deg - start_deg) * i) / ARC_STEPS) * (Math.PI / 180);
+    return [centre[0] + radius_mm * Math.cos(angle), centre[1] + radius_mm * Math.sin(angle)];
+  });
+}

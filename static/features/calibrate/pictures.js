@@ -1,0 +1,137 @@
+// Bringing a picture to the page: from a file, the clipboard, a camera, or the ones that are kept.
+import { batch, signal } from "@preact/signals";
+import { call, request } from "../../core/api.js";
+import { atBoard, holdLens } from "../board/board.js";
+import { doc, load } from "../../core/document.js";
+import { closeDraft, fetchDraft, openDraft } from "./draft.js";
+import { turns } from "../../core/latest_wins.js";
+import { active, atLive, atStraight, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "../../core/state.js";
+import { importFile, isCalibrationFile } from "../versions/imports.js";
+import { findVersion, forgetVersion } from "../versions/versions.js";
+import { fit } from "../../canvas/viewport.js";
+
+const SPREAD_MS = 1000 / 3; // between two frames of a background, as the server spreads them
+const LAST_FIELD = "touchline.field"; // a team calibrates the same field again and again
+
+/** @type {Promise<void>} */
+let lists = Promise.resolve();
+
+/** How far the watching of many frames is, and the way to stop it. */
+export const watching = signal(/** @type {{ share: number, stop: AbortController } | null} */ (null));
+
+/** Lists that the page is built from; one that fails leaves the others standing. */
+export function loadLists() {
+  lists = fetchLists();
+  return lists;
+}
+
+async function fetchLists() {
+  const fill = async (/** @type {string} */ path, /** @type {(items: any[]) => void} */ keep) => {
+    try {
+      keep((await call("GET", path)).items);
+    } catch (error) {
+      tellError(error);
+    }
+  };
+  await Promise.all([
+    fill("/fields", (items) => { fields.value = items; }), fill("/models", (items) => { models.value = items; }),
+    fill("/cameras", (items) => { cameras.value = items; }), fill("/snapshots?limit=12&purpose=picture", (items) => { snapshots.value = items; }),
+  ]);
+}
+
+/** Upload a file and work on it; what holds a calibration is kept as a version. @param {Blob & { name?: string }} file */
+export async function openFile(file) {
+  if (isCalibrationFile(file)) return importFile(file);
+  const body = new FormData();
+  body.append("file", file, file.name || "picture");
+  await bring(`Opening ${file.name || "the picture"}…`, async () => (await request("POST", "/snapshots", { body })).json());
+}
+
+/** Take a picture from a camera and work on it. frames: 1, or so many of which the background is taken. @param {string} id @param {number} [frames] */
+export async function takePicture(id, frames = 1) {
+  if (frames === 1) return bring("Taking a picture…", () => call("POST", "/snapshots", { camera: id }));
+  if (busy.value) return;
+  const stop = new AbortController(), begun = Date.now(), total = frames * SPREAD_MS;
+  const tick = setInterval(() => { watching.value = { share: Math.min(1, (Date.now() - begun) / total), stop }; }, 200);
+  watching.value = { share: 0, stop };
+  try {
+    await bring("Watching…", async () => (await request("POST", "/snapshots", { json: { camera: id, frames }, stop: stop.signal })).json(), () => stop.signal.aborted);
+  } finally {
+    clearInterval(tick);
+    watching.value = null;
+  }
+}
+
+/** @param {string} doing @param {() => Promise<import("../../core/types").Snapshot>} fetchIt @param {() => boolean} [stopped] whether a failure is the operator's own wish */
+async function bring(doing, fetchIt, stopped = () => false) {
+  if (busy.value) return;
+  busy.value = doing;
+  try {
+    const picture = await fetchIt();
+    await lists; // a picture opened before the fields are known would be given none
+    snapshots.value = [picture, ...snapshots.value.filter((s) => s.id !== picture.id)];
+    notices.value = [];
+    await openSnapshot(picture, "picture");
+  } catch (error) {
+    if (!stopped()) tellError(error);
+  } finally {
+    busy.value = "";
+  }
+}
+
+const openings = turns();
+
+/** Work on a kept picture, where its draft stands; the one that was asked for last stays. @param {import("../../core/types").Snapshot} picture @param {import("../../core/types").StepId} at */
+export async function openSnapshot(picture, at, isNewest = openings.begin()) {
+  const kept = await fetchDraft(picture.id);
+  if (!isNewest()) return;
+  // At once: nothing may see one picture with another's clicks, and the address changes only once.
+  batch(() => {
+    closePicture();
+    openDraft(picture.id, kept);
+    snapshot.value = picture;
+    atBoard.value = false;
+    atStraight.value = false;
+    atLive.value = null;
+    step.value = at;
+    help.value = "";
+    active.value = "left";
+  });
+  fit(picture);
+  if (!doc.value.field) load({ ...doc.value, ...firstGuess(picture) });
+  holdLens(picture);
+  await findVersion(picture.id);
+}
+
+/** The same by its id, from the address bar. @param {string} id @param {import("../../core/types").StepId} at */
+export async function openById(id, at) {
+  const isNewest = openings.begin();
+  try {
+    await openSnapshot(await call("GET", `/snapshots/${encodeURIComponent(id)}`), at, isNewest);
+  } catch (error) {
+    if (!isNewest()) return;
+    closePicture();
+    step.value = "camera";
+    const { message } = /** @type {Error} */ (error);
+    tell({ level: "warn", text: `The picture of this address cannot be opened: ${message}`, fix: "Open another picture." });
+  }
+}
+
+export function closePicture() {
+  snapshot.value = null;
+  selection.value = [];
+  closeDraft();
+  forgetVersion();
+}
+
+/** What the camera looks at, else the field used last. @param {import("../../core/types").Snapshot} picture */
+function firstGuess(picture) {
+  const camera = cameras.value.find((c) => c.id === picture.camera);
+  const name = camera?.field ?? localStorage.getItem(LAST_FIELD);
+  const field = fields.value.find((f) => f.name === name) ?? fields.value[0];
+  const regions = Object.keys(field?.regions ?? {});
+  return { field: field?.name ?? null, region: regions.includes(camera?.region ?? "") ? camera?.region ?? null : regions[0] ?? null };
+}
+
+/** @param {string} name */
+export const rememberField = (name) => localStorage.setItem(LAST_FIELD, name);

@@ -1,0 +1,34 @@
+// Who else has this picture open, and whether somebody has just saved its draft: told by the server at once.
+import { effect, signal, untracked } from "@preact/signals";
+import { online } from "../../core/api.js";
+import { lookAgain } from "./draft.js";
+import { openLine } from "../../core/socket.js";
+import { operatorName } from "../../core/operator.js";
+import { snapshot } from "../../core/state.js";
+
+/** Their names, "" for one who gave none. */
+export const others = signal(/** @type {string[]} */ ([]));
+
+/** Tell and hear who is at the picture that is open, from now on. */
+export function startPresence() {
+  /** @type {import("../../core/socket.js").Line | null} */
+  let line = null;
+  effect(() => {
+    const id = snapshot.value?.id, name = operatorName.value;
+    line?.hangUp();
+    line = null;
+    others.value = [];
+    if (id && online.value) untracked(() => { line = open(id, name); });
+  });
+
+  /** @param {string} id @param {string} name */
+  function open(id, name) {
+    return openLine(`/drafts/${encodeURIComponent(id)}/stream?name=${encodeURIComponent(name)}`, {
+      told: (now) => {
+        others.value = now.others ?? [];
+        if (now.etag) void lookAgain(now.etag, now.by);
+      },
+      broken: () => { others.value = []; },
+    });
+  }
+}

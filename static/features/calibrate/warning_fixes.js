@@ -1,0 +1,160 @@
+// What a button can do about a warning or a refusal: by its code, the deed in the words of the page.
+import { run } from "../shell/action_table.js";
+import { laid, margin, seen, sheet } from "../compare/comparison.js";
+import { BORDERS, doc, pointsOf } from "../../core/document.js";
+import { activateFeature, remove, select } from "./editing.js";
+import { preview } from "./fitting.js";
+import { words } from "../../core/format.js";
+import { heat, shown } from "../compare/heat.js";
+import { compareModels, ranking, useModel } from "./model_ranking.js";
+import { camera, cameras, field, model, models, region, step } from "../../core/state.js";
+import { version } from "../versions/versions.js";
+import { main } from "../../canvas/viewport.js";
+
+/** @typedef {{ reason?: string, feature?: string | null, index?: number | null }} Trouble @typedef {{ label: string, test: string, run: () => void }} Cure */
+
+const NEAREST = 2; // stage pixels for one of the picture, at least: a place can be seen well
+
+/** @type {Record<string, (trouble: Trouble) => (Cure | null)[]>} */
+const CURES = {
+  "stray-click": (t) => point(t),
+  "duplicate-points": (t) => point(t),
+  "border-extrapolated": ({ feature }) => [click(feature)],
+  "inside-not-checked": () => [click(insideLine())],
+  "height-unknown": () => [enterHeight(), board()],
+  "weakly-determined": () => [nextClick(), enterHeight(), board()],
+  "above-the-carpet": () => [recommended()],
+  "too-few-points": ({ feature }) => [click(feature ?? fewest())],
+  "collinear-points": ({ feature }) => [click(feature ?? fewest())],
+  "lines-not-enough": () => [click(fewest())],
+  "borders-cross": ({ feature }) => [click(feature ?? fewest())],
+  "outside-picture": (t) => point(t),
+  "borders-swapped": () => [turn()],
+  "bad-order": () => [turn()],
+  mirrored: () => [turn()],
+  "no-camera": () => [recommended(), turn()],
+  "implausible-camera": () => [recommended(), enterHeight()],
+  folds: () => [recommended()],
+  "bad-option": () => [options()],
+  "unknown-option": () => [options()],
+  "lens-sigma-unknown": () => [options()],
+  "no-covariance": () => [recommended()],
+  "size-mismatch": () => [picture()],
+  imported: () => [picture()],
+};
+
+/** What can be done about it by a button. @param {Trouble} trouble @returns {Cure[]} */
+export const curesOf = (trouble) => (CURES[trouble.reason ?? ""]?.({ ...trouble, feature: named(trouble.feature) }) ?? []).filter((cure) => cure !== null);
+
+/** A feature by its name, where a refusal says "the left border". @param {string | null | undefined} feature */
+const named = (feature) => BORDERS.find((border) => feature === `the ${border} border`) ?? feature;
+
+/** @param {string | null | undefined} feature @returns {Cure | null} */
+const click = (feature) => (feature ? { label: `Click the ${words(feature).toLowerCase()}${isBorder(feature) ? " border" : ""}`, test: "cure-click", run: () => clickOn(feature) } : null);
+
+/** @param {string} feature */
+const isBorder = (feature) => BORDERS.includes(/** @type {any} */ (feature));
+
+/** To where it can be clicked. @param {string} feature */
+function clickOn(feature) {
+  if (step.value !== "model") step.value = "borders";
+  activateFeature(feature);
+}
+
+/** One point: away with it, or a look at it. @param {Trouble} trouble @returns {(Cure | null)[]} */
+function point({ feature, index }) {
+  if (!feature || index === null || index === undefined || index >= pointsOf(doc.value, feature).length) return [click(feature)];
+  const pick = [{ feature, index }];
+  return [{ label: "Remove this point", test: "remove-stray", run: () => { back(); remove(pick); } }, { label: "Show it", test: "show-stray", run: () => { back(); select(pick); } }];
+}
+
+/** To a step where points are seen. */
+function back() {
+  if (step.value !== "model") step.value = "borders";
+}
+
+/** The border with the fewest points. */
+const fewest = () => BORDERS.toSorted((a, b) => pointsOf(doc.value, a).length - pointsOf(doc.value, b).length)[0];
+
+/** A line or arc inside that is in view and has no click yet; a circle tells most. */
+function insideLine() {
+  const f = field.value, r = region.value;
+  if (!f || !r) return null;
+  const isIn = (/** @type {import("../../core/types").Point} */ [x, y]) => x > r.x[0] && x < r.x[1] && y > r.y[0] && y < r.y[1];
+  const free = (/** @type {string} */ name) => pointsOf(doc.value, name).length === 0;
+  return f.arcs.find((a) => free(a.name) && a.centre[0] >= r.x[0] && a.centre[0] <= r.x[1])?.name
+    ?? f.lines.find((l) => free(l.name) && isIn([(l.from[0] + l.to[0]) / 2, (l.from[1] + l.to[1]) / 2]))?.name
+    ?? Object.entries(f.landmarks).find(([name, spot]) => free(name) && isIn(spot))?.[0] ?? null;
+}
+
+/** @returns {Cure | null} */
+const enterHeight = () => (model.value?.options.some((o) => o.name === "height_mm") ? { label: "Enter camera height…", test: "enter-height", run: () => void toOption("height_mm") } : null);
+
+/** To the field where the cure goes. @param {string} name */
+async function toOption(name) {
+  step.value = "model";
+  await new Promise(requestAnimationFrame); // once it is drawn
+  const input = document.getElementById(`option-${name}`);
+  input?.scrollIntoView({ block: "center" });
+  input?.focus();
+}
+
+/** @returns {Cure} */
+const options = () => ({ label: "Show the options", test: "cure-options", run: () => void toOption(model.value?.options[0]?.name ?? "") });
+/** @returns {Cure | null} */
+const board = () => (model.value?.options.some((o) => o.type === "calibration") ? { label: "Calibrate the lens with a board…", test: "cure-board", run: () => run("board") } : null);
+/** @returns {Cure | null} */
+const turn = () => (region.value ? { label: "Turn the field a quarter", test: "cure-turn", run: () => { step.value = "borders"; run("turn"); } } : null);
+/** @returns {Cure | null} */
+const picture = () => (camera.value ?? cameras.value[0] ? { label: "Take a new picture", test: "cure-picture", run: () => run("take") } : null);
+
+/** The model that is recommended, once they were compared. @returns {Cure | null} */
+function recommended() {
+  const name = ranking.value?.recommended, it = models.value.find((m) => m.name === name);
+  if (it && name && name !== doc.value.model) return { label: `Use ${it.title}`, test: "cure-model", run: () => { step.value = "model"; useModel(name); } };
+  return { label: "Compare the models", test: "cure-compare", run: compareThere };
+}
+
+/** To the models; they are compared by themselves when one comes there. */
+export function compareThere() {
+  if (step.value === "model") compareModels();
+  else step.value = "model";
+}
+
+/** The report whose figures are in sight. */
+const report = () => (sheet.value === main && (step.value === "compare" || step.value === "activate") ? version.value?.report : preview.value?.report);
+
+/** Where one more click helps the worst place most. @returns {Cure | null} */
+export function nextClick() {
+  const next = report()?.next_click;
+  if (!next) return null;
+  return { label: `Click there, on the ${words(next.feature).toLowerCase()}${isBorder(next.feature) ? " border" : ""}`, test: "cure-next-click", run: () => goTo(next) };
+}
+
+/** @param {{ feature: string, point: import("../../core/types").Point }} next */
+function goTo({ feature, point: [x, y] }) {
+  clickOn(feature);
+  main.centre(x, y, NEAREST);
+}
+
+/** The same as a deed of its own. */
+export function goToCure() { nextClick()?.run(); }
+
+/** Bring the worst place of the map into the middle of the stage. */
+export function worstOnStage() {
+  const worst = shown.value?.at.image.at(-1) ?? null, corrected = shown.value?.at.corrected.at(-1) ?? null, here = laid.value;
+  if (seen.value === "corrected" && corrected && here) main.centre(here.x + here.scale * (corrected[0] + margin.value), here.y + here.scale * (corrected[1] + margin.value), NEAREST);
+  else if (worst) main.centre(worst[0], worst[1], NEAREST);
+}
+
+/** What to do about the worst place of the map: the strongest cure first. @returns {{ text: string, cures: Cure[] }} */
+export function worstCure() {
+  const it = report(), map = shown.value;
+  if (!it || !map || map.what !== "expected") return { text: "", cures: [] };
+  const height = it.warnings.find((w) => w.reason === "height-unknown"), next = it.next_click;
+  if (heat.value.atHats && height) return { text: height.fix, cures: curesOf(height) };
+  if (next && next.worst_mm_then < next.worst_mm) {
+    return { text: `One more click on the ${words(next.feature).toLowerCase()} makes the worst place ${next.worst_mm.toFixed(1)} → ${next.worst_mm_then.toFixed(1)} mm${next.z_mm ? " at hat height" : ""}.`, cures: [nextClick()].filter((c) => c !== null) };
+  }
+  return { text: "More clicks near it, or a lens known from a board, make it better.", cures: [click(fewest()), board()].filter((c) => c !== null) };
+}

@@ -1,0 +1,43 @@
+// What can be done to a comparison of raw and corrected, still or live: rows of the table of actions.
+import { hold, pause, swap } from "./blink.js";
+import { look, status } from "../live/camera_page.js";
+import { mode, record, seen } from "./comparison.js";
+import { goToCure, worstOnStage } from "../calibrate/warning_fixes.js";
+import { grid } from "./grid.js";
+import { shown as heatMap } from "./heat.js";
+import { atLive, compare, comparing } from "../../core/state.js";
+import { version } from "../versions/versions.js";
+
+/** @typedef {import("../../core/types").CompareMode} CompareMode */
+
+const isLive = () => atLive.value !== null;
+const has = () => (isLive() ? status.value?.calibration_applied === true : comparing.value && version.value !== null);
+/** Whether both pictures are there. */
+const both = () => record.value !== null;
+
+/** @param {CompareMode} to */
+export function show(to) {
+  if (isLive()) look.value = { ...look.value, view: to };
+  else compare.value = { ...compare.value, mode: to };
+}
+
+/** @type {{ id: CompareMode, label: string, short: string, key: string }[]} */
+const MODES = [
+  { id: "raw", label: "Show the raw picture", short: "Raw", key: "r" },
+  { id: "wipe", label: "Wipe between raw and corrected", short: "Wipe", key: "w" },
+  { id: "corrected", label: "Show the corrected picture", short: "Corrected", key: "c" },
+  { id: "side", label: "Show raw and corrected side by side", short: "Side", key: "s" },
+  { id: "blink", label: "Blink between raw and corrected", short: "Blink", key: "k" },
+];
+
+/** @type {import("../shell/action_table.js").Action[]} */
+export const COMPARE_ACTIONS = [
+  ...MODES.map(({ id, label, short, key }) => ({ id, label, short, keys: [key], group: "Compare", run: () => show(id), enabled: has, pressed: () => mode.value === id })),
+  { id: "flip", label: "Show the other picture while the key is held", keys: ["f"], group: "Compare", run: (event) => hold(event), enabled: () => both() && seen.value !== "side" && seen.value !== "wipe" },
+  { id: "swap", label: "Swap the two pictures once", short: "Swap", keys: ["j"], group: "Compare", run: swap, enabled: () => both() && mode.value === "blink" },
+  { id: "blink-pause", label: "Let them blink, or stop it", short: "Pause", keys: ["u"], group: "Compare", run: pause, enabled: () => both() && mode.value === "blink" },
+  { id: "grid", label: "Lay a grid of field millimetres over both pictures", short: "Grid", keys: ["g"], group: "Compare",
+    run: () => { grid.value = { ...grid.value, on: !grid.value.on }; }, enabled: both, pressed: () => grid.value.on },
+  { id: "worst-place", label: "Show the worst place of the map", short: "Show the worst place", keys: ["x"], group: "Compare", run: worstOnStage, enabled: () => heatMap.value !== null },
+  { id: "cure-worst", label: "Go where one more click helps the worst place most", short: "Click there…", group: "Compare", run: goToCure, enabled: () => heatMap.value?.what === "expected" },
+];

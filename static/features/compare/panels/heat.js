@@ -1,0 +1,63 @@
+// The words beside a map of millimetres: its scale, its figures, what else it can show, and why there is none.
+import { ACTIONS, run } from "../../shell/action_table.js";
+import { compareThere, worstCure } from "../../calibrate/warning_fixes.js";
+import { arrows } from "../residual_arrows.js";
+import { dayAndTime, mm, number } from "../../../core/format.js";
+import { differenceFrom, hatMm, heat, isHot, notShown, others, shown } from "../heat.js";
+import { html } from "../../../core/html.js";
+import { STOPS } from "../../../canvas/layers/heat.js";
+import { models } from "../../../core/state.js";
+import { version, versions } from "../../versions/versions.js";
+import { ActionButton } from "../../../ui/toolbar.js";
+import { Title } from "../../../ui/title.js";
+
+/** On the stage, while a map is wanted. */
+export function HeatLegend() {
+  if (!isHot.value) return null;
+  const { what } = heat.value, map = shown.value, why = notShown.value;
+  return html`<section class="legend" data-off-stage data-testid="legend" aria-label="Scale of the map">
+    <h2>${what === "expected" ? "Expected error" : `Version ${version.value?.version} from version ${numberOf(heat.value.other)}`}</h2>
+    ${map && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${map.top} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
+      <div>${[0, 0.5, 1].map((share) => html`<span key=${share}>${tick(share * map.top)}${share === 1 ? " mm" : ""}</span>`)}</div></div>`}
+    ${why ? html`<p data-testid="no-map"><b>${why.detail}</b> ${why.fix} <button type="button" data-testid="no-map-cure" onClick=${compareThere}>Compare the models</button></p>` : !map && html`<p class="dim">The server computes it…</p>`}
+    ${what === "expected" && html`<div class="switch" role="group" aria-label="Where"><${Height} atHats=${false} label="Carpet"/><${Height} atHats=${true} label=${`Hats, ${hatMm.value} mm`}/></div>`}
+  </section>`;
+}
+
+/** @param {{ atHats: boolean, label: string }} props */
+const Height = ({ atHats, label }) => html`<button type="button" data-testid=${`height-${atHats ? "hats" : "carpet"}`} aria-pressed=${heat.value.atHats === atHats}
+  onClick=${() => { if (heat.value.atHats !== atHats) run("heat-height"); }}>${label}</button>`;
+
+/** 0, 1.5, 3: no more digits than the scale has. @param {number} value */
+const tick = (value) => String(Number(value.toPrecision(2)));
+
+/** In the compare step: what can be laid over the picture, with its figures. */
+export function HeatPanel() {
+  const { what } = heat.value, map = shown.value, before = others.value;
+  return html`<section aria-label="Over the field"><${Title} of="map">Over the field<//>
+    <div class="line"><${ActionButton} id="heat" label=${what === "expected" ? "Hide expected error" : "Show expected error"}/>
+      <${ActionButton} id="arrows" label=${arrows.value.on ? "Hide residual arrows" : "Show residual arrows"}/></div>
+    ${map?.what === "expected" && html`<p class="reason" data-testid="heat-figures">${map.z_mm ? `At hat height, ${map.z_mm} mm` : "On the carpet"}: median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>.</p><${Worst}/>`}
+    ${before.length > 0 && html`<label class="pair tall other"><span>Difference from</span><select data-testid="other" value=${what === "difference" ? heat.value.other : ""}
+        onChange=${(/** @type {any} */ e) => (e.target.value ? differenceFrom(e.target.value) : run("difference"))}>
+      <option value="">${what === "difference" ? "Hide it" : ACTIONS.get("difference")?.short}</option>
+      ${before.map((v) => html`<option key=${v.id} value=${v.id}>Version ${v.version}, ${titleOf(v.model.name)}, ${dayAndTime(v.created_at)}</option>`)}</select></label>`}
+    ${map?.what === "difference" && html`<p class="reason" data-testid="heat-figures">Median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>. In the picture <b>${number(map.rms_px, 2)} px</b> rms, worst <b>${number(map.max_px, 2)} px</b>.</p><${Worst}/>`}
+  </section>`;
+}
+
+/** The worst place: to it, and what to do there. */
+function Worst() {
+  const { text, cures } = worstCure();
+  return html`<div class="worst-cure" data-testid="worst-cure">${text && html`<p class="reason">${text}</p>`}<div class="line"><${ActionButton} id="worst-place"/>
+    ${cures.map((cure) => html`<button key=${cure.test} type="button" data-testid=${cure.test} onClick=${cure.run}>${cure.label}</button>`)}</div></div>`;
+}
+
+/** @param {import("../../../core/types").Point} place */
+const place = ([x, y]) => `${number(x, 0)}, ${number(y, 0)} mm`;
+
+/** @param {string} name */
+const titleOf = (name) => models.value.find((m) => m.name === name)?.title ?? name;
+
+/** @param {string | null} id */
+const numberOf = (id) => versions.value.find((v) => v.id === id)?.version ?? "–";

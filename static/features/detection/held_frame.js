@@ -1,0 +1,134 @@
+// A held frame: the picture stands while colours are clicked and stages are turned, and it is seen again at each change.
+import { computed, effect, signal } from "@preact/signals";
+import { address, call, request } from "../../core/api.js";
+import { refused } from "../calibrate/fitting.js";
+import { listens, newest, settled, shown, told } from "./detection.js";
+import { fields, tellError } from "../../core/state.js";
+
+/** @typedef {import("./types").SeenFrame} SeenFrame @typedef {import("./types").Still} Still @typedef {import("./types").Clip} Clip */
+
+const FILLED = 0.9, SOME_FIELD_MM = 5000; // of the picture by the field, about, where no calibration tells sizes
+const KEY = "touchline.held"; // a reload of this tab shows the same frame
+
+/** @type {Still | null} */
+let before = null;
+try { before = JSON.parse(sessionStorage.getItem(KEY) ?? "null"); } catch { /* what is kept there is none */ }
+const held = signal(before);
+/** Whether a frame is being taken. */
+export const taking = signal(false);
+/** The frame that is held before the camera that is shown. */
+export const still = computed(() => (held.value && held.value.camera === shown.value?.id ? held.value : null));
+/** What was found in it; null until then. */
+const found = signal(/** @type {SeenFrame | null} */ (null));
+/** Why nothing was. */
+export const stillRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+/** Which frame that is. */
+const answered = signal("");
+/** Whether the held frame has been seen, be it in vain. */
+export const isSeen = computed(() => still.value !== null && answered.value === frameOf(still.value));
+/** What is seen now: in the held frame, or in the newest. */
+export const seen = computed(() => (still.value ? found.value : newest.value));
+
+/** Take the frame of now and hold it; when one is held already, the next one. */
+export async function hold() {
+  const camera = shown.value?.id;
+  if (!camera || taking.value) return;
+  taking.value = true;
+  try {
+    const { id, width, height } = await call("POST", "/snapshots", { camera, purpose: "seeing" });
+    found.value = null;
+    keep({ camera, id, width, height, clip: null, number: 0 });
+  } catch (error) {
+    tellError(error);
+  } finally {
+    taking.value = false;
+  }
+}
+
+export const letGo = () => keep(null);
+
+/** One frame of a clip. @param {Clip} clip @param {number} number counted from 0 */
+export const holdOf = (clip, number) => keep({ camera: clip.camera, id: "", width: clip.width, height: clip.height, clip, number: Math.min(Math.max(number, 0), clip.frames - 1) });
+
+/** @param {Still} it */
+const frameOf = (it) => (it.clip ? `/clips/${it.clip.clip}/frames/${it.number}` : `/snapshots/${it.id}`);
+
+/** The held frame as it was taken. @param {Still} it */
+export const pictureOf = (it) => address(it.clip ? `${frameOf(it)}.jpg` : `${frameOf(it)}/image.jpg`);
+
+/** The held frame as a snapshot, which colours are taught from; null: none is held. @returns {Promise<string | null>} */
+export async function asSnapshot() {
+  const it = still.value;
+  if (!it || it.id) return it?.id ?? null;
+  const body = new FormData();
+  body.append("file", await (await request("GET", `${frameOf(it)}.jpg`)).blob(), "frame.jpg");
+  body.append("camera", it.camera);
+  body.append("purpose", "seeing");
+  const { id } = await (await request("POST", "/snapshots", { body })).json();
+  if (still.value === it) held.value = { ...it, id };
+  return id;
+}
+
+/** @param {Still | null} next */
+function keep(next) {
+  held.value = next;
+  try { sessionStorage.setItem(KEY, JSON.stringify(next)); } catch { /* a reload then shows the camera live */ }
+}
+
+/** How large a pixel is, about, from the field that the camera is said to show. @param {Still} it */
+function guessed(it) {
+  const of = shown.value, field = fields.value.find((f) => f.name === of?.field), part = of?.region ? field?.regions[of.region] : undefined;
+  const across = part ? Math.hypot(part.width_mm, part.height_mm) : field ? Math.hypot(field.length_mm, field.width_mm) : 0;
+  return (across / FILLED || SOME_FIELD_MM) / Math.hypot(it.width, it.height);
+}
+
+/** What the server is asked about the held frame, null while that is not known: a clip's is seen by what the camera keeps, a snapshot with all that is told. @type {import("@preact/signals").ReadonlySignal<any>} */
+export const asked = computed(() => {
+  const it = still.value, now = told.value, calibration = shown.value?.active_calibration ?? null;
+  if (!it || !now) return null;
+  if (it.clip) return { frame: frameOf(it), by: [now.plan, now.profile, shown.value?.active_calibration] };
+  const { name, title, stages, corrected = false } = now.plan;
+  return { snapshot: it.id, stages: { name, title, stages, ...(corrected && calibration ? { corrected } : {}) }, colours: now.profile, calibration, ...(calibration ? {} : { mm_per_px: guessed(it) }) };
+});
+
+/** The picture that a stage made of the held frame; its address is to be revoked. @param {any} body as asked @param {string} stage @param {AbortSignal} stop */
+export async function stagePicture(body, stage, stop) {
+  if (body.frame) await settled();
+  const response = await (body.frame ? request("GET", `${body.frame}.jpg?stage=${stage}`, { stop }) : request("POST", `/detections/picture.jpg?stage=${stage}`, { json: body, stop }));
+  return URL.createObjectURL(await response.blob());
+}
+
+/** See the held frame, now and whenever something is changed. */
+export function startHeld() {
+  const wish = computed(() => JSON.stringify(asked.value));
+  effect(() => { listens.value = !still.value; });
+  effect(() => {
+    const body = JSON.parse(wish.value);
+    if (!body) return undefined;
+    const stop = new AbortController();
+    void look(body, stop.signal);
+    return () => stop.abort();
+  });
+}
+
+/** @param {any} body as asked @param {AbortSignal} stop */
+async function look(body, stop) {
+  try {
+    if (body.frame) {
+      await settled();
+      found.value = await (await request("GET", body.frame, { stop })).json();
+      stillRefusal.value = null;
+      return;
+    }
+    const it = await (await request("POST", "/detections", { json: body, stop })).json();
+    const stages = Object.entries(it.took_ms).map(([name, ms]) => ({ name, ms: Number(ms) }));
+    found.value = { seq: 0, width: it.image_size[0], height: it.image_size[1], calibration: body.calibration, items: it.detections, stages, ms: stages.reduce((sum, s) => sum + s.ms, 0), notes: it.notes, fps: 0 };
+    stillRefusal.value = null;
+  } catch (error) {
+    if (stop.aborted) return;
+    found.value = null;
+    stillRefusal.value = refused(error);
+  } finally {
+    if (!stop.aborted) answered.value = body.frame ?? `/snapshots/${body.snapshot}`;
+  }
+}

@@ -1,0 +1,50 @@
+// All long work on the server: heard on one line that is opened again whenever it breaks.
+import { computed, signal } from "@preact/signals";
+import { call } from "../../core/api.js";
+import { many } from "../../core/format.js";
+import { openLine } from "../../core/socket.js";
+import { tellError } from "../../core/state.js";
+
+/** @typedef {import("../../core/page_types").JobInList} JobInList */
+
+/** Newest first; null before anything was heard. */
+export const jobs = signal(/** @type {JobInList[] | null} */ (null));
+/** Whether the list is of now: the line stands. */
+export const hearing = signal(false);
+
+/** @param {JobInList} job */
+export const isOver = (job) => job.state === "done" || job.state === "failed" || job.state === "cancelled";
+export const running = computed(() => (jobs.value ?? []).filter((job) => !isOver(job)));
+
+/** What a kind of work is called. @type {Record<string, string>} */
+export const KINDS = {
+  calibration: "Fitting a calibration", comparison: "Comparing the models", board: "Finding a lens from a board", straightness: "Judging straight edges", motion: "Judging rolls",
+  pair: "Geometry of two cameras", auto: "Calibrating without clicks", register: "Registering a pose anew", check: "Checking a calibration", batch: "A whole archive of pictures",
+};
+
+export const jobsStanding = computed(() => {
+  const now = running.value.length;
+  return { action: "back", label: "Back", missing: "", done: now === 0, sentence: !hearing.value ? "The server does not answer; this is what was known last."
+    : now ? `${many(now, "job")} at work or waiting. You may go on with anything else meanwhile.` : "Nothing is at work." };
+});
+
+/** Hear of all jobs from now on. */
+export function startJobs() {
+  openLine("/jobs/stream", {
+    told: (now) => {
+      if (!("items" in now)) return;
+      jobs.value = now.items;
+      hearing.value = true;
+    },
+    broken: () => { hearing.value = false; },
+  });
+}
+
+/** @param {string} id */
+export async function cancelJob(id) {
+  try {
+    await call("DELETE", `/jobs/${id}`);
+  } catch (error) {
+    tellError(error);
+  }
+}

@@ -1,0 +1,83 @@
+// What the desks share, a board's and that of straight edges: pictures that are uploaded and listed, and long work on them.
+import { computed, signal } from "@preact/signals";
+import { Away, call, request } from "../../core/api.js";
+import { refused } from "../calibrate/fitting.js";
+import { Stopped } from "../../core/jobs.js";
+import { tellError } from "../../core/state.js";
+
+const AT_ONCE = 2; // uploads
+
+/** @typedef {import("../../core/types").DeskPicture} DeskPicture */
+
+/** A desk's pictures. @param {DeskPicture[]} before @param {"board" | "straight"} purpose @param {() => void} changed keeps the list over a reload */
+export function pictureList(before, purpose, changed) {
+  const pictures = signal(before);
+  const uploading = computed(() => pictures.value.some((p) => p.state === "waiting" || p.state === "uploading"));
+  const ready = computed(() => pictures.value.filter((p) => p.state === "kept"));
+  /** @param {DeskPicture[]} next */
+  const set = (next) => { pictures.value = next; changed(); };
+  /** @param {string} key @param {Partial<DeskPicture>} changes */
+  const mark = (key, changes) => set(pictures.value.map((p) => (p.key === key ? { ...p, ...changes } : p)));
+
+  /** @param {string} key @param {File} file */
+  async function send(key, file) {
+    if (!pictures.value.some((p) => p.key === key)) return; // removed while it waited
+    mark(key, { state: "uploading" });
+    const body = new FormData();
+    body.append("file", file, file.name);
+    body.append("purpose", purpose);
+    try {
+      mark(key, { state: "kept", id: (await (await request("POST", "/snapshots", { body })).json()).id });
+    } catch (error) {
+      const { message, fix = "" } = /** @type {{ message: string, fix?: string }} */ (error);
+      mark(key, { state: "refused", why: `${message} ${fix}` });
+    }
+  }
+
+  return {
+    pictures, uploading, ready,
+    /** Upload pictures, a few at a time. @param {Iterable<File>} files */
+    async add(files) {
+      const waiting = [...files].map((file) => ({ file, key: `${file.name}-${crypto.getRandomValues(new Uint32Array(1))[0]}` }));
+      pictures.value = [...pictures.value, ...waiting.map(({ file, key }) => /** @type {DeskPicture} */ ({ key, name: file.name, state: "waiting", id: "", why: "" }))];
+      const upload = async () => {
+        for (let next = waiting.shift(); next; next = waiting.shift()) await send(next.key, next.file);
+      };
+      await Promise.all(Array.from({ length: AT_ONCE }, upload));
+    },
+    /** One more, from a camera. @param {string} camera */
+    async take(camera) {
+      try {
+        const { id } = await call("POST", "/snapshots", { camera, purpose });
+        set([...pictures.value, { key: id, name: `Picture ${pictures.value.length + 1}`, state: "kept", id, why: "" }]);
+      } catch (error) {
+        tellError(error);
+      }
+    },
+    /** One that the server has already. @param {DeskPicture} picture */
+    keep: (picture) => set([...pictures.value, picture]),
+    /** @param {string} key */
+    remove: (key) => set(pictures.value.filter((p) => p.key !== key)),
+    clear: () => set([]),
+  };
+}
+
+/** Work that takes a while: how far it is, the way to stop it, and why it was refused. */
+export function longWork() {
+  const search = signal(/** @type {{ progress: number, message: string, stop: AbortController } | null} */ (null));
+  const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+  /** @param {(stop: AbortSignal, told: (job: import("../../core/types").Job) => void) => Promise<any>} work @param {(result: any) => unknown} done */
+  async function watch(work, done) {
+    const stop = new AbortController();
+    search.value = { progress: 0, message: "", stop };
+    refusal.value = null;
+    try {
+      await done(await work(stop.signal, ({ progress, message }) => { search.value = { progress, message, stop }; }));
+    } catch (error) {
+      if (!(error instanceof Stopped)) refusal.value = error instanceof Away ? { detail: error.message, fix: "Try again when it is back." } : refused(error);
+    } finally {
+      search.value = null;
+    }
+  }
+  return { search, refusal, watch };
+}

@@ -1,0 +1,23 @@
+// All cameras, live, as cards: how each is, and the way to a picture of it.
+import { useEffect } from "preact/hooks";
+import { openForm, openLive } from "../camera_page.js";
+import { html } from "../../../core/html.js";
+import { LiveView } from "../layers/live_view.js";
+import { follow } from "../camera_status.js";
+import { takePicture } from "../../calibrate/pictures.js";
+import { busy, cameras, fields } from "../../../core/state.js";
+import { DriftWords } from "../../drift/panels/drift.js";
+import { Title } from "../../../ui/title.js";
+
+const CARD_PX = 480, CARD_FPS = 8; // enough to see what goes on; the desk shows every frame
+
+export function Cameras() {
+  const ids = cameras.value.map((c) => c.id).join(" ");
+  useEffect(() => (ids ? follow(ids.split(" ")) : undefined), [ids]);
+  return html`<section aria-label="Cameras"><${Title} of="cameras">${cameras.value.length ? "Take a picture with a camera" : "Cameras"}<//>
+    <ul class="cards cameras">${cameras.value.map(({ id, name, field }) => html`<li key=${id} class="card">
+      <button type="button" class="looked" data-testid=${`look-at-${id}`} onClick=${() => openLive(id)}><span class="sr">Look at </span><${LiveView} id=${id} name=${name} width=${CARD_PX} fps=${CARD_FPS}/></button>
+      <b>${name}</b><small>${fields.value.find((f) => f.name === field)?.title ?? field ?? "no field said"}</small><${DriftWords} id=${id}/>
+      <button type="button" data-testid=${`camera-${id}`} aria-label=${`Take a picture with ${name}`} disabled=${busy.value !== ""} onClick=${() => void takePicture(id)}>Take a picture</button></li>`)}
+      <li><button type="button" class="card add" data-testid="add-camera" onClick=${() => void openForm(null)}><b>Add a camera…</b><small>network, USB, industrial, a video, or a simulated one</small></button></li></ul></section>`;
+}

@@ -1,0 +1,80 @@
+// Decodes a camera's stream on a canvas of its own, away from the page: what arrives is drawn at once, and nothing queues.
+import { read, rows } from "./timecode.js";
+
+/** @type {OffscreenCanvas} */ let canvas;
+/** @type {OffscreenCanvas | undefined} of the corrected half, where the two are drawn apart */ let second;
+/** @type {OffscreenCanvasRenderingContext2D | null} */ let pen = null;
+/** @type {WebSocket | null} */ let socket = null;
+let address = "", wait_ms = 0, again = 0, decoding = false, timed = false;
+/** @type {ArrayBuffer | null} */ let newest = null;
+const FIRST_WAIT_MS = 250, LONGEST_WAIT_MS = 4000;
+
+addEventListener("message", ({ data }) => {
+  if (data.canvases) {
+    [canvas, second] = data.canvases;
+    pen = canvas.getContext("2d", { alpha: false });
+  }
+  if (data.timed !== undefined) timed = data.timed; // tell when the picture itself says it was taken
+  if (data.address !== undefined && data.address !== address) connect(data.address);
+});
+
+/** Follow another stream; "" none. @param {string} to */
+function connect(to) {
+  address = to;
+  clearTimeout(again);
+  socket?.close();
+  socket = null;
+  newest = null;
+  if (!to) return;
+  const here = new WebSocket(to);
+  socket = here;
+  here.binaryType = "arraybuffer";
+  here.addEventListener("message", ({ data }) => {
+    if (here !== socket) return;
+    if (typeof data === "string") { postMessage({ problem: JSON.parse(data) }); return; }
+    here.send(""); // the next one may come: this one is taken
+    wait_ms = 0;
+    newest = data;
+    if (!decoding) void show();
+  });
+  here.addEventListener("close", () => {
+    if (here !== socket) return;
+    socket = null;
+    wait_ms = Math.min(LONGEST_WAIT_MS, wait_ms ? 2 * wait_ms : FIRST_WAIT_MS);
+    postMessage({ closed: true });
+    again = setTimeout(() => { if (address === to) connect(to); }, wait_ms);
+  });
+}
+
+/** The time in the picture that was drawn. */
+function taken() {
+  const { top, height } = rows(canvas.width);
+  return pen ? read(pen.getImageData(0, top, canvas.width, height)) : null;
+}
+
+/** One part of a picture on a canvas of its size. @param {OffscreenCanvas} on @param {ImageBitmap} picture @param {import("../../core/types").Half} half */
+function part(on, picture, { x, y, width, height }) {
+  if (on.width !== width || on.height !== height) Object.assign(on, { width, height });
+  on.getContext("2d", { alpha: false })?.drawImage(picture, x, y, width, height, 0, 0, width, height);
+}
+
+/** Draw the newest message, then the one that came meanwhile. */
+async function show() {
+  decoding = true;
+  while (newest) {
+    const message = newest;
+    newest = null;
+    const length = new DataView(message).getUint32(0, true);
+    const head = JSON.parse(new TextDecoder().decode(new Uint8Array(message, 4, length)));
+    try {
+      const picture = await createImageBitmap(new Blob([new Uint8Array(message, 4 + length)], { type: "image/jpeg" }));
+      if (second && head.halves) {
+        part(canvas, picture, head.halves.raw);
+        part(second, picture, head.halves.corrected);
+      } else part(canvas, picture, { x: 0, y: 0, width: picture.width, height: picture.height });
+      picture.close();
+      postMessage({ head, age_ms: Date.now() - 1000 * head.time, ...(timed ? { shown_ms: Date.now(), taken_ms: taken() } : {}) });
+    } catch { /* a part that is no picture: the next one is */ }
+  }
+  decoding = false;
+}

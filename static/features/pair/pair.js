@@ -1,0 +1,198 @@
+// Two cameras that see the same: which pictures, which calibrations, and the matches that were clicked in both.
+// They are kept in this browser, a document for each pair of pictures: a draft on the server is of one picture.
+import { batch, computed, effect, signal, untracked } from "@preact/signals";
+import { call, request } from "../../core/api.js";
+import { atBoard } from "../board/board.js";
+import { many } from "../../core/format.js";
+import { createHistory, same } from "../../core/history.js";
+import { turns } from "../../core/latest_wins.js";
+import { atPair, atStraight, busy, cameras, help, notices, snapshot, snapshots, tell, tellError } from "../../core/state.js";
+import { createView } from "../../canvas/viewport.js";
+
+const LAST = "touchline.pair"; // the two pictures that were compared last
+const MARGIN = { top: 10, side: 10, bottom: 10 };
+export const ENOUGH = 12; // matches: seven numbers are fitted, the others bear them out
+
+/** @typedef {import("./types").Side} Side @typedef {import("./types").Match} Match @typedef {import("./types").PairDoc} PairDoc */
+
+/** @type {Side[]} */
+export const SIDES = ["a", "b"];
+/** @type {PairDoc} */
+const EMPTY = { matches: [], calibrations: { a: null, b: null } };
+
+export const pair = createHistory(EMPTY);
+export const pictures = signal(/** @type {Record<Side, import("../../core/types").Snapshot | null>} */ ({ a: null, b: null }));
+/** Versions that each picture could have been taken with, newest first. */
+export const suited = signal(/** @type {Record<Side, import("../../core/types").Calibration[]>} */ ({ a: [], b: [] }));
+export const views = { a: createView(MARGIN), b: createView(MARGIN) };
+/** Where the keys work. */
+export const side = signal(/** @type {Side} */ ("a"));
+export const chosen = signal(/** @type {{ side: Side, index: number } | null} */ (null));
+export const pointed = signal(/** @type {{ side: Side, x: number, y: number, touch: boolean, down: boolean } | null} */ (null));
+/** How high the next points lie, mm; null: not known. */
+export const nextHeight = signal(/** @type {number | null} */ (0));
+
+export const both = computed(() => pictures.value.a !== null && pictures.value.b !== null);
+export const complete = computed(() => pair.doc.value.matches.filter((m) => m.a && m.b).length);
+
+/** @param {Side} s @returns {Side} */
+export const other = (s) => (s === "a" ? "b" : "a");
+/** @param {Side} s */
+export const called = (s) => (s === "a" ? "left" : "right");
+
+/** What is proposed while nobody has chosen: the one that is active for the picture's camera, else one made from the picture. @param {Side} s */
+function proposed(s) {
+  const picture = pictures.value[s], all = suited.value[s];
+  return (picture?.camera ? all.find((c) => c.active && c.camera === picture.camera) : null) ?? all.find((c) => c.snapshot === picture?.id) ?? null;
+}
+
+/** Each picture's calibration: the operator's choice, else the proposal. "" is the choice of none. */
+export const calibrations = computed(() => {
+  const of = (/** @type {Side} */ s) => {
+    const id = pair.doc.value.calibrations[s];
+    return id === null ? proposed(s) : suited.value[s].find((c) => c.id === id) ?? null;
+  };
+  return { a: of("a"), b: of("b") };
+});
+
+/** How high a robot's hat is over the field of the pair, mm; null while no calibration says which field it is. */
+export const hatMm = computed(() => {
+  const it = calibrations.value.a ?? calibrations.value.b;
+  return it ? it.field_definition.hat_height_mm ?? 150 : null; // kept before fields said so: the largest league
+});
+
+/** What the next click makes: the second point of a match that waits for it, else a new match. */
+export const wanted = computed(() => {
+  const { matches } = pair.doc.value, waits = (/** @type {Match | undefined} */ m) => m && !(m.a && m.b);
+  const index = chosen.value && waits(matches[chosen.value.index]) ? chosen.value.index : matches.findIndex(waits);
+  return index < 0 ? { index: matches.length, side: /** @type {Side} */ ("a"), isNew: true } : { index, side: /** @type {Side} */ (matches[index].a ? "b" : "a"), isNew: false };
+});
+
+effect(() => { if (atBoard.value || atStraight.value || snapshot.value) atPair.value = false; }); // at one place at a time
+
+/** @param {string} a @param {string} b */
+const key = (a, b) => `${LAST}.${a}.${b}`;
+
+const wishes = turns();
+
+/** Go to the pair: to these two pictures, else to those that were compared last. @param {string} [a] @param {string} [b] */
+export async function openPair(a, b) {
+  const [lastA, lastB] = read(LAST) ?? [];
+  const wantedIds = a || b ? [a, b] : [lastA, lastB], isNewest = wishes.begin();
+  batch(() => { atPair.value = true; atBoard.value = false; atStraight.value = false; help.value = ""; });
+  const found = await Promise.all(wantedIds.map((id) => (id ? call("GET", `/snapshots/${encodeURIComponent(id)}`).catch(() => gone(Boolean(a || b))) : null)));
+  if (atPair.value && isNewest()) show({ a: found[0] ?? null, b: found[1] ?? null }); // else others were chosen meanwhile
+}
+
+/** @param {boolean} wasAsked */
+function gone(wasAsked) {
+  if (wasAsked) tell({ level: "warn", text: "A picture of this address cannot be opened.", fix: "Choose another one." });
+  return null;
+}
+
+/** Show two pictures, with what was clicked in them. @param {Record<Side, import("../../core/types").Snapshot | null>} next */
+function show(next) {
+  wishes.begin();
+  const kept = next.a && next.b ? read(key(next.a.id, next.b.id)) : null;
+  batch(() => {
+    pictures.value = next;
+    chosen.value = null;
+    pair.load({ ...EMPTY, ...kept });
+  });
+  write(LAST, [next.a?.id ?? null, next.b?.id ?? null]);
+  for (const s of SIDES) {
+    views[s].fit(next[s]);
+    void listSuited(s);
+  }
+}
+
+/** @param {Side} s @param {import("../../core/types").Snapshot | null} picture */
+export const setPicture = (s, picture) => show({ ...pictures.value, [s]: picture });
+
+/** @param {Side} s @param {string} camera */
+export const takeFor = (s, camera) => bring(s, "Taking a picture…", () => call("POST", "/snapshots", { camera }));
+
+/** Which picture the files are for that come next; null: the one that is missing. */
+export const filesFor = { side: /** @type {Side | null} */ (null) };
+
+/** Files for one picture, and the second file for the other. @param {Iterable<File>} files */
+export async function openFiles(files) {
+  let s = filesFor.side ?? (pictures.value.a && !pictures.value.b ? "b" : "a");
+  filesFor.side = null;
+  for (const file of [...files].slice(0, 2)) {
+    const body = new FormData();
+    body.append("file", file, file.name);
+    await bring(s, `Opening ${file.name}…`, async () => (await request("POST", "/snapshots", { body })).json());
+    s = other(s);
+  }
+}
+
+/** @param {Side} s @param {string} doing @param {() => Promise<import("../../core/types").Snapshot>} fetchIt */
+async function bring(s, doing, fetchIt) {
+  if (busy.value) return;
+  busy.value = doing;
+  try {
+    const picture = await fetchIt();
+    notices.value = [];
+    snapshots.value = [picture, ...snapshots.value.filter((it) => it.id !== picture.id)];
+    setPicture(s, picture);
+  } catch (error) {
+    tellError(error);
+  } finally {
+    busy.value = "";
+  }
+}
+
+/** @param {Side} s */
+async function listSuited(s) {
+  const picture = pictures.value[s];
+  try {
+    const found = picture ? (await call("GET", `/calibrations?limit=50${picture.camera ? `&camera=${encodeURIComponent(picture.camera)}` : ""}`)).items : [];
+    if (pictures.value[s]?.id !== picture?.id) return;
+    suited.value = { ...suited.value, [s]: found.filter((/** @type {import("../../core/types").Calibration} */ c) => picture && String(c.image_size) === `${picture.width},${picture.height}`) };
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+/** Where a picture comes from, in words. @param {Side} s */
+export const sourceOf = (s) => cameras.value.find((c) => c.id === pictures.value[s]?.camera)?.name ?? "Picture from a file";
+
+/** What is missing, in one sentence. */
+export const missing = computed(() => {
+  const { matches } = pair.doc.value, next = wanted.value, some = calibrations.value.a !== null && calibrations.value.b !== null;
+  const lacking = SIDES.find((s) => !pictures.value[s]);
+  if (lacking) return `Choose the ${called(lacking)} picture.`;
+  if (!next.isNew) return `Click point ${next.index + 1} in the ${called(next.side)} picture too.`;
+  if (some || complete.value >= ENOUGH) return "";
+  if (!matches.length) return "Click something in the left picture, then the same thing in the right one.";
+  return `Match ${many(ENOUGH - complete.value, "more thing")}, some of them above the carpet.`;
+});
+
+/** Keep every change in this browser, and follow another tab that works on the same two pictures. */
+export function startPair() {
+  effect(() => {
+    const { a, b } = pictures.value, document = pair.doc.value;
+    if (a && b && !pair.dragging.value) untracked(() => { if (!same(document, { ...EMPTY, ...read(key(a.id, b.id)) })) write(key(a.id, b.id), document); });
+  });
+  addEventListener("storage", (event) => {
+    const { a, b } = pictures.value;
+    if (a && b && event.key === key(a.id, b.id) && event.newValue && !pair.dragging.value) pair.change({ ...EMPTY, ...JSON.parse(event.newValue) });
+  });
+}
+
+/** @param {string} name */
+function read(name) {
+  try {
+    return JSON.parse(localStorage.getItem(name) ?? "null");
+  } catch { return null; }
+}
+
+/** @param {string} name @param {unknown} value */
+function write(name, value) {
+  try {
+    localStorage.setItem(name, JSON.stringify(value));
+  } catch {
+    tell({ level: "warn", text: "This browser keeps nothing for this page: matches would be lost by a reload.", fix: "Allow it to store data, or free some room." });
+  }
+}

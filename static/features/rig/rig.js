@@ -1,0 +1,156 @@
+// A rig: cameras that share a field. Which one is open, its stitched picture, how far its cameras are apart, refitting.
+import { computed, effect, signal, untracked } from "@preact/signals";
+import { address, call, request } from "../../core/api.js";
+import { longWork } from "../lens_pictures/picture_upload.js";
+import { refused } from "../calibrate/fitting.js";
+import { many } from "../../core/format.js";
+import { follow, workFor } from "../../core/jobs.js";
+import { openPage, page } from "../../core/page.js";
+import { cameras, fields, tell, tellError } from "../../core/state.js";
+
+/** @typedef {import("./types").Rig} Rig @typedef {import("./types").Checked} Checked @typedef {import("./types").Stitched} Stitched @typedef {import("./types").Draft} Draft */
+
+const WIDTH_PX = 1200;
+const AGAIN_MS = 2500, TRIES = 12; // for cameras that are waking up
+
+export const rigs = signal(/** @type {Rig[]} */ ([]));
+export const stitched = signal(/** @type {{ of: string, told: Stitched | null, refusal: import("../../core/types").Refusal | null, at: number } | null} */ (null));
+/** The newest check, and of which rig it was. */
+export const checked = signal(/** @type {{ of: string, found: Checked } | null} */ (null));
+export const plane = signal(/** @type {"carpet" | "hat"} */ ("carpet"));
+export const showMap = signal(true);
+export const draft = signal(/** @type {Draft} */ ({ name: "", title: "", field: "", cameras: [] }));
+export const draftRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+export const { search, refusal, watch } = longWork();
+
+const name = computed(() => (page.value?.name === "rig" ? page.value.argument : null));
+export const rig = computed(() => rigs.value.find((r) => r.name === name.value) ?? null);
+export const found = computed(() => (checked.value && checked.value.of === name.value ? checked.value.found : null));
+/** Cameras that have other rectangles than the rig. */
+export const others = computed(() => (rig.value?.cameras ?? []).filter((c) => c.troubles.some((t) => t.reason === "other-rectangles")));
+/** The pair whose cameras are furthest apart on the plane that is shown. */
+export const worst = computed(() => {
+  const known = (found.value?.pairs ?? []).flatMap((p) => { const at = p.agreement?.[plane.value]; return at ? [{ pair: p, at }] : []; });
+  return known.reduce((/** @type {typeof known[0] | null} */ best, it) => (!best || it.at.max_mm > best.at.max_mm ? it : best), null);
+});
+
+/** Where the operator stands, and the next thing to do. */
+export const rigStanding = computed(() => {
+  const it = rig.value;
+  if (!name.value) return { action: "make-rig", label: "Make the rig", missing: lacking.value, done: false, sentence: lacking.value || "The rig can be made." };
+  if (!it) return { action: "back", label: "Back to the start", missing: "", done: false, sentence: "There is no such rig." };
+  if (search.value) return { action: "stop-rig", label: "Stop", missing: "", done: false, sentence: search.value.message || "The server is at it." };
+  const told = found.value?.verdict;
+  return { action: "check-rig", label: told ? "Check it again" : "Check the rig", missing: "", done: told?.level === "good", sentence: told ? told.sentence : "One picture of all cameras; check how far they are apart where two see the same." };
+});
+
+/** What the form still wants. */
+const lacking = computed(() => {
+  const { name: called, field, cameras: chosen } = draft.value;
+  if (!/^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$/.test(called)) return "Give it a short name: letters, digits and hyphens.";
+  if (!field) return "Choose the field.";
+  return chosen.length ? "" : "Choose its cameras.";
+});
+
+/** @param {Partial<Draft>} changes */
+export const fillDraft = (changes) => { draft.value = { ...draft.value, ...changes }; };
+
+/** Regions that suit so many cameras come first: halves for two, quarters for four. @param {string} id */
+export function toggleCamera(id) {
+  const now = draft.value.cameras, without = now.filter((c) => c.camera !== id);
+  const region = cameras.value.find((c) => c.id === id)?.region ?? null;
+  fillDraft({ cameras: without.length < now.length ? without : [...now, { camera: id, region }] });
+}
+
+/** @param {string} id @param {string | null} region */
+export const giveRegion = (id, region) => fillDraft({ cameras: draft.value.cameras.map((c) => (c.camera === id ? { ...c, region } : c)) });
+
+export async function loadRigs() {
+  try {
+    rigs.value = (await call("GET", "/rigs")).items;
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+export function openNewRig() {
+  draft.value = { name: "", title: "", field: cameras.value.find((c) => c.field)?.field ?? fields.value[0]?.name ?? "", cameras: cameras.value.map((c) => ({ camera: c.id, region: c.region })) };
+  draftRefusal.value = null;
+  openPage("rig", "");
+}
+
+export async function makeRig() {
+  const { name: called, ...body } = draft.value;
+  try {
+    await request("PUT", `/rigs/${encodeURIComponent(called)}`, { json: body });
+    await loadRigs();
+    openPage("rig", called);
+  } catch (error) {
+    draftRefusal.value = refused(error);
+  }
+}
+
+/** @param {Rig} it */
+export async function removeRig(it) {
+  try {
+    await call("DELETE", `/rigs/${encodeURIComponent(it.name)}`);
+    rigs.value = rigs.value.filter((r) => r.name !== it.name);
+    location.hash = "#/";
+    tell({ level: "info", text: `The rig ${it.title || it.name} was removed; its cameras and calibrations stay.`, fix: "" });
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+/** The newest picture of all cameras, and where the lines lie in it. */
+/** All cameras in one picture; taken anew by itself while one that is calibrated is not in it yet. */
+export async function takeStitched(tries = TRIES) {
+  const of = name.value;
+  if (!of) return;
+  const taken = await call("GET", `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`).then((told) => ({ told, refusal: null }), (error) => ({ told: null, refusal: refused(error) }));
+  if (name.value !== of) return;
+  const now = stitched.value = { of, ...taken, at: Date.now() };
+  if (tries > 1 && !isWhole(now.told)) setTimeout(() => { if (name.value === of && stitched.value === now) void takeStitched(tries - 1); }, AGAIN_MS);
+}
+
+/** @param {Stitched | null} told */
+const isWhole = (told) => (rig.value?.cameras ?? []).every((c) => !c.calibration || told?.cameras.some((shown) => shown.camera === c.camera));
+
+/** @param {string} of @param {number} at */
+export const pictureAddress = (of, at) => address(`/rigs/${encodeURIComponent(of)}/stitched.jpg?width=${WIDTH_PX}&at=${at}`);
+
+export async function checkRig() {
+  const of = name.value;
+  if (!of || search.value) return;
+  await watch((stop, told) => workFor(`/rigs/${encodeURIComponent(of)}/check?job=true`, {}, stop, told), async (result) => {
+    checked.value = { of, found: result };
+    await loadRigs();
+    void takeStitched();
+  });
+}
+
+/** Cameras with other rectangles, refitted as new versions; none is activated. */
+export async function refitRig() {
+  const of = name.value;
+  if (!of || search.value) return;
+  await watch((stop, told) => request("POST", `/rigs/${encodeURIComponent(of)}/refit`, { json: {} }).then(async (a) => follow(await a.json(), stop, told)), (/** @type {{ calibrations: string[] }} */ made) => {
+    tell({ level: "info", text: `${many(made.calibrations.length, "new version")} with the rig's rectangles. None is active yet.`, fix: "Look at them under Saved versions, then activate them." });
+  });
+}
+
+export const stopRig = () => search.value?.stop.abort();
+
+/** Another rig's picture is none of this one. */
+export function startRig() {
+  effect(() => {
+    const at = name.value;
+    untracked(() => {
+      if (at === null) return;
+      plane.value = "carpet";
+      refusal.value = null;
+      if (at && !rigs.value.some((r) => r.name === at)) void loadRigs();
+      if (at && stitched.value?.of !== at) void takeStitched();
+    });
+  });
+  void loadRigs();
+}

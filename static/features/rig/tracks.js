@@ -1,0 +1,41 @@
+// What plays on a rig's field, once each, however many of its cameras see it; heard only while somebody wants it.
+import { computed, effect, signal } from "@preact/signals";
+import { online } from "../../core/api.js";
+import { openLine } from "../../core/socket.js";
+import { rig } from "./rig.js";
+
+/** @typedef {{ track: number, kind: "ball" | "robot" | "marker", team: string | null, id: number | null, x_mm: number, y_mm: number, orientation_deg: number | null, cameras: string[], seam_mm: number | null }} Track
+ * @typedef {{ items: Track[], seams: { things: number, median_mm: number | null, max_mm: number | null }, cameras: { camera: string, problem: { what: string, fix: string } | null }[] }} Tracks */
+
+/** Whether what plays is wanted. */
+export const following = signal(false);
+/** The newest of the rig on show. */
+export const tracks = signal(/** @type {Tracks | null} */ (null));
+/** Why there is none. */
+export const noTracks = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+const wanted = computed(() => (following.value && online.value ? rig.value?.name ?? null : null));
+
+/** Open and close the line as it is wanted. */
+export function startTracks() {
+  let line = /** @type {import("../../core/socket.js").Line | null} */ (null);
+  effect(() => {
+    const name = wanted.value;
+    line?.hangUp();
+    line = tracks.value = noTracks.value = null;
+    if (name !== null) line = listen(name);
+  });
+
+  /** @param {string} name */
+  function listen(name) {
+    return openLine(`/rigs/${encodeURIComponent(name)}/tracks`, { told: (now) => {
+      noTracks.value = "detail" in now ? now : null;
+      if (!noTracks.value) tracks.value = now;
+    } });
+  }
+}
+
+/** @type {import("../shell/action_table.js").Action[]} */
+export const TRACK_ACTIONS = [
+  { id: "follow-play", label: "Show ball and robots of all cameras of the rig, once each", short: "Ball and robots", group: "Pages", run: () => { following.value = !following.value; },
+    enabled: () => rig.value !== null, pressed: () => following.value },
+];

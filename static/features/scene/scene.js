@@ -1,0 +1,166 @@
+// The scene in 3-D: one line to the server as long as its page is open; what is shown, how it is looked at, what was clicked.
+import { computed, effect, signal, untracked } from "@preact/signals";
+import { address, call, online } from "../../core/api.js";
+import { page, openPage } from "../../core/page.js";
+import { openById } from "../calibrate/pictures.js";
+import { cameras, pointer, tellError } from "../../core/state.js";
+import { theme } from "../../core/theme.js";
+import { main } from "../../canvas/viewport.js";
+
+/** @typedef {import("./types").SceneShown} SceneShown @typedef {import("./types").SceneLook} SceneLook @typedef {import("./types").Clicked} Clicked */
+
+const AGAIN_MS = 2000, NEAR = 3; // screen pixels per picture pixel: so near a place is shown in the point editor
+const MOST_VERSIONS = 200;
+/** @type {SceneLook} */
+const FIRST = { layers: ["pictures", "arrows", "footprints", "labels", "moved"], hidden: [], sheet: "none", scale: null, dark: true, view: "free", through: "" };
+
+/** Where the scene is, "" until it has begun. */
+export const place = signal("");
+export const shown = signal(/** @type {SceneShown | null} */ (null));
+export const clicked = signal(/** @type {Clicked | null} */ (null));
+export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+export const look = signal(FIRST);
+/** An older version to see what moved, or "". */
+export const before = signal("");
+/** All versions of the camera whose scene is shown, oldest first. */
+export const versions = signal(/** @type {import("../../core/types").Calibration[]} */ ([]));
+
+/** What follows #/scene/: a version's id, rig/NAME or lens/ID; null where no scene is open. */
+export const what = computed(() => (page.value?.name === "scene" ? page.value.argument : null));
+const system = matchMedia("(prefers-color-scheme: dark)"), systemDark = signal(system.matches);
+system.addEventListener("change", () => { systemDark.value = system.matches; });
+const dark = computed(() => (theme.value === "system" ? systemDark.value : theme.value === "dark"));
+
+/** The version that is shown alone. */
+export const only = computed(() => (shown.value?.cameras.length === 1 ? shown.value.cameras[0] : null));
+
+export const sceneStanding = computed(() => {
+  const it = shown.value, cannot = it?.cameras.find((c) => c.why_no_frustum);
+  return { action: "back", label: "Back", missing: "", done: it !== null && !refusal.value, sentence: refusal.value ? `${refusal.value.detail} ${refusal.value.fix}`
+    : what.value === "" ? "Choose a version to see where its camera hangs." : !it ? "The scene is being set up…"
+      : it.boards ? `${it.boards.boards} views of the board, as they were held before the camera.` : cannot ? "This model knows of no camera; its corrected picture lies on the field."
+        : "Drag to turn it; click the carpet to learn what is there." };
+});
+
+/** @type {WebSocket | null} */
+let line = null;
+let fastest = /** @type {number | undefined} */ (undefined);
+
+/** @param {Record<string, unknown>} words */
+function say(words) {
+  if (line?.readyState === WebSocket.OPEN) line.send(JSON.stringify(words));
+}
+
+/** @param {Partial<SceneLook>} changes */
+export function see(changes) {
+  look.value = { ...look.value, ...changes };
+  const { scale, ...rest } = changes;
+  say({ set: { ...rest, ...(scale === undefined || scale === null ? {} : { scale }) } });
+}
+
+/** @param {import("./types").Layer} layer */
+export const toggleLayer = (layer) => see({ layers: look.value.layers.includes(layer) ? look.value.layers.filter((l) => l !== layer) : [...look.value.layers, layer] });
+
+/** @param {string} key of a camera */
+export const toggleCamera = (key) => see({ hidden: look.value.hidden.includes(key) ? look.value.hidden.filter((k) => k !== key) : [...look.value.hidden, key] });
+
+/** How often a picture may come: a browser that draws on the processor is not done with one before the next. */
+function picturesPerSecond() {
+  const gl = document.createElement("canvas").getContext("webgl");
+  return gl && !/swiftshader|llvmpipe|software/i.test(String(gl.getParameter(gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER))) ? 5 : 0.5;
+}
+
+/** What the server is asked for. @param {string} argument @param {string} older */
+function wanted(argument, older) {
+  const [first, name] = argument.split("/"), fps = fastest ??= picturesPerSecond();
+  return { fps, ...(first === "rig" ? { rig: name } : first === "lens" ? { lens: name } : { calibrations: [first], ...(older ? { before: older } : {}) }) };
+}
+
+/** Open the line when a scene is looked at, close it when it is left; that ends the scene's process. */
+export function startScene() {
+  let timer = 0;
+  effect(() => {
+    const open = Boolean(what.value) && online.value;
+    untracked(() => {
+      clearTimeout(timer);
+      if (!open) return leave();
+      if (!line) begin();
+    });
+  });
+  effect(() => { // another version, rig or lens
+    const now = what.value, older = before.value;
+    untracked(() => {
+      clicked.value = null;
+      if (older && !versions.value.some((v) => v.id === now)) { before.value = ""; return; } // another camera's
+      if (now && place.value) say({ show: wanted(now, older) });
+    });
+  });
+  effect(() => { const now = dark.value; untracked(() => see({ dark: now })); });
+  effect(() => { const id = only.value?.camera, one = only.value?.calibration; untracked(() => void loadVersions(id ?? null, one ?? "")); });
+
+  function leave() {
+    line?.close();
+    line = null;
+    place.value = "";
+    shown.value = clicked.value = refusal.value = null;
+    before.value = "";
+    look.value = { ...FIRST, dark: dark.value };
+  }
+
+  function begin() {
+    const to = line = new WebSocket(address("/scene"));
+    let wasIdle = false; // closed because nobody looked: then it is opened anew by hand alone
+    const isCurrent = () => line === to;
+    to.addEventListener("message", ({ data }) => {
+      const told = JSON.parse(data);
+      if (!isCurrent()) return;
+      if (told.address) {
+        place.value = told.address;
+        const { scale, ...rest } = look.value;
+        say({ set: { ...rest, ...(scale === null ? {} : { scale }) }, show: wanted(what.value ?? "", before.value) });
+      } else if (told.shown) {
+        shown.value = told.shown;
+        refusal.value = null;
+      } else if (told.clicked) clicked.value = told.clicked;
+      else {
+        refusal.value = told.problem ?? told; // the line's own end is a problem too
+        wasIdle = String(told.type).endsWith("/scene-idle");
+      }
+    });
+    to.addEventListener("close", () => {
+      if (!isCurrent()) return;
+      line = null;
+      place.value = "";
+      if (!wasIdle) timer = setTimeout(() => { if (what.value && !line && online.value) begin(); }, AGAIN_MS);
+    });
+  }
+}
+
+/** @param {string | null} camera @param {string} shownNow */
+async function loadVersions(camera, shownNow) {
+  if (!camera) { versions.value = []; return; }
+  if (versions.value[0]?.camera === camera && versions.value.some((v) => v.id === shownNow)) return;
+  try {
+    const { items } = await call("GET", `/calibrations?limit=${MOST_VERSIONS}&camera=${encodeURIComponent(camera)}`);
+    versions.value = items.toReversed();
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+/** Another version of the camera, by its place among all. @param {number} index */
+export function showVersion(index) {
+  const it = versions.value[index];
+  if (it && it.id !== what.value) openPage("scene", it.id);
+}
+
+/** Open the point editor at the place that was clicked. @param {import("./types").PlaceIn} at */
+export async function showInPicture(at) {
+  if (!at.snapshot || !at.pixel) return;
+  const [x, y] = at.pixel;
+  await openById(at.snapshot, "borders");
+  requestAnimationFrame(() => { main.centre(x, y, NEAR); pointer.value = { x, y, touch: false, down: false }; }); // as if it were pointed at
+}
+
+/** The scene to begin with where none is named: that of the first camera with an active version. */
+export const firstScene = computed(() => cameras.value.find((c) => c.active_calibration)?.active_calibration ?? "");

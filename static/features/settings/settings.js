@@ -1,0 +1,34 @@
+// What the server runs with, what of its disk is taken, and what this browser prefers.
+import { computed, signal } from "@preact/signals";
+import { call } from "../../core/api.js";
+import { tellError } from "../../core/state.js";
+import { chooseName, operatorName } from "../../core/operator.js";
+
+export { chooseName, operatorName };
+
+/** As the server said last. */
+export const told = signal(/** @type {import("../../core/page_types").SettingsTold | null} */ (null));
+export const health = signal(/** @type {import("../../core/page_types").Health | null} */ (null));
+
+export const settingsStanding = computed(() => {
+  const now = health.value, wrong = now ? now.warnings.length + now.damaged.length : 0;
+  return { action: "back", label: "Back", missing: "", done: wrong === 0, sentence: !now ? "Asking the server…"
+    : wrong ? "Something needs care: it stands at the top." : "The server says that all is well." };
+});
+
+export async function askSettings() {
+  try {
+    [told.value, health.value] = await Promise.all([call("GET", "/settings"), call("GET", "/health")]);
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+/** What this browser keeps of ours. */
+export const keptHere = () => Object.keys(localStorage).filter((key) => key.startsWith("touchline"));
+
+/** Forget preferences and lists, but no clicks that the server has not got. */
+export function forgetPreferences() {
+  for (const key of keptHere()) if (!key.startsWith("touchline.draft.")) localStorage.removeItem(key);
+  location.reload();
+}

@@ -1,0 +1,34 @@
+// What the server says of itself: a disk that is nearly full, and what was damaged; told above the picture.
+import { effect } from "@preact/signals";
+import { call, online } from "../../core/api.js";
+import { tell } from "../../core/state.js";
+
+const EVERY_MS = 60_000;
+
+/** Look now, whenever the server is back, and every minute. */
+export function startHealth() {
+  effect(() => { if (online.value) look(); });
+  setInterval(() => { if (online.value && !document.hidden) look(); }, EVERY_MS);
+}
+
+/** What was told already: a message that somebody dismissed does not come again. @type {Set<string>} */
+const told = new Set();
+
+async function look() {
+  /** @type {{ warnings: { text: string, fix: string }[], damaged: { kind: string, file: string, note: string | null }[] }} */
+  let health;
+  try {
+    health = await call("GET", "/health");
+  } catch { return; } // a silent server is told elsewhere
+  for (const { text, fix } of health.warnings) once(text, fix);
+  for (const { kind, file, note } of health.damaged) {
+    once(`Something kept was damaged (${kind}) and is now in ${file}.`, note ?? "Restore it from a backup, or make it anew: see “What is kept” in the manual.");
+  }
+}
+
+/** @param {string} text @param {string} fix */
+function once(text, fix) {
+  if (told.has(text)) return;
+  told.add(text);
+  tell({ level: "warn", text, fix });
+}

@@ -1,0 +1,135 @@
+// How straight a camera's pictures show straight edges: which pictures, the job that judges them, and what came of it.
+import { batch, computed, effect, signal } from "@preact/signals";
+import { Away, call, request } from "../../core/api.js";
+import { atBoard } from "../board/board.js";
+import { longWork, pictureList } from "../lens_pictures/picture_upload.js";
+import { many } from "../../core/format.js";
+import { follow, workFor } from "../../core/jobs.js";
+import { atPair, atStraight, tellError } from "../../core/state.js";
+
+const KEPT = "touchline.straight"; // a reload goes on with the same pictures
+const WIDEST_PX = 1600; // of a straightened picture: it is looked at, not measured in
+
+/** @typedef {import("../../core/types").Straightness} Straightness @typedef {import("../../core/types").Edge} Edge */
+
+const before = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
+/** The lens that is looked for. */
+export const kind = signal(/** @type {string} */ (before.kind ?? "auto"));
+const list = pictureList(before.pictures ?? [], "straight", () => keep());
+export const { pictures, ready, add: addEdgePictures, take: takeEdgePicture, remove: removePicture } = list;
+const work = longWork();
+export const { search, refusal } = work;
+/** What was found, from which pictures, by which job: the server keeps the report as long as the job. */
+export const judged = signal(/** @type {{ report: Straightness, ids: string[], kind: string, job: string } | null} */ (null));
+/** Which of the pictures is looked at, and how. */
+export const shown = signal(/** @type {{ id: string, straight: boolean }} */ ({ id: "", straight: false }));
+/** The edge that is pointed at, by its name. */
+export const pointed = signal("");
+/** The straightened picture, once it is there. */
+export const straightened = signal(/** @type {{ of: string, url: string } | null} */ (null));
+
+/** Whether the report is of just these pictures and this kind of lens. */
+export const isOfThese = computed(() => judged.value !== null && judged.value.kind === kind.value && String(judged.value.ids) === String(ready.value.map((p) => p.id)));
+export const look = computed(() => ready.value.find((p) => p.id === shown.value.id) ?? ready.value[0] ?? null);
+/** The edges of the picture that is looked at. */
+export const edges = computed(() => {
+  const at = isOfThese.value && look.value ? judged.value?.ids.indexOf(look.value.id) : -1;
+  return judged.value && at !== -1 ? judged.value.report.lines.filter((line) => line.picture === at) : [];
+});
+
+/** Where the operator stands, and the next thing to do. */
+export const standing = computed(() => {
+  const has = ready.value.length > 0 || list.uploading.value;
+  if (search.value) return { action: "judge-edges", label: "Judging the edges…", missing: "The server is at it.", done: false, sentence: "The server looks for straight edges, then for the lens that makes them straight." };
+  if (isOfThese.value) return { action: "straighten", label: shown.value.straight ? "Show it as taken" : "Show it straightened", missing: "", done: true, sentence: "The edges are judged; what they tell stands on the right." };
+  if (!has) return { action: "add-edges", label: "Add pictures…", missing: "", done: false, sentence: "Add one or more pictures of one camera that show long straight things." };
+  return { action: "judge-edges", label: "Judge the edges", missing: list.uploading.value ? "The pictures are being uploaded." : "", done: false,
+    sentence: list.uploading.value ? "The pictures are being uploaded." : `${many(ready.value.length, "picture")} of one camera; the more directions their edges run in, the better.` };
+});
+
+/** @param {string} name */
+export function chooseKind(name) {
+  kind.value = name;
+  keep();
+}
+
+effect(() => { if (atBoard.value || atPair.value) atStraight.value = false; }); // at one place at a time
+
+/** Go to the desk, and on with what was judged or is being judged. */
+export async function openStraight() {
+  batch(() => { atStraight.value = true; atBoard.value = false; atPair.value = false; });
+  if (!before.job || judged.value || search.value) return;
+  try {
+    const job = await call("GET", `/jobs/${encodeURIComponent(before.job)}`);
+    if (job.state === "done") show(job.result, before.ids, before.judged, job.id);
+    else if (job.state === "queued" || job.state === "running") await work.watch((stop, told) => follow(job, stop, told), (report) => show(report, before.ids, before.judged, job.id));
+  } catch (error) {
+    if (!(error instanceof Away)) delete before.job; // the server was stopped meanwhile
+  }
+}
+
+export function removePictures() {
+  judged.value = null;
+  refusal.value = null;
+  list.clear();
+}
+
+export function judge() {
+  const ids = ready.value.map((p) => p.id), lens = kind.value;
+  const body = { snapshots: ids, lens };
+  let job = "";
+  return work.watch((stop, told) => workFor("/straightness?job=true", body, stop, (now) => {
+    if (!job) keep({ job: job = now.id, ids, judged: lens });
+    told(now);
+  }), (report) => show(report, ids, lens, job));
+}
+
+/** @param {Straightness} report @param {string[]} ids @param {string} lens @param {string} job */
+function show(report, ids, lens, job) {
+  judged.value = { report, ids, kind: lens, job };
+  shown.value = { ...shown.value, straight: false };
+  forgetStraightened();
+  keep({ job, ids, judged: lens });
+}
+
+/** Look at another of the pictures. @param {string} id */
+export function lookAt(id) {
+  shown.value = { ...shown.value, id };
+  pointed.value = "";
+  void straighten();
+}
+
+/** Show the picture as it was taken, or without its bend. @param {boolean} straight */
+export function showStraight(straight) {
+  shown.value = { ...shown.value, straight };
+  void straighten();
+}
+
+/** Fetch the straightened picture that is to be seen. */
+async function straighten() {
+  const picture = look.value, lens = judged.value?.report.lens;
+  if (!shown.value.straight || !picture || !lens || straightened.value?.of === picture.id) return;
+  try {
+    const answer = await request("POST", `/straightness/picture.jpg?width=${Math.min(WIDEST_PX, lens.image_size[0])}`, { json: { snapshot: picture.id, lens } });
+    const url = URL.createObjectURL(await answer.blob());
+    forgetStraightened();
+    if (look.value?.id === picture.id && judged.value?.report.lens === lens) straightened.value = { of: picture.id, url };
+    else URL.revokeObjectURL(url);
+  } catch (error) {
+    tellError(error);
+  }
+}
+
+function forgetStraightened() {
+  if (straightened.value) URL.revokeObjectURL(straightened.value.url);
+  straightened.value = null;
+}
+
+/** @param {{ job?: string, ids?: string[], judged?: string }} [more] */
+function keep(more = {}) {
+  Object.assign(before, more);
+  const { job, ids, judged: by } = before;
+  try {
+    localStorage.setItem(KEPT, JSON.stringify({ kind: kind.value, pictures: pictures.value.filter((p) => p.state === "kept"), job, ids, judged: by }));
+  } catch { /* a full or forbidden store: only a reload is the poorer */ }
+}
