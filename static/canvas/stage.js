@@ -1,37 +1,27 @@
 // The stage: the picture with everything on it, and the tools above it.
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { address } from "../core/api.js";
-import { asked, paneUnder, underPointer } from "../features/compare/comparison.js";
-import { selectNext } from "../features/calibrate/editing.js";
 import { mm, number } from "../core/format.js";
 import { html } from "../core/html.js";
-import { atBoard } from "../features/board/board.js";
-import { BoardDesk } from "../features/board/panels/board.js";
-import { ArrowLegend } from "../features/compare/panels/residual_arrows.js";
-import { BlinkLegend, GridLegend } from "../features/compare/panels/legends.js";
-import { HeatLegend } from "../features/compare/panels/heat.js";
-import { Start } from "../features/shell/panels/start.js";
-import { LiveDesk } from "../features/live/panels/camera_page.js";
-import { PageMiddle } from "../features/shell/panels/pages.js";
-import { StraightDesk } from "../features/straight/panels/straight.js";
-import { page } from "../core/page.js";
-import { PairDesk } from "../features/pair/panels/pair_page.js";
-import { Toolbar } from "../ui/toolbar.js";
-import { shown as heatMap, valueAt } from "../features/compare/heat.js";
-import { said } from "../features/calibrate/snapping.js";
-import { atLive, atPair, atStraight, comparing, editing, pointer, snapshot, step, tool } from "../core/state.js";
+import { atPair, comparing, editing, pointer, snapshot, step, tool } from "../core/state.js";
+import { Corrected, OnRaw, Wipe, rawClip } from "./layers/compare.js";
+import { Heat } from "./layers/heat.js";
+import { Hovered } from "./layers/hovered.js";
+import { Loupe } from "./layers/loupe.js";
+import { Overlay } from "./layers/overlay.js";
+import { ResidualArrows } from "./layers/residual_arrows.js";
+import { Toolbar } from "./toolbar.js";
 import { listen } from "./tools/pointer.js";
 import { fit, main, stageSize, view } from "./viewport.js";
-import { Corrected, OnRaw, Wipe, rawClip } from "./layers/compare.js";
-import { ResidualArrows } from "./layers/residual_arrows.js";
-import { Heat } from "./layers/heat.js";
-import { Loupe } from "./layers/loupe.js";
-import { Hovered } from "./layers/hovered.js";
-import { Overlay } from "./layers/overlay.js";
+import { selectNext } from "../features/calibrate/editing.js";
+import { said } from "../features/calibrate/snapping.js";
+import { asked, paneUnder, underPointer } from "../features/compare/comparison.js";
+import { shown as heatMap, valueAt } from "../features/compare/heat.js";
 
 const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
 
-export function Stage() {
+/** @param {{ Empty: () => any, Legends: () => any }} props Empty: what stands here while no picture does; Legends: the words beside what is drawn */
+export function Stage({ Empty, Legends }) {
   const picture = useRef(/** @type {HTMLImageElement | null} */ (null));
   const stage = useRef(/** @type {HTMLElement | null} */ (null));
   const shown = step.value === "camera" ? null : snapshot.value;
@@ -52,7 +42,7 @@ export function Stage() {
   const { k, tx, ty } = view.value;
   return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`} ref=${stage} data-testid="stage"
       tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab} onPointerMoveCapture=${inPane} onPointerDownCapture=${inPane}>
-    ${!shown && (page.value ? html`<${PageMiddle}/>` : atBoard.value ? html`<${BoardDesk}/>` : atLive.value !== null ? html`<${LiveDesk}/>` : atStraight.value ? html`<${StraightDesk}/>` : atPair.value ? html`<${PairDesk}/>` : html`<${Start}/>`)}
+    ${!shown && html`<${Empty}/>`}
     ${shown && html`
       <div class="half" style=${rawClip.value}>
         <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}
@@ -64,7 +54,7 @@ export function Stage() {
       ${comparing.value && html`<${Corrected}/><${Wipe}/>`}
       <${Loupe} picture=${picture}/>
       <${Toolbar}/>
-      <div class="legends"><${BlinkLegend}/><${GridLegend}/><${ArrowLegend}/><${HeatLegend}/></div>
+      <div class="legends"><${Legends}/></div>
       <${ReadOut}/>`}
   </main>`;
 }

@@ -57,6 +57,15 @@ export async function call(method, path, json) {
   return response.status === 204 ? null : response.json();
 }
 
+/** What the server refused, to be shown; any other error goes on. @param {unknown} error @returns {import("./types").Refusal} */
+export function refused(error) {
+  if (error instanceof Problem) {
+    const { title, type = "", feature = null, index = null } = error.body;
+    return { detail: error.detail, fix: error.fix, title, reason: type.split("/").at(-1), feature, index };
+  }
+  throw error;
+}
+
 /** @param {string} path an address for an <img> or a link */
 export const address = (path) => ROOT + path;
 

@@ -1,10 +1,8 @@
 // Keyboard: one listener that looks the key up in the table of actions.
-import { ACTIONS, run } from "../features/shell/action_table.js";
+import { ACTIONS, run } from "./actions.js";
 
-/** Actions by their key: one may mean different things where different things can be done. */
-/** @type {Map<string, import("../features/shell/action_table.js").Action[]>} */
+/** Actions by their key: one may mean different things where different things can be done. @type {Map<string, import("./actions.js").Action[]>} */
 const BY_KEY = new Map();
-for (const action of ACTIONS.values()) for (const key of action.keys ?? []) BY_KEY.set(key, [...BY_KEY.get(key) ?? [], action]);
 
 /** "ctrl+shift+z", "?", "ArrowUp": as the table writes it. @param {KeyboardEvent} event */
 function nameOf(event) {
@@ -21,6 +19,7 @@ function belongsToControl(event) {
 }
 
 export function startKeys() {
+  for (const action of ACTIONS.values()) for (const key of action.keys ?? []) BY_KEY.set(key, [...BY_KEY.get(key) ?? [], action]);
   addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.altKey || belongsToControl(event)) return;
     const action = BY_KEY.get(nameOf(event))?.find((one) => one.enabled?.() ?? true);

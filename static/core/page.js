@@ -1,8 +1,6 @@
 // The pages beside the six steps: which one is open, and the way back to the picture.
-import { batch, effect, signal } from "@preact/signals";
-import { atBoard } from "../features/board/board.js";
-import { closePicture } from "../features/calibrate/pictures.js";
-import { atLive, atPair, atStraight, help, snapshot, step } from "./state.js";
+import { effect, signal } from "@preact/signals";
+import { atBoard, atLive, atPair, atStraight, snapshot } from "./state.js";
 
 /** @typedef {import("./page_types").At} At */
 
@@ -12,19 +10,6 @@ export const NAMES = ["jobs", "settings", "versions", "capture", "rig", "rolls",
 export const page = signal(/** @type {At | null} */ (null));
 /** The picture that was left for it. */
 export const left = signal(/** @type {{ id: string, at: import("./types").StepId } | null} */ (null));
-
-/** @param {At["name"]} name @param {string} [argument] */
-export function openPage(name, argument = "") {
-  batch(() => {
-    if (snapshot.value) left.value = { id: snapshot.value.id, at: step.value };
-    closePicture(); // its draft is kept; nothing unseen shall be changed by a key
-    step.value = "camera";
-    help.value = "";
-    atBoard.value = atPair.value = atStraight.value = false;
-    atLive.value = null;
-    page.value = { name, argument };
-  });
-}
 
 // At one place at a time.
 effect(() => { if (snapshot.value || atBoard.value || atPair.value || atStraight.value || atLive.value !== null) page.value = null; });

@@ -25,6 +25,8 @@ export const box = signal(/** @type {{ x0: number, y0: number, x1: number, y1: n
 export const showLines = signal(false);
 export const help = signal(/** @type {"" | "manual" | "keys"} */ (""));
 
+/** Whether the page is at the board, not at a field. */
+export const atBoard = signal(false);
 /** Whether the page is at straight edges, not at a field. */
 export const atStraight = signal(false);
 /** Whether the page is at two cameras, not at one picture. */

@@ -1,7 +1,7 @@
 // A uPlot in the page: made once for its options, filled anew with every change, in the page's colours, for pointer and keyboard.
 import { useEffect, useRef } from "preact/hooks";
-import uPlot from "uplot";
 import { html } from "../core/html.js";
+import uPlot from "uplot";
 
 const probe = document.createElement("i");
 

@@ -16,6 +16,13 @@ WORK = ROOT / "build" / "page"  # ignored by git; the type checker and the libra
 OURS = (".js", ".css", ".html", ".svg")
 OWN = [p for p in STATIC.rglob("*") if p.is_file() and "vendor" not in p.parts and p.suffix in OURS]
 
+# `import … from`, `export … from`, `import(…)` and a worker's `new URL(…, import.meta.url)`
+IMPORTED = re.compile(r"""^(?:import|export)\b[^;"']*?["'](\.[^"']+)["']|\bimport\(\s*["'](\.[^"']+)["']"""
+                      r"""|\bnew URL\(\s*["'](\.[^"']+)["'],\s*import\.meta\.url""", re.MULTILINE)
+DOC_COMMENT = re.compile(r"/\*\*.*?\*/", re.DOTALL)  # names types of other modules, loads none
+LOWER = {"core": {"core"}, "ui": {"core", "ui"}}  # what scripts of a folder may import
+MAX_LOOSE_SCRIPTS = 2  # main.js and one more
+
 # A scheme and a host, or a protocol-relative address in quotes: what would be fetched from another machine.
 ELSEWHERE = re.compile(r"""(?:https?|wss?)://[\w.-]+|["'(]//[\w-]+\.""")
 NAMESPACES = {"http://www.w3.org"}  # names, never fetched
@@ -29,6 +36,26 @@ def npm(*arguments: str) -> subprocess.CompletedProcess:
         assert shutil.which("npm"), "npm is missing: install the dev extra (pip install -e '.[dev]')"
         return subprocess.run(["npm", *arguments], cwd=WORK, capture_output=True, text=True)
     return bundled(list(arguments), return_completed_process=True, cwd=WORK, capture_output=True, text=True)
+
+
+def import_graph(folder: Path) -> dict[str, set[str]]:
+    """Return which of the folder's own scripts each script loads, by path within the folder."""
+    folder = folder.resolve()
+    return {source.relative_to(folder).as_posix(): {
+        (source.parent / name).resolve().relative_to(folder).as_posix()
+        for names in IMPORTED.findall(DOC_COMMENT.sub("", source.read_text(encoding="utf-8"))) for name in names if name
+    } for source in folder.rglob("*.js") if not {"vendor", "node_modules"} & {*source.relative_to(folder).parts}}
+
+
+def reachable(graph: dict[str, set[str]], start: str) -> set[str]:
+    """Return every script that loading `start` loads, directly or not; `start` itself only where there is a circle."""
+    found: set[str] = set()
+    waiting = [start]
+    while waiting:
+        new = graph.get(waiting.pop(), set()) - found
+        found |= new
+        waiting += new
+    return found
 
 
 @pytest.fixture(scope="session")
@@ -91,6 +118,44 @@ def test_every_import_is_a_file_beside_it_or_in_the_map():
         for name in re.findall(r'^import [^;]*?from "([^"]+)"', source.read_text(), re.MULTILINE):
             there = (source.parent / name).is_file() if name.startswith(".") else f'"{name}":' in page
             assert there, f"{source.name} imports {name}"
+
+
+def test_no_script_imports_itself_over_others():
+    graph = import_graph(STATIC)
+    assert len(graph) > 100 and sum(map(len, graph.values())) > 500
+    circles = sorted(name for name in graph if name in reachable(graph, name))
+    assert not circles, {name: sorted(graph[name] & {*circles}) for name in circles}
+
+
+def test_a_circle_would_be_noticed_however_it_is_imported(tmp_path):
+    (tmp_path / "ui").mkdir()
+    (tmp_path / "a.js").write_text('/** @type {import("./d.js").D} */\nimport {\n  b,\n} from "./ui/b.js";\n')
+    (tmp_path / "ui" / "b.js").write_text('export const b = () => import("./c.js");\n')
+    (tmp_path / "ui" / "c.js").write_text('new Worker(new URL("../a.js", import.meta.url));\n')
+    (tmp_path / "d.js").write_text('export { b } from "./a.js";\n')
+    graph = import_graph(tmp_path)
+    assert [name for name in sorted(graph) if name in reachable(graph, name)] == ["a.js", "ui/b.js", "ui/c.js"]
+
+
+def test_few_scripts_stand_loose():
+    assert len([*STATIC.glob("*.js"), *STATIC.glob("*.ts")]) <= MAX_LOOSE_SCRIPTS
+
+
+def test_core_and_ui_import_nothing_above_them():
+    graph = import_graph(STATIC)
+    for name, imported in graph.items():
+        folder = name.split("/")[0]
+        assert folder in {"core", "ui", "canvas", "features", name}, name
+        if folder in LOWER:
+            assert not [other for other in imported if other.split("/")[0] not in LOWER[folder]], name
+
+
+def test_no_canvas_and_no_layer_imports_a_panel():
+    graph = import_graph(STATIC)
+    drawn = [name for name in graph if name.startswith("canvas/") or "/layers/" in name]
+    assert len(drawn) > 15 and any("/panels/" in name for name in graph)
+    for name in drawn:
+        assert not [other for other in reachable(graph, name) if "/panels/" in other], name
 
 
 def test_the_lock_file_pins_every_byte_and_names_no_registry():

@@ -2,16 +2,16 @@
 // they blink, or they stand side by side under one view.
 import { computed } from "@preact/signals";
 import { address } from "../../core/api.js";
-import { counterpart, laid, lines, margin, record, seen, sheet } from "../../features/compare/comparison.js";
-import { look } from "../../features/live/camera_page.js";
 import { html } from "../../core/html.js";
 import { atLive, compare, comparing, showLines } from "../../core/state.js";
-import { MARGIN_PX } from "../viewport.js";
 import { placed } from "../drawing.js";
-import { ResidualArrows } from "./residual_arrows.js";
 import { Grid } from "./grid.js";
 import { Heat } from "./heat.js";
 import { FieldLines } from "./overlay.js";
+import { ResidualArrows } from "./residual_arrows.js";
+import { MARGIN_PX } from "../viewport.js";
+import { counterpart, laid, lines, margin, record, seen, sheet } from "../../features/compare/comparison.js";
+import { look } from "../../features/live/camera_page.js";
 
 const STEP = 0.02, ENDS = [0.02, 0.98];
 

@@ -1,7 +1,7 @@
 // Draws the grid of field millimetres over a picture.
-import { gridLines } from "../../features/compare/grid.js";
 import { html } from "../../core/html.js";
 import { path, placed } from "../drawing.js";
+import { gridLines } from "../../features/compare/grid.js";
 
 /** on: which picture; size: of it, which clips it; x, y, k: where it lies. @param {{ on: "raw" | "corrected", size: import("../../core/types").Point, x: number, y: number, k: number }} props */
 export function Grid({ on, size: [width, height], x, y, k }) {

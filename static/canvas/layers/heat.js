@@ -1,9 +1,9 @@
 // Draws a map of millimetres over a picture, and marks its worst place.
 import { useEffect, useRef } from "preact/hooks";
 import { mm } from "../../core/format.js";
-import { shown } from "../../features/compare/heat.js";
 import { html } from "../../core/html.js";
 import { paneSize } from "../viewport.js";
+import { shown } from "../../features/compare/heat.js";
 
 /** Even steps of lightness, told apart by colour-blind eyes and in grey (viridis). */
 export const STOPS = ["#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];

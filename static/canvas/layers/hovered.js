@@ -1,7 +1,7 @@
 // Rings the clicks that are pointed at in a plot, on the raw picture.
 import { html } from "../../core/html.js";
-import { groups, hovered, isSame } from "../../features/calibrate/residuals.js";
 import { toStage, view } from "../viewport.js";
+import { groups, hovered, isSame } from "../../features/calibrate/residuals.js";
 
 export function Hovered() {
   const picks = hovered.value;

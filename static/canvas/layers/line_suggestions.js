@@ -1,12 +1,12 @@
 // Drawn under the points: the lines that the fit sees and nobody has clicked, and points that are proposed.
 import { computed } from "@preact/signals";
-import { pointsOf, doc } from "../../core/document.js";
+import { doc, pointsOf } from "../../core/document.js";
 import { words } from "../../core/format.js";
-import { lines, proposed, under } from "../../features/calibrate/line_suggestions.js";
 import { html } from "../../core/html.js";
 import { active, pointer, showLines, snapshot } from "../../core/state.js";
-import { toStage, view } from "../viewport.js";
 import { colour, path, placed } from "../drawing.js";
+import { toStage, view } from "../viewport.js";
+import { lines, proposed, under } from "../../features/calibrate/line_suggestions.js";
 
 const paths = computed(() => lines.value.map((f) => ({ feature: f.feature, d: path(f.points), clicked: pointsOf(doc.value, f.feature).length > 0 })));
 

@@ -1,12 +1,12 @@
 // The loupe: raw pixels under the pointer or the selected point, with cross-hair, curves and points.
 import { useEffect, useRef } from "preact/hooks";
 import { doc, pointsOf } from "../../core/document.js";
-import { curves, isCurve } from "../../features/calibrate/fitting.js";
 import { html } from "../../core/html.js";
 import { editing, picked, pointer, step, tool } from "../../core/state.js";
-import { ahead } from "../../features/calibrate/snapping.js";
-import { stageSize, toStage, view } from "../viewport.js";
 import { colour, path } from "../drawing.js";
+import { stageSize, toStage, view } from "../viewport.js";
+import { curves, isCurve } from "../../features/calibrate/fitting.js";
+import { ahead } from "../../features/calibrate/snapping.js";
 
 export const SIZE_PX = 156;
 const LEAST = 8; // screen pixels for one of the picture's: single pixels must be seen

@@ -1,13 +1,13 @@
 // Drawn over the raw picture while it is clicked: curves, points, the field's lines, the selection box.
 import { computed } from "@preact/signals";
 import { BORDERS, doc } from "../../core/document.js";
-import { curves, isCurve, preview, stale } from "../../features/calibrate/fitting.js";
 import { mm, words } from "../../core/format.js";
 import { html } from "../../core/html.js";
 import { active, box, editing, picked, showLines, snapshot } from "../../core/state.js";
-import { stageSize, toStage, view } from "../viewport.js";
 import { colour, path, placed } from "../drawing.js";
 import { Ghost } from "./line_suggestions.js";
+import { stageSize, toStage, view } from "../viewport.js";
+import { curves, isCurve, preview, stale } from "../../features/calibrate/fitting.js";
 
 const WORTH = 0.95; // a gain smaller than a twentieth is not worth a click
 const LABEL_PX = 230; // room for the words beside it

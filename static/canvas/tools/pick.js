@@ -1,10 +1,10 @@
 // The pick tool: press on a point to drag it, press beside one to add one; Shift and drag selects a box.
 import { cancelDrag, doc, endDrag, showWhileDragging } from "../../core/document.js";
+import { active, box, picked, selection } from "../../core/state.js";
+import { toPicture, toStage } from "../viewport.js";
 import { isOnPicture, select, withAdded, withMoved } from "../../features/calibrate/editing.js";
 import { featureAt } from "../../features/calibrate/line_suggestions.js";
 import { snapPoints, snapping } from "../../features/calibrate/snapping.js";
-import { active, box, picked, selection } from "../../core/state.js";
-import { toPicture, toStage } from "../viewport.js";
 
 /** @typedef {import("../../core/types").Pick} Pick @typedef {{ x: number, y: number, touch: boolean, shift: boolean, ctrl: boolean, alt: boolean }} At stage pixels; alt: placed freely */
 

@@ -1,7 +1,7 @@
 // Mouse, pen and fingers on a stage: which tool gets them, and what two fingers, the wheel and the space bar mean.
 import { editing, pointer, tool } from "../../core/state.js";
-import { panBy, toPicture, zoomBy } from "../viewport.js";
 import { pick } from "./pick.js";
+import { panBy, toPicture, zoomBy } from "../viewport.js";
 
 /** @typedef {{ x: number, y: number, touch: boolean, down: boolean }} Pointed picture pixels
  * @typedef {object} Ground what a stage lies on: its tool, its view, and who is told where the pointer is

@@ -1,20 +1,19 @@
 // A lens from pictures of a board: which board, which pictures, the job that finds the lens, and what came of it.
 import { batch, computed, signal } from "@preact/signals";
 import { Away, call, online } from "../../core/api.js";
-import { longWork, pictureList } from "../lens_pictures/picture_upload.js";
 import { change, doc, withModel } from "../../core/document.js";
 import { many } from "../../core/format.js";
 import { follow, workFor } from "../../core/jobs.js";
+import { longWork } from "../../core/long_work.js";
+import { atBoard, atStraight, model, models, tell } from "../../core/state.js";
+import { pictureList } from "../lens_pictures/picture_upload.js";
 import { listLenses } from "./lenses.js";
-import { atStraight, model, models, tell } from "../../core/state.js";
 
 const KEPT = "touchline.board"; // a reload goes on with the same board and pictures
 
 /** @typedef {import("../../core/types").LensRecord} LensRecord */
 
 const before = JSON.parse(localStorage.getItem(KEPT) ?? "{}"); // with `job`: the search that this page asked for
-/** Whether the page is at the board, not at a field. */
-export const atBoard = signal(false);
 /** What the pictures show, and which lens is looked for. */
 export const wanted = signal(/** @type {import("../../core/types").BoardWanted} */ ({ kind: "chessboard", columns: 9, rows: 6, square_mm: 30, marker_mm: 22,
   dictionary: "DICT_4X4_50", legacy: false, model: "brown-conrady", note: "", ...before.wanted }));

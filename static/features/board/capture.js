@@ -1,11 +1,11 @@
 // A board held before a live camera: what the server sees of it, which views it has taken, and the view it wants next.
 import { computed, effect, signal } from "@preact/signals";
 import { online } from "../../core/api.js";
-import { addTaken, findLens, openBoard, pictures, wanted } from "./board.js";
 import { many } from "../../core/format.js";
-import { openLine } from "../../core/socket.js";
 import { page } from "../../core/page.js";
+import { openLine } from "../../core/socket.js";
 import { cameras } from "../../core/state.js";
+import { addTaken, findLens, openBoard, pictures, wanted } from "./board.js";
 
 const GOOD = 12; // views from which a lens is worth finding
 

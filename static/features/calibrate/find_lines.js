@@ -1,8 +1,8 @@
 // The field's own lines, found by the server: the job that looks for them, and its points in the draft in one step.
 import { signal } from "@preact/signals";
-import { longWork } from "../lens_pictures/picture_upload.js";
 import { change, doc, withModel } from "../../core/document.js";
 import { workFor } from "../../core/jobs.js";
+import { longWork } from "../../core/long_work.js";
 import { model, models, region, rotation, snapshot } from "../../core/state.js";
 
 const MODEL = "auto"; // judged by the first model that fits; a draft in which nobody has clicked yet takes that model too
@@ -38,7 +38,7 @@ function beside(found) {
   return found.filter((o) => !clicked.has(String(o.feature)));
 }
 
-/** @type {import("../shell/action_table.js").Action[]} */
+/** @type {import("../../core/actions.js").Action[]} */
 export const AUTO_ACTIONS = [
   { id: "find-lines", label: "Find the field's lines in the picture, without clicks", short: "Find the lines", group: "Points",
     run: () => void findLines(), enabled: () => snapshot.value !== null && region.value !== null && finding.value === null },

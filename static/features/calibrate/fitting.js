@@ -1,10 +1,10 @@
 // Asks the server what the clicks are worth: each border's curve at pointer rate, the whole fit after every change.
 import { effect, signal, untracked } from "@preact/signals";
-import { Away, Problem, call, online } from "../../core/api.js";
-import { bentTo } from "./live_curve.js";
+import { Away, call, online, refused } from "../../core/api.js";
 import { BORDERS, doc, dragging, pointsOf, same } from "../../core/document.js";
 import { newestWins } from "../../core/latest_wins.js";
 import { model, snapshot } from "../../core/state.js";
+import { bentTo } from "./live_curve.js";
 
 /** @typedef {import("../../core/types").Border} Border @typedef {import("../../core/types").Curve} Curve @typedef {import("../../core/types").Refusal} Refusal */
 
@@ -120,15 +120,6 @@ const knowsItsError = () => Boolean(preview.value?.report.sigma_mm);
 function quickBody(asking) {
   const body = fitBody(asking), terms = preview.value?.report.terms?.chosen, canChoose = model.value?.options.some((o) => o.name === "terms");
   return canChoose && terms && (asking.options.terms ?? "auto") === "auto" ? { ...body, options: { ...body.options, terms } } : body;
-}
-
-/** What the server refused, to be shown; any other error goes on. @param {unknown} error @returns {Refusal} */
-export function refused(error) {
-  if (error instanceof Problem) {
-    const { title, type = "", feature = null, index = null } = error.body;
-    return { detail: error.detail, fix: error.fix, title, reason: type.split("/").at(-1), feature, index };
-  }
-  throw error;
 }
 
 /** Keep curves and preview up to date from now on. */

@@ -2,12 +2,12 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";
-import { givenFit, preview, refusal } from "./fitting.js";
 import { many, words } from "../../core/format.js";
-import { lineUnder } from "./panels/field_drawing.js";
 import { active, editing, kindOf, pointer, selection, snapshot, tellError, tool } from "../../core/state.js";
-import { said, snapping } from "./snapping.js";
 import { view } from "../../canvas/viewport.js";
+import { lineUnder } from "./field_sides.js";
+import { givenFit, preview, refusal } from "./fitting.js";
+import { said, snapping } from "./snapping.js";
 
 /** @typedef {import("../../core/types").Point} Point */
 

@@ -1,10 +1,10 @@
 // Every model on the same clicks: asked for while the operator chooses one.
 import { effect, signal, untracked } from "@preact/signals";
-import { Away, call, online } from "../../core/api.js";
+import { Away, call, online, refused } from "../../core/api.js";
 import { change, doc, dragging, withModel } from "../../core/document.js";
-import { fitBody, preview, refused, stale } from "./fitting.js";
 import { Stopped, follow, workFor } from "../../core/jobs.js";
 import { model, models, snapshot, step } from "../../core/state.js";
+import { fitBody, preview, stale } from "./fitting.js";
 
 const PAUSE_MS = 400; // seven fits and their cross-validation are not asked for at pointer rate
 /** What is true of the camera and its clicks, whichever model describes it. */

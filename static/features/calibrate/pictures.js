@@ -1,14 +1,17 @@
 // Bringing a picture to the page: from a file, the clipboard, a camera, or the ones that are kept.
 import { batch, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
-import { atBoard, holdLens } from "../board/board.js";
 import { doc, load } from "../../core/document.js";
-import { closeDraft, fetchDraft, openDraft } from "./draft.js";
 import { turns } from "../../core/latest_wins.js";
-import { active, atLive, atStraight, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots, step, tell, tellError } from "../../core/state.js";
+import {
+  active, atBoard, atLive, atStraight, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots,
+  step, tell, tellError,
+} from "../../core/state.js";
+import { fit } from "../../canvas/viewport.js";
+import { holdLens } from "../board/board.js";
 import { importFile, isCalibrationFile } from "../versions/imports.js";
 import { findVersion, forgetVersion } from "../versions/versions.js";
-import { fit } from "../../canvas/viewport.js";
+import { closeDraft, fetchDraft, openDraft } from "./draft.js";
 
 const SPREAD_MS = 1000 / 3; // between two frames of a background, as the server spreads them
 const LAST_FIELD = "touchline.field"; // a team calibrates the same field again and again

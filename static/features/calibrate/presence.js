@@ -1,10 +1,10 @@
 // Who else has this picture open, and whether somebody has just saved its draft: told by the server at once.
 import { effect, signal, untracked } from "@preact/signals";
 import { online } from "../../core/api.js";
-import { lookAgain } from "./draft.js";
-import { openLine } from "../../core/socket.js";
 import { operatorName } from "../../core/operator.js";
+import { openLine } from "../../core/socket.js";
 import { snapshot } from "../../core/state.js";
+import { lookAgain } from "./draft.js";
 
 /** Their names, "" for one who gave none. */
 export const others = signal(/** @type {string[]} */ ([]));

@@ -1,11 +1,11 @@
 // Residuals as a plot wants them: signed, border after border and along each one; and which of them is pointed at.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { asked } from "../compare/comparison.js";
 import { BORDERS, doc } from "../../core/document.js";
-import { curves, isCurve, preview, stale } from "./fitting.js";
 import { comparing, editing, pointer } from "../../core/state.js";
-import { version } from "../versions/versions.js";
 import { view } from "../../canvas/viewport.js";
+import { asked } from "../compare/comparison.js";
+import { version } from "../versions/versions.js";
+import { curves, isCurve, preview, stale } from "./fitting.js";
 
 /** @typedef {import("../../core/types").Pick} Pick @typedef {import("../../core/types").Point} Point
  * @typedef {{ feature: string, index: number, px: number | null, mm: number | null, stray: boolean, at: number, point: Point }} Bar at: along its line, 0 to 1

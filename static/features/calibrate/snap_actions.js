@@ -1,12 +1,12 @@
 // What the point editor can do with the painted lines themselves: snap to them, and propose points along them.
 import { doc } from "../../core/document.js";
+import { editing, picked } from "../../core/state.js";
 import { accept, canPropose, discard, propose, proposed } from "./line_suggestions.js";
 import { snapPoints, snapping, toggleSnapping } from "./snapping.js";
-import { editing, picked } from "../../core/state.js";
 
 const all = () => doc.value.observations.flatMap(({ feature, points }) => (typeof feature === "string" ? points.map((_, index) => ({ feature, index })) : []));
 
-/** @type {import("../shell/action_table.js").Action[]} */
+/** @type {import("../../core/actions.js").Action[]} */
 export const SNAP_ACTIONS = [
   { id: "snap", label: "Snap points to the middle of the painted line; Alt places one freely", short: "Snap", keys: ["s"], group: "Points",
     run: toggleSnapping, pressed: () => snapping.value, enabled: () => editing.value },

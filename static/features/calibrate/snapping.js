@@ -2,11 +2,11 @@
 import { effect, signal, untracked } from "@preact/signals";
 import { Away, call } from "../../core/api.js";
 import { change, doc, dragging, future, pointsOf, withPoints } from "../../core/document.js";
-import { givenFit } from "./fitting.js";
 import { number } from "../../core/format.js";
 import { newestWins } from "../../core/latest_wins.js";
 import { active, editing, kindOf, pointer, snapshot, tellError, tool } from "../../core/state.js";
 import { view } from "../../canvas/viewport.js";
+import { givenFit } from "./fitting.js";
 
 /** @typedef {import("../../core/types").Pick} Pick @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").SnapAnswer} SnapAnswer */
 

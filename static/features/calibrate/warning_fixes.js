@@ -1,15 +1,15 @@
 // What a button can do about a warning or a refusal: by its code, the deed in the words of the page.
-import { run } from "../shell/action_table.js";
-import { laid, margin, seen, sheet } from "../compare/comparison.js";
+import { run } from "../../core/actions.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
+import { words } from "../../core/format.js";
+import { camera, cameras, field, model, models, region, step } from "../../core/state.js";
+import { main } from "../../canvas/viewport.js";
+import { laid, margin, seen, sheet } from "../compare/comparison.js";
+import { heat, shown } from "../compare/heat.js";
+import { version } from "../versions/versions.js";
 import { activateFeature, remove, select } from "./editing.js";
 import { preview } from "./fitting.js";
-import { words } from "../../core/format.js";
-import { heat, shown } from "../compare/heat.js";
 import { compareModels, ranking, useModel } from "./model_ranking.js";
-import { camera, cameras, field, model, models, region, step } from "../../core/state.js";
-import { version } from "../versions/versions.js";
-import { main } from "../../canvas/viewport.js";
 
 /** @typedef {{ reason?: string, feature?: string | null, index?: number | null }} Trouble @typedef {{ label: string, test: string, run: () => void }} Cure */
 

@@ -1,8 +1,8 @@
 // Check only: whether a camera's active calibration still holds in its picture of now. Nothing is fitted or kept.
 import { computed, effect, signal } from "@preact/signals";
-import { shown, status } from "../live/camera_page.js";
-import { longWork } from "../lens_pictures/picture_upload.js";
 import { workFor } from "../../core/jobs.js";
+import { longWork } from "../../core/long_work.js";
+import { shown, status } from "../live/camera_page.js";
 
 const FRAMES = 5; // whoever walks by fast leaves the picture, and noise with them
 
@@ -38,7 +38,7 @@ export function closeCheck() {
 // A refusal is of the camera that was on show.
 effect(() => { void shown.value?.id; notChecked.value = null; });
 
-/** @type {import("../shell/action_table.js").Action[]} */
+/** @type {import("../../core/actions.js").Action[]} */
 export const CHECK_ACTIONS = [
   { id: "check-calibration", label: "Check the active calibration against the picture of now", short: "Check the calibration", keys: ["F4"], group: "Pictures",
     run: () => void checkCalibration(), enabled: () => canCheck.value },

@@ -1,12 +1,12 @@
 // What can be done to a comparison of raw and corrected, still or live: rows of the table of actions.
-import { hold, pause, swap } from "./blink.js";
-import { look, status } from "../live/camera_page.js";
-import { mode, record, seen } from "./comparison.js";
+import { atLive, compare, comparing } from "../../core/state.js";
 import { goToCure, worstOnStage } from "../calibrate/warning_fixes.js";
+import { look, status } from "../live/camera_page.js";
+import { version } from "../versions/versions.js";
+import { hold, pause, swap } from "./blink.js";
+import { mode, record, seen } from "./comparison.js";
 import { grid } from "./grid.js";
 import { shown as heatMap } from "./heat.js";
-import { atLive, compare, comparing } from "../../core/state.js";
-import { version } from "../versions/versions.js";
 
 /** @typedef {import("../../core/types").CompareMode} CompareMode */
 
@@ -30,7 +30,7 @@ const MODES = [
   { id: "blink", label: "Blink between raw and corrected", short: "Blink", key: "k" },
 ];
 
-/** @type {import("../shell/action_table.js").Action[]} */
+/** @type {import("../../core/actions.js").Action[]} */
 export const COMPARE_ACTIONS = [
   ...MODES.map(({ id, label, short, key }) => ({ id, label, short, keys: [key], group: "Compare", run: () => show(id), enabled: has, pressed: () => mode.value === id })),
   { id: "flip", label: "Show the other picture while the key is held", keys: ["f"], group: "Compare", run: (event) => hold(event), enabled: () => both() && seen.value !== "side" && seen.value !== "wipe" },

@@ -1,14 +1,14 @@
 // What is compared, a still or a live picture: raw against corrected, where each lies, and what is under the pointer.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { seenIn, startBlinking } from "./blink.js";
-import { look } from "../live/camera_page.js";
-import { bounds } from "../../canvas/drawing.js";
-import { liveMargin, livePointer, liveRecord, liveView, startLiveComparing } from "../live/live_compare.js";
 import { newestWins } from "../../core/latest_wins.js";
 import { atLive, compare, comparing, pointer, snapshot, tellError } from "../../core/state.js";
-import { version } from "../versions/versions.js";
+import { bounds } from "../../canvas/drawing.js";
 import { MARGIN_PX, main } from "../../canvas/viewport.js";
+import { look } from "../live/camera_page.js";
+import { liveMargin, livePointer, liveRecord, liveView, startLiveComparing } from "../live/live_compare.js";
+import { version } from "../versions/versions.js";
+import { seenIn, startBlinking } from "./blink.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").Feature} Feature */
 

@@ -1,8 +1,8 @@
 // A grid of field millimetres over both pictures: straight on the corrected one, bent as the lens bends on the raw one.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { margin, record } from "./comparison.js";
 import { tellError } from "../../core/state.js";
+import { margin, record } from "./comparison.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").Feature} Feature */
 

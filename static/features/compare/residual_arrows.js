@@ -1,10 +1,10 @@
 // Residuals as arrows: from each click to where the model puts it, drawn longer than they are. The server has the figures.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { preview } from "../calibrate/fitting.js";
 import { comparing, editing, snapshot, tellError } from "../../core/state.js";
-import { version } from "../versions/versions.js";
 import { MARGIN_PX } from "../../canvas/viewport.js";
+import { preview } from "../calibrate/fitting.js";
+import { version } from "../versions/versions.js";
 
 /** @typedef {import("../../core/types").Arrow} Arrow @typedef {import("../../core/types").Arrows} Arrows */
 

@@ -1,15 +1,15 @@
 // What an operator can do with what a camera sees, for the table of all actions.
 import { shown as liveShown } from "../live/camera_page.js";
-import { COLOURS, choose, colour, findAlone, learning } from "./colours.js";
+import { openPage } from "../shell/open_page.js";
 import { nextFrame, play, playing, previousFrame, record, recording } from "./clips.js";
-import { hold, letGo, still, taking } from "./held_frame.js";
-import { openPage } from "../../core/page.js";
+import { COLOURS, choose, colour, findAlone, learning } from "./colours.js";
 import { future, past, redoSeeing, shown, told, undoSeeing } from "./detection.js";
 import { MASK, canCorrect, labels, toggleView, view, zoom, zoomSeen } from "./display.js";
+import { hold, letGo, still, taking } from "./held_frame.js";
 
 const here = () => shown.value !== null && told.value !== null;
 
-/** @type {import("../shell/action_table.js").Action[]} */
+/** @type {import("../../core/actions.js").Action[]} */
 export const SEEING_ACTIONS = [
   { id: "seeing", label: "Show what this camera sees: ball, robots, colours, stages", short: "What it sees…", keys: ["F9"], group: "Pictures", run: () => openPage("seeing", liveShown.value?.id ?? ""), enabled: () => liveShown.value !== null },
   { id: "hold-frame", label: "Hold the frame of now, or go on", short: "Hold", keys: [" "], group: "Seeing", run: () => { if (still.value) letGo(); else void hold(); }, enabled: () => here() && !taking.value, pressed: () => still.value !== null },

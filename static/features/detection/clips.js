@@ -1,9 +1,9 @@
 // Clips of a camera: recorded, stepped through frame by frame, played again and again while colours and stages are tuned.
 import { computed, effect, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
-import { hold, holdOf, isSeen, letGo, still } from "./held_frame.js";
-import { shown } from "./detection.js";
 import { tell, tellError } from "../../core/state.js";
+import { shown } from "./detection.js";
+import { hold, holdOf, isSeen, letGo, still } from "./held_frame.js";
 
 /** @typedef {import("./types").Clip} Clip */
 

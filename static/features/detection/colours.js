@@ -1,9 +1,9 @@
 // Colours taught by clicks and boxes, found without any, kept for a venue by name, copied to another camera.
 import { computed, effect, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
-import { asSnapshot } from "./held_frame.js";
-import { set, shown, told, tune } from "./detection.js";
 import { cameras, tell, tellError } from "../../core/state.js";
+import { set, shown, told, tune } from "./detection.js";
+import { asSnapshot } from "./held_frame.js";
 
 /** @typedef {import("./types").Profile} Profile @typedef {import("./types").Place} Place @typedef {import("./types").Preset} Preset */
 

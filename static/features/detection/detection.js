@@ -2,9 +2,9 @@
 import { computed, effect, signal } from "@preact/signals";
 import { Problem, call, online, request } from "../../core/api.js";
 import { many, number } from "../../core/format.js";
-import { openLine } from "../../core/socket.js";
 import { turns } from "../../core/latest_wins.js";
 import { page } from "../../core/page.js";
+import { openLine } from "../../core/socket.js";
 import { cameras, tellError } from "../../core/state.js";
 
 /** @typedef {import("./types").SeeingTold} SeeingTold @typedef {import("./types").SeeingSet} SeeingSet @typedef {import("./types").SeenFrame} SeenFrame */

@@ -1,8 +1,8 @@
 // How the operator looks at what a camera sees: which picture, how near, with which words in it.
 import { computed, effect, signal } from "@preact/signals";
+import { shown, told } from "./detection.js";
 import { places } from "./field_positions.js";
 import { seen } from "./held_frame.js";
-import { shown, told } from "./detection.js";
 
 const NEARER = 1.5, NEAREST = 8;
 export const MASK = "stage-colours";

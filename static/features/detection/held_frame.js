@@ -1,9 +1,8 @@
 // A held frame: the picture stands while colours are clicked and stages are turned, and it is seen again at each change.
 import { computed, effect, signal } from "@preact/signals";
-import { address, call, request } from "../../core/api.js";
-import { refused } from "../calibrate/fitting.js";
-import { listens, newest, settled, shown, told } from "./detection.js";
+import { address, call, refused, request } from "../../core/api.js";
 import { fields, tellError } from "../../core/state.js";
+import { listens, newest, settled, shown, told } from "./detection.js";
 
 /** @typedef {import("./types").SeenFrame} SeenFrame @typedef {import("./types").Still} Still @typedef {import("./types").Clip} Clip */
 

@@ -1,11 +1,11 @@
 // Whether cameras still stand as they did; and a knocked one's pose registered anew, which is looked at before it is used.
 import { computed, effect, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { shown, status } from "../live/camera_page.js";
-import { longWork } from "../lens_pictures/picture_upload.js";
 import { workFor } from "../../core/jobs.js";
-import { ask } from "../live/camera_status.js";
+import { longWork } from "../../core/long_work.js";
 import { cameras, tell, tellError } from "../../core/state.js";
+import { shown, status } from "../live/camera_page.js";
+import { ask } from "../live/camera_status.js";
 
 /** @typedef {{ calibration: string, version: number, snapshot: string, parent: string, points: number, lines: number, lines_px: number, picture_px: number, sentence: string }} Registered */
 
@@ -55,7 +55,7 @@ export const closeRegistered = () => { last.value = null; };
 // A refusal is of the camera that was on show.
 effect(() => { void shown.value?.id; notRegistered.value = null; });
 
-/** @type {import("../shell/action_table.js").Action[]} */
+/** @type {import("../../core/actions.js").Action[]} */
 export const DRIFT_ACTIONS = [
   { id: "reregister", label: "Re-register the pose of this camera from the field's lines, its lens kept", short: "Re-register the pose", group: "Pictures",
     run: () => void registerPose(), enabled: () => canRegister.value },

@@ -1,11 +1,11 @@
 // The tour: one picture from camera to activation, told with its own numbers as they stand now.
 import { computed, effect, signal } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { curves, isCurve, preview } from "../calibrate/fitting.js";
 import { many, mm, number, pct, words } from "../../core/format.js";
-import { statuses } from "../live/camera_status.js";
-import { ranking } from "../calibrate/model_ranking.js";
 import { camera, cameras, field, model, region, rotation, snapshot } from "../../core/state.js";
+import { curves, isCurve, preview } from "../calibrate/fitting.js";
+import { ranking } from "../calibrate/model_ranking.js";
+import { statuses } from "../live/camera_status.js";
 import { POINTS_ADVISED } from "../shell/steps.js";
 import { isSaved, version } from "../versions/versions.js";
 

@@ -1,8 +1,6 @@
-// What the desks share, a board's and that of straight edges: pictures that are uploaded and listed, and long work on them.
+// Pictures that are uploaded and listed for work on a lens: views of a board, pictures of straight edges.
 import { computed, signal } from "@preact/signals";
-import { Away, call, request } from "../../core/api.js";
-import { refused } from "../calibrate/fitting.js";
-import { Stopped } from "../../core/jobs.js";
+import { call, request } from "../../core/api.js";
 import { tellError } from "../../core/state.js";
 
 const AT_ONCE = 2; // uploads
@@ -60,24 +58,4 @@ export function pictureList(before, purpose, changed) {
     remove: (key) => set(pictures.value.filter((p) => p.key !== key)),
     clear: () => set([]),
   };
-}
-
-/** Work that takes a while: how far it is, the way to stop it, and why it was refused. */
-export function longWork() {
-  const search = signal(/** @type {{ progress: number, message: string, stop: AbortController } | null} */ (null));
-  const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
-  /** @param {(stop: AbortSignal, told: (job: import("../../core/types").Job) => void) => Promise<any>} work @param {(result: any) => unknown} done */
-  async function watch(work, done) {
-    const stop = new AbortController();
-    search.value = { progress: 0, message: "", stop };
-    refusal.value = null;
-    try {
-      await done(await work(stop.signal, ({ progress, message }) => { search.value = { progress, message, stop }; }));
-    } catch (error) {
-      if (!(error instanceof Stopped)) refusal.value = error instanceof Away ? { detail: error.message, fix: "Try again when it is back." } : refused(error);
-    } finally {
-      search.value = null;
-    }
-  }
-  return { search, refusal, watch };
 }

@@ -1,10 +1,8 @@
 // One camera, live, and the form for a new or a changed one: what the operator does with it.
 import { computed, effect, signal } from "@preact/signals";
-import { ask, statuses, STATES } from "./camera_status.js";
-import { Away, call, request } from "../../core/api.js";
-import { atBoard } from "../board/board.js";
-import { refused } from "../calibrate/fitting.js";
-import { atLive, atPair, atStraight, cameras, tell, tellError } from "../../core/state.js";
+import { Away, call, refused, request } from "../../core/api.js";
+import { atBoard, atLive, atPair, atStraight, cameras, tell, tellError } from "../../core/state.js";
+import { STATES, ask, statuses } from "./camera_status.js";
 
 /** @typedef {import("../../core/types").Camera} Camera @typedef {{ id: string, name: string, source: string, field: string | null, region: string | null }} CameraForm */
 

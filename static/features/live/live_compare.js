@@ -1,9 +1,9 @@
 // A camera's live picture, raw against corrected: which calibration is applied, and where the pictures lie.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { look, shown, status } from "./camera_page.js";
 import { tellError } from "../../core/state.js";
 import { createView } from "../../canvas/viewport.js";
+import { look, shown, status } from "./camera_page.js";
 
 const MARGIN = { top: 10, side: 10, bottom: 10 };
 /** The camera's own picture, in raw pixels of its calibration. */

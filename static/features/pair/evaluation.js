@@ -1,12 +1,13 @@
 // Asks the server about a pair: what two cameras agree on after every change, and epipolar lines at pointer rate.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { Away, call, online } from "../../core/api.js";
-import { refused } from "../calibrate/fitting.js";
+import { Away, call, online, refused } from "../../core/api.js";
 import { many } from "../../core/format.js";
 import { same } from "../../core/history.js";
 import { newestWins } from "../../core/latest_wins.js";
-import { ENOUGH, SIDES, both, calibrations, called, chosen, complete, missing, other, pair, pictures, pointed, views } from "./pair.js";
 import { atPair } from "../../core/state.js";
+import {
+  ENOUGH, SIDES, both, calibrations, called, chosen, complete, missing, other, pair, pictures, pointed, views,
+} from "./pair.js";
 
 /** @typedef {import("./types").PairAnswer} PairAnswer @typedef {import("./types").PairLines} PairLines @typedef {import("./types").Side} Side @typedef {import("./types").Question} Question */
 

@@ -1,7 +1,8 @@
 // What the keys and tools do while the page is at two cameras: the same deeds, on matches.
+import { atPair } from "../../core/state.js";
+import { worst } from "./evaluation.js";
 import { addMatchPoint, choose, chooseNext, chosenPoint, isOn, nudgeChosen, removeMatch } from "./matches.js";
 import { both, chosen, pair, pictures, pointed, side, views } from "./pair.js";
-import { worst } from "./evaluation.js";
 
 const ZOOM = 1.25;
 
@@ -10,7 +11,7 @@ const here = () => views[side.value];
 const hasPicture = () => pictures.value[side.value] !== null;
 
 /** By the action's id, in place of what it does elsewhere. @type {Record<string, { run: () => void, enabled: () => boolean }>} */
-export const AT_PAIR = {
+const AT_PAIR = {
   add: { run: addPoint, enabled: () => both.value },
   "next-point": { run: () => chooseNext(1), enabled: hasMatches },
   "previous-point": { run: () => chooseNext(-1), enabled: hasMatches },
@@ -21,6 +22,12 @@ export const AT_PAIR = {
   "zoom-out": { run: () => here().zoomBy(1 / ZOOM), enabled: hasPicture },
   "zoom-fit": { run: () => here().fit(pictures.value[side.value]), enabled: hasPicture },
 };
+
+/** The action, which at two cameras means matches where the table above has it. @param {import("../../core/actions.js").Action} action @returns {import("../../core/actions.js").Action} */
+export function withPairActions(action) {
+  const there = AT_PAIR[action.id];
+  return there ? { ...action, run: (event) => (atPair.value ? there : action).run(event), enabled: () => (atPair.value ? there : action).enabled?.() ?? true } : action;
+}
 
 /** Under the pointer, else in the middle of the picture where the keys work. */
 function addPoint() {

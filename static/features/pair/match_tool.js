@@ -1,6 +1,6 @@
 // The match tool of one picture of a pair: press on a mark to drag it, press beside one to click the next point.
-import { chosen, pair, side, views } from "./pair.js";
 import { isOn, withClick, withMoved } from "./matches.js";
+import { chosen, pair, side, views } from "./pair.js";
 
 /** @typedef {import("./types").Side} Side @typedef {import("../../canvas/tools/pick.js").At} At */
 

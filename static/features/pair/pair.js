@@ -2,11 +2,12 @@
 // They are kept in this browser, a document for each pair of pictures: a draft on the server is of one picture.
 import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import { call, request } from "../../core/api.js";
-import { atBoard } from "../board/board.js";
 import { many } from "../../core/format.js";
 import { createHistory, same } from "../../core/history.js";
 import { turns } from "../../core/latest_wins.js";
-import { atPair, atStraight, busy, cameras, help, notices, snapshot, snapshots, tell, tellError } from "../../core/state.js";
+import {
+  atBoard, atPair, atStraight, busy, cameras, help, notices, snapshot, snapshots, tell, tellError,
+} from "../../core/state.js";
 import { createView } from "../../canvas/viewport.js";
 
 const LAST = "touchline.pair"; // the two pictures that were compared last

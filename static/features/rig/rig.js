@@ -1,12 +1,12 @@
 // A rig: cameras that share a field. Which one is open, its stitched picture, how far its cameras are apart, refitting.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { address, call, request } from "../../core/api.js";
-import { longWork } from "../lens_pictures/picture_upload.js";
-import { refused } from "../calibrate/fitting.js";
+import { address, call, refused, request } from "../../core/api.js";
 import { many } from "../../core/format.js";
 import { follow, workFor } from "../../core/jobs.js";
-import { openPage, page } from "../../core/page.js";
+import { longWork } from "../../core/long_work.js";
+import { page } from "../../core/page.js";
 import { cameras, fields, tell, tellError } from "../../core/state.js";
+import { openPage } from "../shell/open_page.js";
 
 /** @typedef {import("./types").Rig} Rig @typedef {import("./types").Checked} Checked @typedef {import("./types").Stitched} Stitched @typedef {import("./types").Draft} Draft */
 

@@ -34,7 +34,7 @@ export function startTracks() {
   }
 }
 
-/** @type {import("../shell/action_table.js").Action[]} */
+/** @type {import("../../core/actions.js").Action[]} */
 export const TRACK_ACTIONS = [
   { id: "follow-play", label: "Show ball and robots of all cameras of the rig, once each", short: "Ball and robots", group: "Pages", run: () => { following.value = !following.value; },
     enabled: () => rig.value !== null, pressed: () => following.value },

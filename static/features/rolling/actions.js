@@ -1,9 +1,12 @@
 // What an operator can do with a rolling ball, for the table of all actions.
 import { shown as liveShown } from "../live/camera_page.js";
-import { openPage } from "../../core/page.js";
-import { canTakeIn, counted, forgetRolls, hasCorrected, leaveNewest, makeOfRolls, rolls, search, shown, takeInAgain, view, wantsCorrected } from "./rolls.js";
+import { openPage } from "../shell/open_page.js";
+import {
+  canTakeIn, counted, forgetRolls, hasCorrected, leaveNewest, makeOfRolls, rolls, search, shown, takeInAgain, view,
+  wantsCorrected,
+} from "./rolls.js";
 
-/** @type {import("../shell/action_table.js").Action[]} */
+/** @type {import("../../core/actions.js").Action[]} */
 export const ROLL_ACTIONS = [
   { id: "watch-rolls", label: "Let a ball roll before this camera…", short: "Let a ball roll…", group: "Pictures", run: () => openPage("rolls", liveShown.value?.id ?? ""), enabled: () => liveShown.value !== null },
   { id: "leave-roll", label: "Leave the newest roll out", short: "Leave the newest out", keys: ["u"], group: "Pictures", run: leaveNewest, enabled: () => shown.value !== null && counted.value.length > 0 },

@@ -1,11 +1,11 @@
 // A ball that rolls before a live camera: what moves, each straight roll with its number, and the lens that they make.
 import { computed, effect, signal } from "@preact/signals";
 import { call, online } from "../../core/api.js";
-import { longWork } from "../lens_pictures/picture_upload.js";
 import { many, number, pct } from "../../core/format.js";
 import { workFor } from "../../core/jobs.js";
-import { openLine } from "../../core/socket.js";
+import { longWork } from "../../core/long_work.js";
 import { page } from "../../core/page.js";
+import { openLine } from "../../core/socket.js";
 import { cameras, tellError } from "../../core/state.js";
 
 const DOUBT_MS = 5000;

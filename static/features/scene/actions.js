@@ -1,11 +1,12 @@
 // What an operator can do at a scene, for the table of all actions.
-import { openPage, page } from "../../core/page.js";
-import { firstScene, see, shown } from "./scene.js";
+import { page } from "../../core/page.js";
+import { openPage } from "../shell/open_page.js";
 import { version } from "../versions/versions.js";
+import { firstScene, see, shown } from "./scene.js";
 
 const atScene = () => page.value?.name === "scene" && shown.value !== null && !shown.value.boards;
 
-/** @type {import("../shell/action_table.js").Action[]} */
+/** @type {import("../../core/actions.js").Action[]} */
 export const SCENE_ACTIONS = [
   { id: "scene", label: "Show the scene in 3-D", short: "Scene in 3-D", group: "Pages", keys: ["F8"], run: () => openPage("scene", version.value?.id ?? firstScene.value), enabled: () => page.value?.name !== "scene" },
   { id: "scene-free", label: "Look at the scene freely", short: "Freely", group: "View", run: () => see({ view: "free" }), enabled: atScene },

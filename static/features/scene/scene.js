@@ -1,11 +1,12 @@
 // The scene in 3-D: one line to the server as long as its page is open; what is shown, how it is looked at, what was clicked.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, online } from "../../core/api.js";
-import { page, openPage } from "../../core/page.js";
-import { openById } from "../calibrate/pictures.js";
+import { page } from "../../core/page.js";
 import { cameras, pointer, tellError } from "../../core/state.js";
 import { theme } from "../../core/theme.js";
 import { main } from "../../canvas/viewport.js";
+import { openById } from "../calibrate/pictures.js";
+import { openPage } from "../shell/open_page.js";
 
 /** @typedef {import("./types").SceneShown} SceneShown @typedef {import("./types").SceneLook} SceneLook @typedef {import("./types").Clicked} Clicked */
 

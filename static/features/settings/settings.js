@@ -1,8 +1,8 @@
 // What the server runs with, what of its disk is taken, and what this browser prefers.
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { tellError } from "../../core/state.js";
 import { chooseName, operatorName } from "../../core/operator.js";
+import { tellError } from "../../core/state.js";
 
 export { chooseName, operatorName };
 

@@ -1,12 +1,12 @@
 // Where the operator stands on a page beside the steps, by its name; panels/pages.js draws them.
 import { computed } from "@preact/signals";
-import { jobsStanding } from "../jobs/job_list.js";
-import { captureStanding } from "../board/capture.js";
 import { page } from "../../core/page.js";
+import { captureStanding } from "../board/capture.js";
+import { seeingStanding } from "../detection/detection.js";
+import { jobsStanding } from "../jobs/job_list.js";
 import { rigStanding } from "../rig/rig.js";
 import { rollsStanding } from "../rolling/rolls.js";
 import { sceneStanding } from "../scene/scene.js";
-import { seeingStanding } from "../detection/detection.js";
 import { settingsStanding } from "../settings/settings.js";
 import { shelfStanding } from "../versions/version_list.js";
 

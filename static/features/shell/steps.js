@@ -1,16 +1,18 @@
 // Where the operator stands: each step's state, what is missing in one sentence, and the one next thing to do.
 import { computed } from "@preact/signals";
-import { atBoard, standing as boardStanding } from "../board/board.js";
-import { liveStanding } from "../live/camera_page.js";
-import { many } from "../../core/format.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { preview, refusal, stale } from "../calibrate/fitting.js";
+import { many } from "../../core/format.js";
 import { page } from "../../core/page.js";
-import { pageStanding } from "./page_steps.js";
+import {
+  active, atBoard, atLive, atPair, atStraight, camera, cameras, region, snapshot, step,
+} from "../../core/state.js";
+import { standing as boardStanding } from "../board/board.js";
+import { preview, refusal, stale } from "../calibrate/fitting.js";
+import { liveStanding } from "../live/camera_page.js";
 import { pairStanding } from "../pair/evaluation.js";
-import { active, atLive, atPair, atStraight, camera, cameras, region, snapshot, step } from "../../core/state.js";
 import { standing as straightStanding } from "../straight/straight.js";
 import { isSaved, version } from "../versions/versions.js";
+import { pageStanding } from "./page_steps.js";
 
 /** @typedef {import("../../core/types").StepId} StepId @typedef {{ id: StepId, label: string, done: boolean, open: boolean, sentence: string }} Step */
 

@@ -1,11 +1,11 @@
 // How straight a camera's pictures show straight edges: which pictures, the job that judges them, and what came of it.
 import { batch, computed, effect, signal } from "@preact/signals";
 import { Away, call, request } from "../../core/api.js";
-import { atBoard } from "../board/board.js";
-import { longWork, pictureList } from "../lens_pictures/picture_upload.js";
 import { many } from "../../core/format.js";
 import { follow, workFor } from "../../core/jobs.js";
-import { atPair, atStraight, tellError } from "../../core/state.js";
+import { longWork } from "../../core/long_work.js";
+import { atBoard, atPair, atStraight, tellError } from "../../core/state.js";
+import { pictureList } from "../lens_pictures/picture_upload.js";
 
 const KEPT = "touchline.straight"; // a reload goes on with the same pictures
 const WIDEST_PX = 1600; // of a straightened picture: it is looked at, not measured in

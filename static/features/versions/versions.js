@@ -2,9 +2,9 @@
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { doc, same } from "../../core/document.js";
-import { fitBody } from "../calibrate/fitting.js";
 import { turns } from "../../core/latest_wins.js";
 import { busy, rotation, snapshot, step, tellError } from "../../core/state.js";
+import { fitBody } from "../calibrate/fitting.js";
 
 /** The newest version of this picture, and its neighbours of the same camera. */
 export const version = signal(/** @type {import("../../core/types").Calibration | null} */ (null));

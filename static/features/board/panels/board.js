@@ -1,14 +1,18 @@
 // The board: which one it is, its pictures, and the lenses that were found before.
 import { address } from "../../../core/api.js";
-import { found, heldNext, pictures, refusal, removePicture, removePictures, search, seenIn, showLens, takeBoardPicture, want, wanted } from "../board.js";
 import { dayAndTime, many, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { lenses } from "../lenses.js";
 import { models, tellError } from "../../../core/state.js";
-import { DeskTabs, Pictures, Working } from "../../lens_pictures/panels/picture_list.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
+import { Working } from "../../../ui/working.js";
+import {
+  found, heldNext, pictures, refusal, removePicture, removePictures, search, seenIn, showLens, takeBoardPicture, want,
+  wanted,
+} from "../board.js";
+import { lenses } from "../lenses.js";
+import { DeskTabs, Pictures } from "../../lens_pictures/panels/picture_list.js";
 
 const DICTIONARIES = [...[4, 5, 6, 7].flatMap((n) => [50, 100, 250, 1000].map((count) => `DICT_${n}X${n}_${count}`)),
   "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_16h5", "DICT_APRILTAG_25h9", "DICT_APRILTAG_36h10", "DICT_APRILTAG_36h11"];

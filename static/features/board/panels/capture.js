@@ -1,15 +1,15 @@
 // A board before a live camera: its corners over the live picture, what is covered, the view that is wanted next.
 import { useEffect } from "preact/hooks";
-import { automatic, look, refusal, shown, views } from "../capture.js";
-import { removePicture } from "../board.js";
+import { address } from "../../../core/api.js";
 import { many } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { LiveView } from "../../live/layers/live_view.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { path } from "../../../canvas/drawing.js";
+import { removePicture } from "../board.js";
+import { automatic, look, refusal, shown, views } from "../capture.js";
 import { follow } from "../../live/camera_status.js";
-import { address } from "../../../core/api.js";
+import { LiveView } from "../../live/layers/live_view.js";
 import { BoardForm } from "./board.js";
-import { ActionButton } from "../../../ui/toolbar.js";
 
 const WIDTH_PX = 960;
 

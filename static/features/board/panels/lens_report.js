@@ -1,9 +1,9 @@
 // What a lens from a board is worth: how far off it may be, what to doubt, where corners were, the next view that helps.
-import { found } from "../board.js";
 import { many, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/page.js";
 import { Title } from "../../../ui/title.js";
+import { found } from "../board.js";
 
 const LEVEL = { good: "Good", fair: "Fair", poor: "Poor" };
 const OF_VIEWS = new Set(["no-board", "view-left-out"]); // these stand at their pictures

@@ -1,18 +1,18 @@
 // What is clicked: the four borders and the lines inside, with their points and residuals.
-import { ACTIONS, run } from "../../shell/action_table.js";
+import { ACTIONS, run } from "../../../core/actions.js";
 import { BORDERS, change, doc, pointsOf } from "../../../core/document.js";
-import { activateFeature } from "../editing.js";
-import { curves, isCurve, preview, stale } from "../fitting.js";
 import { many, mm, number, words } from "../../../core/format.js";
-import { canPropose, proposed } from "../line_suggestions.js";
 import { html } from "../../../core/html.js";
 import { printed } from "../../../core/keys.js";
-import { colour } from "../../../canvas/drawing.js";
 import { active, field, model } from "../../../core/state.js";
-import { lineUnder } from "./field_drawing.js";
-import { FindLines } from "./find_lines.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
+import { colour } from "../../../canvas/drawing.js";
+import { activateFeature } from "../editing.js";
+import { lineUnder } from "../field_sides.js";
+import { curves, isCurve, preview, stale } from "../fitting.js";
+import { canPropose, proposed } from "../line_suggestions.js";
+import { FindLines } from "./find_lines.js";
 
 export function BordersPanel() {
   const clicked = doc.value.observations.map((o) => o.feature).filter((f) => typeof f === "string" && !BORDERS.includes(/** @type {any} */ (f)));

@@ -1,9 +1,9 @@
 // How bent each border is, against the ± 3 % of a standard lens, before and after correction.
 import { BORDERS } from "../../../core/document.js";
-import { curves, isCurve, preview, stale } from "../fitting.js";
 import { pct, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { colour } from "../../../canvas/drawing.js";
+import { curves, isCurve, preview, stale } from "../fitting.js";
 
 const STANDARD_PCT = 3; // Eq. (9): a standard lens is within ± 3 %
 

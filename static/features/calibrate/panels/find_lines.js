@@ -1,10 +1,10 @@
 // Finding the field's lines: the button, how far it is, and what it says.
-import { finding, lastFound, notFound } from "../find_lines.js";
 import { many } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { snapshot } from "../../../core/state.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
+import { finding, lastFound, notFound } from "../find_lines.js";
 
 export function FindLines() {
   const now = finding.value, said = lastFound.value?.picture === snapshot.value?.id ? lastFound.value : null;

@@ -2,8 +2,8 @@
 import { change, doc } from "../../../core/document.js";
 import { dayAndTime, many, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { calibrations, isSuited, lenses } from "../../board/lenses.js";
 import { cameras, snapshot } from "../../../core/state.js";
+import { calibrations, isSuited, lenses } from "../../board/lenses.js";
 
 /** @typedef {import("./options.js").Props} Props */
 

@@ -1,9 +1,9 @@
 // The model that is used, and its options: the form is built from what the server says about them.
 import { html } from "../../../core/html.js";
 import { model } from "../../../core/state.js";
+import { Title } from "../../../ui/title.js";
 import { note } from "../../versions/versions.js";
 import { OptionField } from "./options.js";
-import { Title } from "../../../ui/title.js";
 
 export function ModelPanel() {
   const it = model.value;

@@ -3,10 +3,10 @@ import { computed, signal } from "@preact/signals";
 import { doc } from "../../../core/document.js";
 import { many, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { comparison, isFresh, notCompared, ranking, useModel } from "../model_ranking.js";
 import { models } from "../../../core/state.js";
-import { ActionButton } from "../../../ui/toolbar.js";
-import { LEVEL } from "./verdict.js";
+import { ActionButton } from "../../../ui/action_button.js";
+import { comparison, isFresh, notCompared, ranking, useModel } from "../model_ranking.js";
+import { LEVEL } from "./levels.js";
 
 /** @typedef {import("../../../core/types").Ranked} Ranked @typedef {"title" | "held_out_mm" | "field_mm" | "parameters"} Column */
 

@@ -2,8 +2,8 @@
 import { change, doc } from "../../../core/document.js";
 import { html } from "../../../core/html.js";
 import { model } from "../../../core/state.js";
-import { HeldLens } from "./known_lens.js";
 import { Typed } from "../../../ui/typed.js";
+import { HeldLens } from "./known_lens.js";
 
 /** @typedef {import("../../../core/types").Option} Option */
 /** @typedef {{ option: Option, value: any, set: (value: unknown) => void, about: Record<string, string> }} Props set(null): as if nothing had been said */

@@ -1,13 +1,13 @@
 // Which field the picture shows, which part of it, and how it stands.
-import { ActionButton } from "../../../ui/toolbar.js";
 import { change, doc } from "../../../core/document.js";
-import { keepKnown } from "../editing.js";
 import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { rememberField } from "../pictures.js";
 import { field, fields, region, rotation } from "../../../core/state.js";
-import { FieldDrawing } from "./field_drawing.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
+import { keepKnown } from "../editing.js";
+import { rememberField } from "../pictures.js";
+import { FieldDrawing } from "./field_drawing.js";
 
 export function FieldPanel() {
   const f = field.value;

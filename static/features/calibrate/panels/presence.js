@@ -1,7 +1,7 @@
 // Beside the step: who else has this picture open, and what they have just done to its draft.
 import { undo } from "../../../core/document.js";
-import { changedBy, isTheirs } from "../draft.js";
 import { html } from "../../../core/html.js";
+import { changedBy, isTheirs } from "../draft.js";
 import { others } from "../presence.js";
 
 export function Presence() {

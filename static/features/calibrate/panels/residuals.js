@@ -1,15 +1,15 @@
 // How far each click lies from its line: along every line, or how often how far; to point at one is to see it in the picture.
-import { arrows } from "../../compare/residual_arrows.js";
-import { select } from "../editing.js";
-import { stale } from "../fitting.js";
 import { many, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { colour } from "../../../canvas/drawing.js";
-import { binned, groups, hovered, isSame, plot, pointAt, valueOf } from "../residuals.js";
 import { comparing, editing, picked } from "../../../core/state.js";
-import { reveal } from "../../../canvas/viewport.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Plot, ink } from "../../../ui/plot.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { colour } from "../../../canvas/drawing.js";
+import { reveal } from "../../../canvas/viewport.js";
+import { select } from "../editing.js";
+import { stale } from "../fitting.js";
+import { binned, groups, hovered, isSame, plot, pointAt, valueOf } from "../residuals.js";
+import { arrows } from "../../compare/residual_arrows.js";
 
 /** @typedef {import("../residuals.js").Bar} Bar @typedef {import("../../../core/types").Pick} Pick @typedef {import("uplot")} UPlot */
 

@@ -1,17 +1,16 @@
 // What the clicks are worth: a length first, a sentence second, details third; every warning with its cure.
 import { doc } from "../../../core/document.js";
-import { preview, refusal, stale } from "../fitting.js";
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { snapshot, step } from "../../../core/state.js";
+import { Title } from "../../../ui/title.js";
+import { preview, refusal, stale } from "../fitting.js";
 import { isSaved } from "../../versions/versions.js";
 import { Distortion } from "./distortion.js";
+import { LEVEL } from "./levels.js";
 import { ModelTable } from "./model_table.js";
 import { Residuals } from "./residuals.js";
 import { Cures, Warnings } from "./warnings.js";
-import { Title } from "../../../ui/title.js";
-
-export const LEVEL = { good: "Good", fair: "Fair", poor: "Poor", unknown: "Not known inside" };
 
 /** @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one */
 export function Verdict({ report }) {

@@ -1,7 +1,7 @@
 // Warnings and refusals: what is wrong, its cure, and buttons that do it.
-import { curesOf } from "../warning_fixes.js";
 import { many } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { curesOf } from "../warning_fixes.js";
 
 const SHOWN = 2; // the others open on demand, so that the figures stay in sight
 

@@ -1,10 +1,10 @@
 // The check of a calibration: the verdict, a row a line, and the picture with the lines as expected and as found.
 import { address } from "../../../core/api.js";
-import { checked, checking, closeCheck, notChecked } from "../check.js";
 import { mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { Working } from "../../lens_pictures/panels/picture_list.js";
 import { Title } from "../../../ui/title.js";
+import { Working } from "../../../ui/working.js";
+import { checked, checking, closeCheck, notChecked } from "../check.js";
 
 const LEVEL = { good: "Good", fair: "Fair", poor: "Poor" };
 const FAR_MM = 15; // as verdicts have it

@@ -1,15 +1,15 @@
 // The words beside a map of millimetres: its scale, its figures, what else it can show, and why there is none.
-import { ACTIONS, run } from "../../shell/action_table.js";
-import { compareThere, worstCure } from "../../calibrate/warning_fixes.js";
-import { arrows } from "../residual_arrows.js";
+import { ACTIONS, run } from "../../../core/actions.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";
-import { differenceFrom, hatMm, heat, isHot, notShown, others, shown } from "../heat.js";
 import { html } from "../../../core/html.js";
-import { STOPS } from "../../../canvas/layers/heat.js";
 import { models } from "../../../core/state.js";
-import { version, versions } from "../../versions/versions.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
+import { STOPS } from "../../../canvas/layers/heat.js";
+import { compareThere, worstCure } from "../../calibrate/warning_fixes.js";
+import { differenceFrom, hatMm, heat, isHot, notShown, others, shown } from "../heat.js";
+import { arrows } from "../residual_arrows.js";
+import { version, versions } from "../../versions/versions.js";
 
 /** On the stage, while a map is wanted. */
 export function HeatLegend() {

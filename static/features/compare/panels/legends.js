@@ -1,10 +1,10 @@
 // The words beside a comparison: how far apart the grid's lines are, and which picture blinking shows.
-import { ACTIONS, run } from "../../shell/action_table.js";
+import { ACTIONS, run } from "../../../core/actions.js";
+import { number } from "../../../core/format.js";
+import { html } from "../../../core/html.js";
 import { RATES, blink, calm, hold, swapAt } from "../blink.js";
 import { mode, record, seen } from "../comparison.js";
-import { number } from "../../../core/format.js";
 import { grid, gridLines, spacing, spacings } from "../grid.js";
-import { html } from "../../../core/html.js";
 
 /** While the grid is shown. */
 export function GridLegend() {

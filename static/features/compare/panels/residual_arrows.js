@@ -1,11 +1,11 @@
 // The words beside the residual arrows: how much longer they are drawn, a ruler, and the longest of them.
-import { run } from "../../shell/action_table.js";
-import { FACTORS, arrows, drawn, factor, longest, longestOf, magnify } from "../residual_arrows.js";
-import { laid, seen } from "../comparison.js";
+import { run } from "../../../core/actions.js";
 import { many, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { comparing } from "../../../core/state.js";
 import { view } from "../../../canvas/viewport.js";
+import { laid, seen } from "../comparison.js";
+import { FACTORS, arrows, drawn, factor, longest, longestOf, magnify } from "../residual_arrows.js";
 
 const RULER_PX = 100; // on the stage, at most
 

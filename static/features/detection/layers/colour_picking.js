@@ -1,7 +1,7 @@
 // Clicks and boxes on a picture that teach a colour: by pointer or finger, and by keys with a cross that moves.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { colour, teach } from "../colours.js";
 import { html } from "../../../core/html.js";
+import { colour, teach } from "../colours.js";
 
 /** @typedef {import("../../../core/types").Point} Point */
 

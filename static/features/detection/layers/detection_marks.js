@@ -1,9 +1,9 @@
 // What is seen, drawn over the picture: rings, fronts, numbers and field places.
-import { correctedOf, pixelsPerMm, places } from "../field_positions.js";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { told } from "../detection.js";
 import { path } from "../../../canvas/drawing.js";
+import { told } from "../detection.js";
+import { correctedOf, pixelsPerMm, places } from "../field_positions.js";
 
 /** @typedef {import("../types").Item} Item @typedef {import("../../../core/types").Point} Point */
 

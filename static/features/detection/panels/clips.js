@@ -1,9 +1,9 @@
 // Below the picture: hold a frame, record a clip, choose one, step and play.
-import { clips, openClip, playing, recording, removeClip, seek } from "../clips.js";
 import { dayAndTime, many, number } from "../../../core/format.js";
-import { still } from "../held_frame.js";
 import { html } from "../../../core/html.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { ActionButton } from "../../../ui/action_button.js";
+import { clips, openClip, playing, recording, removeClip, seek } from "../clips.js";
+import { still } from "../held_frame.js";
 
 export function ClipBar() {
   const it = still.value, clip = it?.clip ?? null;

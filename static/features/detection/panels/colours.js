@@ -1,14 +1,17 @@
 // Colours of a camera: which is taught now, its samples, how well it is told from the others, and presets of a venue.
 import { useState } from "preact/hooks";
-import { BACKGROUND, COLOURS, colour, copyTo, doubted, forget, forgetAll, learning, needed, notes, presetName, presets, removePreset, savePreset, usePreset } from "../colours.js";
+import { run } from "../../../core/actions.js";
 import { many, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { printed } from "../../../core/keys.js";
-import { told, shown } from "../detection.js";
 import { cameras } from "../../../core/state.js";
-import { run } from "../../shell/action_table.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
+import {
+  BACKGROUND, COLOURS, colour, copyTo, doubted, forget, forgetAll, learning, needed, notes, presetName, presets,
+  removePreset, savePreset, usePreset,
+} from "../colours.js";
+import { shown, told } from "../detection.js";
 
 const LEVELS = { good: "good", close: "fair", mixed: "poor" };
 

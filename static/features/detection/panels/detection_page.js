@@ -1,20 +1,20 @@
 // What a camera sees: ball and robots marked in its picture, and every stage's own picture below.
 import { useEffect, useRef } from "preact/hooks";
-import { colour } from "../colours.js";
-import { places } from "../field_positions.js";
-import { pictureOf, stillRefusal, still, seen, taking } from "../held_frame.js";
 import { html } from "../../../core/html.js";
+import { ActionButton } from "../../../ui/action_button.js";
+import { colour } from "../colours.js";
+import { marked, pictured, refusal, shown, told } from "../detection.js";
+import { labels, lookAt, view, zoom } from "../display.js";
+import { places } from "../field_positions.js";
+import { pictureOf, seen, still, stillRefusal, taking } from "../held_frame.js";
 import { ColourPicking } from "../layers/colour_picking.js";
 import { SeenMarks } from "../layers/detection_marks.js";
 import { StagePicture } from "../layers/stage_picture.js";
-import { LiveView } from "../../live/layers/live_view.js";
 import { follow } from "../../live/camera_status.js";
-import { marked, pictured, refusal, shown, told } from "../detection.js";
-import { labels, lookAt, view, zoom } from "../display.js";
-import { Palette } from "./colours.js";
+import { LiveView } from "../../live/layers/live_view.js";
 import { ClipBar } from "./clips.js";
+import { Palette } from "./colours.js";
 import { StageStrip } from "./stages.js";
-import { ActionButton } from "../../../ui/toolbar.js";
 
 const LETTERS_PX = 11.5, USUAL_PX = 680; // of the screen: letters beside the marks; how wide the picture is before it is known
 const WIDTH_PX = 1280, MARGIN = 0.06; // of the corrected picture, as the stream draws it around the field

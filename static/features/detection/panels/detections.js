@@ -1,10 +1,10 @@
 // What is seen now, thing by thing; what somebody should know of it; and whether it goes to the network.
-import { publish } from "../colours.js";
 import { many, number } from "../../../core/format.js";
-import { seen, still } from "../held_frame.js";
 import { html } from "../../../core/html.js";
-import { set, shown, told } from "../detection.js";
 import { Title } from "../../../ui/title.js";
+import { publish } from "../colours.js";
+import { set, shown, told } from "../detection.js";
+import { seen, still } from "../held_frame.js";
 
 /** @typedef {import("../types").Item} Item */
 

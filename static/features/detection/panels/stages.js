@@ -1,12 +1,12 @@
 // Every stage of the plan: its picture, how long it takes, what can be set; and the plans to begin with.
 import { many, number } from "../../../core/format.js";
-import { seen } from "../held_frame.js";
 import { html } from "../../../core/html.js";
-import { StagePicture } from "../layers/stage_picture.js";
+import { Title } from "../../../ui/title.js";
+import { OptionRow } from "../../calibrate/panels/options.js";
 import { kinds, plans, shown, told, tune } from "../detection.js";
 import { toggleView, view } from "../display.js";
-import { OptionRow } from "../../calibrate/panels/options.js";
-import { Title } from "../../../ui/title.js";
+import { seen } from "../held_frame.js";
+import { StagePicture } from "../layers/stage_picture.js";
 
 /** @typedef {import("../types").PlanStage} PlanStage */
 

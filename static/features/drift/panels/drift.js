@@ -1,12 +1,12 @@
 // Whether the camera still stands as it did: in words, as an alarm with its one button, and what came of pressing it.
-import { closeRegistered, notRegistered, registered, registering, useRegistered } from "../drift.js";
 import { clock, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { statuses } from "../../live/camera_status.js";
 import { addressOf } from "../../../core/page.js";
-import { Working } from "../../lens_pictures/panels/picture_list.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { Working } from "../../../ui/working.js";
+import { closeRegistered, notRegistered, registered, registering, useRegistered } from "../drift.js";
+import { statuses } from "../../live/camera_status.js";
 
 const QUIET = new Set(["steady", "learning"]);
 const HELD = { calibration: "the calibration's own picture", start: "the first seconds after it was activated" };

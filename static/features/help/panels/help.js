@@ -1,7 +1,7 @@
 // Help beside the work: the manual (help/*.md) and the list of keys, which is the table of actions.
 import { marked } from "marked";
 import { useEffect, useRef } from "preact/hooks";
-import { ACTIONS, run } from "../../shell/action_table.js";
+import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { printed } from "../../../core/keys.js";
 import { CONTENTS, isUnread, openPage, page, slug } from "../../../core/manual.js";

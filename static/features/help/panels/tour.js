@@ -1,11 +1,11 @@
 // The tour's card beside the work, and the ring around what it speaks of. Nothing is covered and nothing waits for it.
 import { useEffect, useState } from "preact/hooks";
-import { ACTIONS, run } from "../../shell/action_table.js";
+import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { openPage } from "../../../core/manual.js";
 import { help } from "../../../core/state.js";
-import { steps } from "../../shell/steps.js";
 import { STOPS, go, leaveTour, stop, takeTour, tour } from "../tour.js";
+import { steps } from "../../shell/steps.js";
 
 const LOOK_MS = 250, ROUND_PX = 4, NARROW_PX = 720; // up to there the card lies over the lower part of the page
 

@@ -1,11 +1,11 @@
 // Long work: what is at work, how far it is, the way to stop it, and what came of it.
-import { KINDS, cancelJob, hearing, isOver, jobs, running } from "../job_list.js";
 import { call } from "../../../core/api.js";
-import { openBoard, showLens } from "../../board/board.js";
 import { dayAndTime, many, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { openPage } from "../../../core/page.js";
 import { tellError } from "../../../core/state.js";
+import { openBoard, showLens } from "../../board/board.js";
+import { KINDS, cancelJob, hearing, isOver, jobs, running } from "../job_list.js";
+import { openPage } from "../../shell/open_page.js";
 
 /** @typedef {import("../../../core/page_types").JobInList} JobInList */
 

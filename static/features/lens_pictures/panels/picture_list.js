@@ -1,20 +1,14 @@
-// What every desk has: tabs to the others, how far the work is and why it was refused, and how pictures are added.
-import { ACTIONS, run } from "../../shell/action_table.js";
+// The list of pictures that a lens is found or judged by, the ways to add one, and the tabs between the two kinds.
+import { ACTIONS, run } from "../../../core/actions.js";
 import { many } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { atStraight, cameras } from "../../../core/state.js";
-import { ActionButton } from "../../../ui/toolbar.js";
 
 /** @type {[string, string][]} */
 const DESKS = [["board", "A board"], ["straight", "Straight edges"]];
 
 export const DeskTabs = () => html`<div class="tabs desks" role="tablist" aria-label="Know the lens by">${DESKS.map(([id, label]) => html`<button key=${id} type="button" role="tab"
   data-testid=${`desk-${id}`} aria-selected=${String((id === "straight") === atStraight.value)} onClick=${() => run(id)}>${label}</button>`)}</div>`;
-
-/** @param {{ now: { progress: number, message: string } | null, what: string, stop: string, why: import("../../../core/types").Refusal | null, name: string }} props name: what tests call the refusal */
-export const Working = ({ now, what, stop, why, name }) => html`${now && html`<div class="working" data-testid="finding"><div class="line"><progress max="1" value=${now.progress} aria-label=${what}></progress><${ActionButton} id=${stop}/></div>
-    <p class="reason">${now.message || "Asking the server…"}</p></div>`}
-  ${why && html`<div class="warning-line" role="alert" data-testid=${`${name}-refusal`}><b>${why.detail}</b> ${why.fix}</div>`}`;
 
 /** The list of pictures, and the ways to add one. @param {{ of: string, name: string, add: string, count: number, busy: boolean, take: (camera: string) => unknown, clear: () => void, children: any }} props */
 export const Pictures = ({ of, name, add, count, busy, take, clear, children }) => html`<section aria-label=${`Pictures of ${of}`}><h2>${many(count, "picture")} of ${of}</h2>

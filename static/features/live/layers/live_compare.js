@@ -1,20 +1,19 @@
 // A camera's raw and corrected picture on one stage, of the very same frame: wiped, blinking or side by side, under one view.
 import { useEffect, useRef } from "preact/hooks";
-import { asked, laid, mode, paneUnder, record, seen, underPointer } from "../../compare/comparison.js";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { OnCorrected, OnRaw, Wipe, correctedClip, correctedPlace, rawClip } from "../../../canvas/layers/compare.js";
+import { listen } from "../../../canvas/tools/pointer.js";
+import { asked, laid, mode, paneUnder, record, seen, underPointer } from "../../compare/comparison.js";
 import { STATES, statuses, streamAddress } from "../camera_status.js";
 import { liveMargin, livePointer, liveView } from "../live_compare.js";
-import { BlinkLegend, GridLegend } from "../../compare/panels/legends.js";
-import { listen } from "../../../canvas/tools/pointer.js";
-import { OnCorrected, OnRaw, Wipe, correctedClip, correctedPlace, rawClip } from "../../../canvas/layers/compare.js";
 import { useLiveStream } from "./live_stream.js";
 
 const WIDTH = 1600, WIDE = 2880, ENLARGED = 1.6; // px of both halves together; the wider one where more is seen than that gives
 const NOTHING = { down: () => {}, move: () => {}, up: () => {}, cancel: () => {} };
 
-/** @param {{ id: string, name: string }} props */
-export function LiveCompare({ id, name }) {
+/** @param {{ id: string, name: string, children: any }} props children: the words beside what is drawn */
+export function LiveCompare({ id, name, children }) {
   const stage = useRef(/** @type {HTMLElement | null} */ (null)), raw = useRef(/** @type {HTMLElement | null} */ (null)), corrected = useRef(/** @type {HTMLElement | null} */ (null));
   const it = record.value, { k, tx, ty } = liveView.view.value, [width, height] = it?.image_size ?? [4, 3];
   const isNear = k * devicePixelRatio * width > (ENLARGED * WIDTH) / 2;
@@ -50,7 +49,7 @@ export function LiveCompare({ id, name }) {
     <${Wipe}/>
     <span class="badge" data-is=${state} data-testid=${`state-${id}`}>${STATES[state]}${state === "live" && status ? html` <small>${number(status.fps, status.fps < 10 ? 1 : 0)} fps</small>` : ""}</span>
     ${wrong && state !== "mismatch" && html`<p class="wrong" role="status"><b>${wrong.detail}</b> ${wrong.fix}</p>`}</div>
-    <${LiveReadOut}/><div class="live-legends"><${BlinkLegend}/><${GridLegend}/></div></div>`;
+    <${LiveReadOut}/><div class="live-legends">${children}</div></div>`;
 }
 
 /** What is under the pointer. */

@@ -2,8 +2,8 @@
 import { useEffect, useRef } from "preact/hooks";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { STATES, statuses, streamAddress } from "../camera_status.js";
 import { colour, path } from "../../../canvas/drawing.js";
+import { STATES, statuses, streamAddress } from "../camera_status.js";
 import { useLiveStream } from "./live_stream.js";
 
 const OLD_MS = 1500; // a picture older than this is not called live

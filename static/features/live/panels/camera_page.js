@@ -1,21 +1,23 @@
 // The desk of one camera: its picture live, how it is, what can be set; and the form for a new one.
 import { useEffect } from "preact/hooks";
-import {
-  closeForm, confirmCamera, controls, fill, findPlugged, form, kinds, look, openForm, plugged, refusal, removeCamera, setControl, shown, status, tried, trying,
-} from "../camera_page.js";
 import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { LiveCompare } from "../layers/live_compare.js";
-import { LiveView } from "../layers/live_view.js";
-import { STATES, follow } from "../camera_status.js";
-import { liveRecord } from "../live_compare.js";
-import { watching } from "../../calibrate/pictures.js";
 import { fields } from "../../../core/state.js";
-import { CheckReport, CheckWorking, CheckedPicture } from "../../check/panels/check.js";
-import { DriftPanel } from "../../drift/panels/drift.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
+import { watching } from "../../calibrate/pictures.js";
+import { CheckReport, CheckWorking, CheckedPicture } from "../../check/panels/check.js";
+import { BlinkLegend, GridLegend } from "../../compare/panels/legends.js";
+import { DriftPanel } from "../../drift/panels/drift.js";
+import {
+  closeForm, confirmCamera, controls, fill, findPlugged, form, kinds, look, openForm, plugged, refusal, removeCamera,
+  setControl, shown, status, tried, trying,
+} from "../camera_page.js";
+import { STATES, follow } from "../camera_status.js";
+import { LiveCompare } from "../layers/live_compare.js";
+import { LiveView } from "../layers/live_view.js";
+import { liveRecord } from "../live_compare.js";
 
 /** @typedef {import("../../../core/types").Control} Control */
 
@@ -35,7 +37,7 @@ export function LiveDesk() {
         disabled=${id !== "raw" && !can} title=${id !== "raw" && !can ? "Activate a calibration for this camera first." : label} onClick=${() => { look.value = { ...look.value, view: id }; }}>${label}</button>`)}</div>
       <button type="button" data-testid="look-lines" aria-pressed=${String(lines)} disabled=${!can} onClick=${() => { look.value = { ...look.value, lines: !lines }; }}>Field lines</button>
       ${liveRecord.value && html`<${ActionButton} id="grid"/><${ActionButton} id="zoom-out"/><${ActionButton} id="zoom-in"/><${ActionButton} id="zoom-fit"/>`}</div>
-    ${can && view !== "raw" && view !== "corrected" ? html`<${LiveCompare} key=${`both-${it.id}`} id=${it.id} name=${it.name}/>`
+    ${can && view !== "raw" && view !== "corrected" ? html`<${LiveCompare} key=${`both-${it.id}`} id=${it.id} name=${it.name}><${BlinkLegend}/><${GridLegend}/><//>`
       : html`<${LiveView} key=${it.id} id=${it.id} name=${it.name} view=${can ? /** @type {"raw" | "corrected"} */ (view) : "raw"} width=${WIDTH} lines=${lines}/>`}
     ${watching.value && html`<div class="working" data-testid="watching"><div class="line"><progress max="1" value=${watching.value.share} aria-label="Watching"></progress><${ActionButton} id="stop-watching"/></div>
       <p class="reason">Watching for eight seconds, so that whoever walks by leaves the picture.</p></div>`}

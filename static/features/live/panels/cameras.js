@@ -1,13 +1,13 @@
 // All cameras, live, as cards: how each is, and the way to a picture of it.
 import { useEffect } from "preact/hooks";
-import { openForm, openLive } from "../camera_page.js";
 import { html } from "../../../core/html.js";
-import { LiveView } from "../layers/live_view.js";
-import { follow } from "../camera_status.js";
-import { takePicture } from "../../calibrate/pictures.js";
 import { busy, cameras, fields } from "../../../core/state.js";
-import { DriftWords } from "../../drift/panels/drift.js";
 import { Title } from "../../../ui/title.js";
+import { takePicture } from "../../calibrate/pictures.js";
+import { DriftWords } from "../../drift/panels/drift.js";
+import { openForm, openLive } from "../camera_page.js";
+import { follow } from "../camera_status.js";
+import { LiveView } from "../layers/live_view.js";
 
 const CARD_PX = 480, CARD_FPS = 8; // enough to see what goes on; the desk shows every frame
 

@@ -3,10 +3,10 @@ import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { changing, contradictions, followNetwork, heard, publishing, set, takeOver, unfolded } from "../network.js";
 import { cameras } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
+import { changing, contradictions, followNetwork, heard, publishing, set, takeOver, unfolded } from "../network.js";
 
 /** @typedef {import("../types").Publishing} Publishing @typedef {import("../types").PublishedCamera} PublishedCamera */
 /** @typedef {import("../types").HeardSender} HeardSender @typedef {import("../types").HeardCamera} HeardCamera */

@@ -1,12 +1,12 @@
 // Drawn over each picture of a pair: numbered marks, mistakes crossed, epipolar lines, and where a thing is foretold.
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { chosenPoint } from "../matches.js";
-import { chosen, pair, pictures, pointed, views } from "../pair.js";
-import { by, hovered, lined, lines, worth } from "../evaluation.js";
 import { tool } from "../../../core/state.js";
 import { path, placed } from "../../../canvas/drawing.js";
 import { Glass, SIZE_PX } from "../../../canvas/layers/loupe.js";
+import { by, hovered, lined, lines, worth } from "../evaluation.js";
+import { chosenPoint } from "../matches.js";
+import { chosen, pair, pictures, pointed, views } from "../pair.js";
 
 /** @typedef {import("../types").Side} Side */
 

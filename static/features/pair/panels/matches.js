@@ -1,12 +1,14 @@
 // Left of two pictures: where they come from, their calibrations, how high things are, and every match with its figures.
 import { dayAndTime, many, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { choose, removeMatch, setHeight } from "../matches.js";
-import { SIDES, calibrations, called, chosen, hatMm, nextHeight, pair, pictures, setPicture, sourceOf, suited } from "../pair.js";
-import { stale, worth } from "../evaluation.js";
 import { models } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
+import { stale, worth } from "../evaluation.js";
+import { choose, removeMatch, setHeight } from "../matches.js";
+import {
+  SIDES, calibrations, called, chosen, hatMm, nextHeight, pair, pictures, setPicture, sourceOf, suited,
+} from "../pair.js";
 
 /** @typedef {import("../types").Side} Side @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 

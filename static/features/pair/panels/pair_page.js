@@ -1,16 +1,16 @@
 // Two pictures beside each other, each with its marks and epipolar lines; and the choice of a picture where one is missing.
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
-import { ACTIONS, run } from "../../shell/action_table.js";
+import { ACTIONS, run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { dayAndTime, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { both, called, filesFor, pair, pictures, pointed, setPicture, side, takeFor, views } from "../pair.js";
 import { busy, cameras, snapshots, tool } from "../../../core/state.js";
-import { matchTool } from "../match_tool.js";
-import { listen } from "../../../canvas/tools/pointer.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { SIZE_PX } from "../../../canvas/layers/loupe.js";
+import { listen } from "../../../canvas/tools/pointer.js";
 import { MatchGlass, PairOverlay } from "../layers/pair_overlay.js";
+import { matchTool } from "../match_tool.js";
+import { both, called, filesFor, pair, pictures, pointed, setPicture, side, takeFor, views } from "../pair.js";
 
 /** @typedef {import("../types").Side} Side */
 

@@ -1,12 +1,12 @@
 // Right of two pictures: whether the cameras agree, how far matches are from their lines, how the cameras stand to each other.
 import { mm, number } from "../../../core/format.js";
-import { STOPS } from "../../../canvas/layers/heat.js";
 import { html } from "../../../core/html.js";
-import { choose, removeMatch } from "../matches.js";
-import { both, calibrations } from "../pair.js";
-import { basis, bases, by, found, refusal, stale } from "../evaluation.js";
 import { fields } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
+import { STOPS } from "../../../canvas/layers/heat.js";
+import { bases, basis, by, found, refusal, stale } from "../evaluation.js";
+import { choose, removeMatch } from "../matches.js";
+import { both, calibrations } from "../pair.js";
 
 /** @typedef {import("../types").PairAnswer} PairAnswer @typedef {import("../types").Verdict} Sentence */
 

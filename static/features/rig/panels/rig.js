@@ -1,17 +1,19 @@
 // A rig's page: its cameras at the left, the whole field in one picture in the middle, what the check says at the right.
-import { run } from "../../shell/action_table.js";
+import { run } from "../../../core/actions.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { addressOf, page } from "../../../core/page.js";
+import { cameras, fields } from "../../../core/state.js";
+import { ActionButton } from "../../../ui/action_button.js";
+import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
-import { addressOf, openPage, page } from "../../../core/page.js";
 import {
-  draft, draftRefusal, fillDraft, found, giveRegion, openNewRig, others, pictureAddress, plane, refusal, refitRig, removeRig, rig, rigs, search, showMap, stitched, takeStitched, toggleCamera, worst,
+  draft, draftRefusal, fillDraft, found, giveRegion, openNewRig, others, pictureAddress, plane, refitRig, refusal,
+  removeRig, rig, rigs, search, showMap, stitched, takeStitched, toggleCamera, worst,
 } from "../rig.js";
-import { cameras, fields } from "../../../core/state.js";
-import { Working } from "../../lens_pictures/panels/picture_list.js";
+import { openPage } from "../../shell/open_page.js";
 import { TrackMarks, TrackReport } from "./tracks.js";
-import { ActionButton } from "../../../ui/toolbar.js";
 
 /** @typedef {import("../types").Pair} Pair @typedef {import("../../../core/types").Point} Point @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 

@@ -1,9 +1,9 @@
 // Ball and robots over a rig's picture of the whole field, each once, with how far apart the cameras see it.
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { following, noTracks, tracks } from "../tracks.js";
-import { rig } from "../rig.js";
 import { Title } from "../../../ui/title.js";
+import { rig } from "../rig.js";
+import { following, noTracks, tracks } from "../tracks.js";
 
 const ROBOT_MM = 90, BALL_MM = 43; // drawn so large: half across; a ball twice its size, to be found
 const NEAR_MM = 5, FAR_MM = 15; // as verdicts have it

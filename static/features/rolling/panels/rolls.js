@@ -1,19 +1,22 @@
 // A ball before a live camera: its tracks over the picture, each roll with its number, nine fields, and the lens.
 import { useEffect } from "preact/hooks";
-import { useLens } from "../../board/board.js";
 import { call } from "../../../core/api.js";
 import { ago, many, number, pct } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { path } from "../../../canvas/drawing.js";
-import { LiveView } from "../../live/layers/live_view.js";
-import { follow } from "../../live/camera_status.js";
 import { addressOf } from "../../../core/page.js";
-import { all, counted, forgetting, hasCorrected, kind, leaveOut, level, made, moving, pointed, refusal, rolls, search, shown, view, wantsCorrected, workRefusal } from "../rolls.js";
 import { tellError } from "../../../core/state.js";
-import { KINDS } from "../../straight/panels/straight.js";
-import { Working } from "../../lens_pictures/panels/picture_list.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { Working } from "../../../ui/working.js";
+import { path } from "../../../canvas/drawing.js";
+import { useLens } from "../../board/board.js";
+import { follow } from "../../live/camera_status.js";
+import { LiveView } from "../../live/layers/live_view.js";
+import {
+  all, counted, forgetting, hasCorrected, kind, leaveOut, level, made, moving, pointed, refusal, rolls, search, shown,
+  view, wantsCorrected, workRefusal,
+} from "../rolls.js";
+import { KINDS } from "../../straight/panels/straight.js";
 
 /** @typedef {import("../../../core/page_types").KeptRoll} KeptRoll */
 

@@ -1,14 +1,18 @@
 // The scene's page: what is shown at the left, viser in the middle, what is told of it at the right.
-import { run } from "../../shell/action_table.js";
+import { run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { STOPS } from "../../../canvas/layers/heat.js";
-import { addressOf, openPage } from "../../../core/page.js";
-import { rigs } from "../../rig/rig.js";
-import { before, clicked, firstScene, look, only, place, refusal, see, showInPicture, showVersion, shown, toggleCamera, toggleLayer, versions, what } from "../scene.js";
+import { addressOf } from "../../../core/page.js";
 import { cameras } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
+import { STOPS } from "../../../canvas/layers/heat.js";
+import { rigs } from "../../rig/rig.js";
+import {
+  before, clicked, firstScene, look, only, place, refusal, see, showInPicture, showVersion, shown, toggleCamera,
+  toggleLayer, versions, what,
+} from "../scene.js";
+import { openPage } from "../../shell/open_page.js";
 
 /** @typedef {import("../types").SceneCamera} SceneCamera @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 

@@ -3,10 +3,10 @@ import { useEffect } from "preact/hooks";
 import { address } from "../../../core/api.js";
 import { ago, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { addressOf, backAddress, left, page } from "../../../core/page.js";
 import { LONGEST } from "../../../core/operator.js";
-import { askSettings, chooseName, forgetPreferences, health, operatorName, told } from "../settings.js";
+import { addressOf, backAddress, left, page } from "../../../core/page.js";
 import { Typed } from "../../../ui/typed.js";
+import { askSettings, chooseName, forgetPreferences, health, operatorName, told } from "../settings.js";
 
 /** @typedef {import("../../../core/page_types").Setting} Setting */
 

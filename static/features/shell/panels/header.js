@@ -1,14 +1,14 @@
 // Top of the page: where the picture comes from, the steps, whether all is kept, and the one bright button.
 import { signal } from "@preact/signals";
+import { run } from "../../../core/actions.js";
 import { online } from "../../../core/api.js";
-import { run } from "../action_table.js";
-import { draft } from "../../calibrate/draft.js";
 import { ago } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { both } from "../../pair/pair.js";
-import { JobsIndicator } from "../../jobs/panels/jobs.js";
 import { opening } from "../../../core/router.js";
 import { atPair, busy, camera, help, snapshot, step } from "../../../core/state.js";
+import { draft } from "../../calibrate/draft.js";
+import { JobsIndicator } from "../../jobs/panels/jobs.js";
+import { both } from "../../pair/pair.js";
 import { nextThing, steps } from "../steps.js";
 
 const now = signal(Date.now());

@@ -1,9 +1,9 @@
 // What the operator must be told, above the picture and out of its way: nothing here stops the work.
 import { online } from "../../../core/api.js";
-import { draft, keepMine, takeTheirs } from "../../calibrate/draft.js";
 import { clock, many } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { dismiss, notices } from "../../../core/state.js";
+import { draft, keepMine, takeTheirs } from "../../calibrate/draft.js";
 
 export function Notices() {
   const { state, theirs } = draft.value;

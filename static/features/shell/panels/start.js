@@ -1,18 +1,18 @@
 // The first thing anybody sees: cameras, a place to drop a picture, and the pictures that were worked on.
-import { run } from "../action_table.js";
+import { run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { dayAndTime } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { openById } from "../../calibrate/pictures.js";
-import { HeldNext, ToBoard } from "../../board/panels/board.js";
-import { Cameras } from "../../live/panels/cameras.js";
-import { Import } from "../../versions/panels/imports.js";
-import { Network } from "../../network/panels/network.js";
-import { Rigs } from "../../rig/panels/rig.js";
-import { ActionButton } from "../../../ui/toolbar.js";
-import { TourButton } from "../../help/panels/tour.js";
 import { opening } from "../../../core/router.js";
 import { busy, cameras, snapshots } from "../../../core/state.js";
+import { ActionButton } from "../../../ui/action_button.js";
+import { HeldNext, ToBoard } from "../../board/panels/board.js";
+import { openById } from "../../calibrate/pictures.js";
+import { TourButton } from "../../help/panels/tour.js";
+import { Cameras } from "../../live/panels/cameras.js";
+import { Network } from "../../network/panels/network.js";
+import { Rigs } from "../../rig/panels/rig.js";
+import { Import } from "../../versions/panels/imports.js";
 
 export function Start() {
   if (opening.value) return html`<div class="start" aria-busy="true"><p class="dim">Opening…</p></div>`;

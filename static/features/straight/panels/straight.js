@@ -1,13 +1,15 @@
 // The desk of straight edges: pictures of one camera, their edges drawn over them, as taken and straightened.
-import { run } from "../../shell/action_table.js";
+import { run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { many, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import {
-  chooseKind, edges, isOfThese, judged, kind, look, lookAt, pictures, pointed, refusal, removePicture, removePictures, search, shown, showStraight, straightened, takeEdgePicture,
-} from "../straight.js";
-import { DeskTabs, Pictures, Working } from "../../lens_pictures/panels/picture_list.js";
 import { Title } from "../../../ui/title.js";
+import { Working } from "../../../ui/working.js";
+import { DeskTabs, Pictures } from "../../lens_pictures/panels/picture_list.js";
+import {
+  chooseKind, edges, isOfThese, judged, kind, look, lookAt, pictures, pointed, refusal, removePicture, removePictures,
+  search, showStraight, shown, straightened, takeEdgePicture,
+} from "../straight.js";
 
 /** @typedef {import("../../../core/types").Edge} Edge @typedef {import("../../../core/types").Point} Point */
 

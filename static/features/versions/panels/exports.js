@@ -1,8 +1,8 @@
 // Files for other programs: every format with what it holds, and what this version loses in it.
 import { address } from "../../../core/api.js";
-import { askFormats, formats } from "../exports.js";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
+import { askFormats, formats } from "../exports.js";
 
 const ELSEWHERE = new Set(["json", "npz"]); // they stand above, among the downloads for everybody
 

@@ -1,8 +1,8 @@
 // The way in for calibrations that exist already: a file chosen or dropped, and what became of it.
 import { address, call } from "../../../core/api.js";
 import { html } from "../../../core/html.js";
-import { ACCEPTED, beside, importFile, imported, told } from "../imports.js";
 import { busy, cameras, fields, tell, tellError } from "../../../core/state.js";
+import { ACCEPTED, beside, importFile, imported, told } from "../imports.js";
 
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 

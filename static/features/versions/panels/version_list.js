@@ -5,9 +5,11 @@ import { dayAndTime, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/page.js";
 import { cameras, models } from "../../../core/state.js";
-import { activateVersion, activeOne, annotate, apart, choose, deleteVersion, former, loadMore, loadShelf, of, pairOf, shelf } from "../version_list.js";
-import { ExportMenu } from "./exports.js";
 import { Typed } from "../../../ui/typed.js";
+import {
+  activateVersion, activeOne, annotate, apart, choose, deleteVersion, former, loadMore, loadShelf, of, pairOf, shelf,
+} from "../version_list.js";
+import { ExportMenu } from "./exports.js";
 
 /** @typedef {import("../../../core/page_types").Kept} Kept */
 

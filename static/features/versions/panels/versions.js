@@ -4,12 +4,12 @@ import { dayAndTime, mm, pct } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/page.js";
 import { camera } from "../../../core/state.js";
-import { activate, isSaved, version, versions } from "../versions.js";
-import { correctedAddress } from "../../../canvas/layers/compare.js";
-import { ExportMenu } from "./exports.js";
-import { HeatPanel } from "../../compare/panels/heat.js";
-import { ActionButton } from "../../../ui/toolbar.js";
+import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
+import { correctedAddress } from "../../../canvas/layers/compare.js";
+import { HeatPanel } from "../../compare/panels/heat.js";
+import { activate, isSaved, version, versions } from "../versions.js";
+import { ExportMenu } from "./exports.js";
 
 export function ComparePanel() {
   const it = version.value;

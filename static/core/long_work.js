@@ -1,0 +1,24 @@
+// Long work as a panel shows it: how far it is, the way to stop it, and why it was refused.
+import { signal } from "@preact/signals";
+import { Away, refused } from "./api.js";
+import { Stopped } from "./jobs.js";
+
+/** Track one piece of work. */
+export function longWork() {
+  const search = signal(/** @type {{ progress: number, message: string, stop: AbortController } | null} */ (null));
+  const refusal = signal(/** @type {import("./types").Refusal | null} */ (null));
+  /** @param {(stop: AbortSignal, told: (job: import("./types").Job) => void) => Promise<any>} work @param {(result: any) => unknown} done */
+  async function watch(work, done) {
+    const stop = new AbortController();
+    search.value = { progress: 0, message: "", stop };
+    refusal.value = null;
+    try {
+      await done(await work(stop.signal, ({ progress, message }) => { search.value = { progress, message, stop }; }));
+    } catch (error) {
+      if (!(error instanceof Stopped)) refusal.value = error instanceof Away ? { detail: error.message, fix: "Try again when it is back." } : refused(error);
+    } finally {
+      search.value = null;
+    }
+  }
+  return { search, refusal, watch };
+}

@@ -1,0 +1,59 @@
+// Addresses of the page (#/SNAPSHOT/STEP, #/lens, #/straight, #/live/CAMERA, #/pair/LEFT/RIGHT, #/rig/NAME …), and how each is followed.
+import { computed } from "@preact/signals";
+import { NAMES, addressOf, page } from "../../core/page.js";
+import { atBoard, atLive, atPair, atStraight, snapshot, step } from "../../core/state.js";
+import { openBoard } from "../board/board.js";
+import { closePicture, openById } from "../calibrate/pictures.js";
+import { openLive } from "../live/camera_page.js";
+import { openPair, pictures } from "../pair/pair.js";
+import { openStraight } from "../straight/straight.js";
+import { openPage } from "./open_page.js";
+import { STEPS } from "./steps.js";
+
+const BOARD = "lens", PAIR = "pair", STRAIGHT = "straight", LIVE = "live"; // no picture's ids: those are hexadecimal
+
+/** @returns {{ id: string, at: import("../../core/types").StepId }} */
+function read() {
+  const [, id = "", at = ""] = location.hash.split("/");
+  const known = STEPS.find((s) => s.id === at)?.id;
+  return { id: decodeURIComponent(id), at: known ?? (id ? "picture" : "camera") };
+}
+
+/** The address of where the page is now. */
+export const here = computed(() => (page.value ? addressOf(page.value) : snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atLive.value !== null ? `#/${LIVE}/${encodeURIComponent(atLive.value)}` : atBoard.value ? `#/${BOARD}` : atPair.value ? pairAddress() : atStraight.value ? `#/${STRAIGHT}` : "#/"));
+
+const pairAddress = () => {
+  const { a, b } = pictures.value;
+  return a && b ? `#/${PAIR}/${encodeURIComponent(a.id)}/${encodeURIComponent(b.id)}` : `#/${PAIR}`;
+};
+
+/** Go where the address bar says. */
+export async function follow() {
+  const { id, at } = read();
+  const there = NAMES.find((one) => one === id);
+  if (there) {
+    const argument = location.hash.split("/").slice(2).map(decodeURIComponent).join("/");
+    if (page.value?.name !== there || page.value.argument !== argument) openPage(there, argument);
+    return;
+  }
+  page.value = null;
+  if (id === BOARD || id === PAIR || id === STRAIGHT || id === LIVE) {
+    const asked = location.hash, names = asked.split("/").slice(2).map(decodeURIComponent), name = names[0] ?? "";
+    closePicture(); // which writes another address for a moment
+    step.value = "camera";
+    if (id === LIVE) { if (atLive.value !== name) openLive(name); }
+    else if (id === BOARD && !atBoard.value) void openBoard();
+    else if (id === STRAIGHT && !atStraight.value) void openStraight();
+    else if (id === PAIR && !(atPair.value && asked === pairAddress())) await openPair(...names);
+    return;
+  }
+  atLive.value = null;
+  atBoard.value = false;
+  atPair.value = false;
+  atStraight.value = false;
+  if (!id) {
+    if (snapshot.value) closePicture();
+    step.value = "camera";
+  } else if (id !== snapshot.value?.id) await openById(id, at);
+  else step.value = at;
+}

@@ -1,0 +1,12 @@
+// Actions on versions: save one, activate one.
+import { doc } from "../../core/document.js";
+import { snapshot } from "../../core/state.js";
+import { activate, isSaved, saveVersion, version } from "./versions.js";
+
+/** @type {import("../../core/actions.js").Action[]} */
+export const VERSION_ACTIONS = [
+  { id: "save", label: "Save a version and compare", short: "Save and compare", keys: ["ctrl+s"], group: "Steps", run: () => void saveVersion(),
+    enabled: () => snapshot.value !== null && doc.value.observations.length > 0 }, // if something is missing, the server says what
+  { id: "activate", label: "Activate this version for its camera", short: "Activate", group: "Steps",
+    run: () => void (version.value && activate(version.value.id)), enabled: () => isSaved.value && !version.value?.active },
+];
