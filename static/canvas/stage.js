@@ -12,11 +12,11 @@ import { Overlay } from "./layers/overlay.js";
 import { ResidualArrows } from "./layers/residual_arrows.js";
 import { Toolbar } from "./toolbar.js";
 import { listen } from "./tools/pointer.js";
-import { fit, main, stageSize, view } from "./viewport.js";
+import { fit, mainViewport, stageSize, view } from "./viewport.js";
 import { selectNext } from "../features/calibrate/editing.js";
-import { said } from "../features/calibrate/snapping.js";
-import { asked, paneUnder, underPointer } from "../features/compare/comparison.js";
-import { shown as heatMap, valueAt } from "../features/compare/heat.js";
+import { snapMessage } from "../features/calibrate/snapping.js";
+import { pointedAt, paneUnder, fieldUnderPointer } from "../features/compare/comparison.js";
+import { shownMap as heatMap, valueAt } from "../features/compare/heat.js";
 
 const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
 
@@ -67,7 +67,7 @@ function tab(e) {
 
 /** Which of two pictures the pointer is over. @param {PointerEvent} e */
 function inPane(e) {
-  const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect(), { columns, rows } = main.panes.value, { width, height } = stageSize.value;
+  const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect(), { columns, rows } = mainViewport.panes.value, { width, height } = stageSize.value;
   paneUnder.value = (columns > 1 && e.clientX - left >= width / 2) || (rows > 1 && e.clientY - top >= height / 2) ? 1 : 0;
 }
 
@@ -80,14 +80,14 @@ function label() {
 
 /** What is under the pointer. */
 function ReadOut() {
-  const map = heatMap.value, there = map && underPointer.value ? valueAt(map, underPointer.value) : null;
-  const at = pointer.value, spot = underPointer.value, on = asked.value;
+  const map = heatMap.value, there = map && fieldUnderPointer.value ? valueAt(map, fieldUnderPointer.value) : null;
+  const at = pointer.value, spot = fieldUnderPointer.value, on = pointedAt.value;
   const [name, [x, y]] = on?.from === "corrected" ? ["Corrected pixel", on.point] : ["Pixel", [at?.x ?? 0, at?.y ?? 0]];
   return html`<div class="read-out" data-off-stage data-testid="read-out">
     <span>${at ? html`${name} <b>${number(x)}, ${number(y)}</b>` : html`<span class="dim">Point at the picture for its position</span>`}</span>
     ${on && html`<span>Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b></span>`}
     ${on && map && html`<span>${map.what === "expected" ? "Expected error" : "Difference"} there <b>${there === null ? "–" : `${mm(there)} mm`}</b></span>`}
-    ${editing.value && html`<span role="status" data-testid="snap-said">${said.value}</span>`}
+    ${editing.value && html`<span role="status" data-testid="snap-said">${snapMessage.value}</span>`}
     <span class="zoom">${number(view.value.k * 100, 0)} %</span>
   </div>`;
 }

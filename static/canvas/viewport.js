@@ -7,7 +7,7 @@ const MARGIN = { top: 68, side: 28, bottom: 48 }; // room for the toolbar and th
 export const MARGIN_PX = 40; // carpet shown around the corrected picture, in its own pixels
 
 /** A stage's view of its picture. @param {typeof MARGIN} margin px, left around the whole picture */
-export function createView(margin) {
+export function createViewport(margin) {
   const size = signal({ width: 800, height: 600 });
   /** How many pictures stand side by side or one above the other, each under the same view in its own part of the stage. */
   const panes = signal({ columns: 1, rows: 1 });
@@ -82,5 +82,5 @@ export function createView(margin) {
 }
 
 /** Of the picture that is worked on. */
-export const main = createView(MARGIN);
-export const { size: stageSize, pane: paneSize, view, toPicture, toStage, zoomBy, panBy, fit, reveal } = main;
+export const mainViewport = createViewport(MARGIN);
+export const { size: stageSize, pane: paneSize, view, toPicture, toStage, zoomBy, panBy, fit, reveal } = mainViewport;

@@ -22,7 +22,7 @@ export class Problem extends Error {
 }
 
 /** The server did not answer at all. */
-export class Away extends Error {}
+export class ServerUnreachable extends Error {}
 
 /**
  * @param {string} method @param {string} path
@@ -40,8 +40,8 @@ export async function request(method, path, { json, body, headers = {}, keepaliv
     response = await fetch(ROOT + path, options);
   } catch (error) {
     if (stop?.aborted) throw error;
-    wentAway();
-    throw new Away("The server does not answer.");
+    noticeUnreachable();
+    throw new ServerUnreachable("The server does not answer.");
   }
   online.value = true;
   if (response.ok) return response;
@@ -58,7 +58,7 @@ export async function call(method, path, json) {
 }
 
 /** What the server refused, to be shown; any other error goes on. @param {unknown} error @returns {import("./types").Refusal} */
-export function refused(error) {
+export function toRefusal(error) {
   if (error instanceof Problem) {
     const { title, type = "", feature = null, index = null } = error.body;
     return { detail: error.detail, fix: error.fix, title, reason: type.split("/").at(-1), feature, index };
@@ -69,7 +69,7 @@ export function refused(error) {
 /** @param {string} path an address for an <img> or a link */
 export const address = (path) => ROOT + path;
 
-function wentAway() {
+function noticeUnreachable() {
   if (!online.value) return;
   online.value = false;
   const again = setInterval(async () => {

@@ -1,7 +1,7 @@
 // The operator's document (field, region, model, clicks) and its history. Undo is an earlier copy.
-import { createHistory, same } from "./history.js";
+import { createHistory, isEqual } from "./history.js";
 
-export { same };
+export { isEqual };
 
 /** @typedef {import("./types").Doc} Doc @typedef {import("./types").Border} Border @typedef {import("./types").Point} Point */
 
@@ -31,7 +31,7 @@ export function withPoints(document, feature, points, kind) {
  * @param {Doc} document @param {import("./types").Model} next @param {import("./types").Model | null} before @returns {Doc} */
 export function withModel(document, next, before) {
   const lenses = new Set(next.options.filter((o) => o.type === "calibration").flatMap(({ name }) => [name, `${name}_sigma`]));
-  const kept = next.options.filter((o) => before?.options.some((b) => same(b, o)) && !lenses.has(o.name) && o.name in document.options);
+  const kept = next.options.filter((o) => before?.options.some((b) => isEqual(b, o)) && !lenses.has(o.name) && o.name in document.options);
   return { ...document, model: next.name, options: Object.fromEntries(kept.map(({ name }) => [name, document.options[name]])) };
 }
 

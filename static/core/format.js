@@ -16,7 +16,7 @@ export const mm = (value) => number(value, value !== null && value !== undefined
 export const pct = (value) => (value !== null && value !== undefined && value >= 0.005 ? "+" : "") + number(value, 2);
 
 /** @param {number} count @param {string} one */
-export const many = (count, one) => `${count} ${one}${count === 1 ? "" : "s"}`;
+export const plural = (count, one) => `${count} ${one}${count === 1 ? "" : "s"}`;
 
 /** @param {string} name "halfway-line" → "Halfway line" */
 export const words = (name) => {

@@ -4,7 +4,7 @@ import { batch, signal } from "@preact/signals";
 const MAX_HISTORY = 5000; // a copy shares all with the one before it but the line that was changed
 
 /** @param {unknown} a @param {unknown} b */
-export const same = (a, b) => a === b || JSON.stringify(a) === JSON.stringify(b);
+export const isEqual = (a, b) => a === b || JSON.stringify(a) === JSON.stringify(b);
 
 /** @template T @param {T} first */
 export function createHistory(first) {
@@ -16,7 +16,7 @@ export function createHistory(first) {
 
   /** One change that can be undone. @param {T} next */
   function change(next) {
-    if (same(next, doc.value)) return;
+    if (isEqual(next, doc.value)) return;
     past.value = [...past.value.slice(-MAX_HISTORY), doc.value];
     future.value = [];
     doc.value = next;

@@ -1,5 +1,5 @@
 // Long work on the server: ask for it, watch how far it has come, stop it.
-import { Away, Problem, address, call, request } from "./api.js";
+import { ServerUnreachable, Problem, address, call, request } from "./api.js";
 
 const RETRY_MS = 500;
 
@@ -10,21 +10,21 @@ export class Stopped extends Error {}
 
 /** Ask for work that takes a while, and wait for its result. Refusals are thrown as they would be at once.
  * @param {string} path @param {unknown} json @param {AbortSignal} stop ends the work on the server too @param {(job: Job) => void} told how far it is */
-export async function workFor(path, json, stop, told) {
+export async function runJob(path, json, stop, told) {
   const response = await request("POST", path, { json });
-  return response.status === 202 ? follow(await response.json(), stop, told) : response.json();
+  return response.status === 202 ? followJob(await response.json(), stop, told) : response.json();
 }
 
 /** Watch a job to its end; while the server is away, wait for it. @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} told @returns {Promise<any>} its result */
-export async function follow(job, stop, told) {
+export async function followJob(job, stop, told) {
   const cancel = () => void request("DELETE", `/jobs/${job.id}`, { keepalive: true }).catch(() => {}); // it may have ended already
   if (stop.aborted) cancel();
   stop.addEventListener("abort", cancel);
   try {
-    for (let now = job; ; now = await look(now)) {
+    for (let now = job; ; now = await pollJob(now)) {
       if (stop.aborted || now.state === "cancelled") throw new Stopped();
       told(now);
-      if (!isOver(now)) now = await hear(now, stop, told);
+      if (!isOver(now)) now = await streamStates(now, stop, told);
       if (stop.aborted || now.state === "cancelled") throw new Stopped();
       if (now.state === "done") return now.result;
       if (now.state === "failed") throw new Problem(now.problem?.status ?? 500, now.problem ?? {});
@@ -40,7 +40,7 @@ const isOver = (job) => job.state === "done" || job.state === "failed" || job.st
 
 /** Every state of a job as the server tells it, until its end, a stop, or until the line breaks.
  * @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} told @returns {Promise<Job>} the last that was heard */
-function hear(job, stop, told) {
+function streamStates(job, stop, told) {
   return new Promise((resolve) => {
     let last = job;
     const line = new WebSocket(address(`/jobs/${job.id}/stream`));
@@ -58,11 +58,11 @@ function hear(job, stop, told) {
 }
 
 /** @param {Job} before @returns {Promise<Job>} as it is now; as it was, while the server does not answer */
-async function look(before) {
+async function pollJob(before) {
   try {
     return await call("GET", `/jobs/${before.id}`);
   } catch (error) {
-    if (error instanceof Away) return before;
+    if (error instanceof ServerUnreachable) return before;
     throw error;
   }
 }

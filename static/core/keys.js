@@ -32,5 +32,5 @@ export function startKeys() {
 const SHOWN = { ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", ctrl: "Ctrl", shift: "Shift", Delete: "Del", Escape: "Esc", " ": "Space" };
 
 /** A key as the page prints it: "Ctrl Z". @param {string} key */
-export const printed = (key) => (key === "+" ? ["+"] : key.split("+"))
+export const keyLabel = (key) => (key === "+" ? ["+"] : key.split("+"))
   .map((part) => SHOWN[/** @type {keyof typeof SHOWN} */ (part)] ?? (part.length === 1 ? part.toUpperCase() : part)).join(" ");

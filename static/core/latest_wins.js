@@ -5,7 +5,7 @@
  * @param {(value: T) => Promise<void>} send
  * @returns {(value: T) => Promise<void>} resolves when nothing waits any more
  */
-export function newestWins(send) {
+export function latestWins(send) {
   /** @type {{ value: T } | null} */
   let waiting = null;
   /** @type {Promise<void> | null} */
@@ -32,7 +32,7 @@ export function newestWins(send) {
  * Questions whose answers may come in another order. begin(): a new one; since(): none, but whoever asks wants to know of a new one.
  * Both give a function that says whether no question has begun meanwhile.
  */
-export function turns() {
+export function requestOrder() {
   let last = 0;
   const since = () => {
     const mine = last;

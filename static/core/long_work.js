@@ -1,6 +1,6 @@
 // Long work as a panel shows it: how far it is, the way to stop it, and why it was refused.
 import { signal } from "@preact/signals";
-import { Away, refused } from "./api.js";
+import { ServerUnreachable, toRefusal } from "./api.js";
 import { Stopped } from "./jobs.js";
 
 /** Track one piece of work. */
@@ -15,7 +15,7 @@ export function longWork() {
     try {
       await done(await work(stop.signal, ({ progress, message }) => { search.value = { progress, message, stop }; }));
     } catch (error) {
-      if (!(error instanceof Stopped)) refusal.value = error instanceof Away ? { detail: error.message, fix: "Try again when it is back." } : refused(error);
+      if (!(error instanceof Stopped)) refusal.value = error instanceof ServerUnreachable ? { detail: error.message, fix: "Try again when it is back." } : toRefusal(error);
     } finally {
       search.value = null;
     }

@@ -5,7 +5,7 @@ import { help } from "./state.js";
 export const CONTENTS = "contents.md";
 
 /** heading: as in the address of a heading, "" the top. asked: counts, so that the same place can be asked for twice. */
-export const page = signal({ name: "", text: "", heading: "", asked: 0 });
+export const manualPage = signal({ name: "", text: "", heading: "", asked: 0 });
 
 /** What explains a panel: page#heading. A test looks up every one of them. @type {Record<string, string>} */
 export const EXPLAINED = {
@@ -29,10 +29,10 @@ let newest = 0; // of what was asked for: the last one wins, whichever answer co
 export const isUnread = () => newest === 0;
 
 /** Open a page, "models.md" or "models.md#division", beside the work. @param {string} to */
-export async function openPage(to) {
+export async function openManual(to) {
   const [name, heading = ""] = to.split("#"), asked = ++newest;
   help.value = "manual";
-  if (name === page.value.name) { page.value = { ...page.value, heading, asked }; return; }
+  if (name === manualPage.value.name) { manualPage.value = { ...manualPage.value, heading, asked }; return; }
   let text;
   try {
     const response = await fetch(`help/${name}`);
@@ -40,5 +40,5 @@ export async function openPage(to) {
   } catch {
     text = "The manual cannot be read while the server does not answer.";
   }
-  if (asked === newest) page.value = { name, text, heading, asked };
+  if (asked === newest) manualPage.value = { name, text, heading, asked };
 }

@@ -2,13 +2,13 @@
 import { signal } from "@preact/signals";
 
 const KEPT = "touchline.operator";
-export const LONGEST = 64;
+export const MAX_NAME_LENGTH = 64;
 
 export const operatorName = signal(read());
 
 /** @param {string} name */
 export function chooseName(name) {
-  operatorName.value = name.trim().slice(0, LONGEST);
+  operatorName.value = name.trim().slice(0, MAX_NAME_LENGTH);
   try {
     localStorage.setItem(KEPT, operatorName.value);
   } catch { /* a full or forbidden store: only a reload forgets it */ }

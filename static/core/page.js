@@ -5,11 +5,11 @@ import { atBoard, atLive, atPair, atStraight, snapshot } from "./state.js";
 /** @typedef {import("./page_types").At} At */
 
 /** @type {At["name"][]} */
-export const NAMES = ["jobs", "settings", "versions", "capture", "rig", "rolls", "scene", "seeing"]; // no picture's ids: those are hexadecimal
+export const PAGE_NAMES = ["jobs", "settings", "versions", "capture", "rig", "rolls", "scene", "seeing"]; // no picture's ids: those are hexadecimal
 /** Where the page is, or null: at the steps or a desk. */
 export const page = signal(/** @type {At | null} */ (null));
 /** The picture that was left for it. */
-export const left = signal(/** @type {{ id: string, at: import("./types").StepId } | null} */ (null));
+export const leftPicture = signal(/** @type {{ id: string, at: import("./types").StepId } | null} */ (null));
 
 // At one place at a time.
 effect(() => { if (snapshot.value || atBoard.value || atPair.value || atStraight.value || atLive.value !== null) page.value = null; });
@@ -18,4 +18,4 @@ effect(() => { if (snapshot.value || atBoard.value || atPair.value || atStraight
 export const addressOf = ({ name, argument }) => `#/${name}${argument ? `/${argument.split("/").map(encodeURIComponent).join("/")}` : ""}`;
 
 /** Back to where the operator was. */
-export const backAddress = () => (left.value ? `#/${left.value.id}/${left.value.at}` : "#/");
+export const backAddress = () => (leftPicture.value ? `#/${leftPicture.value.id}/${leftPicture.value.at}` : "#/");

@@ -12,7 +12,7 @@ const nothing = () => {};
  * @param {{ told: (heard: any) => void, opened?: () => void, broken?: () => void }} hear told: of each message; opened: each time the line stands; broken: each time it does no more
  * @returns {Line}
  */
-export function openLine(path, { told, opened = nothing, broken = nothing }) {
+export function openSocket(path, { told, opened = nothing, broken = nothing }) {
   let timer = 0, isOver = false;
   /** @type {WebSocket} */
   let socket;

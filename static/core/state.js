@@ -52,22 +52,22 @@ export const kindOf = (feature) => (field.value && feature in field.value.landma
 export const comparing = computed(() => step.value === "compare" || step.value === "activate");
 
 /** The selected points that still exist. */
-export const picked = computed(() =>
+export const selectedPoints = computed(() =>
   selection.value.filter((p) => p.index < pointsOf(doc.value, p.feature).length));
 
 let lastNotice = 0;
 export const notices = signal(/** @type {import("./types").Notice[]} */ ([]));
 
 /** Tell the operator something that stays until it is dismissed. @param {Omit<import("./types").Notice, "id">} notice */
-export function tell(notice) {
+export function notify(notice) {
   notices.value = [...notices.value.filter((n) => n.text !== notice.text), { ...notice, id: ++lastNotice }];
 }
 
 /** Tell what went wrong, with its fix. @param {unknown} error */
-export function tellError(error) {
+export function notifyError(error) {
   const { message, fix, status } = /** @type {{ message: string, fix?: string, status?: number }} */ (error);
   const action = status === 401 ? { label: "Sign in…", run: () => location.assign("/login") } : undefined;
-  tell({ level: "warn", text: message, fix: fix ?? "Check that the server runs; the page tries again by itself.", action });
+  notify({ level: "warn", text: message, fix: fix ?? "Check that the server runs; the page tries again by itself.", action });
 }
 
 /** @param {number} id */

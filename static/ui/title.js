@@ -1,8 +1,8 @@
 // A panel's heading, and the way to the place in the manual that explains it.
 import { html } from "../core/html.js";
-import { EXPLAINED, openPage } from "../core/manual.js";
+import { EXPLAINED, openManual } from "../core/manual.js";
 
 /** of: which panel, as the manual's table names it. about: what is explained, if the heading itself is a figure or a date.
  * @param {{ of: string, about?: string, children?: any }} props */
 export const Title = ({ of, about, children }) => html`<div class="titled"><h2>${children}</h2>
-  <button type="button" class="ask" data-testid=${`explain-${of}`} aria-label=${`Explain: ${about ?? [children].flat().join("")}`} title="Explain this" onClick=${() => void openPage(EXPLAINED[of])}>?</button></div>`;
+  <button type="button" class="ask" data-testid=${`explain-${of}`} aria-label=${`Explain: ${about ?? [children].flat().join("")}`} title="Explain this" onClick=${() => void openManual(EXPLAINED[of])}>?</button></div>`;

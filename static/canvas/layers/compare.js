@@ -10,39 +10,39 @@ import { Heat } from "./heat.js";
 import { FieldLines } from "./overlay.js";
 import { ResidualArrows } from "./residual_arrows.js";
 import { MARGIN_PX } from "../viewport.js";
-import { counterpart, laid, lines, margin, record, seen, sheet } from "../../features/compare/comparison.js";
-import { look } from "../../features/live/camera_page.js";
+import { counterpart, correctedPlacement, lines, margin, comparedVersion, visiblePicture, activeViewport } from "../../features/compare/comparison.js";
+import { cameraView } from "../../features/live/camera_page.js";
 
 const STEP = 0.02, ENDS = [0.02, 0.98];
 
-const withLines = computed(() => (atLive.value === null ? showLines.value : look.value.lines));
+const withLines = computed(() => (atLive.value === null ? showLines.value : cameraView.value.lines));
 
 /** The corrected picture's address. @param {string} id @param {string} suffix */
 export const correctedAddress = (id, suffix) => address(`/calibrations/${id}/corrected.${suffix}?margin_px=${MARGIN_PX}`);
 
 /** Where the corrected picture's corner lies on its pane, and its scale: as an <img> is placed. */
 export const correctedPlace = computed(() => {
-  const here = laid.value, { k, tx, ty } = sheet.value.view.value;
+  const here = correctedPlacement.value, { k, tx, ty } = activeViewport.value.view.value;
   // Half a pixel: an <img> begins at its first pixel's edge, positions at its centre.
   return here && { x: (here.x - 0.5 * here.scale + 0.5) * k + tx, y: (here.y - 0.5 * here.scale + 0.5) * k + ty, k: k * here.scale };
 });
 
 /** The style of the half that is corrected. */
 export const correctedClip = computed(() => {
-  if (seen.value === "side") return sheet.value.panes.value.rows > 1 ? "top:50%" : "left:50%";
-  return seen.value === "raw" ? "visibility:hidden" : seen.value === "wipe" ? `clip-path:inset(0 0 0 ${compare.value.at * 100}%)` : "";
+  if (visiblePicture.value === "side") return activeViewport.value.panes.value.rows > 1 ? "top:50%" : "left:50%";
+  return visiblePicture.value === "raw" ? "visibility:hidden" : visiblePicture.value === "wipe" ? `clip-path:inset(0 0 0 ${compare.value.at * 100}%)` : "";
 });
 
 /** The style that leaves the raw half. */
 export const rawClip = computed(() => {
-  if (!record.value || !laid.value) return "";
-  if (seen.value === "side") return sheet.value.panes.value.rows > 1 ? "bottom:50%" : "right:50%";
-  return seen.value === "corrected" ? "visibility:hidden" : seen.value === "wipe" ? `clip-path:inset(0 ${(1 - compare.value.at) * 100}% 0 0)` : "";
+  if (!comparedVersion.value || !correctedPlacement.value) return "";
+  if (visiblePicture.value === "side") return activeViewport.value.panes.value.rows > 1 ? "bottom:50%" : "right:50%";
+  return visiblePicture.value === "corrected" ? "visibility:hidden" : visiblePicture.value === "wipe" ? `clip-path:inset(0 ${(1 - compare.value.at) * 100}% 0 0)` : "";
 });
 
 /** The corrected half of a still. */
 export function Corrected() {
-  const at = correctedPlace.value, it = record.value;
+  const at = correctedPlace.value, it = comparedVersion.value;
   if (!at || !it || !comparing.value) return null;
   const size = /** @type {import("../../core/types").Point} */ (it.corrected_size.map((side) => side + 2 * MARGIN_PX));
   return html`<div class="half" style=${correctedClip.value} data-testid="corrected-half">
@@ -56,9 +56,9 @@ export function Corrected() {
 
 /** Grid and lines over the raw half, and the place that is pointed at in the other one. */
 export function OnRaw() {
-  const it = record.value;
+  const it = comparedVersion.value;
   if (!it) return null;
-  const { k, tx, ty } = sheet.value.view.value, size = it.image_size;
+  const { k, tx, ty } = activeViewport.value.view.value, size = it.image_size;
   return html`<svg class="overlay" aria-hidden="true"><${Grid} on="raw" size=${size} x=${tx} y=${ty} k=${k}/>
     ${withLines.value && lines.value && html`<${FieldLines} name="on-raw" size=${size} features=${lines.value.raw} transform=${placed(tx, ty, k)}/>`}
     <${Counterpart} on="image" x=${tx} y=${ty} k=${k} margin=${0}/></svg>`;
@@ -66,7 +66,7 @@ export function OnRaw() {
 
 /** The same over the corrected half. */
 export function OnCorrected() {
-  const at = correctedPlace.value, it = record.value;
+  const at = correctedPlace.value, it = comparedVersion.value;
   if (!at || !it) return null;
   const size = /** @type {import("../../core/types").Point} */ (it.corrected_size.map((side) => side + 2 * margin.value));
   return html`<svg class="overlay" aria-hidden="true"><${Grid} on="corrected" size=${size} ...${at}/>
@@ -77,16 +77,16 @@ export function OnCorrected() {
 /** The same place of the field as under the pointer. @param {{ on: "image" | "corrected", x: number, y: number, k: number, margin: number }} props */
 function Counterpart({ on, x, y, k, margin: around }) {
   const it = counterpart.value;
-  if (seen.value !== "side" || it?.on !== on) return null;
+  if (visiblePicture.value !== "side" || it?.on !== on) return null;
   const [u, v] = it.point;
   return html`<g class="counterpart" data-testid=${`counterpart-${on}`} transform=${`translate(${x + (u + around + 0.5) * k} ${y + (v + around + 0.5) * k})`}><circle r="7"/><path d="M-16 0H-4M4 0H16M0 -16V-4M0 4V16"/></g>`;
 }
 
 /** The bar between raw and corrected, or the names of the two. */
 export function Wipe() {
-  if (!laid.value) return null;
-  if (seen.value === "side") return html`<${Names}/>`;
-  if (seen.value !== "wipe") return null;
+  if (!correctedPlacement.value) return null;
+  if (visiblePicture.value === "side") return html`<${Names}/>`;
+  if (visiblePicture.value !== "wipe") return null;
   const { at } = compare.value;
   /** @param {number} share */
   const moveTo = (share) => { compare.value = { ...compare.value, at: Math.min(ENDS[1], Math.max(ENDS[0], share)) }; };
@@ -111,4 +111,4 @@ export function Wipe() {
   </div>`;
 }
 
-const Names = () => html`<div class=${`side-names${sheet.value.panes.value.rows > 1 ? " stacked" : ""}`} data-testid="side-names"><span>Raw</span><span>Corrected</span></div>`;
+const Names = () => html`<div class=${`side-names${activeViewport.value.panes.value.rows > 1 ? " stacked" : ""}`} data-testid="side-names"><span>Raw</span><span>Corrected</span></div>`;

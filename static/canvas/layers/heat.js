@@ -3,7 +3,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { mm } from "../../core/format.js";
 import { html } from "../../core/html.js";
 import { paneSize } from "../viewport.js";
-import { shown } from "../../features/compare/heat.js";
+import { shownMap } from "../../features/compare/heat.js";
 
 /** Even steps of lightness, told apart by colour-blind eyes and in grey (viridis). */
 export const STOPS = ["#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
@@ -19,7 +19,7 @@ const SHADES = new Uint32Array(new Uint8ClampedArray(Array.from({ length: 1024 }
  * @param {{ frame: "corrected" | "image", size: Point, margin?: number, x: number, y: number, k: number }} props */
 export function Heat({ frame, size: [width, height], margin = 0, x, y, k }) {
   const canvas = useRef(/** @type {HTMLCanvasElement | null} */ (null));
-  const map = shown.value, density = Math.min(1, LARGEST_PX / Math.max(width, height));
+  const map = shownMap.value, density = Math.min(1, LARGEST_PX / Math.max(width, height));
   useEffect(() => { if (map && canvas.current) draw(canvas.current, map, map.at[frame], density, margin); }, [map, frame, density, margin]);
   if (!map) return null;
   const stage = paneSize.value, worst = map.at[frame].at(-1), sx = worst && x + (worst[0] + margin + 0.5) * k, sy = worst && y + (worst[1] + margin + 0.5) * k;

@@ -6,12 +6,12 @@ import { html } from "../../core/html.js";
 import { active, pointer, showLines, snapshot } from "../../core/state.js";
 import { colour, path, placed } from "../drawing.js";
 import { toStage, view } from "../viewport.js";
-import { lines, proposed, under } from "../../features/calibrate/line_suggestions.js";
+import { suggestedLines, proposedPoints, lineUnderPointer } from "../../features/calibrate/line_suggestions.js";
 
-const paths = computed(() => lines.value.map((f) => ({ feature: f.feature, d: path(f.points), clicked: pointsOf(doc.value, f.feature).length > 0 })));
+const paths = computed(() => suggestedLines.value.map((f) => ({ feature: f.feature, d: path(f.points), clicked: pointsOf(doc.value, f.feature).length > 0 })));
 
-export function Ghost() {
-  const { k, tx, ty } = view.value, over = under.value, size = snapshot.value;
+export function LineSuggestions() {
+  const { k, tx, ty } = view.value, over = lineUnderPointer.value, size = snapshot.value;
   if (!size) return null;
   const drawn = showLines.value ? [] : paths.value.filter((f) => !f.clicked || f.feature === over);
   return html`<g class="ghost" data-testid="ghost" transform=${placed(tx, ty, k)} clip-path="url(#ghost-in)">
@@ -22,7 +22,7 @@ export function Ghost() {
 }
 
 function Proposals() {
-  const it = proposed.value;
+  const it = proposedPoints.value;
   void view.value;
   if (!it) return null;
   return html`<g class="proposals" style=${`--colour:${colour(it.feature)}`}>${it.points.map((p, i) => {
@@ -33,7 +33,7 @@ function Proposals() {
 
 /** Which line a click would go to. */
 function Over() {
-  const at = pointer.value, over = under.value;
+  const at = pointer.value, over = lineUnderPointer.value;
   if (!at || !over) return null;
   const [x, y] = toStage(at.x, at.y);
   return html`<text class="over" data-testid="ghost-over" x=${x + 14} y=${y - 12}>${words(over)}</text>`;

@@ -2,11 +2,11 @@
 import { useEffect, useRef } from "preact/hooks";
 import { doc, pointsOf } from "../../core/document.js";
 import { html } from "../../core/html.js";
-import { editing, picked, pointer, step, tool } from "../../core/state.js";
+import { editing, selectedPoints, pointer, step, tool } from "../../core/state.js";
 import { colour, path } from "../drawing.js";
 import { stageSize, toStage, view } from "../viewport.js";
 import { curves, isCurve } from "../../features/calibrate/fitting.js";
-import { ahead } from "../../features/calibrate/snapping.js";
+import { snapPreview } from "../../features/calibrate/snapping.js";
 
 export const SIZE_PX = 156;
 const LEAST = 8; // screen pixels for one of the picture's: single pixels must be seen
@@ -16,7 +16,7 @@ const FINGER_PX = 120; // so far above a finger
 /** What the loupe looks at: the point that is held or selected, else the pointer. */
 function target() {
   if (!editing.value || tool.value !== "pick") return null;
-  const at = pointer.value, last = picked.value.at(-1);
+  const at = pointer.value, last = selectedPoints.value.at(-1);
   const point = last && pointsOf(doc.value, last.feature)[last.index];
   if (point && (at?.down || (!at && step.value === "borders"))) return { x: point[0], y: point[1], touch: at?.touch ?? false };
   return at && (!at.touch || at.down) ? at : null;
@@ -36,7 +36,7 @@ export function Loupe({ picture }) {
   if (!at) return null;
   const lines = Object.entries(curves.value).flatMap(([border, curve]) => (isCurve(curve) ? [{ points: curve.curve, colour: colour(border) }] : []));
   const rings = doc.value.observations.flatMap(({ feature, points }) => points.map((point) => ({ point, colour: colour(String(feature)) })));
-  const there = ahead.value?.state === "snapped" && Math.hypot(ahead.value.of[0] - at.x, ahead.value.of[1] - at.y) < FRESH_PX ? ahead.value : null;
+  const there = snapPreview.value?.state === "snapped" && Math.hypot(snapPreview.value.of[0] - at.x, snapPreview.value.of[1] - at.y) < FRESH_PX ? snapPreview.value : null;
   return html`<${Glass} picture=${picture} at=${at} place=${place(at)} k=${view.value.k} lines=${there ? [...lines, ...edges(there)] : lines}
     rings=${there ? [...rings, { point: there.point, colour: SNAP }] : rings}/>`;
 }

@@ -3,9 +3,9 @@ import { computed } from "@preact/signals";
 import { BORDERS, doc } from "../../core/document.js";
 import { mm, words } from "../../core/format.js";
 import { html } from "../../core/html.js";
-import { active, box, editing, picked, showLines, snapshot } from "../../core/state.js";
+import { active, box, editing, selectedPoints, showLines, snapshot } from "../../core/state.js";
 import { colour, path, placed } from "../drawing.js";
-import { Ghost } from "./line_suggestions.js";
+import { LineSuggestions } from "./line_suggestions.js";
 import { stageSize, toStage, view } from "../viewport.js";
 import { curves, isCurve, preview, stale } from "../../features/calibrate/fitting.js";
 
@@ -18,7 +18,7 @@ export function Overlay() {
   return html`<svg class="overlay" aria-hidden="true">
     ${showLines.value && picture && html`<${FieldLines} name="on-raw" size=${[picture.width, picture.height]} features=${preview.value?.overlay ?? []}
       transform=${placed(view.value.tx, view.value.ty, view.value.k)}/>`}
-    ${editing.value && html`<${Ghost}/>`}
+    ${editing.value && html`<${LineSuggestions}/>`}
     <${Curves}/>
     ${editing.value && html`<${NextClick}/><${Points}/><${Box}/>`}
   </svg>`;
@@ -76,7 +76,7 @@ function FeaturePoints({ feature, kind, points }) {
   return html`<g class=${feature === active.value ? "points active" : "points"} style=${`--colour:${colour(feature)}`}>
     ${points.map((p, index) => {
       const [x, y] = toStage(...p);
-      const isPicked = picked.value.some((q) => q.feature === feature && q.index === index);
+      const isPicked = selectedPoints.value.some((q) => q.feature === feature && q.index === index);
       return html`<g key=${index} transform=${`translate(${x} ${y})`} class=${`point${isPicked ? " picked" : ""}${strays.has(index) ? " stray" : ""}`}
           data-point=${`${feature}:${index}`}>
         ${isPicked && html`<circle class="ring" r="9.5"/>`}

@@ -4,7 +4,7 @@ import { html } from "../../core/html.js";
 import { editing } from "../../core/state.js";
 import { paneSize, view } from "../viewport.js";
 import { stale } from "../../features/calibrate/fitting.js";
-import { drawn, factor, longest } from "../../features/compare/residual_arrows.js";
+import { shownArrows, factor, longest } from "../../features/compare/residual_arrows.js";
 
 const FINE = "#fff", WARN = "#f2b84b", CASING = "#000a"; // the same on light and dark pages: below them lies the picture
 const LEAST_PX = 0.5; // on the stage; a shorter one is a click on the curve
@@ -17,7 +17,7 @@ const HEAD_PX = 7, BAR_PX = 5;
  * @param {{ frame: "corrected" | "image", x: number, y: number, k: number }} props */
 export function ResidualArrows({ frame, x, y, k }) {
   const canvas = useRef(/** @type {HTMLCanvasElement | null} */ (null));
-  const all = drawn.value?.[frame]?.arrows, times = factor.value, most = longest.value * view.value.k, { width, height } = paneSize.value;
+  const all = shownArrows.value?.[frame]?.arrows, times = factor.value, most = longest.value * view.value.k, { width, height } = paneSize.value;
   const ratio = devicePixelRatio;
   useEffect(() => { if (all && canvas.current) draw(canvas.current, ratio, all, (arrow) => shaft(arrow, x, y, k, times, most)); },
     [all, times, most, x, y, k, width, height, ratio]);

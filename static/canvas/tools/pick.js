@@ -1,6 +1,6 @@
 // The pick tool: press on a point to drag it, press beside one to add one; Shift and drag selects a box.
 import { cancelDrag, doc, endDrag, showWhileDragging } from "../../core/document.js";
-import { active, box, picked, selection } from "../../core/state.js";
+import { active, box, selectedPoints, selection } from "../../core/state.js";
 import { toPicture, toStage } from "../viewport.js";
 import { isOnPicture, select, withAdded, withMoved } from "../../features/calibrate/editing.js";
 import { featureAt } from "../../features/calibrate/line_suggestions.js";
@@ -35,10 +35,10 @@ function down(at) {
   if (at.shift && !hit) {
     box.value = { x0: at.x, y0: at.y, x1: at.x, y1: at.y };
   } else if (hit && (at.ctrl || at.shift)) {
-    const rest = picked.value.filter((p) => !isSame(p, hit));
-    selection.value = rest.length < picked.value.length ? rest : [...rest, hit];
+    const rest = selectedPoints.value.filter((p) => !isSame(p, hit));
+    selection.value = rest.length < selectedPoints.value.length ? rest : [...rest, hit];
   } else if (hit) {
-    const picks = picked.value.some((p) => isSame(p, hit)) ? picked.value : [hit];
+    const picks = selectedPoints.value.some((p) => isSame(p, hit)) ? selectedPoints.value : [hit];
     selection.value = picks;
     active.value = hit.feature;
     drag = { before, from: at, picks, added: false, moved: false, last: at };

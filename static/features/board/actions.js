@@ -2,10 +2,10 @@
 import { filePicker } from "../../core/actions.js";
 import { atBoard, step } from "../../core/state.js";
 import { closePicture } from "../calibrate/pictures.js";
-import { shown as liveCamera } from "../live/camera_page.js";
+import { openedCamera as liveCamera } from "../live/camera_page.js";
 import { openPage } from "../shell/open_page.js";
-import { findLens, found, openBoard, ready, search, useLens } from "./board.js";
-import { automatic, findCaptured, look, shown, switchAutomatic, takeView, views } from "./capture.js";
+import { findLens, foundLens, openBoard, ready, search, useLens } from "./board.js";
+import { automatic, findCaptured, boardView, captureCamera, switchAutomatic, takeView, views } from "./capture.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const BOARD_ACTIONS = [
@@ -14,9 +14,9 @@ export const BOARD_ACTIONS = [
   { id: "find-lens", label: "Find the lens from the pictures of the board", short: "Find the lens", group: "Pictures", run: () => void findLens(),
     enabled: () => atBoard.value && ready.value.length > 0 && search.value === null },
   { id: "stop-finding", label: "Stop finding the lens", short: "Stop", group: "Pictures", run: () => search.value?.stop.abort(), enabled: () => search.value !== null },
-  { id: "use-lens", label: "Use this lens for a camera", group: "Pictures", run: () => { if (found.value) useLens(found.value); }, enabled: () => found.value !== null },
+  { id: "use-lens", label: "Use this lens for a camera", group: "Pictures", run: () => { if (foundLens.value) useLens(foundLens.value); }, enabled: () => foundLens.value !== null },
   { id: "watch-board", label: "Hold a board before this camera…", short: "Hold a board before it…", group: "Pictures", run: () => openPage("capture", liveCamera.value?.id ?? ""), enabled: () => liveCamera.value !== null },
-  { id: "capture", label: "Take views of the board by themselves, or stop that", keys: ["k"], group: "Pictures", run: switchAutomatic, enabled: () => shown.value !== null, pressed: () => automatic.value },
-  { id: "take-view", label: "Take this view of the board", short: "Take this view", keys: [" "], group: "Pictures", run: takeView, enabled: () => Boolean(look.value?.quad) },
+  { id: "capture", label: "Take views of the board by themselves, or stop that", keys: ["k"], group: "Pictures", run: switchAutomatic, enabled: () => captureCamera.value !== null, pressed: () => automatic.value },
+  { id: "take-view", label: "Take this view of the board", short: "Take this view", keys: [" "], group: "Pictures", run: takeView, enabled: () => Boolean(boardView.value?.quad) },
   { id: "find-captured", label: "Find the lens from the views of the board", short: "Find the lens", group: "Pictures", run: () => void findCaptured(), enabled: () => views.value.length >= 3 },
 ];

@@ -1,11 +1,11 @@
 // A lens from pictures of a board: which board, which pictures, the job that finds the lens, and what came of it.
 import { batch, computed, signal } from "@preact/signals";
-import { Away, call, online } from "../../core/api.js";
+import { ServerUnreachable, call, online } from "../../core/api.js";
 import { change, doc, withModel } from "../../core/document.js";
-import { many } from "../../core/format.js";
-import { follow, workFor } from "../../core/jobs.js";
+import { plural } from "../../core/format.js";
+import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { atBoard, atStraight, model, models, tell } from "../../core/state.js";
+import { atBoard, atStraight, model, models, notify } from "../../core/state.js";
 import { pictureList } from "../lens_pictures/picture_upload.js";
 import { listLenses } from "./lenses.js";
 
@@ -15,33 +15,33 @@ const KEPT = "touchline.board"; // a reload goes on with the same board and pict
 
 const before = JSON.parse(localStorage.getItem(KEPT) ?? "{}"); // with `job`: the search that this page asked for
 /** What the pictures show, and which lens is looked for. */
-export const wanted = signal(/** @type {import("../../core/types").BoardWanted} */ ({ kind: "chessboard", columns: 9, rows: 6, square_mm: 30, marker_mm: 22,
+export const boardRequest = signal(/** @type {import("../../core/types").BoardWanted} */ ({ kind: "chessboard", columns: 9, rows: 6, square_mm: 30, marker_mm: 22,
   dictionary: "DICT_4X4_50", legacy: false, model: "brown-conrady", note: "", ...before.wanted }));
-const list = pictureList(before.pictures ?? [], "board", () => keep());
+const list = pictureList(before.pictures ?? [], "board", () => persist());
 export const { pictures, ready, add: addPictures } = list;
 const work = longWork();
 export const { search, refusal } = work;
 /** The lens whose report is shown. */
-export const found = signal(/** @type {LensRecord | null} */ (null));
+export const foundLens = signal(/** @type {LensRecord | null} */ (null));
 /** The lens that the next picture of a field gets. */
-export const heldNext = signal(/** @type {LensRecord | null} */ (null));
+export const lensForNextPicture = signal(/** @type {LensRecord | null} */ (null));
 
 /** Whether the report is of just these pictures. */
-const isOfThese = computed(() => found.value !== null && String(found.value.snapshots) === String(ready.value.map((p) => p.id)));
+const isOfThese = computed(() => foundLens.value !== null && String(foundLens.value.snapshots) === String(ready.value.map((p) => p.id)));
 
 /** Where the operator stands, and the next thing to do. */
-export const standing = computed(() => {
+export const boardNextStep = computed(() => {
   if (search.value) return { action: "find-lens", label: "Finding the lens…", missing: "The server is at it.", done: false, sentence: "The server looks for the board in every picture, then for the lens." };
   if (isOfThese.value) return { action: "use-lens", label: "Use this lens", missing: "", done: true, sentence: "The lens is found; what it is worth stands on the right." };
   const missing = list.uploading.value ? "The pictures are being uploaded." : ready.value.length ? "" : "Say which board it is, and add about twenty pictures of it.";
   return { action: ready.value.length || list.uploading.value ? "find-lens" : "add-pictures", label: ready.value.length || list.uploading.value ? "Find the lens" : "Add pictures of the board…",
-    missing: list.uploading.value ? missing : "", done: false, sentence: missing || `${many(ready.value.length, "picture")}; twenty to forty are good.` };
+    missing: list.uploading.value ? missing : "", done: false, sentence: missing || `${plural(ready.value.length, "picture")}; twenty to forty are good.` };
 });
 
 /** @param {Partial<import("../../core/types").BoardWanted>} changes */
-export function want(changes) {
-  wanted.value = { ...wanted.value, ...changes };
-  keep();
+export function changeBoard(changes) {
+  boardRequest.value = { ...boardRequest.value, ...changes };
+  persist();
 }
 
 /** Go to the board, and on with a search that is under way. */
@@ -49,68 +49,68 @@ export async function openBoard() {
   batch(() => { atBoard.value = true; atStraight.value = false; });
   await listLenses();
   try {
-    if (before.job && !search.value) await goOn(before.job);
-    else if (before.lens && !found.value) await showLens(before.lens);
+    if (before.job && !search.value) await resumeSearch(before.job);
+    else if (before.lens && !foundLens.value) await showLens(before.lens);
   } catch (error) {
-    if (!(error instanceof Away)) delete before.lens; // it was deleted meanwhile
+    if (!(error instanceof ServerUnreachable)) delete before.lens; // it was deleted meanwhile
   }
 }
 
 /** This page's own search, though the page was left or the server stopped meanwhile. @param {string} id */
-async function goOn(id) {
-  const job = await call("GET", `/jobs/${id}`).catch((error) => { if (error instanceof Away) throw error; return null; }); // none: forgotten by now
-  if (job) await work.watch((stop, told) => follow(job, stop, told), show);
-  else if (before.lens && !found.value) await showLens(before.lens);
-  if (search.value === null && online.value) keep({ job: undefined });
+async function resumeSearch(id) {
+  const job = await call("GET", `/jobs/${id}`).catch((error) => { if (error instanceof ServerUnreachable) throw error; return null; }); // none: forgotten by now
+  if (job) await work.watch((stop, told) => followJob(job, stop, told), show);
+  else if (before.lens && !foundLens.value) await showLens(before.lens);
+  if (search.value === null && online.value) persist({ job: undefined });
 }
 
 /** From a camera that looks at the board. */
 export const takeBoardPicture = list.take;
 export const removePicture = list.remove;
 /** One that was taken live, and where the board was in it. @param {string} id @param {string} camera @param {import("../../core/types").Point[] | null} quad */
-export const addTaken = (id, camera, quad) => list.keep({ key: id, name: `View ${pictures.value.length + 1}`, state: "kept", id, why: "", camera, quad });
+export const addCapturedView = (id, camera, quad) => list.keep({ key: id, name: `View ${pictures.value.length + 1}`, state: "kept", id, why: "", camera, quad });
 
 export function removePictures() {
-  found.value = null;
+  foundLens.value = null;
   refusal.value = null;
   list.clear();
 }
 
 export function findLens() {
-  const { model: name, note, kind, columns, rows, square_mm, marker_mm, dictionary, legacy } = wanted.value;
+  const { model: name, note, kind, columns, rows, square_mm, marker_mm, dictionary, legacy } = boardRequest.value;
   const board = { kind, columns, rows, square_mm, ...(kind === "charuco" ? { marker_mm, dictionary, legacy } : {}) };
   const body = { snapshots: ready.value.map((p) => p.id), board, model: name, note };
-  return work.watch((stop, told) => workFor("/calibrations/board", body, stop, (job) => {
-    if (before.job !== job.id) keep({ job: job.id });
+  return work.watch((stop, told) => runJob("/calibrations/board", body, stop, (job) => {
+    if (before.job !== job.id) persist({ job: job.id });
     told(job);
-  }), show).finally(() => { if (online.value) keep({ job: undefined }); });
+  }), show).finally(() => { if (online.value) persist({ job: undefined }); });
 }
 
 /** @param {{ record: LensRecord }} result */
 async function show({ record }) {
-  found.value = record;
-  keep();
+  foundLens.value = record;
+  persist();
   await listLenses();
 }
 
 /** @param {string} id */
 export async function showLens(id) {
-  found.value = await call("GET", `/lenses/${encodeURIComponent(id)}`);
+  foundLens.value = await call("GET", `/lenses/${encodeURIComponent(id)}`);
   refusal.value = null;
 }
 
 /** The next picture of a field is fitted with this lens. @param {LensRecord} lens */
 export function useLens(lens) {
-  batch(() => { heldNext.value = lens; atBoard.value = false; });
+  batch(() => { lensForNextPicture.value = lens; atBoard.value = false; });
 }
 
 /** Give a picture of a field the lens that was chosen for it. @param {import("../../core/types").Snapshot} picture */
-export function holdLens({ width, height }) {
-  const lens = heldNext.value, next = models.value.find((m) => m.name === lens?.model);
-  heldNext.value = null;
+export function applyChosenLens({ width, height }) {
+  const lens = lensForNextPicture.value, next = models.value.find((m) => m.name === lens?.model);
+  lensForNextPicture.value = null;
   if (!lens || !next) return;
   if (lens.image_size[0] !== width || lens.image_size[1] !== height) {
-    return tell({ level: "warn", text: `The lens is of pictures of ${lens.image_size[0]} × ${lens.image_size[1]} px; this one has ${width} × ${height} px.`,
+    return notify({ level: "warn", text: `The lens is of pictures of ${lens.image_size[0]} × ${lens.image_size[1]} px; this one has ${width} × ${height} px.`,
       fix: "Take the picture at the size at which the board was taken." });
   }
   const chosen = withModel(doc.value, next, model.value);
@@ -118,18 +118,18 @@ export function holdLens({ width, height }) {
 }
 
 /** What the report says of one picture. @param {import("../../core/types").DeskPicture} picture */
-export function seenIn({ id }) {
-  const at = found.value?.snapshots?.indexOf(id) ?? -1;
-  if (at < 0 || !found.value) return null;
-  const view = found.value.report.views.find((v) => v.name === `picture ${at + 1}`);
-  const why = found.value.report.warnings.find((w) => w.reason === "no-board" && w.index === at);
+export function viewReport({ id }) {
+  const at = foundLens.value?.snapshots?.indexOf(id) ?? -1;
+  if (at < 0 || !foundLens.value) return null;
+  const view = foundLens.value.report.views.find((v) => v.name === `picture ${at + 1}`);
+  const why = foundLens.value.report.warnings.find((w) => w.reason === "no-board" && w.index === at);
   return { view: view ?? null, why: why ? `${why.text} ${why.fix}` : view?.text ?? "" };
 }
 
 /** @param {{ job?: string }} [more] */
-function keep(more = {}) {
+function persist(more = {}) {
   Object.assign(before, more);
   try {
-    localStorage.setItem(KEPT, JSON.stringify({ wanted: wanted.value, pictures: pictures.value.filter((p) => p.state === "kept"), lens: found.value?.id, job: before.job }));
+    localStorage.setItem(KEPT, JSON.stringify({ wanted: boardRequest.value, pictures: pictures.value.filter((p) => p.state === "kept"), lens: foundLens.value?.id, job: before.job }));
   } catch { /* a full or forbidden store: only a reload is the poorer */ }
 }

@@ -1,39 +1,39 @@
 // A board held before a live camera: what the server sees of it, which views it has taken, and the view it wants next.
 import { computed, effect, signal } from "@preact/signals";
 import { online } from "../../core/api.js";
-import { many } from "../../core/format.js";
+import { plural } from "../../core/format.js";
 import { page } from "../../core/page.js";
-import { openLine } from "../../core/socket.js";
+import { openSocket } from "../../core/socket.js";
 import { cameras } from "../../core/state.js";
-import { addTaken, findLens, openBoard, pictures, wanted } from "./board.js";
+import { addCapturedView, findLens, openBoard, pictures, boardRequest } from "./board.js";
 
 const GOOD = 12; // views from which a lens is worth finding
 
 /** @typedef {import("../../core/page_types").Look} Look */
 
 /** What was seen last; null before the first look. */
-export const look = signal(/** @type {Look | null} */ (null));
+export const boardView = signal(/** @type {Look | null} */ (null));
 /** Why there is none, with its cure. */
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 /** Whether pictures are taken by themselves. */
 export const automatic = signal(true);
-export const shown = computed(() => (page.value?.name === "capture" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
+export const captureCamera = computed(() => (page.value?.name === "capture" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
 /** The views that were taken before this camera. */
-export const views = computed(() => pictures.value.filter((p) => p.quad && p.camera === shown.value?.id));
+export const views = computed(() => pictures.value.filter((p) => p.quad && p.camera === captureCamera.value?.id));
 
 /** @type {import("../../core/socket.js").Line | null} */
 let line = null;
 
-export const captureStanding = computed(() => {
-  const it = look.value, count = views.value.length;
-  if (!shown.value) return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
-  const sentence = refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : !it ? "Waiting for the camera…" : it.wanted ? `${many(count, "view")}. ${it.wanted.text}` : `${many(count, "view")}: that is enough. Find the lens.`;
+export const captureNextStep = computed(() => {
+  const it = boardView.value, count = views.value.length;
+  if (!captureCamera.value) return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
+  const sentence = refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : !it ? "Waiting for the camera…" : it.wanted ? `${plural(count, "view")}. ${it.wanted.text}` : `${plural(count, "view")}: that is enough. Find the lens.`;
   return { action: "find-captured", label: "Find the lens", missing: count < 3 ? "Three views are the fewest; a dozen are good." : "", done: count >= GOOD && !it?.wanted, sentence };
 });
 
 /** What the server is to look for. */
 function board() {
-  const { kind, columns, rows, square_mm, marker_mm, dictionary, legacy } = wanted.value;
+  const { kind, columns, rows, square_mm, marker_mm, dictionary, legacy } = boardRequest.value;
   return { kind, columns, rows, square_mm, ...(kind === "charuco" ? { marker_mm, dictionary, legacy } : {}) };
 }
 
@@ -41,22 +41,22 @@ function board() {
 export function startCapture() {
   const boards = computed(() => JSON.stringify(board()));
   effect(() => {
-    const id = shown.value?.id, which = boards.value;
+    const id = captureCamera.value?.id, which = boards.value;
     line?.hangUp();
     line = null;
-    look.value = null;
+    boardView.value = null;
     refusal.value = null;
     if (id && online.value) line = open(id, which);
   });
 
   /** @param {string} id @param {string} which */
   function open(id, which) {
-    return openLine(`/cameras/${encodeURIComponent(id)}/board`, {
+    return openSocket(`/cameras/${encodeURIComponent(id)}/board`, {
       opened: () => line?.say({ board: JSON.parse(which), taken: views.peek().map((v) => v.quad), automatic: automatic.peek() }),
       told: (now) => {
         refusal.value = "detail" in now ? now : null;
-        look.value = refusal.value ? null : now;
-        if (now.taken) addTaken(now.taken.id, id, now.quad);
+        boardView.value = refusal.value ? null : now;
+        if (now.taken) addCapturedView(now.taken.id, id, now.quad);
       },
     });
   }

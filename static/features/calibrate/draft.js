@@ -1,9 +1,9 @@
 // Keeps the document: on the server after every change, and in this browser until the server has it.
 import { batch, effect, signal, untracked } from "@preact/signals";
-import { Away, Problem, online, request } from "../../core/api.js";
-import { EMPTY, change, doc, dragging, fromDraft, load, same } from "../../core/document.js";
-import { newestWins } from "../../core/latest_wins.js";
-import { snapshot, tellError } from "../../core/state.js";
+import { ServerUnreachable, Problem, online, request } from "../../core/api.js";
+import { EMPTY, change, doc, dragging, fromDraft, load, isEqual } from "../../core/document.js";
+import { latestWins } from "../../core/latest_wins.js";
+import { snapshot, notifyError } from "../../core/state.js";
 
 const PAUSE_MS = 250; // a nudge held down is one save, not thirty
 
@@ -14,17 +14,17 @@ export const draft = signal(/** @type {{ state: "none" | "saved" | "unsaved" | "
   { state: "none", at: 0, theirs: null }));
 
 /** What the server has, as far as we know. */
-let kept = /** @type {Kept | null} */ (null);
+let serverDraft = /** @type {Kept | null} */ (null);
 /** Who has changed the draft while we looked on; told beside the step, where it covers nothing. */
 export const changedBy = signal(/** @type {{ name: string, etag: string } | null} */ (null));
 /** Whether what is shown is still just what they made of it. */
-export const isTheirs = () => changedBy.value !== null && draft.value.state === "saved" && kept?.etag === changedBy.value.etag;
+export const isTheirs = () => changedBy.value !== null && draft.value.state === "saved" && serverDraft?.etag === changedBy.value.etag;
 let timer = 0;
 /** Whose save is under way. */
 let saving = "";
 /** @typedef {{ etag?: string, by?: string }} Heard what was saved last, and by whom */
 /** What was heard while we saved: that very save, or another's that came right behind it. */
-let heard = /** @type {Heard | null} */ (null);
+let pendingChange = /** @type {Heard | null} */ (null);
 
 /** @param {string} id */
 const localKey = (id) => `touchline.draft.${id}`;
@@ -35,8 +35,8 @@ export const fetchDraft = async (id) => read(await request("GET", `/drafts/${id}
 /** Work on a draft; clicks that never reached the server come back too. @param {string} id @param {Kept} server */
 export function openDraft(id, server) {
   const local = readLocal(id);
-  kept = server;
-  if (!local || same(local.doc, server.doc)) {
+  serverDraft = server;
+  if (!local || isEqual(local.doc, server.doc)) {
     if (local) forgetLocal(id);
     load(server.doc);
     settle("saved", server.at ? Date.parse(server.at) : Date.now());
@@ -48,7 +48,7 @@ export function openDraft(id, server) {
 }
 
 export function closeDraft() {
-  kept = null;
+  serverDraft = null;
   changedBy.value = null;
   draft.value = { state: "none", at: 0, theirs: null };
   load(EMPTY);
@@ -76,36 +76,36 @@ function conflict(theirs) {
   draft.value = { ...draft.value, state: "conflict", theirs };
 }
 
-const save = newestWins(async (/** @type {string} */ id) => {
+const save = latestWins(async (/** @type {string} */ id) => {
   const sending = doc.value;
-  if (!kept || snapshot.value?.id !== id) return;
+  if (!serverDraft || snapshot.value?.id !== id) return;
   if (draft.value.state === "conflict") return; // the operator is being asked
-  if (same(sending, kept.doc)) return saved(id); // taken back while an earlier save was under way
+  if (isEqual(sending, serverDraft.doc)) return saved(id); // taken back while an earlier save was under way
   saving = id; // what is heard meanwhile may be this very save
   try {
-    const now = await read(await request("PUT", `/drafts/${id}`, { json: sending, headers: { "If-Match": kept.etag } }));
+    const now = await read(await request("PUT", `/drafts/${id}`, { json: sending, headers: { "If-Match": serverDraft.etag } }));
     if (snapshot.value?.id !== id) return;
-    kept = { ...now, doc: sending };
-    if (same(doc.value, sending)) saved(id);
+    serverDraft = { ...now, doc: sending };
+    if (isEqual(doc.value, sending)) saved(id);
   } catch (error) {
     if (snapshot.value?.id !== id) return;
-    if (error instanceof Away) settle("away");
-    else if (error instanceof Problem && error.status === 412) await somebodyWasFaster(id);
-    else { settle("refused"); tellError(error); }
+    if (error instanceof ServerUnreachable) settle("away");
+    else if (error instanceof Problem && error.status === 412) await resolveConflict(id);
+    else { settle("refused"); notifyError(error); }
   } finally {
     saving = "";
-    if (heard) void look(heard);
-    heard = null;
+    if (pendingChange) void fetchChange(pendingChange);
+    pendingChange = null;
   }
 });
 
 /** @param {string} id */
-async function somebodyWasFaster(id) {
+async function resolveConflict(id) {
   try {
     const theirs = await fetchDraft(id);
     if (snapshot.value?.id !== id) return; // another picture has been opened meanwhile
-    if (!same(theirs.doc, doc.value)) return conflict(theirs);
-    kept = theirs;
+    if (!isEqual(theirs.doc, doc.value)) return conflict(theirs);
+    serverDraft = theirs;
     saved(id);
   } catch { if (snapshot.value?.id === id) settle("away"); }
 }
@@ -114,7 +114,7 @@ async function somebodyWasFaster(id) {
 export function takeTheirs() {
   const { theirs } = draft.value;
   if (!theirs) return;
-  kept = theirs;
+  serverDraft = theirs;
   if (snapshot.value) saved(snapshot.value.id);
   change(theirs.doc);
 }
@@ -124,7 +124,7 @@ export function keepMine() {
   const { theirs } = draft.value;
   if (!theirs || !snapshot.value) return;
   const mine = doc.value;
-  kept = theirs;
+  serverDraft = theirs;
   settle("unsaved");
   batch(() => { change(theirs.doc); change(mine); });
   void save(snapshot.value.id);
@@ -134,16 +134,16 @@ export function keepMine() {
 export function startSaving() {
   effect(() => {
     const picture = snapshot.value, document = doc.value, isBack = online.value, held = dragging.value;
-    if (picture && !held) untracked(() => keep(picture.id, document, isBack));
+    if (picture && !held) untracked(() => saveSoon(picture.id, document, isBack));
   });
-  addEventListener("focus", () => void lookAgain());
+  addEventListener("focus", () => void fetchOthersChanges());
 }
 
 /** @param {string} id @param {import("../../core/types").Doc} document @param {boolean} isOnline */
-function keep(id, document, isOnline) {
-  if (!kept || draft.value.state === "conflict") return;
+function saveSoon(id, document, isOnline) {
+  if (!serverDraft || draft.value.state === "conflict") return;
   clearTimeout(timer);
-  if (same(document, kept.doc) && saving !== id) { // while one is under way, what the server had is not what it will have
+  if (isEqual(document, serverDraft.doc) && saving !== id) { // while one is under way, what the server had is not what it will have
     if (draft.value.state !== "saved") saved(id);
     return;
   }
@@ -154,14 +154,14 @@ function keep(id, document, isOnline) {
 
 /** Somebody else, or another tab, may have gone on with this picture: take their work if we have none of our own, and say so.
  * @param {string} [etag] of what was just saved, where that is known @param {string} [by] who saved it @returns {Promise<void>} */
-export async function lookAgain(etag, by) {
-  if (saving) heard = { etag, by };
-  else await look({ etag, by });
+export async function fetchOthersChanges(etag, by) {
+  if (saving) pendingChange = { etag, by };
+  else await fetchChange({ etag, by });
 }
 
 // One look after the other: answers in another order would leave an earlier draft standing.
-const look = newestWins(async (/** @type {Heard} */ { etag, by }) => {
-  const id = snapshot.value?.id, before = kept, name = by && !isAddress(by) ? by : "";
+const fetchChange = latestWins(async (/** @type {Heard} */ { etag, by }) => {
+  const id = snapshot.value?.id, before = serverDraft, name = by && !isAddress(by) ? by : "";
   if (!id || !before || draft.value.state !== "saved") return;
   if (etag === bare(before.etag)) { // ours, or seen already before it was heard whose it is
     if (name && changedBy.value?.etag === before.etag) changedBy.value = { name, etag: before.etag };
@@ -169,10 +169,10 @@ const look = newestWins(async (/** @type {Heard} */ { etag, by }) => {
   }
   try {
     const now = await fetchDraft(id);
-    const untouched = snapshot.value?.id === id && draft.value.state === "saved" && !dragging.value && kept === before && now.etag !== before.etag;
+    const untouched = snapshot.value?.id === id && draft.value.state === "saved" && !dragging.value && serverDraft === before && now.etag !== before.etag;
     if (!untouched) return; // a save of ours may have overtaken this answer
-    kept = now;
-    if (same(now.doc, doc.value)) return;
+    serverDraft = now;
+    if (isEqual(now.doc, doc.value)) return;
     change(now.doc);
     changedBy.value = { name: name || "Somebody else", etag: now.etag };
   } catch { /* the next save will tell */ }
@@ -186,7 +186,7 @@ const isAddress = (by) => /^[\d.:a-f]+$|^testclient$/i.test(by);
 /** @param {string} id */
 function writeLocal(id) {
   try {
-    localStorage.setItem(localKey(id), JSON.stringify({ doc: doc.value, etag: kept?.etag }));
+    localStorage.setItem(localKey(id), JSON.stringify({ doc: doc.value, etag: serverDraft?.etag }));
   } catch { /* a full or forbidden store: the server's copy must do */ }
 }
 

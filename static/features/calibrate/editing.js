@@ -1,6 +1,6 @@
 // What can be done to clicked points: add, move, nudge, remove, select.
 import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";
-import { active, kindOf, picked, selection, snapshot } from "../../core/state.js";
+import { active, kindOf, selectedPoints, selection, snapshot } from "../../core/state.js";
 import { reveal } from "../../canvas/viewport.js";
 
 /** @typedef {import("../../core/types").Doc} Doc @typedef {import("../../core/types").Pick} Pick @typedef {import("../../core/types").Point} Point */
@@ -37,8 +37,8 @@ export function withMoved(before, picks, dx, dy) {
 
 /** @param {number} dx @param {number} dy px */
 export function nudge(dx, dy) {
-  change(withMoved(doc.value, picked.value, dx, dy));
-  const last = picked.value.at(-1), point = last && pointsOf(doc.value, last.feature)[last.index];
+  change(withMoved(doc.value, selectedPoints.value, dx, dy));
+  const last = selectedPoints.value.at(-1), point = last && pointsOf(doc.value, last.feature)[last.index];
   if (point) reveal(...point);
 }
 
@@ -65,7 +65,7 @@ function inOrder() {
 /** Select the next or the previous point. round: after the last comes the first. Returns whether there was one.
  * @param {1 | -1} way @param {boolean} round */
 export function selectNext(way, round) {
-  const all = inOrder(), last = picked.value.at(-1);
+  const all = inOrder(), last = selectedPoints.value.at(-1);
   if (!all.length) return false;
   const at = last ? all.findIndex((p) => p.feature === last.feature && p.index === last.index)
     : way > 0 ? Math.max(-1, all.findIndex((p) => p.feature === active.value) - 1) : all.length;

@@ -1,7 +1,7 @@
 // The field's own lines, found by the server: the job that looks for them, and its points in the draft in one step.
 import { signal } from "@preact/signals";
 import { change, doc, withModel } from "../../core/document.js";
-import { workFor } from "../../core/jobs.js";
+import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { model, models, region, rotation, snapshot } from "../../core/state.js";
 
@@ -22,9 +22,9 @@ export async function findLines() {
   if (!picture || !document.field || !region.value || finding.value) return;
   const body = { snapshot: picture.id, field: document.field, region: region.value.name, rotate: rotation.value, model: MODEL, keep: false };
   lastFound.value = null;
-  await work.watch((stop, told) => workFor("/calibrations/auto", body, stop, told), (/** @type {FoundLines} */ found) => {
+  await work.watch((stop, told) => runJob("/calibrations/auto", body, stop, told), (/** @type {FoundLines} */ found) => {
     if (snapshot.value?.id !== picture.id) return; // another picture by now: its draft is not ours
-    const added = beside(found.observations), untouched = !doc.value.observations.some((o) => o.points.length);
+    const added = onUnclickedLines(found.observations), untouched = !doc.value.observations.some((o) => o.points.length);
     const fits = untouched && found.report ? models.value.find((m) => m.name === found.model) : null;
     const next = fits ? withModel(doc.value, fits, model.value) : doc.value;
     if (added.length) change({ ...next, observations: [...next.observations, ...added] });
@@ -33,13 +33,13 @@ export async function findLines() {
 }
 
 /** What was found on lines that nobody has clicked: clicks are the operator's, and stay. @param {import("../../core/types").Observation[]} found */
-function beside(found) {
+function onUnclickedLines(found) {
   const clicked = new Set(doc.value.observations.filter((o) => o.points.length).map((o) => String(o.feature)));
   return found.filter((o) => !clicked.has(String(o.feature)));
 }
 
 /** @type {import("../../core/actions.js").Action[]} */
-export const AUTO_ACTIONS = [
+export const FIND_LINES_ACTIONS = [
   { id: "find-lines", label: "Find the field's lines in the picture, without clicks", short: "Find the lines", group: "Points",
     run: () => void findLines(), enabled: () => snapshot.value !== null && region.value !== null && finding.value === null },
   { id: "stop-lines", label: "Stop finding the lines", short: "Stop", group: "Points", run: () => finding.value?.stop.abort(), enabled: () => finding.value !== null },

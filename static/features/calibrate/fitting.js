@@ -1,10 +1,10 @@
 // Asks the server what the clicks are worth: each border's curve at pointer rate, the whole fit after every change.
 import { effect, signal, untracked } from "@preact/signals";
-import { Away, call, online, refused } from "../../core/api.js";
-import { BORDERS, doc, dragging, pointsOf, same } from "../../core/document.js";
-import { newestWins } from "../../core/latest_wins.js";
+import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
+import { BORDERS, doc, dragging, pointsOf, isEqual } from "../../core/document.js";
+import { latestWins } from "../../core/latest_wins.js";
 import { model, snapshot } from "../../core/state.js";
-import { bentTo } from "./live_curve.js";
+import { curveThrough } from "./live_curve.js";
 
 /** @typedef {import("../../core/types").Border} Border @typedef {import("../../core/types").Curve} Curve @typedef {import("../../core/types").Refusal} Refusal */
 
@@ -36,18 +36,18 @@ export const givenFit = () => (preview.value && !refusal.value ? {
 
 /** @param {Border} border */
 function borderAsker(border) {
-  return newestWins(async (/** @type {{ picture: string, body: Record<string, any> }} */ { picture, body }) => {
+  return latestWins(async (/** @type {{ picture: string, body: Record<string, any> }} */ { picture, body }) => {
     let answer;
     try {
       answer = { ...(await call("POST", "/fit/border", body)), points: body.points };
     } catch (error) {
-      if (error instanceof Away) return forgetAsked(border);
-      answer = refused(error);
+      if (error instanceof ServerUnreachable) return forgetAsked(border);
+      answer = toRefusal(error);
     }
     // An answer about another picture, or about a point that has gone, would be drawn in the wrong place.
     const current = pointsOf(doc.value, border);
     if (snapshot.value?.id !== picture || current.length !== body.points.length) return;
-    show(border, isCurve(answer) && dragging.value ? bentTo(answer, current, run(border)) ?? answer : answer);
+    show(border, isCurve(answer) && dragging.value ? curveThrough(answer, current, run(border)) ?? answer : answer);
     if (dragging.value) await pause(); // it is drawn without the server: the fit may go first
   });
 }
@@ -65,7 +65,7 @@ function show(border, what) {
 /** Draw a dragged border's curve at once; the server's answer follows. @param {Border} border @param {import("../../core/types").Point[]} points */
 function bend(border, points) {
   const shown = curves.value[border];
-  const bent = isCurve(shown) && shown.points.length === points.length ? bentTo(shown, points, run(border)) : null;
+  const bent = isCurve(shown) && shown.points.length === points.length ? curveThrough(shown, points, run(border)) : null;
   if (bent) show(border, bent);
 }
 
@@ -96,20 +96,20 @@ function askCurves(picture, document) {
 /** Whether there is anything to fit. @param {import("../../core/types").Doc} d */
 const hasClicks = (d) => Boolean(d.field && d.region && d.observations.length);
 
-const askPreview = newestWins(async (/** @type {{ picture: string, asking: import("../../core/types").Doc, held: boolean }} */ { picture, asking, held }) => {
+const askPreview = latestWins(async (/** @type {{ picture: string, asking: import("../../core/types").Doc, held: boolean }} */ { picture, asking, held }) => {
   if (snapshot.value?.id !== picture) return; // it waited for an earlier answer while another picture was opened
   let answer = null, why = null;
   try {
     answer = held ? await call("POST", `/fit/preview?quick=${knowsItsError()}`, quickBody(asking)) : await call("POST", "/fit/preview", fitBody(asking));
   } catch (error) {
-    if (error instanceof Away) return;
-    why = refused(error);
+    if (error instanceof ServerUnreachable) return;
+    why = toRefusal(error);
     if (held && dragging.value) return; // what stands is drawn on; the release will tell
   }
   if (snapshot.value?.id !== picture || !hasClicks(doc.value)) return;
   preview.value = answer;
   refusal.value = why;
-  stale.value = !(held && dragging.value) && !same(asking, doc.value);
+  stale.value = !(held && dragging.value) && !isEqual(asking, doc.value);
   if (held && dragging.value) await pause();
 });
 

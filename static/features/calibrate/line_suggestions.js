@@ -2,12 +2,12 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";
-import { many, words } from "../../core/format.js";
-import { active, editing, kindOf, pointer, selection, snapshot, tellError, tool } from "../../core/state.js";
+import { plural, words } from "../../core/format.js";
+import { active, editing, kindOf, pointer, selection, snapshot, notifyError, tool } from "../../core/state.js";
 import { view } from "../../canvas/viewport.js";
 import { lineUnder } from "./field_sides.js";
 import { givenFit, preview, refusal } from "./fitting.js";
-import { said, snapping } from "./snapping.js";
+import { snapMessage, snapping } from "./snapping.js";
 
 /** @typedef {import("../../core/types").Point} Point */
 
@@ -17,14 +17,14 @@ const SPARE_PX = 5; // of the picture: a proposal so near a point that stands wo
 const WANTED = 9;
 
 /** Every line and arc that the fit sees in the picture, once: a border and the line painted under it are one. */
-export const lines = computed(() => {
+export const suggestedLines = computed(() => {
   if (!editing.value || refusal.value || !preview.value) return [];
   const twice = new Set(BORDERS.map(lineUnder));
   return preview.value.overlay.filter((f) => f.kind !== "landmark" && f.points.length > 1 && !twice.has(f.feature));
 });
 
 /** Points found along a line, that nobody has accepted yet. */
-export const proposed = signal(/** @type {{ feature: string, points: Point[] } | null} */ (null));
+export const proposedPoints = signal(/** @type {{ feature: string, points: Point[] } | null} */ (null));
 
 /** px of the stage from a place to a drawn line. @param {Point} at picture px @param {(Point | null)[]} points */
 function away([x, y], points) {
@@ -43,10 +43,10 @@ function away([x, y], points) {
 export function featureAt(at, touch) {
   if (!snapping.value) return active.value;
   const reach = touch ? REACH_TOUCH_PX : REACH_PX;
-  const own = lines.value.find((f) => f.feature === active.value);
+  const own = suggestedLines.value.find((f) => f.feature === active.value);
   if (kindOf(active.value) === "landmark" || (own && away(at, own.points) < OWN * reach)) return active.value;
   let best = active.value, nearest = reach;
-  for (const { feature, points } of lines.value) {
+  for (const { feature, points } of suggestedLines.value) {
     const px = away(at, points);
     if (px < nearest) { best = feature; nearest = px; }
   }
@@ -54,14 +54,14 @@ export function featureAt(at, touch) {
 }
 
 /** The line under the pointer, which a click would go to. */
-export const under = computed(() => {
+export const lineUnderPointer = computed(() => {
   const at = pointer.value;
-  if (!at || at.down || tool.value === "pan" || !lines.value.length) return null;
+  if (!at || at.down || tool.value === "pan" || !suggestedLines.value.length) return null;
   const feature = featureAt([at.x, at.y], at.touch);
   return feature === active.value ? null : feature;
 });
 
-export const canPropose = computed(() => lines.value.some((f) => f.feature === active.value));
+export const canPropose = computed(() => suggestedLines.value.some((f) => f.feature === active.value));
 
 /** Look for points all along the active line, beside where the fit sees it. */
 export async function propose() {
@@ -73,33 +73,33 @@ export async function propose() {
     const standing = pointsOf(doc.value, feature);
     const found = points.map((/** @type {{ point: Point }} */ p) => p.point)
       .filter((/** @type {Point} */ [x, y]) => standing.every(([u, v]) => Math.hypot(x - u, y - v) > SPARE_PX));
-    proposed.value = found.length ? { feature, points: found } : null;
-    said.value = found.length ? `${many(found.length, "point")} proposed along ${words(feature).toLowerCase()}` : `No more points found along ${words(feature).toLowerCase()}`;
+    proposedPoints.value = found.length ? { feature, points: found } : null;
+    snapMessage.value = found.length ? `${plural(found.length, "point")} proposed along ${words(feature).toLowerCase()}` : `No more points found along ${words(feature).toLowerCase()}`;
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
 /** Take them over, as one change. */
-export function accept() {
-  const it = proposed.value;
+export function acceptProposed() {
+  const it = proposedPoints.value;
   if (!it) return;
-  proposed.value = null;
+  proposedPoints.value = null;
   const before = pointsOf(doc.value, it.feature), rounded = it.points.map(([x, y]) => /** @type {Point} */ ([Math.round(x * 100) / 100, Math.round(y * 100) / 100]));
   change(withPoints(doc.value, it.feature, [...before, ...rounded], kindOf(it.feature)));
   selection.value = rounded.map((_, i) => ({ feature: it.feature, index: before.length + i }));
-  said.value = `${many(it.points.length, "point")} added`;
+  snapMessage.value = `${plural(it.points.length, "point")} added`;
 }
 
-export function discard() {
-  proposed.value = null;
+export function discardProposed() {
+  proposedPoints.value = null;
 }
 
 /** Proposals belong to one line of one picture. */
-export function startProposals() {
+export function startLineSuggestions() {
   effect(() => {
     const here = `${snapshot.value?.id}`, feature = active.value, at = editing.value;
-    untracked(() => { if (proposed.value && (proposed.value.feature !== feature || !here || !at)) proposed.value = null; });
+    untracked(() => { if (proposedPoints.value && (proposedPoints.value.feature !== feature || !here || !at)) proposedPoints.value = null; });
   });
-  effect(() => { void snapshot.value?.id; untracked(() => { proposed.value = null; }); });
+  effect(() => { void snapshot.value?.id; untracked(() => { proposedPoints.value = null; }); });
 }

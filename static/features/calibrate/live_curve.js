@@ -12,7 +12,7 @@ const LEAST = 1e-12; // of the positions' spread: less, and the points do not de
  * @param {Curve} curve @param {Point[]} points as many as the curve's own @param {0 | 1} run the axis of the positions: 1 for a border that runs down the picture
  * @returns {Curve | null}
  */
-export function bentTo(curve, points, run) {
+export function curveThrough(curve, points, run) {
   const strays = new Set(curve.outliers), drawn = curve.curve.map((p) => p[run]);
   const inside = points.filter((_, i) => !strays.has(i));
   const from = Math.min(...drawn), half = (Math.max(...drawn) - from) / 2;

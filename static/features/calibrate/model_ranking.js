@@ -1,8 +1,8 @@
 // Every model on the same clicks: asked for while the operator chooses one.
 import { effect, signal, untracked } from "@preact/signals";
-import { Away, call, online, refused } from "../../core/api.js";
+import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { change, doc, dragging, withModel } from "../../core/document.js";
-import { Stopped, follow, workFor } from "../../core/jobs.js";
+import { Stopped, followJob, runJob } from "../../core/jobs.js";
 import { model, models, snapshot, step } from "../../core/state.js";
 import { fitBody, preview, stale } from "./fitting.js";
 
@@ -38,12 +38,12 @@ async function compare(body) {
       if (comparison.value?.stop === stop) comparison.value = { of, progress, message, stop };
     };
     const before = await ownJob.of(of);
-    const found = await (before ? follow(before, stop.signal, told) : workFor("/calibrations/compare?job=true", body, stop.signal, told));
+    const found = await (before ? followJob(before, stop.signal, told) : runJob("/calibrations/compare?job=true", body, stop.signal, told));
     if (!stop.signal.aborted) ranking.value = { ...found, of };
   } catch (error) {
     // When the server is away, the models are compared once it is back.
-    if (!stop.signal.aborted && !(error instanceof Away)) notCompared.value = { of, why: error instanceof Stopped ? null : refused(error) };
-    if (!stop.signal.aborted && !(error instanceof Away)) ownJob.forget();
+    if (!stop.signal.aborted && !(error instanceof ServerUnreachable)) notCompared.value = { of, why: error instanceof Stopped ? null : toRefusal(error) };
+    if (!stop.signal.aborted && !(error instanceof ServerUnreachable)) ownJob.forget();
   } finally {
     if (comparison.value?.stop === stop) comparison.value = null;
   }

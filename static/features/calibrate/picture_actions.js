@@ -2,7 +2,7 @@
 import { filePicker } from "../../core/actions.js";
 import { change, doc } from "../../core/document.js";
 import { cameras, region, rotation, snapshot } from "../../core/state.js";
-import { takePicture, watching } from "./pictures.js";
+import { takePicture, backgroundProgress } from "./pictures.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const PICTURE_ACTIONS = [
@@ -10,7 +10,7 @@ export const PICTURE_ACTIONS = [
   { id: "take", label: "Take a new picture with the same camera", short: "Take a new picture", group: "Pictures",
     run: () => void takePicture(snapshot.value?.camera ?? cameras.value[0]?.id),
     enabled: () => Boolean(snapshot.value?.camera ?? cameras.value.length) },
-  { id: "stop-watching", label: "Stop watching; nothing is kept", short: "Stop", group: "Pictures", run: () => watching.value?.stop.abort(), enabled: () => watching.value !== null },
+  { id: "stop-watching", label: "Stop watching; nothing is kept", short: "Stop", group: "Pictures", run: () => backgroundProgress.value?.stop.abort(), enabled: () => backgroundProgress.value !== null },
 ];
 
 /** @type {import("../../core/actions.js").Action[]} */

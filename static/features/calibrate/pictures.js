@@ -2,13 +2,13 @@
 import { batch, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
 import { doc, load } from "../../core/document.js";
-import { turns } from "../../core/latest_wins.js";
+import { requestOrder } from "../../core/latest_wins.js";
 import {
   active, atBoard, atLive, atStraight, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots,
-  step, tell, tellError,
+  step, notify, notifyError,
 } from "../../core/state.js";
 import { fit } from "../../canvas/viewport.js";
-import { holdLens } from "../board/board.js";
+import { applyChosenLens } from "../board/board.js";
 import { importFile, isCalibrationFile } from "../versions/imports.js";
 import { findVersion, forgetVersion } from "../versions/versions.js";
 import { closeDraft, fetchDraft, openDraft } from "./draft.js";
@@ -20,7 +20,7 @@ const LAST_FIELD = "touchline.field"; // a team calibrates the same field again 
 let lists = Promise.resolve();
 
 /** How far the watching of many frames is, and the way to stop it. */
-export const watching = signal(/** @type {{ share: number, stop: AbortController } | null} */ (null));
+export const backgroundProgress = signal(/** @type {{ share: number, stop: AbortController } | null} */ (null));
 
 /** Lists that the page is built from; one that fails leaves the others standing. */
 export function loadLists() {
@@ -33,7 +33,7 @@ async function fetchLists() {
     try {
       keep((await call("GET", path)).items);
     } catch (error) {
-      tellError(error);
+      notifyError(error);
     }
   };
   await Promise.all([
@@ -47,26 +47,26 @@ export async function openFile(file) {
   if (isCalibrationFile(file)) return importFile(file);
   const body = new FormData();
   body.append("file", file, file.name || "picture");
-  await bring(`Opening ${file.name || "the picture"}…`, async () => (await request("POST", "/snapshots", { body })).json());
+  await openFrom(`Opening ${file.name || "the picture"}…`, async () => (await request("POST", "/snapshots", { body })).json());
 }
 
 /** Take a picture from a camera and work on it. frames: 1, or so many of which the background is taken. @param {string} id @param {number} [frames] */
 export async function takePicture(id, frames = 1) {
-  if (frames === 1) return bring("Taking a picture…", () => call("POST", "/snapshots", { camera: id }));
+  if (frames === 1) return openFrom("Taking a picture…", () => call("POST", "/snapshots", { camera: id }));
   if (busy.value) return;
   const stop = new AbortController(), begun = Date.now(), total = frames * SPREAD_MS;
-  const tick = setInterval(() => { watching.value = { share: Math.min(1, (Date.now() - begun) / total), stop }; }, 200);
-  watching.value = { share: 0, stop };
+  const tick = setInterval(() => { backgroundProgress.value = { share: Math.min(1, (Date.now() - begun) / total), stop }; }, 200);
+  backgroundProgress.value = { share: 0, stop };
   try {
-    await bring("Watching…", async () => (await request("POST", "/snapshots", { json: { camera: id, frames }, stop: stop.signal })).json(), () => stop.signal.aborted);
+    await openFrom("Watching…", async () => (await request("POST", "/snapshots", { json: { camera: id, frames }, stop: stop.signal })).json(), () => stop.signal.aborted);
   } finally {
     clearInterval(tick);
-    watching.value = null;
+    backgroundProgress.value = null;
   }
 }
 
 /** @param {string} doing @param {() => Promise<import("../../core/types").Snapshot>} fetchIt @param {() => boolean} [stopped] whether a failure is the operator's own wish */
-async function bring(doing, fetchIt, stopped = () => false) {
+async function openFrom(doing, fetchIt, stopped = () => false) {
   if (busy.value) return;
   busy.value = doing;
   try {
@@ -76,13 +76,13 @@ async function bring(doing, fetchIt, stopped = () => false) {
     notices.value = [];
     await openSnapshot(picture, "picture");
   } catch (error) {
-    if (!stopped()) tellError(error);
+    if (!stopped()) notifyError(error);
   } finally {
     busy.value = "";
   }
 }
 
-const openings = turns();
+const openings = requestOrder();
 
 /** Work on a kept picture, where its draft stands; the one that was asked for last stays. @param {import("../../core/types").Snapshot} picture @param {import("../../core/types").StepId} at */
 export async function openSnapshot(picture, at, isNewest = openings.begin()) {
@@ -102,7 +102,7 @@ export async function openSnapshot(picture, at, isNewest = openings.begin()) {
   });
   fit(picture);
   if (!doc.value.field) load({ ...doc.value, ...firstGuess(picture) });
-  holdLens(picture);
+  applyChosenLens(picture);
   await findVersion(picture.id);
 }
 
@@ -116,7 +116,7 @@ export async function openById(id, at) {
     closePicture();
     step.value = "camera";
     const { message } = /** @type {Error} */ (error);
-    tell({ level: "warn", text: `The picture of this address cannot be opened: ${message}`, fix: "Open another picture." });
+    notify({ level: "warn", text: `The picture of this address cannot be opened: ${message}`, fix: "Open another picture." });
   }
 }
 

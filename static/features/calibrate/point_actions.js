@@ -1,8 +1,8 @@
 // Actions on clicked points: choose a border, add, move, select and remove points, undo and redo.
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "../../core/document.js";
-import { active, atPair, editing, picked, pointer, selection, tool } from "../../core/state.js";
+import { active, atPair, editing, selectedPoints, pointer, selection, tool } from "../../core/state.js";
 import { stageSize, toPicture } from "../../canvas/viewport.js";
-import { sheet } from "../compare/comparison.js";
+import { activeViewport } from "../compare/comparison.js";
 import { pairArrow } from "../pair/match_actions.js";
 import { activateFeature, isOnPicture, nudge, remove, select, selectNext, withAdded } from "./editing.js";
 import { snapPoints, snapping } from "./snapping.js";
@@ -28,7 +28,7 @@ export const POINT_ACTIONS = [
   { id: "select-all", label: "Select all points of this line", keys: ["ctrl+a"], group: "Points", enabled: () => editing.value,
     run: () => { selection.value = pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index })); } },
   { id: "delete", label: "Remove the selected points", short: "Remove", keys: ["Delete", "Backspace"], group: "Points",
-    run: () => remove(picked.value), enabled: () => editing.value && picked.value.length > 0 },
+    run: () => remove(selectedPoints.value), enabled: () => editing.value && selectedPoints.value.length > 0 },
   { id: "clear", label: "Remove all points of this line", short: "Clear", group: "Points",
     run: () => remove(pointsOf(doc.value, active.value).map((_, index) => ({ feature: active.value, index }))),
     enabled: () => editing.value && pointsOf(doc.value, active.value).length > 0 },
@@ -55,7 +55,7 @@ function arrow(event) {
   if (!event || !towards) return;
   const size = event.shiftKey ? SHIFT_PX : event.ctrlKey || event.metaKey ? CTRL_PX : NUDGE_PX;
   if (atPair.value) pairArrow(towards, size, PAN_PX);
-  else if (editing.value && picked.value.length) {
+  else if (editing.value && selectedPoints.value.length) {
     nudge(towards[0] * size, towards[1] * size);
-  } else sheet.value.panBy(-towards[0] * PAN_PX, -towards[1] * PAN_PX);
+  } else activeViewport.value.panBy(-towards[0] * PAN_PX, -towards[1] * PAN_PX);
 }

@@ -2,9 +2,9 @@
 import { effect, signal, untracked } from "@preact/signals";
 import { online } from "../../core/api.js";
 import { operatorName } from "../../core/operator.js";
-import { openLine } from "../../core/socket.js";
+import { openSocket } from "../../core/socket.js";
 import { snapshot } from "../../core/state.js";
-import { lookAgain } from "./draft.js";
+import { fetchOthersChanges } from "./draft.js";
 
 /** Their names, "" for one who gave none. */
 export const others = signal(/** @type {string[]} */ ([]));
@@ -23,10 +23,10 @@ export function startPresence() {
 
   /** @param {string} id @param {string} name */
   function open(id, name) {
-    return openLine(`/drafts/${encodeURIComponent(id)}/stream?name=${encodeURIComponent(name)}`, {
+    return openSocket(`/drafts/${encodeURIComponent(id)}/stream?name=${encodeURIComponent(name)}`, {
       told: (now) => {
         others.value = now.others ?? [];
-        if (now.etag) void lookAgain(now.etag, now.by);
+        if (now.etag) void fetchOthersChanges(now.etag, now.by);
       },
       broken: () => { others.value = []; },
     });

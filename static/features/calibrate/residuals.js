@@ -3,7 +3,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { BORDERS, doc } from "../../core/document.js";
 import { comparing, editing, pointer } from "../../core/state.js";
 import { view } from "../../canvas/viewport.js";
-import { asked } from "../compare/comparison.js";
+import { pointedAt } from "../compare/comparison.js";
 import { version } from "../versions/versions.js";
 import { curves, isCurve, preview, stale } from "./fitting.js";
 
@@ -73,7 +73,7 @@ export const isSame = (a, b) => a.feature === b.feature && a.index === b.index;
 /** Follow the pointer over the picture: the click that is near it is the one pointed at. */
 export function startHovering() {
   effect(() => {
-    const at = pointer.value, isRaw = at !== null && (editing.value || (comparing.value && asked.value?.from === "image")), { k } = view.peek();
+    const at = pointer.value, isRaw = at !== null && (editing.value || (comparing.value && pointedAt.value?.from === "image")), { k } = view.peek();
     untracked(() => {
       if (!at || at.down || !isRaw) return pointAt([]);
       let near = null, reach = REACH_PX / k;

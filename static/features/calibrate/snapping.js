@@ -1,10 +1,10 @@
 // Draws clicked points to the middle of the painted line beside them: the server looks, the page says how far it moved.
 import { effect, signal, untracked } from "@preact/signals";
-import { Away, call } from "../../core/api.js";
+import { ServerUnreachable, call } from "../../core/api.js";
 import { change, doc, dragging, future, pointsOf, withPoints } from "../../core/document.js";
 import { number } from "../../core/format.js";
-import { newestWins } from "../../core/latest_wins.js";
-import { active, editing, kindOf, pointer, snapshot, tellError, tool } from "../../core/state.js";
+import { latestWins } from "../../core/latest_wins.js";
+import { active, editing, kindOf, pointer, snapshot, notifyError, tool } from "../../core/state.js";
 import { view } from "../../canvas/viewport.js";
 import { givenFit } from "./fitting.js";
 
@@ -18,15 +18,15 @@ const STILL_PX = 0.005;
 
 export const snapping = signal(localStorage.getItem(KEPT) !== "off");
 /** What became of the last points, in words: nothing is moved in silence. */
-export const said = signal("");
+export const snapMessage = signal("");
 /** Where the point under the pointer would go. */
-export const ahead = signal(/** @type {(SnapAnswer & { of: Point }) | null} */ (null));
+export const snapPreview = signal(/** @type {(SnapAnswer & { of: Point }) | null} */ (null));
 /** Whether the key is held with which points are placed freely. */
-export const free = signal(false);
+export const isSnapSuspended = signal(false);
 
 export function toggleSnapping() {
   snapping.value = !snapping.value;
-  said.value = snapping.value ? "Points snap to lines" : "Points stay where they are put";
+  snapMessage.value = snapping.value ? "Points snap to lines" : "Points stay where they are put";
   try { localStorage.setItem(KEPT, snapping.value ? "on" : "off"); } catch { /* until the reload, then */ }
 }
 
@@ -47,7 +47,7 @@ export async function snapPoints(picks, touch) {
     return { feature, indices, points: indices.map((i) => own[i]) };
   });
   if (!picture || !placed.some((one) => one.points.length)) return;
-  said.value = ""; // of the points before these
+  snapMessage.value = ""; // of the points before these
   try {
     const answers = await Promise.all(placed.map(({ feature, points }) => ask(feature, points, touch)));
     await letGo(); // a quick hand presses for the next point already
@@ -55,7 +55,7 @@ export async function snapPoints(picks, touch) {
     if (snapshot.value?.id !== picture || future.value.length) return;
     settle(placed, answers);
   } catch (error) {
-    if (!(error instanceof Away)) tellError(error);
+    if (!(error instanceof ServerUnreachable)) notifyError(error);
   }
 }
 
@@ -80,27 +80,27 @@ function settle(placed, answers) {
     if (own.length) next = withPoints(next, feature, own, kindOf(feature));
   });
   const asked = placed.reduce((sum, one) => sum + one.points.length, 0);
-  said.value = asked === 1 ? (count ? `Snapped ${number(farthest, 1)} px` : `Not snapped: ${why}`)
+  snapMessage.value = asked === 1 ? (count ? `Snapped ${number(farthest, 1)} px` : `Not snapped: ${why}`)
     : `Snapped ${count} of ${asked} points, at most ${number(farthest, 1)} px`;
   if (farthest > STILL_PX) change(next);
 }
 
 /** Look ahead from the pointer, from now on; the newest question wins. */
 export function startSnapping() {
-  const look = newestWins(async (/** @type {{ at: Point, feature: string, touch: boolean }} */ { at, feature, touch }) => {
+  const look = latestWins(async (/** @type {{ at: Point, feature: string, touch: boolean }} */ { at, feature, touch }) => {
     const [answer] = await ask(feature, [at], touch).catch(() => []);
-    ahead.value = answer ? { ...answer, of: at } : null;
+    snapPreview.value = answer ? { ...answer, of: at } : null;
     await new Promise((done) => setTimeout(done, PAUSE_MS));
   });
   effect(() => {
     const at = pointer.value, feature = active.value;
-    const wanted = at && (!at.touch || at.down) && snapping.value && !free.value && editing.value && tool.value === "pick" && kindOf(feature) === "line";
+    const wanted = at && (!at.touch || at.down) && snapping.value && !isSnapSuspended.value && editing.value && tool.value === "pick" && kindOf(feature) === "line";
     untracked(() => {
       if (wanted) void look({ at: [at.x, at.y], feature, touch: at.touch });
-      else ahead.value = null;
+      else snapPreview.value = null;
     });
   });
-  const alt = (/** @type {KeyboardEvent} */ e) => { if (e.key === "Alt") free.value = e.type === "keydown"; };
+  const alt = (/** @type {KeyboardEvent} */ e) => { if (e.key === "Alt") isSnapSuspended.value = e.type === "keydown"; };
   for (const type of /** @type {const} */ (["keydown", "keyup"])) addEventListener(type, alt);
-  addEventListener("blur", () => { free.value = false; });
+  addEventListener("blur", () => { isSnapSuspended.value = false; });
 }

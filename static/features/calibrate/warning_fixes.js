@@ -3,9 +3,9 @@ import { run } from "../../core/actions.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { words } from "../../core/format.js";
 import { camera, cameras, field, model, models, region, step } from "../../core/state.js";
-import { main } from "../../canvas/viewport.js";
-import { laid, margin, seen, sheet } from "../compare/comparison.js";
-import { heat, shown } from "../compare/heat.js";
+import { mainViewport } from "../../canvas/viewport.js";
+import { correctedPlacement, margin, visiblePicture, activeViewport } from "../compare/comparison.js";
+import { heat, shownMap } from "../compare/heat.js";
 import { version } from "../versions/versions.js";
 import { activateFeature, remove, select } from "./editing.js";
 import { preview } from "./fitting.js";
@@ -16,7 +16,7 @@ import { compareModels, ranking, useModel } from "./model_ranking.js";
 const NEAREST = 2; // stage pixels for one of the picture, at least: a place can be seen well
 
 /** @type {Record<string, (trouble: Trouble) => (Cure | null)[]>} */
-const CURES = {
+const FIXES = {
   "stray-click": (t) => point(t),
   "duplicate-points": (t) => point(t),
   "border-extrapolated": ({ feature }) => [click(feature)],
@@ -44,7 +44,7 @@ const CURES = {
 };
 
 /** What can be done about it by a button. @param {Trouble} trouble @returns {Cure[]} */
-export const curesOf = (trouble) => (CURES[trouble.reason ?? ""]?.({ ...trouble, feature: named(trouble.feature) }) ?? []).filter((cure) => cure !== null);
+export const fixesOf = (trouble) => (FIXES[trouble.reason ?? ""]?.({ ...trouble, feature: named(trouble.feature) }) ?? []).filter((cure) => cure !== null);
 
 /** A feature by its name, where a refusal says "the left border". @param {string | null | undefined} feature */
 const named = (feature) => BORDERS.find((border) => feature === `the ${border} border`) ?? feature;
@@ -112,17 +112,17 @@ const picture = () => (camera.value ?? cameras.value[0] ? { label: "Take a new p
 function recommended() {
   const name = ranking.value?.recommended, it = models.value.find((m) => m.name === name);
   if (it && name && name !== doc.value.model) return { label: `Use ${it.title}`, test: "cure-model", run: () => { step.value = "model"; useModel(name); } };
-  return { label: "Compare the models", test: "cure-compare", run: compareThere };
+  return { label: "Compare the models", test: "cure-compare", run: goToModelComparison };
 }
 
 /** To the models; they are compared by themselves when one comes there. */
-export function compareThere() {
+export function goToModelComparison() {
   if (step.value === "model") compareModels();
   else step.value = "model";
 }
 
 /** The report whose figures are in sight. */
-const report = () => (sheet.value === main && (step.value === "compare" || step.value === "activate") ? version.value?.report : preview.value?.report);
+const report = () => (activeViewport.value === mainViewport && (step.value === "compare" || step.value === "activate") ? version.value?.report : preview.value?.report);
 
 /** Where one more click helps the worst place most. @returns {Cure | null} */
 export function nextClick() {
@@ -134,25 +134,25 @@ export function nextClick() {
 /** @param {{ feature: string, point: import("../../core/types").Point }} next */
 function goTo({ feature, point: [x, y] }) {
   clickOn(feature);
-  main.centre(x, y, NEAREST);
+  mainViewport.centre(x, y, NEAREST);
 }
 
 /** The same as a deed of its own. */
-export function goToCure() { nextClick()?.run(); }
+export function goToNextClick() { nextClick()?.run(); }
 
 /** Bring the worst place of the map into the middle of the stage. */
-export function worstOnStage() {
-  const worst = shown.value?.at.image.at(-1) ?? null, corrected = shown.value?.at.corrected.at(-1) ?? null, here = laid.value;
-  if (seen.value === "corrected" && corrected && here) main.centre(here.x + here.scale * (corrected[0] + margin.value), here.y + here.scale * (corrected[1] + margin.value), NEAREST);
-  else if (worst) main.centre(worst[0], worst[1], NEAREST);
+export function centreWorstPlace() {
+  const worst = shownMap.value?.at.image.at(-1) ?? null, corrected = shownMap.value?.at.corrected.at(-1) ?? null, here = correctedPlacement.value;
+  if (visiblePicture.value === "corrected" && corrected && here) mainViewport.centre(here.x + here.scale * (corrected[0] + margin.value), here.y + here.scale * (corrected[1] + margin.value), NEAREST);
+  else if (worst) mainViewport.centre(worst[0], worst[1], NEAREST);
 }
 
 /** What to do about the worst place of the map: the strongest cure first. @returns {{ text: string, cures: Cure[] }} */
-export function worstCure() {
-  const it = report(), map = shown.value;
+export function worstPlaceFix() {
+  const it = report(), map = shownMap.value;
   if (!it || !map || map.what !== "expected") return { text: "", cures: [] };
   const height = it.warnings.find((w) => w.reason === "height-unknown"), next = it.next_click;
-  if (heat.value.atHats && height) return { text: height.fix, cures: curesOf(height) };
+  if (heat.value.atHats && height) return { text: height.fix, cures: fixesOf(height) };
   if (next && next.worst_mm_then < next.worst_mm) {
     return { text: `One more click on the ${words(next.feature).toLowerCase()} makes the worst place ${next.worst_mm.toFixed(1)} → ${next.worst_mm_then.toFixed(1)} mm${next.z_mm ? " at hat height" : ""}.`, cures: [nextClick()].filter((c) => c !== null) };
   }

@@ -1,8 +1,8 @@
 // Check only: whether a camera's active calibration still holds in its picture of now. Nothing is fitted or kept.
 import { computed, effect, signal } from "@preact/signals";
-import { workFor } from "../../core/jobs.js";
+import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { shown, status } from "../live/camera_page.js";
+import { openedCamera, status } from "../live/camera_page.js";
 
 const FRAMES = 5; // whoever walks by fast leaves the picture, and noise with them
 
@@ -18,15 +18,15 @@ const last = signal(/** @type {{ camera: string, found: Checked } | null} */ (nu
 /** What the last check of the camera on show said; null once another version is active. */
 export const checked = computed(() => {
   const it = last.value;
-  return it && it.camera === shown.value?.id && it.found.calibration === status.value?.active_calibration ? it.found : null;
+  return it && it.camera === openedCamera.value?.id && it.found.calibration === status.value?.active_calibration ? it.found : null;
 });
 export const canCheck = computed(() => checking.value === null && status.value?.state === "live" && Boolean(status.value.active_calibration));
 
 /** Take a picture and hold the active calibration against it. */
 export async function checkCalibration() {
-  const camera = shown.value?.id, id = status.value?.active_calibration;
+  const camera = openedCamera.value?.id, id = status.value?.active_calibration;
   if (!camera || !id) return;
-  await work.watch((stop, told) => workFor(`/calibrations/${id}/check?job=true`, { camera, frames: FRAMES }, stop, told),
+  await work.watch((stop, told) => runJob(`/calibrations/${id}/check?job=true`, { camera, frames: FRAMES }, stop, told),
     (/** @type {Checked} */ found) => { last.value = { camera, found }; });
 }
 
@@ -36,7 +36,7 @@ export function closeCheck() {
 }
 
 // A refusal is of the camera that was on show.
-effect(() => { void shown.value?.id; notChecked.value = null; });
+effect(() => { void openedCamera.value?.id; notChecked.value = null; });
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const CHECK_ACTIONS = [

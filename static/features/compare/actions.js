@@ -1,23 +1,23 @@
 // What can be done to a comparison of raw and corrected, still or live: rows of the table of actions.
 import { atLive, compare, comparing } from "../../core/state.js";
-import { goToCure, worstOnStage } from "../calibrate/warning_fixes.js";
-import { look, status } from "../live/camera_page.js";
+import { goToNextClick, centreWorstPlace } from "../calibrate/warning_fixes.js";
+import { cameraView, status } from "../live/camera_page.js";
 import { version } from "../versions/versions.js";
 import { hold, pause, swap } from "./blink.js";
-import { mode, record, seen } from "./comparison.js";
+import { mode, comparedVersion, visiblePicture } from "./comparison.js";
 import { grid } from "./grid.js";
-import { shown as heatMap } from "./heat.js";
+import { shownMap as heatMap } from "./heat.js";
 
 /** @typedef {import("../../core/types").CompareMode} CompareMode */
 
 const isLive = () => atLive.value !== null;
 const has = () => (isLive() ? status.value?.calibration_applied === true : comparing.value && version.value !== null);
 /** Whether both pictures are there. */
-const both = () => record.value !== null;
+const both = () => comparedVersion.value !== null;
 
 /** @param {CompareMode} to */
-export function show(to) {
-  if (isLive()) look.value = { ...look.value, view: to };
+export function setCompareMode(to) {
+  if (isLive()) cameraView.value = { ...cameraView.value, view: to };
   else compare.value = { ...compare.value, mode: to };
 }
 
@@ -32,12 +32,12 @@ const MODES = [
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const COMPARE_ACTIONS = [
-  ...MODES.map(({ id, label, short, key }) => ({ id, label, short, keys: [key], group: "Compare", run: () => show(id), enabled: has, pressed: () => mode.value === id })),
-  { id: "flip", label: "Show the other picture while the key is held", keys: ["f"], group: "Compare", run: (event) => hold(event), enabled: () => both() && seen.value !== "side" && seen.value !== "wipe" },
+  ...MODES.map(({ id, label, short, key }) => ({ id, label, short, keys: [key], group: "Compare", run: () => setCompareMode(id), enabled: has, pressed: () => mode.value === id })),
+  { id: "flip", label: "Show the other picture while the key is held", keys: ["f"], group: "Compare", run: (event) => hold(event), enabled: () => both() && visiblePicture.value !== "side" && visiblePicture.value !== "wipe" },
   { id: "swap", label: "Swap the two pictures once", short: "Swap", keys: ["j"], group: "Compare", run: swap, enabled: () => both() && mode.value === "blink" },
   { id: "blink-pause", label: "Let them blink, or stop it", short: "Pause", keys: ["u"], group: "Compare", run: pause, enabled: () => both() && mode.value === "blink" },
   { id: "grid", label: "Lay a grid of field millimetres over both pictures", short: "Grid", keys: ["g"], group: "Compare",
     run: () => { grid.value = { ...grid.value, on: !grid.value.on }; }, enabled: both, pressed: () => grid.value.on },
-  { id: "worst-place", label: "Show the worst place of the map", short: "Show the worst place", keys: ["x"], group: "Compare", run: worstOnStage, enabled: () => heatMap.value !== null },
-  { id: "cure-worst", label: "Go where one more click helps the worst place most", short: "Click there…", group: "Compare", run: goToCure, enabled: () => heatMap.value?.what === "expected" },
+  { id: "worst-place", label: "Show the worst place of the map", short: "Show the worst place", keys: ["x"], group: "Compare", run: centreWorstPlace, enabled: () => heatMap.value !== null },
+  { id: "cure-worst", label: "Go where one more click helps the worst place most", short: "Click there…", group: "Compare", run: goToNextClick, enabled: () => heatMap.value?.what === "expected" },
 ];

@@ -1,8 +1,8 @@
 // A grid of field millimetres over both pictures: straight on the corrected one, bent as the lens bends on the raw one.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { tellError } from "../../core/state.js";
-import { margin, record } from "./comparison.js";
+import { notifyError } from "../../core/state.js";
+import { margin, comparedVersion } from "./comparison.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").Feature} Feature */
 
@@ -14,7 +14,7 @@ const STEPS = 32; // of a line: what is bent is drawn in so many pieces
 /** spacing_mm: null, chosen by itself. */
 export const grid = signal(/** @type {{ on: boolean, spacing_mm: number | null }} */ ({ on: false, spacing_mm: null }));
 
-const part = computed(() => (record.value ? record.value.field_definition.regions[record.value.region] ?? null : null));
+const part = computed(() => (comparedVersion.value ? comparedVersion.value.field_definition.regions[comparedVersion.value.region] ?? null : null));
 const side_mm = computed(() => (part.value ? Math.max(part.value.x[1] - part.value.x[0], part.value.y[1] - part.value.y[0]) : 0));
 /** Those that make a grid of this field. */
 export const spacings = computed(() => SPACINGS_MM.filter((mm) => side_mm.value / mm <= ALLOWED && side_mm.value / mm >= 2));
@@ -25,8 +25,8 @@ export const spacing = computed(() => {
   return spacings.value.find((mm) => side_mm.value / mm <= MOST) ?? spacings.value.at(-1) ?? SPACINGS_MM[0];
 });
 
-const question = computed(() => (grid.value.on && record.value && part.value
-  ? JSON.stringify([record.value.id, spacing.value, margin.value, part.value.x, part.value.y]) : ""));
+const question = computed(() => (grid.value.on && comparedVersion.value && part.value
+  ? JSON.stringify([comparedVersion.value.id, spacing.value, margin.value, part.value.x, part.value.y]) : ""));
 const fetched = signal(/** @type {{ of: string, raw: Feature[], corrected: Feature[] } | null} */ (null));
 /** The grid in pixels of each picture, the corrected one's margin counted. */
 export const gridLines = computed(() => (question.value && fetched.value?.of === question.value ? fetched.value : null));
@@ -45,7 +45,7 @@ function linesOver({ x, y }, spacing_mm) {
 /** Fetch the grid that is wanted, from now on. */
 export function startGrid() {
   effect(() => {
-    const of = question.value, id = record.value?.id, region = part.value, around = margin.value, spacing_mm = spacing.value;
+    const of = question.value, id = comparedVersion.value?.id, region = part.value, around = margin.value, spacing_mm = spacing.value;
     untracked(() => {
       if (!of || !region || fetched.value?.of === of) return;
       const wanted = linesOver(region, spacing_mm), points = wanted.flatMap((l) => l.places);
@@ -54,7 +54,7 @@ export function startGrid() {
         return wanted.map(({ feature }, i) => ({ feature, kind: feature.endsWith(" 0") ? "axis" : "grid",
           points: found.slice(i * (STEPS + 1), (i + 1) * (STEPS + 1)).map((/** @type {Point | null} */ p) => p && [p[0] + move, p[1] + move]) }));
       };
-      Promise.all([seen("image"), seen("corrected", around)]).then(([raw, corrected]) => { fetched.value = { of, raw, corrected }; }, tellError);
+      Promise.all([seen("image"), seen("corrected", around)]).then(([raw, corrected]) => { fetched.value = { of, raw, corrected }; }, notifyError);
     });
   });
 }

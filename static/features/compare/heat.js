@@ -1,7 +1,7 @@
 // A map of millimetres over the picture: how far off a version may be, or how far two are apart. The server has the figures.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { Away, call } from "../../core/api.js";
-import { newestWins } from "../../core/latest_wins.js";
+import { ServerUnreachable, call } from "../../core/api.js";
+import { latestWins } from "../../core/latest_wins.js";
 import { comparing, step } from "../../core/state.js";
 import { isSaved, version, versions } from "../versions/versions.js";
 
@@ -21,7 +21,7 @@ export const heatRefusal = signal(/** @type {{ of: string, detail: string, fix: 
 export const canHeat = computed(() => version.value !== null && (comparing.value || (step.value === "model" && isSaved.value)));
 
 /** Other versions that a picture of this size can be compared with: of the same camera, else of the same picture. */
-export const others = computed(() => {
+export const comparableVersions = computed(() => {
   const it = version.value;
   return !it ? [] : versions.value.filter((v) => v.id !== it.id && String(v.image_size) === String(it.image_size)
     && (it.camera ? v.camera === it.camera : v.snapshot === it.snapshot));
@@ -35,12 +35,12 @@ const question = computed(() => {
 });
 
 /** The map that is to be drawn now. */
-export const shown = computed(() => (question.value && heatMap.value?.of === JSON.stringify(question.value) ? heatMap.value : null));
+export const shownMap = computed(() => (question.value && heatMap.value?.of === JSON.stringify(question.value) ? heatMap.value : null));
 /** Why it cannot be drawn. */
-export const notShown = computed(() => (question.value && heatRefusal.value?.of === JSON.stringify(question.value) ? heatRefusal.value : null));
-export const isHot = computed(() => question.value !== null);
+export const mapRefusal = computed(() => (question.value && heatRefusal.value?.of === JSON.stringify(question.value) ? heatRefusal.value : null));
+export const isMapWanted = computed(() => question.value !== null);
 
-const ask = newestWins(async (/** @type {Question} */ asking) => {
+const ask = latestWins(async (/** @type {Question} */ asking) => {
   const of = JSON.stringify(asking), { id, what, z_mm, other } = asking;
   try {
     const found = await call("GET", `/calibrations/${id}/${what === "expected" ? `uncertainty.json?z_mm=${z_mm}` : `difference/${other}.json`}`);
@@ -54,7 +54,7 @@ const ask = newestWins(async (/** @type {Question} */ asking) => {
       median_mm: found.median ?? found.median_mm, worst_mm: found.max ?? found.max_mm, worst_place: found.worst_place,
       rms_px: found.rms_px ?? null, max_px: found.max_px ?? null };
   } catch (error) {
-    if (error instanceof Away) return;
+    if (error instanceof ServerUnreachable) return;
     const { message, fix } = /** @type {{ message: string, fix?: string }} */ (error);
     heatRefusal.value = { of, detail: message, fix: fix ?? "" };
   }
@@ -64,13 +64,13 @@ const ask = newestWins(async (/** @type {Question} */ asking) => {
 export function startHeat() {
   effect(() => {
     const asking = question.value;
-    untracked(() => { if (asking && !shown.value && !notShown.value) void ask(asking); });
+    untracked(() => { if (asking && !shownMap.value && !mapRefusal.value) void ask(asking); });
   });
 }
 
 /** Compare with a version; without one, with the one before. @param {string | null} [id] */
 export function differenceFrom(id) {
-  const other = id ?? heat.value.other ?? others.value[0]?.id ?? null;
+  const other = id ?? heat.value.other ?? comparableVersions.value[0]?.id ?? null;
   heat.value = { ...heat.value, what: "difference", other };
 }
 

@@ -1,6 +1,6 @@
 // Actions on what is drawn over a version's picture: error map, residual arrows, difference from another version.
-import { canHeat, differenceFrom, heat, others } from "./heat.js";
-import { arrows, canArrow, drawn, magnify, magnifyBy } from "./residual_arrows.js";
+import { canHeat, differenceFrom, heat, comparableVersions } from "./heat.js";
+import { arrows, canArrow, shownArrows, magnify, magnifyBy } from "./residual_arrows.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const MAP_ACTIONS = [
@@ -12,10 +12,10 @@ export const MAP_ACTIONS = [
     pressed: () => heat.value.atHats, enabled: () => canHeat.value && heat.value.what === "expected" },
   { id: "arrows", label: "Show residuals as arrows, to where the model puts each click", short: "Arrows", keys: ["v"], group: "View",
     run: () => { arrows.value = { ...arrows.value, on: !arrows.value.on }; }, pressed: () => arrows.value.on, enabled: () => canArrow.value },
-  { id: "arrows-longer", label: "Magnify the arrows more", keys: ["."], group: "View", run: () => magnifyBy(1), enabled: () => drawn.value !== null },
-  { id: "arrows-shorter", label: "Magnify the arrows less", keys: [","], group: "View", run: () => magnifyBy(-1), enabled: () => drawn.value !== null },
-  { id: "arrows-auto", label: "Magnify the arrows so that they can be read", group: "View", run: () => magnify(null), enabled: () => drawn.value !== null },
+  { id: "arrows-longer", label: "Magnify the arrows more", keys: ["."], group: "View", run: () => magnifyBy(1), enabled: () => shownArrows.value !== null },
+  { id: "arrows-shorter", label: "Magnify the arrows less", keys: [","], group: "View", run: () => magnifyBy(-1), enabled: () => shownArrows.value !== null },
+  { id: "arrows-auto", label: "Magnify the arrows so that they can be read", group: "View", run: () => magnify(null), enabled: () => shownArrows.value !== null },
   { id: "difference", label: "Show the difference from another version", short: "Choose a version…", keys: ["d"], group: "View",
     run: () => { if (heat.value.what === "difference") heat.value = { ...heat.value, what: "none" }; else differenceFrom(); },
-    pressed: () => heat.value.what === "difference", enabled: () => canHeat.value && others.value.length > 0 },
+    pressed: () => heat.value.what === "difference", enabled: () => canHeat.value && comparableVersions.value.length > 0 },
 ];

@@ -1,7 +1,7 @@
 // Residuals as arrows: from each click to where the model puts it, drawn longer than they are. The server has the figures.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { comparing, editing, snapshot, tellError } from "../../core/state.js";
+import { comparing, editing, snapshot, notifyError } from "../../core/state.js";
 import { MARGIN_PX } from "../../canvas/viewport.js";
 import { preview } from "../calibrate/fitting.js";
 import { version } from "../versions/versions.js";
@@ -26,7 +26,7 @@ const previewed = computed(() => {
 });
 
 /** What is to be drawn on each picture now. */
-export const drawn = computed(() => {
+export const shownArrows = computed(() => {
   if (!arrows.value.on || !canArrow.value) return null;
   if (editing.value) return previewed.value && { image: previewed.value, corrected: null };
   return fetched.value?.id === version.value?.id ? fetched.value : null;
@@ -44,7 +44,7 @@ export function longestOf(all, outlier) {
 }
 
 export const factor = computed(() => {
-  const all = drawn.value?.image.arrows ?? [], far = longestOf(all, false) ?? longestOf(all, true);
+  const all = shownArrows.value?.image.arrows ?? [], far = longestOf(all, false) ?? longestOf(all, true);
   return arrows.value.factor ?? FACTORS.findLast((f) => far && f * far.px <= READABLE * diagonal.value) ?? FACTORS[0];
 });
 
@@ -61,7 +61,7 @@ export function startArrows() {
     untracked(() => {
       if (!id || fetched.value?.id === id) return;
       const get = (/** @type {string} */ frame, margin = 0) => call("GET", `/calibrations/${id}/residuals.json?frame=${frame}&margin_px=${margin}`);
-      Promise.all([get("raw"), get("corrected", MARGIN_PX)]).then(([image, corrected]) => { fetched.value = { id, image, corrected }; }, tellError);
+      Promise.all([get("raw"), get("corrected", MARGIN_PX)]).then(([image, corrected]) => { fetched.value = { id, image, corrected }; }, notifyError);
     });
   });
 }

@@ -1,8 +1,8 @@
 // Colours taught by clicks and boxes, found without any, kept for a venue by name, copied to another camera.
 import { computed, effect, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
-import { cameras, tell, tellError } from "../../core/state.js";
-import { set, shown, told, tune } from "./detection.js";
+import { cameras, notify, notifyError } from "../../core/state.js";
+import { setDetection, detectionCamera, detectionState, tune } from "./detection.js";
 import { asSnapshot } from "./held_frame.js";
 
 /** @typedef {import("./types").Profile} Profile @typedef {import("./types").Place} Place @typedef {import("./types").Preset} Preset */
@@ -21,11 +21,11 @@ export const learning = signal(/** @type {{ what: string, stop: AbortController 
 export const notes = signal(/** @type {string[]} */ ([]));
 export const presets = signal(/** @type {Preset[]} */ ([]));
 /** The preset whose saving over has been asked for once. */
-export const doubted = signal("");
+export const overwriteCandidate = signal("");
 
 /** Colours that the plan looks for, or that were taught. */
-export const needed = computed(() => {
-  const it = told.value, names = new Set(Object.keys(it?.profile?.colours ?? {}));
+export const neededColours = computed(() => {
+  const it = detectionState.value, names = new Set(Object.keys(it?.profile?.colours ?? {}));
   for (const stage of it?.plan.stages ?? []) {
     for (const option of ["everywhere", "numbers", "teams"]) for (const name of /** @type {string[]} */ (stage[option] ?? [])) names.add(name);
     if (stage.stage === "ball") names.add(String(stage.colour));
@@ -43,27 +43,27 @@ let queue = Promise.resolve();
 export function teach(place) {
   const name = colour.value;
   if (!name) return;
-  queue = queue.then(() => learn(`Learning ${name}`, () => ({ clicks: { [name]: [place] }, ...(told.value?.profile ? { base: told.value.profile } : {}) })));
+  queue = queue.then(() => learn(`Learning ${name}`, () => ({ clicks: { [name]: [place] }, ...(detectionState.value?.profile ? { base: detectionState.value.profile } : {}) })));
 }
 
 /** All colours from the picture's own patches, without a click. */
-export const findAlone = () => { queue = queue.then(() => learn("Looking for colours", () => ({ automatic: true }))); };
+export const learnAutomatically = () => { queue = queue.then(() => learn("Looking for colours", () => ({ automatic: true }))); };
 
 /** @param {string} what @param {() => Record<string, unknown>} body made when its turn has come, onto what was learned before */
 async function learn(what, body) {
-  const id = shown.value?.id;
-  if (!id || !told.value) return;
+  const id = detectionCamera.value?.id;
+  if (!id || !detectionState.value) return;
   const stop = new AbortController();
   learning.value = { what, stop };
   try {
     const snapshot = await asSnapshot();
     const response = await request("POST", `/cameras/${encodeURIComponent(id)}/colours/learn`, { json: { ...body(), snapshot }, stop: stop.signal });
     const answer = await response.json();
-    if (shown.value?.id !== id) return;
+    if (detectionCamera.value?.id !== id) return;
     notes.value = answer.notes;
     await tune({ profile: named(answer.profile) });
   } catch (error) {
-    if (!stop.signal.aborted) tellError(error);
+    if (!stop.signal.aborted) notifyError(error);
   } finally {
     learning.value = null;
   }
@@ -71,13 +71,13 @@ async function learn(what, body) {
 
 /** A camera's own profile does not go by the name of the one that it shares with others. @param {Profile} profile */
 function named(profile) {
-  const shared = told.value?.colours;
-  return { ...profile, name: shared ? `${shared}, changed` : shown.value?.id ?? "clicked" };
+  const shared = detectionState.value?.colours;
+  return { ...profile, name: shared ? `${shared}, changed` : detectionCamera.value?.id ?? "clicked" };
 }
 
 /** Take one sample away again. @param {string} name @param {number} index */
 export function forget(name, index) {
-  const it = told.value?.profile;
+  const it = detectionState.value?.profile;
   if (!it) return;
   const without = (/** @type {import("./types").Sample[]} */ samples) => samples.filter((_, i) => i !== index);
   if (name === BACKGROUND) { void tune({ profile: named({ ...it, background: without(it.background) }) }); return; }
@@ -98,23 +98,23 @@ let doubt = 0;
 
 /** Keep what this camera goes by under a name; over another of that name only when asked for twice. @param {string} typed */
 export async function savePreset(typed) {
-  const name = presetName(typed), profile = told.value?.profile, at = `/colours/${encodeURIComponent(name)}`;
+  const name = presetName(typed), profile = detectionState.value?.profile, at = `/colours/${encodeURIComponent(name)}`;
   if (!name || !profile) return;
   const isThere = presets.value.some((p) => p.name === name);
   clearTimeout(doubt);
-  if (isThere && doubted.value !== name) {
-    doubted.value = name;
-    doubt = setTimeout(() => { doubted.value = ""; }, DOUBT_MS);
+  if (isThere && overwriteCandidate.value !== name) {
+    overwriteCandidate.value = name;
+    doubt = setTimeout(() => { overwriteCandidate.value = ""; }, DOUBT_MS);
     return;
   }
-  doubted.value = "";
+  overwriteCandidate.value = "";
   try {
     const tag = isThere ? (await request("GET", at)).headers.get("ETag") ?? "" : "";
     await request("PUT", at, { json: { profile: { ...profile, name } }, headers: isThere ? { "If-Match": tag } : {} });
     await readPresets();
     await tune({ colours: name, profile: null });
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -124,16 +124,16 @@ export async function removePreset(name) {
   try {
     await call("DELETE", at);
     await readPresets();
-    const again = () => call("PUT", at, { profile: old?.profile }).then(readPresets, tellError);
-    tell({ level: "info", text: `The colours ${name} were removed.`, fix: "", action: old ? { label: "Put them back", run: () => void again() } : undefined });
+    const again = () => call("PUT", at, { profile: old?.profile }).then(readPresets, notifyError);
+    notify({ level: "info", text: `The colours ${name} were removed.`, fix: "", action: old ? { label: "Put them back", run: () => void again() } : undefined });
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
 /** Let another camera go by the same colours. @param {string} id */
 export async function copyTo(id) {
-  const it = told.value, other = cameras.value.find((c) => c.id === id), at = `/cameras/${encodeURIComponent(id)}/seeing`;
+  const it = detectionState.value, other = cameras.value.find((c) => c.id === id), at = `/cameras/${encodeURIComponent(id)}/seeing`;
   if (!it || !other) return;
   const shared = it.colours && it.profile?.name === it.colours;
   /** @param {Record<string, unknown>} colours @returns {Promise<Record<string, unknown>>} what it went by before */
@@ -144,10 +144,10 @@ export async function copyTo(id) {
   };
   try {
     const before = await put({ colours: shared ? it.colours : null, profile: shared ? null : it.profile });
-    tell({ level: "info", text: `${other.name} goes by these colours now.`, fix: "", action: { label: "Take it back", run: () => void put(before).catch(tellError) } });
+    notify({ level: "info", text: `${other.name} goes by these colours now.`, fix: "", action: { label: "Take it back", run: () => void put(before).catch(notifyError) } });
     await readPresets();
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -155,13 +155,13 @@ export async function readPresets() {
   try {
     presets.value = (await call("GET", "/colours")).items;
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
 /** Know the presets as long as the page is there. */
 export function startColours() {
-  const current = computed(() => shown.value?.id);
+  const current = computed(() => detectionCamera.value?.id);
   effect(() => {
     colour.value = "";
     notes.value = [];
@@ -170,4 +170,4 @@ export function startColours() {
 }
 
 /** @param {boolean} on */
-export const publish = (on) => set({ publish: on });
+export const publish = (on) => setDetection({ publish: on });

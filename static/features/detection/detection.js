@@ -1,11 +1,11 @@
 // What a live camera is to see: as it is set and kept, frame after frame as it is seen, and the way back from a change.
 import { computed, effect, signal } from "@preact/signals";
 import { Problem, call, online, request } from "../../core/api.js";
-import { many, number } from "../../core/format.js";
-import { turns } from "../../core/latest_wins.js";
+import { plural, number } from "../../core/format.js";
+import { requestOrder } from "../../core/latest_wins.js";
 import { page } from "../../core/page.js";
-import { openLine } from "../../core/socket.js";
-import { cameras, tellError } from "../../core/state.js";
+import { openSocket } from "../../core/socket.js";
+import { cameras, notifyError } from "../../core/state.js";
 
 /** @typedef {import("./types").SeeingTold} SeeingTold @typedef {import("./types").SeeingSet} SeeingSet @typedef {import("./types").SeenFrame} SeenFrame */
 /** @typedef {Pick<SeeingSet, "plan" | "colours" | "profile">} Tuned what can be undone */
@@ -13,46 +13,46 @@ import { cameras, tellError } from "../../core/state.js";
 const LOOK_MS = 3000; // somebody else may change it, and a camera finds its colours by itself
 const MOST_UNDO = 40, MOST_RECENT = 20;
 
-export const shown = computed(() => (page.value?.name === "seeing" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
-export const told = signal(/** @type {SeeingTold | null} */ (null));
+export const detectionCamera = computed(() => (page.value?.name === "seeing" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
+export const detectionState = signal(/** @type {SeeingTold | null} */ (null));
 /** What the newest frame showed; null before the first. */
-export const newest = signal(/** @type {SeenFrame | null} */ (null));
+export const latestFrame = signal(/** @type {SeenFrame | null} */ (null));
 /** The newest frames, oldest first; and which one the picture shows, 0 where that is not known. */
 const recent = signal(/** @type {SeenFrame[]} */ ([]));
-export const pictured = signal(0);
+export const shownSeq = signal(0);
 /** What is seen in the very picture that is shown: it comes another way, earlier or later. */
-export const marked = computed(() => recent.value.findLast((frame) => frame.seq <= pictured.value) ?? newest.value);
+export const shownFrame = computed(() => recent.value.findLast((frame) => frame.seq <= shownSeq.value) ?? latestFrame.value);
 /** Why nothing is seen, with its cure. */
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 export const kinds = signal(/** @type {import("./types").StageKind[]} */ ([]));
 export const plans = signal(/** @type {import("./types").Plan[]} */ ([]));
 /** Whether the camera's frames are listened to; not while one is held. */
-export const listens = signal(true);
+export const isListening = signal(true);
 /** How it was before each change, oldest first; kept over a reload of this tab. */
 export const past = signal(/** @type {Tuned[]} */ ([]));
 export const future = signal(/** @type {Tuned[]} */ ([]));
 
-export const seeingStanding = computed(() => {
-  const it = newest.value, robots = it?.items.filter((i) => i.kind !== "ball").length ?? 0, balls = it?.items.filter((i) => i.kind === "ball").length ?? 0;
-  const sentence = !shown.value ? "There is no such camera." : refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : !it ? "Waiting for the camera…"
-    : `${many(robots, "robot")} and ${many(balls, "ball")} in ${number(it.ms, 1)} ms.`;
+export const detectionNextStep = computed(() => {
+  const it = latestFrame.value, robots = it?.items.filter((i) => i.kind !== "ball").length ?? 0, balls = it?.items.filter((i) => i.kind === "ball").length ?? 0;
+  const sentence = !detectionCamera.value ? "There is no such camera." : refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : !it ? "Waiting for the camera…"
+    : `${plural(robots, "robot")} and ${plural(balls, "ball")} in ${number(it.ms, 1)} ms.`;
   return { action: "back", label: "Back", missing: "", done: it !== null && !refusal.value, sentence };
 });
 
 /** @type {import("../../core/socket.js").Line | null} */
 let line = null;
-const wishes = turns();
+const wishes = requestOrder();
 let etag = "", saving = 0;
 let queue = Promise.resolve();
 
 /** Read and listen as long as the page is there, and again when the line breaks. */
-export function startSeeing() {
+export function startDetection() {
   let look = 0;
-  const current = computed(() => shown.value?.id), isHeard = computed(() => listens.value && told.value?.on !== false);
+  const current = computed(() => detectionCamera.value?.id), isHeard = computed(() => isListening.value && detectionState.value?.on !== false);
   effect(() => {
     const id = current.value;
     clearInterval(look);
-    if (told.peek()?.camera !== id) { told.value = newest.value = null; [past.value, future.value] = remembered(id); }
+    if (detectionState.peek()?.camera !== id) { detectionState.value = latestFrame.value = null; [past.value, future.value] = remembered(id); }
     if (!id || !online.value) return;
     void read(id);
     if (!kinds.peek().length) void readStages();
@@ -63,17 +63,17 @@ export function startSeeing() {
     line?.hangUp();
     line = refusal.value = null;
     recent.value = [];
-    pictured.value = 0;
+    shownSeq.value = 0;
     if (id && wanted && online.value) line = listen(id);
-    else if (!wanted) newest.value = null; // held, or switched off
+    else if (!wanted) latestFrame.value = null; // held, or switched off
   });
 
   /** @param {string} id */
   function listen(id) {
-    return openLine(`/cameras/${encodeURIComponent(id)}/detections`, { told: (heard) => {
+    return openSocket(`/cameras/${encodeURIComponent(id)}/detections`, { told: (heard) => {
       refusal.value = "detail" in heard ? heard : null;
-      newest.value = refusal.value ? null : heard;
-      if (newest.value) recent.value = [...recent.value, newest.value].slice(-MOST_RECENT);
+      latestFrame.value = refusal.value ? null : heard;
+      if (latestFrame.value) recent.value = [...recent.value, latestFrame.value].slice(-MOST_RECENT);
     } });
   }
 }
@@ -84,7 +84,7 @@ async function readStages() {
     kinds.value = answer.items;
     plans.value = answer.plans;
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -93,18 +93,18 @@ async function read(id) {
   const isStill = wishes.since();
   try {
     const response = await request("GET", `/cameras/${encodeURIComponent(id)}/seeing`), answer = await response.json();
-    if (saving || !isStill() || shown.value?.id !== id) return; // older than what is being kept, or was since
+    if (saving || !isStill() || detectionCamera.value?.id !== id) return; // older than what is being kept, or was since
     etag = response.headers.get("ETag") ?? "";
     keep(id, answer);
   } catch (error) {
-    if (!told.value) tellError(error);
+    if (!detectionState.value) notifyError(error);
   }
 }
 
 /** @param {string} id @param {Omit<SeeingTold, "camera">} answer */
 function keep(id, answer) {
   const next = { ...answer, camera: id };
-  if (JSON.stringify(next) !== JSON.stringify(told.value)) told.value = next;
+  if (JSON.stringify(next) !== JSON.stringify(detectionState.value)) detectionState.value = next;
 }
 
 /** The profile that belongs to a camera alone. @param {SeeingTold} it */
@@ -118,40 +118,40 @@ const tunedOf = (it) => ({ plan: it.plan, colours: it.colours, profile: ownProfi
 
 /** Change how it sees; undo() takes it back. @param {Partial<Tuned>} changes */
 export function tune(changes) {
-  if (!told.value) return Promise.resolve();
-  past.value = [...past.value, tunedOf(told.value)].slice(-MOST_UNDO);
+  if (!detectionState.value) return Promise.resolve();
+  past.value = [...past.value, tunedOf(detectionState.value)].slice(-MOST_UNDO);
   future.value = [];
-  return set(changes);
+  return setDetection(changes);
 }
 
-export const undoSeeing = () => travel(past, future);
-export const redoSeeing = () => travel(future, past);
+export const undoDetection = () => travel(past, future);
+export const redoDetection = () => travel(future, past);
 
 /** @param {typeof past} from @param {typeof past} to */
 function travel(from, to) {
   const there = from.value.at(-1);
-  if (!there || !told.value) return;
-  to.value = [...to.value, tunedOf(told.value)].slice(-MOST_UNDO);
+  if (!there || !detectionState.value) return;
+  to.value = [...to.value, tunedOf(detectionState.value)].slice(-MOST_UNDO);
   from.value = from.value.slice(0, -1);
-  void set(there);
+  void setDetection(there);
 }
 
 /** Set it: seen at once, kept by the server, one after the other. @param {Partial<SeeingSet>} changes */
-export function set(changes) {
-  const it = told.value, id = it?.camera;
+export function setDetection(changes) {
+  const it = detectionState.value, id = it?.camera;
   if (!it || !id) return Promise.resolve();
   remember(id);
   const before = setOf(it);
   const { profile, ...rest } = changes;
-  told.value = { ...it, ...rest, ...(profile ? { profile, learned: /** @type {const} */ ("clicks") } : profile === null ? { profile: null, learned: null, health: [] } : {}) };
+  detectionState.value = { ...it, ...rest, ...(profile ? { profile, learned: /** @type {const} */ ("clicks") } : profile === null ? { profile: null, learned: null, health: [] } : {}) };
   saving += 1;
   wishes.begin();
-  queue = queue.then(() => put(id, before, changes)).catch((error) => { tellError(error); void call("GET", `/cameras/${encodeURIComponent(id)}/seeing`).then((now) => { if (shown.value?.id === id) keep(id, now); }, () => {}); }).finally(() => { saving -= 1; });
+  queue = queue.then(() => put(id, before, changes)).catch((error) => { notifyError(error); void call("GET", `/cameras/${encodeURIComponent(id)}/seeing`).then((now) => { if (detectionCamera.value?.id === id) keep(id, now); }, () => {}); }).finally(() => { saving -= 1; });
   return queue;
 }
 
 /** When the server has got every change so far. */
-export const settled = () => queue;
+export const whenSaved = () => queue;
 
 /** @param {string} id @param {SeeingSet} before @param {Partial<SeeingSet>} changes */
 async function put(id, before, changes) {
@@ -160,7 +160,7 @@ async function put(id, before, changes) {
   const send = async (onto) => {
     const response = await request("PUT", at, { json: { ...onto, ...changes }, headers: { "If-Match": etag } });
     etag = response.headers.get("ETag") ?? etag;
-    if (saving === 1 && shown.value?.id === id) keep(id, await response.json());
+    if (saving === 1 && detectionCamera.value?.id === id) keep(id, await response.json());
   };
   try {
     await send(before);

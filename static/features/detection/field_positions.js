@@ -1,7 +1,7 @@
 // Where a raw pixel lies on the field and in the corrected picture, from a grid that is asked for once for a calibration.
 import { computed, effect, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { seen } from "./held_frame.js";
+import { detections } from "./held_frame.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {(Point | null)[]} Grid row after row */
 /** @typedef {{ id: string, size: Point, corrected: Point, hat_mm: number, onField: Grid, inCorrected: Grid }} Places onField: at the robots' height */
@@ -12,10 +12,10 @@ const USUAL_HAT_MM = 150;
 
 /** Of the calibration by which is seen; null without one. */
 const fetched = signal(/** @type {Places | null} */ (null));
-const wanted = computed(() => seen.value?.calibration ?? null);
-export const places = computed(() => (fetched.value && fetched.value.id === wanted.value ? fetched.value : null));
+const wanted = computed(() => detections.value?.calibration ?? null);
+export const fieldPositions = computed(() => (fetched.value && fetched.value.id === wanted.value ? fetched.value : null));
 
-export function startPlaces() {
+export function startFieldPositions() {
   effect(() => {
     const id = wanted.value;
     if (id && fetched.peek()?.id !== id) void ask(id);

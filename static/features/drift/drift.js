@@ -1,11 +1,11 @@
 // Whether cameras still stand as they did; and a knocked one's pose registered anew, which is looked at before it is used.
 import { computed, effect, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { workFor } from "../../core/jobs.js";
+import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { cameras, tell, tellError } from "../../core/state.js";
-import { shown, status } from "../live/camera_page.js";
-import { ask } from "../live/camera_status.js";
+import { cameras, notify, notifyError } from "../../core/state.js";
+import { openedCamera, status } from "../live/camera_page.js";
+import { refreshStatuses } from "../live/camera_status.js";
 
 /** @typedef {{ calibration: string, version: number, snapshot: string, parent: string, points: number, lines: number, lines_px: number, picture_px: number, sentence: string }} Registered */
 
@@ -14,15 +14,15 @@ const work = longWork();
 export const { search: registering, refusal: notRegistered } = work;
 const last = signal(/** @type {{ camera: string, made: Registered, apart: { rms_mm: number | null, max_mm: number | null } | null } | null} */ (null));
 /** The version that was made for the camera on show, as long as it is not used. */
-export const registered = computed(() => (last.value && last.value.camera === shown.value?.id && last.value.made.calibration !== status.value?.active_calibration ? last.value : null));
+export const registered = computed(() => (last.value && last.value.camera === openedCamera.value?.id && last.value.made.calibration !== status.value?.active_calibration ? last.value : null));
 export const canRegister = computed(() => registering.value === null && status.value?.state === "live" && status.value.calibration_applied);
 
 /** Take a picture without what moves, keep the lens, and fit the pose to the field's lines: a new version. */
 export async function registerPose() {
-  const camera = shown.value?.id;
+  const camera = openedCamera.value?.id;
   if (!camera || !canRegister.value) return;
   last.value = null;
-  await work.watch((stop, told) => workFor(`/cameras/${camera}/reregister`, {}, stop, told), async (/** @type {Registered} */ made) => {
+  await work.watch((stop, told) => runJob(`/cameras/${camera}/reregister`, {}, stop, told), async (/** @type {Registered} */ made) => {
     last.value = { camera, made, apart: null };
     const apart = await call("GET", `/calibrations/${made.parent}/difference/${made.calibration}.json`).catch(() => null);
     if (last.value?.made === made) last.value = { camera, made, apart };
@@ -35,7 +35,7 @@ export async function useRegistered() {
   if (!it) return;
   const { camera, made } = it;
   await use(camera, made.calibration);
-  tell({ level: "info", text: `Version ${made.version} is active.`, fix: "The one before stays.", action: { label: "Go back to it", run: () => void use(camera, made.parent) } });
+  notify({ level: "info", text: `Version ${made.version} is active.`, fix: "The one before stays.", action: { label: "Go back to it", run: () => void use(camera, made.parent) } });
 }
 
 /** @param {string} camera @param {string} calibration */
@@ -44,16 +44,16 @@ async function use(camera, calibration) {
     await call("POST", `/calibrations/${calibration}/activate`);
     const changed = cameras.value.find((c) => c.id === camera);
     if (changed) cameras.value = cameras.value.with(cameras.value.indexOf(changed), { ...changed, active_calibration: calibration });
-    await ask();
+    await refreshStatuses();
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
 export const closeRegistered = () => { last.value = null; };
 
 // A refusal is of the camera that was on show.
-effect(() => { void shown.value?.id; notRegistered.value = null; });
+effect(() => { void openedCamera.value?.id; notRegistered.value = null; });
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const DRIFT_ACTIONS = [

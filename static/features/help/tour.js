@@ -1,7 +1,7 @@
 // The tour: one picture from camera to activation, told with its own numbers as they stand now.
 import { computed, effect, signal } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { many, mm, number, pct, words } from "../../core/format.js";
+import { plural, mm, number, pct, words } from "../../core/format.js";
 import { camera, cameras, field, model, region, rotation, snapshot } from "../../core/state.js";
 import { curves, isCurve, preview } from "../calibrate/fitting.js";
 import { ranking } from "../calibrate/model_ranking.js";
@@ -39,7 +39,7 @@ export const STOPS = [
     numbers: () => [["Turned by", `${rotation.value}°`]] },
   { id: "borders", step: "borders", at: "[data-testid=borders]", title: "Click the borders", more: "borders.md", done: () => BORDERS.every((b) => pointsOf(doc.value, b).length >= POINTS_ADVISED),
     text: `Click along each border on the middle of its painted line: ${POINTS_ADVISED} points or more, from corner to corner. The loupe shows raw pixels; arrow keys move a point by 0.1 px.`,
-    numbers: () => BORDERS.map((b) => [words(b), many(pointsOf(doc.value, b).length, "point")]) },
+    numbers: () => BORDERS.map((b) => [words(b), plural(pointsOf(doc.value, b).length, "point")]) },
   { id: "verdict", step: "borders", at: "[data-testid=verdict]", title: "The verdict", more: "numbers.md#verdict", done: () => report() !== null,
     text: "One length first: how far off a place on the carpet may be. It follows every click. Up to 5 mm is good, up to 15 mm fair.",
     numbers: () => [["Verdict", figure(report()?.verdict.mm)], ["Held out", figure(report()?.cv_rms_mm)], ["Expected, carpet", figure(report()?.sigma_mm?.rms)]] },

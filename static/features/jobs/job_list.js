@@ -1,16 +1,16 @@
 // All long work on the server: heard on one line that is opened again whenever it breaks.
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { many } from "../../core/format.js";
-import { openLine } from "../../core/socket.js";
-import { tellError } from "../../core/state.js";
+import { plural } from "../../core/format.js";
+import { openSocket } from "../../core/socket.js";
+import { notifyError } from "../../core/state.js";
 
 /** @typedef {import("../../core/page_types").JobInList} JobInList */
 
 /** Newest first; null before anything was heard. */
 export const jobs = signal(/** @type {JobInList[] | null} */ (null));
 /** Whether the list is of now: the line stands. */
-export const hearing = signal(false);
+export const isConnected = signal(false);
 
 /** @param {JobInList} job */
 export const isOver = (job) => job.state === "done" || job.state === "failed" || job.state === "cancelled";
@@ -22,21 +22,21 @@ export const KINDS = {
   pair: "Geometry of two cameras", auto: "Calibrating without clicks", register: "Registering a pose anew", check: "Checking a calibration", batch: "A whole archive of pictures",
 };
 
-export const jobsStanding = computed(() => {
+export const jobsNextStep = computed(() => {
   const now = running.value.length;
-  return { action: "back", label: "Back", missing: "", done: now === 0, sentence: !hearing.value ? "The server does not answer; this is what was known last."
-    : now ? `${many(now, "job")} at work or waiting. You may go on with anything else meanwhile.` : "Nothing is at work." };
+  return { action: "back", label: "Back", missing: "", done: now === 0, sentence: !isConnected.value ? "The server does not answer; this is what was known last."
+    : now ? `${plural(now, "job")} at work or waiting. You may go on with anything else meanwhile.` : "Nothing is at work." };
 });
 
 /** Hear of all jobs from now on. */
 export function startJobs() {
-  openLine("/jobs/stream", {
+  openSocket("/jobs/stream", {
     told: (now) => {
       if (!("items" in now)) return;
       jobs.value = now.items;
-      hearing.value = true;
+      isConnected.value = true;
     },
-    broken: () => { hearing.value = false; },
+    broken: () => { isConnected.value = false; },
   });
 }
 
@@ -45,6 +45,6 @@ export async function cancelJob(id) {
   try {
     await call("DELETE", `/jobs/${id}`);
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }

@@ -1,7 +1,7 @@
 // Pictures that are uploaded and listed for work on a lens: views of a board, pictures of straight edges.
 import { computed, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
-import { tellError } from "../../core/state.js";
+import { notifyError } from "../../core/state.js";
 
 const AT_ONCE = 2; // uploads
 
@@ -49,7 +49,7 @@ export function pictureList(before, purpose, changed) {
         const { id } = await call("POST", "/snapshots", { camera, purpose });
         set([...pictures.value, { key: id, name: `Picture ${pictures.value.length + 1}`, state: "kept", id, why: "" }]);
       } catch (error) {
-        tellError(error);
+        notifyError(error);
       }
     },
     /** One that the server has already. @param {DeskPicture} picture */

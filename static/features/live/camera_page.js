@@ -1,35 +1,35 @@
 // One camera, live, and the form for a new or a changed one: what the operator does with it.
 import { computed, effect, signal } from "@preact/signals";
-import { Away, call, refused, request } from "../../core/api.js";
-import { atBoard, atLive, atPair, atStraight, cameras, tell, tellError } from "../../core/state.js";
-import { STATES, ask, statuses } from "./camera_status.js";
+import { ServerUnreachable, call, toRefusal, request } from "../../core/api.js";
+import { atBoard, atLive, atPair, atStraight, cameras, notify, notifyError } from "../../core/state.js";
+import { STATES, refreshStatuses, statuses } from "./camera_status.js";
 
 /** @typedef {import("../../core/types").Camera} Camera @typedef {{ id: string, name: string, source: string, field: string | null, region: string | null }} CameraForm */
 
 /** How the camera is looked at. */
-export const look = signal(/** @type {{ view: import("../../core/types").CompareMode, lines: boolean }} */ ({ view: "raw", lines: false }));
+export const cameraView = signal(/** @type {{ view: import("../../core/types").CompareMode, lines: boolean }} */ ({ view: "raw", lines: false }));
 /** What stands in the form; null: it is closed. etag: of the camera that is changed, "" of a new one. */
 export const form = signal(/** @type {{ values: CameraForm, etag: string } | null} */ (null));
 /** The picture of the source that was tried, and for which address. */
-export const tried = signal(/** @type {{ source: string, picture: string, width: number, height: number, fps: number } | null} */ (null));
-export const trying = signal(/** @type {AbortController | null} */ (null));
+export const testedSource = signal(/** @type {{ source: string, picture: string, width: number, height: number, fps: number } | null} */ (null));
+export const sourceTest = signal(/** @type {AbortController | null} */ (null));
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 /** What can be set on the camera, as it was read back. */
 export const controls = signal(/** @type {{ id: string, items: import("../../core/types").Control[] } | null} */ (null));
 /** What is plugged in; null before anybody looked. */
-export const plugged = signal(/** @type {{ address: string, title: string }[] | null} */ (null));
-export const kinds = signal(/** @type {import("../../core/types").SourceKind[]} */ ([]));
+export const discoveredCameras = signal(/** @type {{ address: string, title: string }[] | null} */ (null));
+export const sourceKinds = signal(/** @type {import("../../core/types").SourceKind[]} */ ([]));
 
-export const shown = computed(() => cameras.value.find((c) => c.id === atLive.value) ?? null);
-export const status = computed(() => (shown.value ? statuses.value[shown.value.id] ?? null : null));
+export const openedCamera = computed(() => cameras.value.find((c) => c.id === atLive.value) ?? null);
+export const status = computed(() => (openedCamera.value ? statuses.value[openedCamera.value.id] ?? null : null));
 
 /** Where the operator stands, and the next thing to do. */
-export const liveStanding = computed(() => {
-  const it = shown.value, now = status.value;
+export const cameraNextStep = computed(() => {
+  const it = openedCamera.value, now = status.value;
   if (form.value) {
-    const { source } = form.value.values, isTried = tried.value?.source === source;
+    const { source } = form.value.values, isTried = testedSource.value?.source === source;
     if (isTried) return { action: "keep-camera", label: "Keep this camera", missing: form.value.values.id ? "" : "Give it a short name.", done: true, sentence: "The source gives pictures." };
-    return { action: "try-camera", label: "Try it", missing: trying.value ? "It is being tried." : source ? "" : "Say where its pictures come from.", done: false,
+    return { action: "try-camera", label: "Try it", missing: sourceTest.value ? "It is being tried." : source ? "" : "Say where its pictures come from.", done: false,
       sentence: "Say where the pictures come from, and try it: nothing is kept before that." };
   }
   if (!it) return { action: "step-camera", label: "Back to the cameras", missing: "", done: false, sentence: "There is no such camera." };
@@ -41,7 +41,7 @@ export const liveStanding = computed(() => {
 
 // What can be set is known once the camera gives pictures.
 effect(() => {
-  const it = shown.value, state = status.value?.state;
+  const it = openedCamera.value, state = status.value?.state;
   if (it && (state === "live" || state === "mismatch") && controls.peek()?.id !== it.id) void readControls(it.id);
 });
 effect(() => { if (atBoard.value || atPair.value || atStraight.value) leave(); });
@@ -51,30 +51,30 @@ export function openLive(id) {
   atBoard.value = atPair.value = atStraight.value = false;
   form.value = null;
   atLive.value = id;
-  look.value = { ...look.value, view: "raw" };
+  cameraView.value = { ...cameraView.value, view: "raw" };
 }
 
 /** @param {Camera | null} camera null: a new one */
 export async function openForm(camera) {
   atBoard.value = atPair.value = atStraight.value = false;
-  refusal.value = tried.value = null;
+  refusal.value = testedSource.value = null;
   try {
-    void findPlugged();
-    if (!kinds.value.length) kinds.value = (await call("GET", "/cameras/sources")).items;
+    void discoverCameras();
+    if (!sourceKinds.value.length) sourceKinds.value = (await call("GET", "/cameras/sources")).items;
     const etag = camera ? (await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "" : "";
     form.value = { values: camera ? { id: camera.id, name: camera.name, source: camera.source, field: camera.field, region: camera.region } : { id: "", name: "", source: "", field: null, region: null }, etag };
     atLive.value = camera?.id ?? "new camera";
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
 /** Look for cameras that are plugged in. */
-export async function findPlugged() {
-  plugged.value = null;
+export async function discoverCameras() {
+  discoveredCameras.value = null;
   try {
-    plugged.value = (await call("GET", "/cameras/found")).items;
-  } catch { plugged.value = []; }
+    discoveredCameras.value = (await call("GET", "/cameras/found")).items;
+  } catch { discoveredCameras.value = []; }
 }
 
 function leave() {
@@ -84,14 +84,14 @@ function leave() {
 
 /** Back from the form. */
 export function closeForm() {
-  trying.value?.abort();
+  sourceTest.value?.abort();
   const id = form.value?.etag ? atLive.value : null;
   form.value = null;
   atLive.value = id;
 }
 
 /** @param {Partial<CameraForm>} changes */
-export function fill(changes) {
+export function setFormValue(changes) {
   if (form.value) form.value = { ...form.value, values: { ...form.value.values, ...changes } };
 }
 
@@ -99,20 +99,20 @@ export function fill(changes) {
 export async function tryCamera() {
   const source = form.value?.values.source;
   if (!source) return;
-  const stop = trying.value = new AbortController();
-  refusal.value = tried.value = null;
+  const stop = sourceTest.value = new AbortController();
+  refusal.value = testedSource.value = null;
   try {
     const answer = await request("POST", "/cameras/test", { json: { source }, stop: stop.signal });
-    tried.value = { source, ...await answer.json() };
+    testedSource.value = { source, ...await answer.json() };
   } catch (error) {
-    if (!stop.signal.aborted) refusal.value = error instanceof Away ? { detail: error.message, fix: "Try again when it is back." } : refused(error);
+    if (!stop.signal.aborted) refusal.value = error instanceof ServerUnreachable ? { detail: error.message, fix: "Try again when it is back." } : toRefusal(error);
   } finally {
-    if (trying.value === stop) trying.value = null;
+    if (sourceTest.value === stop) sourceTest.value = null;
   }
 }
 
 /** Keep what stands in the form. */
-export async function keepCamera() {
+export async function saveCamera() {
   const it = form.value;
   if (!it) return;
   const { id, ...rest } = it.values;
@@ -120,9 +120,9 @@ export async function keepCamera() {
     const kept = await (it.etag ? request("PATCH", `/cameras/${id}`, { json: rest, headers: { "If-Match": it.etag } }) : request("POST", "/cameras", { json: it.values })).then((a) => a.json());
     cameras.value = it.etag ? cameras.value.map((c) => (c.id === id ? kept : c)) : [...cameras.value, kept];
     openLive(kept.id);
-    void ask();
+    void refreshStatuses();
   } catch (error) {
-    refusal.value = refused(error);
+    refusal.value = toRefusal(error);
   }
 }
 
@@ -134,19 +134,19 @@ export async function removeCamera(camera) {
     cameras.value = cameras.value.filter((c) => c.id !== camera.id);
     leave();
     const again = () => request("POST", "/cameras", { json: { id: camera.id, name: camera.name, source: camera.source, field: camera.field, region: camera.region } })
-      .then(async (a) => { cameras.value = [...cameras.value, await a.json()]; }, tellError);
-    tell({ level: "info", text: `${camera.name} was removed; its pictures and calibrations stay.`, fix: "", action: camera.source.includes("@") ? undefined : { label: "Put it back", run: () => void again() } });
+      .then(async (a) => { cameras.value = [...cameras.value, await a.json()]; }, notifyError);
+    notify({ level: "info", text: `${camera.name} was removed; its pictures and calibrations stay.`, fix: "", action: camera.source.includes("@") ? undefined : { label: "Put it back", run: () => void again() } });
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
 export async function confirmCamera() {
   try {
     await call("POST", `/cameras/${atLive.value}/confirm`);
-    await ask();
+    await refreshStatuses();
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -168,6 +168,6 @@ export async function setControl(name, value) {
     if (controls.value?.id === at.id) controls.value = { ...at, items: controls.value.items.map((c) => (c.name === name ? set : c)) };
   } catch (error) {
     controls.value = { ...at }; // draw the old value again
-    tellError(error);
+    notifyError(error);
   }
 }

@@ -13,15 +13,15 @@ const wanted = new Map();
 let timer = 0, asking = false;
 
 /** Keep those cameras' statuses fresh until the returned function is called. @param {string[]} ids @returns {() => void} */
-export function follow(ids) {
+export function followCameras(ids) {
   const key = {};
   wanted.set(key, ids);
-  void ask();
+  void refreshStatuses();
   return () => { wanted.delete(key); };
 }
 
 /** Ask at once, and again as long as somebody looks. */
-export async function ask() {
+export async function refreshStatuses() {
   clearTimeout(timer);
   if (asking) return;
   asking = true;
@@ -31,7 +31,7 @@ export async function ask() {
     statuses.value = Object.fromEntries(ids.map((id, i) => [id, answers[i] ?? lost(statuses.value[id])]));
   }
   asking = false;
-  if (wanted.size) timer = setTimeout(() => void ask(), EVERY_MS);
+  if (wanted.size) timer = setTimeout(() => void refreshStatuses(), EVERY_MS);
 }
 
 /** @param {CameraStatus | undefined} before @returns {CameraStatus} */

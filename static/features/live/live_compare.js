@@ -1,13 +1,13 @@
 // A camera's live picture, raw against corrected: which calibration is applied, and where the pictures lie.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { tellError } from "../../core/state.js";
-import { createView } from "../../canvas/viewport.js";
-import { look, shown, status } from "./camera_page.js";
+import { notifyError } from "../../core/state.js";
+import { createViewport } from "../../canvas/viewport.js";
+import { cameraView, openedCamera, status } from "./camera_page.js";
 
 const MARGIN = { top: 10, side: 10, bottom: 10 };
 /** The camera's own picture, in raw pixels of its calibration. */
-export const liveView = createView(MARGIN);
+export const liveView = createViewport(MARGIN);
 /** Where the pointer is, in raw pixels. */
 export const livePointer = signal(/** @type {{ x: number, y: number } | null} */ (null));
 /** Corrected pixels around the field, as the stream shows them. */
@@ -16,7 +16,7 @@ export const liveMargin = signal(0);
 const fetched = signal(/** @type {import("../../core/types").Calibration | null} */ (null));
 
 /** Whether both pictures of a live camera are in sight. */
-const isTwofold = computed(() => shown.value !== null && status.value?.calibration_applied === true && !["raw", "corrected"].includes(look.value.view));
+const isTwofold = computed(() => openedCamera.value !== null && status.value?.calibration_applied === true && !["raw", "corrected"].includes(cameraView.value.view));
 
 /** The calibration that is applied to the camera whose pictures are compared. */
 export const liveRecord = computed(() => (isTwofold.value && fetched.value?.id === status.value?.active_calibration ? fetched.value : null));
@@ -26,7 +26,7 @@ export function startLiveComparing() {
   effect(() => {
     const id = isTwofold.value ? status.value?.active_calibration : null;
     untracked(() => {
-      if (id && fetched.value?.id !== id) call("GET", `/calibrations/${id}`).then((it) => { fetched.value = it; }, tellError);
+      if (id && fetched.value?.id !== id) call("GET", `/calibrations/${id}`).then((it) => { fetched.value = it; }, notifyError);
     });
   });
 }

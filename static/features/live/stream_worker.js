@@ -1,5 +1,5 @@
 // Decodes a camera's stream on a canvas of its own, away from the page: what arrives is drawn at once, and nothing queues.
-import { read, rows } from "./timecode.js";
+import { readTimecode, rows } from "./timecode.js";
 
 /** @type {OffscreenCanvas} */ let canvas;
 /** @type {OffscreenCanvas | undefined} of the corrected half, where the two are drawn apart */ let second;
@@ -49,7 +49,7 @@ function connect(to) {
 /** The time in the picture that was drawn. */
 function taken() {
   const { top, height } = rows(canvas.width);
-  return pen ? read(pen.getImageData(0, top, canvas.width, height)) : null;
+  return pen ? readTimecode(pen.getImageData(0, top, canvas.width, height)) : null;
 }
 
 /** One part of a picture on a canvas of its size. @param {OffscreenCanvas} on @param {ImageBitmap} picture @param {import("../../core/types").Half} half */

@@ -9,7 +9,7 @@ export function rows(width) {
 }
 
 /** ms since 1970, or null where none can be read. @param {ImageData} strip the picture's `rows` @returns {number | null} */
-export function read({ data, width, height }) {
+export function readTimecode({ data, width, height }) {
   const cell = width / ACROSS;
   const level = Array.from({ length: COUNT }, (_, i) => {
     const from = Math.floor((1.25 + i) * cell), to = Math.ceil((1.75 + i) * cell);

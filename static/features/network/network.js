@@ -1,47 +1,47 @@
 // Geometry on the league's multicast group: what the server sends and hears, asked for while the panel is looked at.
 import { computed, signal } from "@preact/signals";
 import { call, online } from "../../core/api.js";
-import { turns } from "../../core/latest_wins.js";
-import { tell, tellError } from "../../core/state.js";
+import { requestOrder } from "../../core/latest_wins.js";
+import { notify, notifyError } from "../../core/state.js";
 
 /** @typedef {import("./types").Publishing} Publishing @typedef {import("./types").HeardSender} HeardSender @typedef {import("./types").HeardCamera} HeardCamera */
 
 const OPEN_MS = 2000, CLOSED_MS = 10_000;
 
 export const publishing = signal(/** @type {Publishing | null} */ (null));
-export const heard = signal(/** @type {import("./types").Heard | null} */ (null));
+export const receivedGeometry = signal(/** @type {import("./types").Heard | null} */ (null));
 /** Whether the panel is unfolded. */
 export const unfolded = signal(false);
-const changes = turns(), underway = signal(0);
+const changes = requestOrder(), underway = signal(0);
 /** Whether a change is under way. */
 export const changing = computed(() => underway.value > 0);
 
 /** Who else publishes another calibration for a camera number of ours. */
-export const contradictions = computed(() => (heard.value?.items ?? []).flatMap((sender) => sender.cameras.filter((c) => c.contradicts).map((camera) => ({ sender, camera }))));
+export const contradictions = computed(() => (receivedGeometry.value?.items ?? []).flatMap((sender) => sender.cameras.filter((c) => c.contradicts).map((camera) => ({ sender, camera }))));
 
 /** Keep both fresh until the returned function is called. @returns {() => void} */
 export function followNetwork() {
   let timer = 0, ended = false;
   const look = async () => {
     clearTimeout(timer);
-    if (!document.hidden && online.value && !changing.value) await ask();
+    if (!document.hidden && online.value && !changing.value) await refreshNetwork();
     if (!ended) timer = setTimeout(() => void look(), unfolded.value ? OPEN_MS : CLOSED_MS);
   };
   void look();
   return () => { ended = true; clearTimeout(timer); };
 }
 
-export async function ask() {
+export async function refreshNetwork() {
   const isStill = changes.since();
   try {
     const [state, others] = await Promise.all([call("GET", "/publishing"), call("GET", "/publishing/heard")]);
-    heard.value = others;
+    receivedGeometry.value = others;
     if (isStill()) publishing.value = state; // else it is older than what was asked for since
   } catch { /* a silent server is told elsewhere */ }
 }
 
 /** @param {Record<string, unknown>} wanted */
-export async function set(wanted) {
+export async function setPublishing(wanted) {
   const isNewest = changes.begin();
   underway.value += 1;
   try {
@@ -49,24 +49,24 @@ export async function set(wanted) {
     if (isNewest()) publishing.value = now;
   } catch (error) {
     if (publishing.value) publishing.value = { ...publishing.value }; // draw what stands
-    tellError(error);
+    notifyError(error);
   } finally {
     underway.value -= 1;
   }
-  await ask();
+  await refreshNetwork();
 }
 
 /** Keep what a sender says of one camera as a version of ours. @param {HeardSender} sender @param {HeardCamera} camera @param {string} name */
-export async function takeOver(sender, camera, name) {
+export async function saveReceived(sender, camera, name) {
   try {
     const made = await call("POST", `/publishing/heard/${sender.id}/import`, { camera_id: camera.camera_id, camera: name, sha256: sender.sha256 });
     const activate = () => call("POST", `/calibrations/${made.id}/activate`).then(async () => {
-      tell({ level: "info", text: `Version ${made.version} of ${name} is active.`, fix: "" });
-      await ask();
-    }, tellError);
-    tell({ level: "info", text: `Camera ${camera.camera_id} of ${sender.address} is kept as version ${made.version} of ${name}; nothing is known of its error.`,
+      notify({ level: "info", text: `Version ${made.version} of ${name} is active.`, fix: "" });
+      await refreshNetwork();
+    }, notifyError);
+    notify({ level: "info", text: `Camera ${camera.camera_id} of ${sender.address} is kept as version ${made.version} of ${name}; nothing is known of its error.`,
       fix: "It is not active yet.", action: { label: "Activate it", run: () => void activate() } });
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }

@@ -1,7 +1,7 @@
 // Actions on a pair of cameras: open it, show its worst match, choose whose epipolar lines are drawn.
 import { atPair, step } from "../../core/state.js";
 import { closePicture } from "../calibrate/pictures.js";
-import { bases, basis, by, worst } from "./evaluation.js";
+import { linesBases, chosenBasis, linesBasis, worstMatch } from "./evaluation.js";
 import { showWorst } from "./match_actions.js";
 import { openPair } from "./pair.js";
 
@@ -9,8 +9,8 @@ import { openPair } from "./pair.js";
 export const PAIR_ACTIONS = [
   { id: "pair", label: "Compare two cameras…", group: "Pictures", run: () => { closePicture(); step.value = "camera"; void openPair(); } },
   { id: "worst-match", label: "Show the worst match of two cameras", short: "Show the worst", keys: ["x"], group: "Points", run: showWorst,
-    enabled: () => atPair.value && worst.value >= 0 },
+    enabled: () => atPair.value && worstMatch.value >= 0 },
   { id: "pair-lines", label: "Switch epipolar lines between matches and calibrations", short: "Lines", group: "View", keys: ["s"],
-    run: () => { basis.value = by.value === "matches" ? "calibrations" : "matches"; },
-    enabled: () => atPair.value && bases.value.matches !== null && bases.value.calibrations !== null },
+    run: () => { chosenBasis.value = linesBasis.value === "matches" ? "calibrations" : "matches"; },
+    enabled: () => atPair.value && linesBases.value.matches !== null && linesBases.value.calibrations !== null },
 ];

@@ -1,6 +1,6 @@
 // What the keys and tools do while the page is at two cameras: the same deeds, on matches.
 import { atPair } from "../../core/state.js";
-import { worst } from "./evaluation.js";
+import { worstMatch } from "./evaluation.js";
 import { addMatchPoint, choose, chooseNext, chosenPoint, isOn, nudgeChosen, removeMatch } from "./matches.js";
 import { both, chosen, pair, pictures, pointed, side, views } from "./pair.js";
 
@@ -42,5 +42,5 @@ export function pairArrow([dx, dy], size, pan) {
 }
 
 export function showWorst() {
-  if (worst.value >= 0) choose(worst.value);
+  if (worstMatch.value >= 0) choose(worstMatch.value);
 }

@@ -1,5 +1,5 @@
 // What can be done to matches: click, move, nudge, remove, choose. A match is one thing, a point in each picture.
-import { chosen, nextHeight, other, pair, pictures, side, views, wanted } from "./pair.js";
+import { chosen, nextHeight, other, pair, pictures, side, views, wantedHeight } from "./pair.js";
 
 /** @typedef {import("./types").Side} Side @typedef {import("./types").PairDoc} PairDoc @typedef {import("../../core/types").Point} Point */
 
@@ -23,7 +23,7 @@ export const withMatch = (before, index, changes) => ({ ...before, matches: befo
 
 /** The document with one more click: the point that a match waits for in this picture, else a new match. @param {PairDoc} before @param {Side} s @param {number} x @param {number} y */
 export function withClick(before, s, x, y) {
-  const point = onPicture(s, x, y), next = wanted.value;
+  const point = onPicture(s, x, y), next = wantedHeight.value;
   const waits = !next.isNew && next.side === s ? next.index : before.matches.findIndex((m) => !m[s] && m[other(s)]);
   if (waits >= 0) return { next: withMatch(before, waits, { [s]: point }), index: waits };
   const fresh = { a: null, b: null, z_mm: nextHeight.value, [s]: point };

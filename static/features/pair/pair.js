@@ -2,13 +2,13 @@
 // They are kept in this browser, a document for each pair of pictures: a draft on the server is of one picture.
 import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import { call, request } from "../../core/api.js";
-import { many } from "../../core/format.js";
-import { createHistory, same } from "../../core/history.js";
-import { turns } from "../../core/latest_wins.js";
+import { plural } from "../../core/format.js";
+import { createHistory, isEqual } from "../../core/history.js";
+import { requestOrder } from "../../core/latest_wins.js";
 import {
-  atBoard, atPair, atStraight, busy, cameras, help, notices, snapshot, snapshots, tell, tellError,
+  atBoard, atPair, atStraight, busy, cameras, help, notices, snapshot, snapshots, notify, notifyError,
 } from "../../core/state.js";
-import { createView } from "../../canvas/viewport.js";
+import { createViewport } from "../../canvas/viewport.js";
 
 const LAST = "touchline.pair"; // the two pictures that were compared last
 const MARGIN = { top: 10, side: 10, bottom: 10 };
@@ -24,8 +24,8 @@ const EMPTY = { matches: [], calibrations: { a: null, b: null } };
 export const pair = createHistory(EMPTY);
 export const pictures = signal(/** @type {Record<Side, import("../../core/types").Snapshot | null>} */ ({ a: null, b: null }));
 /** Versions that each picture could have been taken with, newest first. */
-export const suited = signal(/** @type {Record<Side, import("../../core/types").Calibration[]>} */ ({ a: [], b: [] }));
-export const views = { a: createView(MARGIN), b: createView(MARGIN) };
+export const suitedCalibrations = signal(/** @type {Record<Side, import("../../core/types").Calibration[]>} */ ({ a: [], b: [] }));
+export const views = { a: createViewport(MARGIN), b: createViewport(MARGIN) };
 /** Where the keys work. */
 export const side = signal(/** @type {Side} */ ("a"));
 export const chosen = signal(/** @type {{ side: Side, index: number } | null} */ (null));
@@ -39,11 +39,11 @@ export const complete = computed(() => pair.doc.value.matches.filter((m) => m.a 
 /** @param {Side} s @returns {Side} */
 export const other = (s) => (s === "a" ? "b" : "a");
 /** @param {Side} s */
-export const called = (s) => (s === "a" ? "left" : "right");
+export const sideName = (s) => (s === "a" ? "left" : "right");
 
 /** What is proposed while nobody has chosen: the one that is active for the picture's camera, else one made from the picture. @param {Side} s */
 function proposed(s) {
-  const picture = pictures.value[s], all = suited.value[s];
+  const picture = pictures.value[s], all = suitedCalibrations.value[s];
   return (picture?.camera ? all.find((c) => c.active && c.camera === picture.camera) : null) ?? all.find((c) => c.snapshot === picture?.id) ?? null;
 }
 
@@ -51,7 +51,7 @@ function proposed(s) {
 export const calibrations = computed(() => {
   const of = (/** @type {Side} */ s) => {
     const id = pair.doc.value.calibrations[s];
-    return id === null ? proposed(s) : suited.value[s].find((c) => c.id === id) ?? null;
+    return id === null ? proposed(s) : suitedCalibrations.value[s].find((c) => c.id === id) ?? null;
   };
   return { a: of("a"), b: of("b") };
 });
@@ -63,7 +63,7 @@ export const hatMm = computed(() => {
 });
 
 /** What the next click makes: the second point of a match that waits for it, else a new match. */
-export const wanted = computed(() => {
+export const wantedHeight = computed(() => {
   const { matches } = pair.doc.value, waits = (/** @type {Match | undefined} */ m) => m && !(m.a && m.b);
   const index = chosen.value && waits(matches[chosen.value.index]) ? chosen.value.index : matches.findIndex(waits);
   return index < 0 ? { index: matches.length, side: /** @type {Side} */ ("a"), isNew: true } : { index, side: /** @type {Side} */ (matches[index].a ? "b" : "a"), isNew: false };
@@ -74,7 +74,7 @@ effect(() => { if (atBoard.value || atStraight.value || snapshot.value) atPair.v
 /** @param {string} a @param {string} b */
 const key = (a, b) => `${LAST}.${a}.${b}`;
 
-const wishes = turns();
+const wishes = requestOrder();
 
 /** Go to the pair: to these two pictures, else to those that were compared last. @param {string} [a] @param {string} [b] */
 export async function openPair(a, b) {
@@ -87,7 +87,7 @@ export async function openPair(a, b) {
 
 /** @param {boolean} wasAsked */
 function gone(wasAsked) {
-  if (wasAsked) tell({ level: "warn", text: "A picture of this address cannot be opened.", fix: "Choose another one." });
+  if (wasAsked) notify({ level: "warn", text: "A picture of this address cannot be opened.", fix: "Choose another one." });
   return null;
 }
 
@@ -138,7 +138,7 @@ async function bring(s, doing, fetchIt) {
     snapshots.value = [picture, ...snapshots.value.filter((it) => it.id !== picture.id)];
     setPicture(s, picture);
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   } finally {
     busy.value = "";
   }
@@ -150,9 +150,9 @@ async function listSuited(s) {
   try {
     const found = picture ? (await call("GET", `/calibrations?limit=50${picture.camera ? `&camera=${encodeURIComponent(picture.camera)}` : ""}`)).items : [];
     if (pictures.value[s]?.id !== picture?.id) return;
-    suited.value = { ...suited.value, [s]: found.filter((/** @type {import("../../core/types").Calibration} */ c) => picture && String(c.image_size) === `${picture.width},${picture.height}`) };
+    suitedCalibrations.value = { ...suitedCalibrations.value, [s]: found.filter((/** @type {import("../../core/types").Calibration} */ c) => picture && String(c.image_size) === `${picture.width},${picture.height}`) };
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -161,20 +161,20 @@ export const sourceOf = (s) => cameras.value.find((c) => c.id === pictures.value
 
 /** What is missing, in one sentence. */
 export const missing = computed(() => {
-  const { matches } = pair.doc.value, next = wanted.value, some = calibrations.value.a !== null && calibrations.value.b !== null;
+  const { matches } = pair.doc.value, next = wantedHeight.value, some = calibrations.value.a !== null && calibrations.value.b !== null;
   const lacking = SIDES.find((s) => !pictures.value[s]);
-  if (lacking) return `Choose the ${called(lacking)} picture.`;
-  if (!next.isNew) return `Click point ${next.index + 1} in the ${called(next.side)} picture too.`;
+  if (lacking) return `Choose the ${sideName(lacking)} picture.`;
+  if (!next.isNew) return `Click point ${next.index + 1} in the ${sideName(next.side)} picture too.`;
   if (some || complete.value >= ENOUGH) return "";
   if (!matches.length) return "Click something in the left picture, then the same thing in the right one.";
-  return `Match ${many(ENOUGH - complete.value, "more thing")}, some of them above the carpet.`;
+  return `Match ${plural(ENOUGH - complete.value, "more thing")}, some of them above the carpet.`;
 });
 
 /** Keep every change in this browser, and follow another tab that works on the same two pictures. */
 export function startPair() {
   effect(() => {
     const { a, b } = pictures.value, document = pair.doc.value;
-    if (a && b && !pair.dragging.value) untracked(() => { if (!same(document, { ...EMPTY, ...read(key(a.id, b.id)) })) write(key(a.id, b.id), document); });
+    if (a && b && !pair.dragging.value) untracked(() => { if (!isEqual(document, { ...EMPTY, ...read(key(a.id, b.id)) })) write(key(a.id, b.id), document); });
   });
   addEventListener("storage", (event) => {
     const { a, b } = pictures.value;
@@ -194,6 +194,6 @@ function write(name, value) {
   try {
     localStorage.setItem(name, JSON.stringify(value));
   } catch {
-    tell({ level: "warn", text: "This browser keeps nothing for this page: matches would be lost by a reload.", fix: "Allow it to store data, or free some room." });
+    notify({ level: "warn", text: "This browser keeps nothing for this page: matches would be lost by a reload.", fix: "Allow it to store data, or free some room." });
   }
 }

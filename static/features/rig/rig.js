@@ -1,11 +1,11 @@
 // A rig: cameras that share a field. Which one is open, its stitched picture, how far its cameras are apart, refitting.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { address, call, refused, request } from "../../core/api.js";
-import { many } from "../../core/format.js";
-import { follow, workFor } from "../../core/jobs.js";
+import { address, call, toRefusal, request } from "../../core/api.js";
+import { plural } from "../../core/format.js";
+import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { page } from "../../core/page.js";
-import { cameras, fields, tell, tellError } from "../../core/state.js";
+import { cameras, fields, notify, notifyError } from "../../core/state.js";
 import { openPage } from "../shell/open_page.js";
 
 /** @typedef {import("./types").Rig} Rig @typedef {import("./types").Checked} Checked @typedef {import("./types").Stitched} Stitched @typedef {import("./types").Draft} Draft */
@@ -16,7 +16,7 @@ const AGAIN_MS = 2500, TRIES = 12; // for cameras that are waking up
 export const rigs = signal(/** @type {Rig[]} */ ([]));
 export const stitched = signal(/** @type {{ of: string, told: Stitched | null, refusal: import("../../core/types").Refusal | null, at: number } | null} */ (null));
 /** The newest check, and of which rig it was. */
-export const checked = signal(/** @type {{ of: string, found: Checked } | null} */ (null));
+export const rigCheck = signal(/** @type {{ of: string, found: Checked } | null} */ (null));
 export const plane = signal(/** @type {"carpet" | "hat"} */ ("carpet"));
 export const showMap = signal(true);
 export const draft = signal(/** @type {Draft} */ ({ name: "", title: "", field: "", cameras: [] }));
@@ -25,7 +25,7 @@ export const { search, refusal, watch } = longWork();
 
 const name = computed(() => (page.value?.name === "rig" ? page.value.argument : null));
 export const rig = computed(() => rigs.value.find((r) => r.name === name.value) ?? null);
-export const found = computed(() => (checked.value && checked.value.of === name.value ? checked.value.found : null));
+export const found = computed(() => (rigCheck.value && rigCheck.value.of === name.value ? rigCheck.value.found : null));
 /** Cameras that have other rectangles than the rig. */
 export const others = computed(() => (rig.value?.cameras ?? []).filter((c) => c.troubles.some((t) => t.reason === "other-rectangles")));
 /** The pair whose cameras are furthest apart on the plane that is shown. */
@@ -35,7 +35,7 @@ export const worst = computed(() => {
 });
 
 /** Where the operator stands, and the next thing to do. */
-export const rigStanding = computed(() => {
+export const rigNextStep = computed(() => {
   const it = rig.value;
   if (!name.value) return { action: "make-rig", label: "Make the rig", missing: lacking.value, done: false, sentence: lacking.value || "The rig can be made." };
   if (!it) return { action: "back", label: "Back to the start", missing: "", done: false, sentence: "There is no such rig." };
@@ -53,23 +53,23 @@ const lacking = computed(() => {
 });
 
 /** @param {Partial<Draft>} changes */
-export const fillDraft = (changes) => { draft.value = { ...draft.value, ...changes }; };
+export const setDraft = (changes) => { draft.value = { ...draft.value, ...changes }; };
 
 /** Regions that suit so many cameras come first: halves for two, quarters for four. @param {string} id */
 export function toggleCamera(id) {
   const now = draft.value.cameras, without = now.filter((c) => c.camera !== id);
   const region = cameras.value.find((c) => c.id === id)?.region ?? null;
-  fillDraft({ cameras: without.length < now.length ? without : [...now, { camera: id, region }] });
+  setDraft({ cameras: without.length < now.length ? without : [...now, { camera: id, region }] });
 }
 
 /** @param {string} id @param {string | null} region */
-export const giveRegion = (id, region) => fillDraft({ cameras: draft.value.cameras.map((c) => (c.camera === id ? { ...c, region } : c)) });
+export const setRegion = (id, region) => setDraft({ cameras: draft.value.cameras.map((c) => (c.camera === id ? { ...c, region } : c)) });
 
 export async function loadRigs() {
   try {
     rigs.value = (await call("GET", "/rigs")).items;
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -86,7 +86,7 @@ export async function makeRig() {
     await loadRigs();
     openPage("rig", called);
   } catch (error) {
-    draftRefusal.value = refused(error);
+    draftRefusal.value = toRefusal(error);
   }
 }
 
@@ -96,9 +96,9 @@ export async function removeRig(it) {
     await call("DELETE", `/rigs/${encodeURIComponent(it.name)}`);
     rigs.value = rigs.value.filter((r) => r.name !== it.name);
     location.hash = "#/";
-    tell({ level: "info", text: `The rig ${it.title || it.name} was removed; its cameras and calibrations stay.`, fix: "" });
+    notify({ level: "info", text: `The rig ${it.title || it.name} was removed; its cameras and calibrations stay.`, fix: "" });
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -107,7 +107,7 @@ export async function removeRig(it) {
 export async function takeStitched(tries = TRIES) {
   const of = name.value;
   if (!of) return;
-  const taken = await call("GET", `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`).then((told) => ({ told, refusal: null }), (error) => ({ told: null, refusal: refused(error) }));
+  const taken = await call("GET", `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`).then((told) => ({ told, refusal: null }), (error) => ({ told: null, refusal: toRefusal(error) }));
   if (name.value !== of) return;
   const now = stitched.value = { of, ...taken, at: Date.now() };
   if (tries > 1 && !isWhole(now.told)) setTimeout(() => { if (name.value === of && stitched.value === now) void takeStitched(tries - 1); }, AGAIN_MS);
@@ -122,8 +122,8 @@ export const pictureAddress = (of, at) => address(`/rigs/${encodeURIComponent(of
 export async function checkRig() {
   const of = name.value;
   if (!of || search.value) return;
-  await watch((stop, told) => workFor(`/rigs/${encodeURIComponent(of)}/check?job=true`, {}, stop, told), async (result) => {
-    checked.value = { of, found: result };
+  await watch((stop, told) => runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, {}, stop, told), async (result) => {
+    rigCheck.value = { of, found: result };
     await loadRigs();
     void takeStitched();
   });
@@ -133,8 +133,8 @@ export async function checkRig() {
 export async function refitRig() {
   const of = name.value;
   if (!of || search.value) return;
-  await watch((stop, told) => request("POST", `/rigs/${encodeURIComponent(of)}/refit`, { json: {} }).then(async (a) => follow(await a.json(), stop, told)), (/** @type {{ calibrations: string[] }} */ made) => {
-    tell({ level: "info", text: `${many(made.calibrations.length, "new version")} with the rig's rectangles. None is active yet.`, fix: "Look at them under Saved versions, then activate them." });
+  await watch((stop, told) => request("POST", `/rigs/${encodeURIComponent(of)}/refit`, { json: {} }).then(async (a) => followJob(await a.json(), stop, told)), (/** @type {{ calibrations: string[] }} */ made) => {
+    notify({ level: "info", text: `${plural(made.calibrations.length, "new version")} with the rig's rectangles. None is active yet.`, fix: "Look at them under Saved versions, then activate them." });
   });
 }
 

@@ -1,7 +1,7 @@
 // What plays on a rig's field, once each, however many of its cameras see it; heard only while somebody wants it.
 import { computed, effect, signal } from "@preact/signals";
 import { online } from "../../core/api.js";
-import { openLine } from "../../core/socket.js";
+import { openSocket } from "../../core/socket.js";
 import { rig } from "./rig.js";
 
 /** @typedef {{ track: number, kind: "ball" | "robot" | "marker", team: string | null, id: number | null, x_mm: number, y_mm: number, orientation_deg: number | null, cameras: string[], seam_mm: number | null }} Track
@@ -12,7 +12,7 @@ export const following = signal(false);
 /** The newest of the rig on show. */
 export const tracks = signal(/** @type {Tracks | null} */ (null));
 /** Why there is none. */
-export const noTracks = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
+export const tracksRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 const wanted = computed(() => (following.value && online.value ? rig.value?.name ?? null : null));
 
 /** Open and close the line as it is wanted. */
@@ -21,15 +21,15 @@ export function startTracks() {
   effect(() => {
     const name = wanted.value;
     line?.hangUp();
-    line = tracks.value = noTracks.value = null;
+    line = tracks.value = tracksRefusal.value = null;
     if (name !== null) line = listen(name);
   });
 
   /** @param {string} name */
   function listen(name) {
-    return openLine(`/rigs/${encodeURIComponent(name)}/tracks`, { told: (now) => {
-      noTracks.value = "detail" in now ? now : null;
-      if (!noTracks.value) tracks.value = now;
+    return openSocket(`/rigs/${encodeURIComponent(name)}/tracks`, { told: (now) => {
+      tracksRefusal.value = "detail" in now ? now : null;
+      if (!tracksRefusal.value) tracks.value = now;
     } });
   }
 }

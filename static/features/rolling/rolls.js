@@ -1,12 +1,12 @@
 // A ball that rolls before a live camera: what moves, each straight roll with its number, and the lens that they make.
 import { computed, effect, signal } from "@preact/signals";
 import { call, online } from "../../core/api.js";
-import { many, number, pct } from "../../core/format.js";
-import { workFor } from "../../core/jobs.js";
+import { plural, number, pct } from "../../core/format.js";
+import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { page } from "../../core/page.js";
-import { openLine } from "../../core/socket.js";
-import { cameras, tellError } from "../../core/state.js";
+import { openSocket } from "../../core/socket.js";
+import { cameras, notifyError } from "../../core/state.js";
 
 const DOUBT_MS = 5000;
 const GOOD = 5; // rolls that are worth having
@@ -16,9 +16,9 @@ const STANDARD_PCT = 3; // a standard lens' distortion, section IV of the method
 /** @typedef {import("../../core/page_types").Moving} Moving @typedef {import("../../core/page_types").RollsTold} RollsTold @typedef {import("../../core/page_types").KeptRoll} KeptRoll */
 
 /** What moves now; null before the first look. */
-export const moving = signal(/** @type {Moving | null} */ (null));
+export const movingTracks = signal(/** @type {Moving | null} */ (null));
 /** Every roll that is kept, and what all say. */
-export const told = signal(/** @type {RollsTold | null} */ (null));
+export const rollsResponse = signal(/** @type {RollsTold | null} */ (null));
 /** Why nothing is heard, with its cure. */
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 /** Whether the numbers of the corrected picture are wanted, where there are any. */
@@ -30,19 +30,19 @@ export const kind = signal("auto");
 const work = longWork();
 export const { search, refusal: workRefusal } = work;
 /** What came of it last. */
-export const made = signal(/** @type {{ lens: string | null, calibration: string | null } | null} */ (null));
+export const fittedLens = signal(/** @type {{ lens: string | null, calibration: string | null } | null} */ (null));
 
-export const shown = computed(() => (page.value?.name === "rolls" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
-export const hasCorrected = computed(() => Boolean(told.value?.report?.corrected));
+export const rollsCamera = computed(() => (page.value?.name === "rolls" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
+export const hasCorrected = computed(() => Boolean(rollsResponse.value?.report?.corrected));
 /** Which numbers are shown. */
 export const view = computed(() => /** @type {"raw" | "corrected"} */ (wantsCorrected.value && hasCorrected.value ? "corrected" : "raw"));
-export const all = computed(() => told.value?.report?.[view.value] ?? null);
+export const all = computed(() => rollsResponse.value?.report?.[view.value] ?? null);
 /** Newest first. */
-export const rolls = computed(() => (told.value?.items ?? []).toReversed());
+export const rolls = computed(() => (rollsResponse.value?.items ?? []).toReversed());
 export const counted = computed(() => rolls.value.filter((roll) => roll.counts && !roll.left_out));
 /** The one that was left out last, of those that still are. @type {import("@preact/signals").Signal<string[]>} */
 const leftOut = signal([]);
-export const canTakeIn = computed(() => rolls.value.some((roll) => roll.left_out && roll.id === leftOut.value.at(-1)));
+export const canInclude = computed(() => rolls.value.some((roll) => roll.left_out && roll.id === leftOut.value.at(-1)));
 
 /** Of all rolls together: good, fair, poor, or unknown. */
 export const level = computed(() => {
@@ -51,12 +51,12 @@ export const level = computed(() => {
   return Math.abs(value) <= 2 * sigma ? "good" : Math.abs(value) <= STANDARD_PCT ? "fair" : "poor";
 });
 
-export const rollsStanding = computed(() => {
+export const rollsNextStep = computed(() => {
   const count = counted.value.length;
-  if (!shown.value) return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
-  const sentence = refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : !moving.value ? "Waiting for the camera…"
-    : !count ? "Let a ball roll across the field, quickly, near its borders." : count < GOOD ? `${many(count, "roll")} so far; ${GOOD} are worth having.`
-      : `${many(count, "roll")}: ${pct(all.value?.border_pct)} ± ${number(all.value?.border_sigma_pct, 2)} % along the edge.`;
+  if (!rollsCamera.value) return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
+  const sentence = refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : !movingTracks.value ? "Waiting for the camera…"
+    : !count ? "Let a ball roll across the field, quickly, near its borders." : count < GOOD ? `${plural(count, "roll")} so far; ${GOOD} are worth having.`
+      : `${plural(count, "roll")}: ${pct(all.value?.border_pct)} ± ${number(all.value?.border_sigma_pct, 2)} % along the edge.`;
   return { action: "fit-rolls", label: "Fit the lens", missing: count < FEWEST ? "Three rolls are the fewest." : search.value ? "The server is at it." : "", done: count >= GOOD, sentence };
 });
 
@@ -66,33 +66,33 @@ let line = null;
 /** Listen as long as the page is there, and again when the line breaks. */
 export function startRolls() {
   effect(() => {
-    const id = shown.value?.id;
+    const id = rollsCamera.value?.id;
     line?.hangUp();
-    line = moving.value = refusal.value = null;
-    if (told.peek()?.camera !== id) { told.value = made.value = null; leftOut.value = []; work.refusal.value = null; }
+    line = movingTracks.value = refusal.value = null;
+    if (rollsResponse.peek()?.camera !== id) { rollsResponse.value = fittedLens.value = null; leftOut.value = []; work.refusal.value = null; }
     if (id && online.value) line = listen(id);
   });
 
   /** @param {string} id */
   function listen(id) {
-    return openLine(`/cameras/${encodeURIComponent(id)}/rolls/stream`, { told: (heard) => {
+    return openSocket(`/cameras/${encodeURIComponent(id)}/rolls/stream`, { told: (heard) => {
       refusal.value = "detail" in heard ? heard : null;
-      moving.value = refusal.value ? null : heard;
-      if (heard.told) told.value = { ...heard.told, camera: id };
+      movingTracks.value = refusal.value ? null : heard;
+      if (heard.told) rollsResponse.value = { ...heard.told, camera: id };
     } });
   }
 }
 
 /** @param {string} id @param {boolean} out */
-export async function leaveOut(id, out) {
-  const camera = shown.value?.id;
+export async function excludeRoll(id, out) {
+  const camera = rollsCamera.value?.id;
   if (!camera) return;
   try {
     const now = await call("PATCH", `/cameras/${encodeURIComponent(camera)}/rolls/${id}`, { left_out: out });
     leftOut.value = out ? [...leftOut.value, id] : leftOut.value.filter((one) => one !== id);
-    if (shown.value?.id === camera) told.value = { ...now, camera };
+    if (rollsCamera.value?.id === camera) rollsResponse.value = { ...now, camera };
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -100,11 +100,11 @@ export async function leaveOut(id, out) {
 export const forgetting = signal(false);
 let doubt = 0;
 
-export const leaveNewest = () => { if (counted.value[0]) void leaveOut(counted.value[0].id, true); };
-export const takeInAgain = () => { const id = leftOut.value.at(-1); if (id) void leaveOut(id, false); };
+export const excludeNewest = () => { if (counted.value[0]) void excludeRoll(counted.value[0].id, true); };
+export const includeRolls = () => { const id = leftOut.value.at(-1); if (id) void excludeRoll(id, false); };
 
 export async function forgetRolls() {
-  const camera = shown.value;
+  const camera = rollsCamera.value;
   if (!camera) return;
   clearTimeout(doubt);
   if (!forgetting.value) { // they cannot be had back: it takes two
@@ -115,14 +115,14 @@ export async function forgetRolls() {
   forgetting.value = false;
   try {
     await call("DELETE", `/cameras/${encodeURIComponent(camera.id)}/rolls`);
-    told.value = { items: [], report: null, camera: camera.id };
+    rollsResponse.value = { items: [], report: null, camera: camera.id };
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
 /** @param {"lens" | "refined"} make */
-export function makeOfRolls(make) {
-  const camera = shown.value?.id;
-  return work.watch((stop, how) => workFor("/motion", { camera, make, lens: kind.value }, stop, how), ({ lens, calibration }) => { made.value = { lens, calibration }; });
+export function fitFromRolls(make) {
+  const camera = rollsCamera.value?.id;
+  return work.watch((stop, how) => runJob("/motion", { camera, make, lens: kind.value }, stop, how), ({ lens, calibration }) => { fittedLens.value = { lens, calibration }; });
 }

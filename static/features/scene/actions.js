@@ -2,13 +2,13 @@
 import { page } from "../../core/page.js";
 import { openPage } from "../shell/open_page.js";
 import { version } from "../versions/versions.js";
-import { firstScene, see, shown } from "./scene.js";
+import { firstScene, changeView, shownScene } from "./scene.js";
 
-const atScene = () => page.value?.name === "scene" && shown.value !== null && !shown.value.boards;
+const atScene = () => page.value?.name === "scene" && shownScene.value !== null && !shownScene.value.boards;
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const SCENE_ACTIONS = [
   { id: "scene", label: "Show the scene in 3-D", short: "Scene in 3-D", group: "Pages", keys: ["F8"], run: () => openPage("scene", version.value?.id ?? firstScene.value), enabled: () => page.value?.name !== "scene" },
-  { id: "scene-free", label: "Look at the scene freely", short: "Freely", group: "View", run: () => see({ view: "free" }), enabled: atScene },
-  { id: "scene-above", label: "Look at the scene from above", short: "From above", group: "View", run: () => see({ view: "above" }), enabled: atScene },
+  { id: "scene-free", label: "Look at the scene freely", short: "Freely", group: "View", run: () => changeView({ view: "free" }), enabled: atScene },
+  { id: "scene-above", label: "Look at the scene from above", short: "From above", group: "View", run: () => changeView({ view: "above" }), enabled: atScene },
 ];

@@ -2,9 +2,9 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, online } from "../../core/api.js";
 import { page } from "../../core/page.js";
-import { cameras, pointer, tellError } from "../../core/state.js";
+import { cameras, pointer, notifyError } from "../../core/state.js";
 import { theme } from "../../core/theme.js";
-import { main } from "../../canvas/viewport.js";
+import { mainViewport } from "../../canvas/viewport.js";
 import { openById } from "../calibrate/pictures.js";
 import { openPage } from "../shell/open_page.js";
 
@@ -17,10 +17,10 @@ const FIRST = { layers: ["pictures", "arrows", "footprints", "labels", "moved"],
 
 /** Where the scene is, "" until it has begun. */
 export const place = signal("");
-export const shown = signal(/** @type {SceneShown | null} */ (null));
+export const shownScene = signal(/** @type {SceneShown | null} */ (null));
 export const clicked = signal(/** @type {Clicked | null} */ (null));
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
-export const look = signal(FIRST);
+export const sceneView = signal(FIRST);
 /** An older version to see what moved, or "". */
 export const before = signal("");
 /** All versions of the camera whose scene is shown, oldest first. */
@@ -33,10 +33,10 @@ system.addEventListener("change", () => { systemDark.value = system.matches; });
 const dark = computed(() => (theme.value === "system" ? systemDark.value : theme.value === "dark"));
 
 /** The version that is shown alone. */
-export const only = computed(() => (shown.value?.cameras.length === 1 ? shown.value.cameras[0] : null));
+export const only = computed(() => (shownScene.value?.cameras.length === 1 ? shownScene.value.cameras[0] : null));
 
-export const sceneStanding = computed(() => {
-  const it = shown.value, cannot = it?.cameras.find((c) => c.why_no_frustum);
+export const sceneNextStep = computed(() => {
+  const it = shownScene.value, cannot = it?.cameras.find((c) => c.why_no_frustum);
   return { action: "back", label: "Back", missing: "", done: it !== null && !refusal.value, sentence: refusal.value ? `${refusal.value.detail} ${refusal.value.fix}`
     : what.value === "" ? "Choose a version to see where its camera hangs." : !it ? "The scene is being set up…"
       : it.boards ? `${it.boards.boards} views of the board, as they were held before the camera.` : cannot ? "This model knows of no camera; its corrected picture lies on the field."
@@ -53,17 +53,17 @@ function say(words) {
 }
 
 /** @param {Partial<SceneLook>} changes */
-export function see(changes) {
-  look.value = { ...look.value, ...changes };
+export function changeView(changes) {
+  sceneView.value = { ...sceneView.value, ...changes };
   const { scale, ...rest } = changes;
   say({ set: { ...rest, ...(scale === undefined || scale === null ? {} : { scale }) } });
 }
 
 /** @param {import("./types").Layer} layer */
-export const toggleLayer = (layer) => see({ layers: look.value.layers.includes(layer) ? look.value.layers.filter((l) => l !== layer) : [...look.value.layers, layer] });
+export const toggleLayer = (layer) => changeView({ layers: sceneView.value.layers.includes(layer) ? sceneView.value.layers.filter((l) => l !== layer) : [...sceneView.value.layers, layer] });
 
 /** @param {string} key of a camera */
-export const toggleCamera = (key) => see({ hidden: look.value.hidden.includes(key) ? look.value.hidden.filter((k) => k !== key) : [...look.value.hidden, key] });
+export const toggleCamera = (key) => changeView({ hidden: sceneView.value.hidden.includes(key) ? sceneView.value.hidden.filter((k) => k !== key) : [...sceneView.value.hidden, key] });
 
 /** How often a picture may come: a browser that draws on the processor is not done with one before the next. */
 function picturesPerSecond() {
@@ -96,16 +96,16 @@ export function startScene() {
       if (now && place.value) say({ show: wanted(now, older) });
     });
   });
-  effect(() => { const now = dark.value; untracked(() => see({ dark: now })); });
+  effect(() => { const now = dark.value; untracked(() => changeView({ dark: now })); });
   effect(() => { const id = only.value?.camera, one = only.value?.calibration; untracked(() => void loadVersions(id ?? null, one ?? "")); });
 
   function leave() {
     line?.close();
     line = null;
     place.value = "";
-    shown.value = clicked.value = refusal.value = null;
+    shownScene.value = clicked.value = refusal.value = null;
     before.value = "";
-    look.value = { ...FIRST, dark: dark.value };
+    sceneView.value = { ...FIRST, dark: dark.value };
   }
 
   function begin() {
@@ -117,10 +117,10 @@ export function startScene() {
       if (!isCurrent()) return;
       if (told.address) {
         place.value = told.address;
-        const { scale, ...rest } = look.value;
+        const { scale, ...rest } = sceneView.value;
         say({ set: { ...rest, ...(scale === null ? {} : { scale }) }, show: wanted(what.value ?? "", before.value) });
       } else if (told.shown) {
-        shown.value = told.shown;
+        shownScene.value = told.shown;
         refusal.value = null;
       } else if (told.clicked) clicked.value = told.clicked;
       else {
@@ -145,7 +145,7 @@ async function loadVersions(camera, shownNow) {
     const { items } = await call("GET", `/calibrations?limit=${MOST_VERSIONS}&camera=${encodeURIComponent(camera)}`);
     versions.value = items.toReversed();
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -160,7 +160,7 @@ export async function showInPicture(at) {
   if (!at.snapshot || !at.pixel) return;
   const [x, y] = at.pixel;
   await openById(at.snapshot, "borders");
-  requestAnimationFrame(() => { main.centre(x, y, NEAR); pointer.value = { x, y, touch: false, down: false }; }); // as if it were pointed at
+  requestAnimationFrame(() => { mainViewport.centre(x, y, NEAR); pointer.value = { x, y, touch: false, down: false }; }); // as if it were pointed at
 }
 
 /** The scene to begin with where none is named: that of the first camera with an active version. */

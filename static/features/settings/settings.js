@@ -2,33 +2,33 @@
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { chooseName, operatorName } from "../../core/operator.js";
-import { tellError } from "../../core/state.js";
+import { notifyError } from "../../core/state.js";
 
 export { chooseName, operatorName };
 
 /** As the server said last. */
-export const told = signal(/** @type {import("../../core/page_types").SettingsTold | null} */ (null));
+export const serverSettings = signal(/** @type {import("../../core/page_types").SettingsTold | null} */ (null));
 export const health = signal(/** @type {import("../../core/page_types").Health | null} */ (null));
 
-export const settingsStanding = computed(() => {
+export const settingsNextStep = computed(() => {
   const now = health.value, wrong = now ? now.warnings.length + now.damaged.length : 0;
   return { action: "back", label: "Back", missing: "", done: wrong === 0, sentence: !now ? "Asking the server…"
     : wrong ? "Something needs care: it stands at the top." : "The server says that all is well." };
 });
 
-export async function askSettings() {
+export async function fetchSettings() {
   try {
-    [told.value, health.value] = await Promise.all([call("GET", "/settings"), call("GET", "/health")]);
+    [serverSettings.value, health.value] = await Promise.all([call("GET", "/settings"), call("GET", "/health")]);
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
 /** What this browser keeps of ours. */
-export const keptHere = () => Object.keys(localStorage).filter((key) => key.startsWith("touchline"));
+export const storedKeys = () => Object.keys(localStorage).filter((key) => key.startsWith("touchline"));
 
 /** Forget preferences and lists, but no clicks that the server has not got. */
 export function forgetPreferences() {
-  for (const key of keptHere()) if (!key.startsWith("touchline.draft.")) localStorage.removeItem(key);
+  for (const key of storedKeys()) if (!key.startsWith("touchline.draft.")) localStorage.removeItem(key);
   location.reload();
 }

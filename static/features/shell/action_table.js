@@ -1,6 +1,6 @@
 // Every feature's actions in one order: that of the list of keys, and of which action a shared key means first.
 import { BOARD_ACTIONS } from "../board/actions.js";
-import { AUTO_ACTIONS } from "../calibrate/find_lines.js";
+import { FIND_LINES_ACTIONS } from "../calibrate/find_lines.js";
 import { MODEL_ACTIONS } from "../calibrate/model_actions.js";
 import { FIELD_ACTIONS, PICTURE_ACTIONS } from "../calibrate/picture_actions.js";
 import { HISTORY_ACTIONS, POINT_ACTIONS } from "../calibrate/point_actions.js";
@@ -9,7 +9,7 @@ import { VIEW_ACTIONS } from "../calibrate/view_actions.js";
 import { CHECK_ACTIONS } from "../check/check.js";
 import { COMPARE_ACTIONS } from "../compare/actions.js";
 import { MAP_ACTIONS } from "../compare/map_actions.js";
-import { SEEING_ACTIONS } from "../detection/actions.js";
+import { DETECTION_ACTIONS } from "../detection/actions.js";
 import { DRIFT_ACTIONS } from "../drift/drift.js";
 import { HELP_ACTIONS } from "../help/actions.js";
 import { LIVE_ACTIONS } from "../live/actions.js";
@@ -17,7 +17,7 @@ import { PAIR_ACTIONS } from "../pair/actions.js";
 import { withPairActions } from "../pair/match_actions.js";
 import { RIG_ACTIONS } from "../rig/actions.js";
 import { TRACK_ACTIONS } from "../rig/tracks.js";
-import { ROLL_ACTIONS } from "../rolling/actions.js";
+import { ROLLING_ACTIONS } from "../rolling/actions.js";
 import { SCENE_ACTIONS } from "../scene/actions.js";
 import { STRAIGHT_ACTIONS } from "../straight/actions.js";
 import { VERSION_ACTIONS } from "../versions/actions.js";
@@ -27,6 +27,6 @@ import { STEP_ACTIONS } from "./step_actions.js";
 /** @type {import("../../core/actions.js").Action[]} */
 export const ACTION_TABLE = [
   PICTURE_ACTIONS, LIVE_ACTIONS, BOARD_ACTIONS, PAGE_ACTIONS, RIG_ACTIONS, PAIR_ACTIONS, STRAIGHT_ACTIONS, FIELD_ACTIONS,
-  SEEING_ACTIONS, POINT_ACTIONS, SNAP_ACTIONS, SCENE_ACTIONS, ROLL_ACTIONS, AUTO_ACTIONS, CHECK_ACTIONS, TRACK_ACTIONS, DRIFT_ACTIONS, HISTORY_ACTIONS,
+  DETECTION_ACTIONS, POINT_ACTIONS, SNAP_ACTIONS, SCENE_ACTIONS, ROLLING_ACTIONS, FIND_LINES_ACTIONS, CHECK_ACTIONS, TRACK_ACTIONS, DRIFT_ACTIONS, HISTORY_ACTIONS,
   VIEW_ACTIONS, COMPARE_ACTIONS, MAP_ACTIONS, MODEL_ACTIONS, STEP_ACTIONS, VERSION_ACTIONS, HELP_ACTIONS,
 ].flat().map(withPairActions);

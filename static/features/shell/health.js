@@ -1,7 +1,7 @@
 // What the server says of itself: a disk that is nearly full, and what was damaged; told above the picture.
 import { effect } from "@preact/signals";
 import { call, online } from "../../core/api.js";
-import { tell } from "../../core/state.js";
+import { notify } from "../../core/state.js";
 
 const EVERY_MS = 60_000;
 
@@ -30,5 +30,5 @@ async function look() {
 function once(text, fix) {
   if (told.has(text)) return;
   told.add(text);
-  tell({ level: "warn", text, fix });
+  notify({ level: "warn", text, fix });
 }

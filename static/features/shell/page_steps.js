@@ -1,15 +1,15 @@
 // Where the operator stands on a page beside the steps, by its name; panels/pages.js draws them.
 import { computed } from "@preact/signals";
 import { page } from "../../core/page.js";
-import { captureStanding } from "../board/capture.js";
-import { seeingStanding } from "../detection/detection.js";
-import { jobsStanding } from "../jobs/job_list.js";
-import { rigStanding } from "../rig/rig.js";
-import { rollsStanding } from "../rolling/rolls.js";
-import { sceneStanding } from "../scene/scene.js";
-import { settingsStanding } from "../settings/settings.js";
-import { shelfStanding } from "../versions/version_list.js";
+import { captureNextStep } from "../board/capture.js";
+import { detectionNextStep } from "../detection/detection.js";
+import { jobsNextStep } from "../jobs/job_list.js";
+import { rigNextStep } from "../rig/rig.js";
+import { rollsNextStep } from "../rolling/rolls.js";
+import { sceneNextStep } from "../scene/scene.js";
+import { settingsNextStep } from "../settings/settings.js";
+import { versionListNextStep } from "../versions/version_list.js";
 
-const STANDINGS = { jobs: jobsStanding, settings: settingsStanding, versions: shelfStanding, capture: captureStanding, rig: rigStanding, rolls: rollsStanding, scene: sceneStanding, seeing: seeingStanding };
+const NEXT_STEPS = { jobs: jobsNextStep, settings: settingsNextStep, versions: versionListNextStep, capture: captureNextStep, rig: rigNextStep, rolls: rollsNextStep, scene: sceneNextStep, seeing: detectionNextStep };
 
-export const pageStanding = computed(() => STANDINGS[page.value?.name ?? "jobs"].value);
+export const pageNextStep = computed(() => NEXT_STEPS[page.value?.name ?? "jobs"].value);

@@ -1,6 +1,6 @@
 // Addresses of the page (#/SNAPSHOT/STEP, #/lens, #/straight, #/live/CAMERA, #/pair/LEFT/RIGHT, #/rig/NAME …), and how each is followed.
 import { computed } from "@preact/signals";
-import { NAMES, addressOf, page } from "../../core/page.js";
+import { PAGE_NAMES, addressOf, page } from "../../core/page.js";
 import { atBoard, atLive, atPair, atStraight, snapshot, step } from "../../core/state.js";
 import { openBoard } from "../board/board.js";
 import { closePicture, openById } from "../calibrate/pictures.js";
@@ -30,7 +30,7 @@ const pairAddress = () => {
 /** Go where the address bar says. */
 export async function follow() {
   const { id, at } = read();
-  const there = NAMES.find((one) => one === id);
+  const there = PAGE_NAMES.find((one) => one === id);
   if (there) {
     const argument = location.hash.split("/").slice(2).map(decodeURIComponent).join("/");
     if (page.value?.name !== there || page.value.argument !== argument) openPage(there, argument);

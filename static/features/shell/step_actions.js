@@ -1,7 +1,7 @@
 // Actions that go from step to step; the bright button runs "next".
 import { run } from "../../core/actions.js";
 import { step } from "../../core/state.js";
-import { STEPS, nextThing, steps } from "./steps.js";
+import { STEPS, nextAction, steps } from "./steps.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const STEP_ACTIONS = [
@@ -10,5 +10,5 @@ export const STEP_ACTIONS = [
     enabled: () => steps.value.find((s) => s.id === id)?.open ?? false,
   })),
   { id: "next", label: "Do the next thing (the bright button)", keys: ["Enter"], group: "Steps",
-    run: () => run(nextThing.value.action), enabled: () => !nextThing.value.missing },
+    run: () => run(nextAction.value.action), enabled: () => !nextAction.value.missing },
 ];

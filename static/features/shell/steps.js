@@ -1,18 +1,18 @@
 // Where the operator stands: each step's state, what is missing in one sentence, and the one next thing to do.
 import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { many } from "../../core/format.js";
+import { plural } from "../../core/format.js";
 import { page } from "../../core/page.js";
 import {
   active, atBoard, atLive, atPair, atStraight, camera, cameras, region, snapshot, step,
 } from "../../core/state.js";
-import { standing as boardStanding } from "../board/board.js";
+import { boardNextStep as boardStanding } from "../board/board.js";
 import { preview, refusal, stale } from "../calibrate/fitting.js";
-import { liveStanding } from "../live/camera_page.js";
-import { pairStanding } from "../pair/evaluation.js";
-import { standing as straightStanding } from "../straight/straight.js";
+import { cameraNextStep } from "../live/camera_page.js";
+import { pairNextStep } from "../pair/evaluation.js";
+import { straightNextStep as straightStanding } from "../straight/straight.js";
 import { isSaved, version } from "../versions/versions.js";
-import { pageStanding } from "./page_steps.js";
+import { pageNextStep } from "./page_steps.js";
 
 /** @typedef {import("../../core/types").StepId} StepId @typedef {{ id: StepId, label: string, done: boolean, open: boolean, sentence: string }} Step */
 
@@ -61,7 +61,7 @@ function bordersState() {
   const border = nextBorder.value;
   if (border) {
     const missing = POINTS_ADVISED - pointsOf(doc.value, border).length;
-    return [false, `Click ${many(missing, missing < POINTS_ADVISED ? "more point" : "point")} along the ${border} border.`];
+    return [false, `Click ${plural(missing, missing < POINTS_ADVISED ? "more point" : "point")} along the ${border} border.`];
   }
   if (refusal.value) return [false, `${refusal.value.detail} ${refusal.value.fix}`];
   return [fitted.value, fitted.value ? "All four borders are clicked." : "The fit is being computed."];
@@ -84,15 +84,15 @@ function isOpen(id) {
 export const current = computed(() => steps.value.find((s) => s.id === step.value) ?? steps.value[0]);
 
 /** The one bright button: which action, in which words, and why not yet. */
-export const nextThing = computed(() => {
+export const nextAction = computed(() => {
   /** @param {string} action @param {string} label @param {string} [missing] */
   const thing = (action, label, missing = "") => ({ action, label, missing });
   switch (step.value) {
-    case "camera": if (page.value) return pageStanding.value;
-      if (atLive.value !== null) return liveStanding.value;
+    case "camera": if (page.value) return pageNextStep.value;
+      if (atLive.value !== null) return cameraNextStep.value;
       if (atBoard.value) return boardStanding.value;
       if (atStraight.value) return straightStanding.value;
-      if (atPair.value) return pairStanding.value;
+      if (atPair.value) return pairNextStep.value;
       return snapshot.value ? thing("step-picture", "Next: picture")
       : cameras.value.length ? thing("take", `Take a picture with ${cameras.value[0].name}`) : thing("open", "Open a picture…");
     case "picture": return thing("step-borders", "Next: borders", region.value ? "" : current.value.sentence);

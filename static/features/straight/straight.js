@@ -1,10 +1,10 @@
 // How straight a camera's pictures show straight edges: which pictures, the job that judges them, and what came of it.
 import { batch, computed, effect, signal } from "@preact/signals";
-import { Away, call, request } from "../../core/api.js";
-import { many } from "../../core/format.js";
-import { follow, workFor } from "../../core/jobs.js";
+import { ServerUnreachable, call, request } from "../../core/api.js";
+import { plural } from "../../core/format.js";
+import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
-import { atBoard, atPair, atStraight, tellError } from "../../core/state.js";
+import { atBoard, atPair, atStraight, notifyError } from "../../core/state.js";
 import { pictureList } from "../lens_pictures/picture_upload.js";
 
 const KEPT = "touchline.straight"; // a reload goes on with the same pictures
@@ -20,31 +20,31 @@ export const { pictures, ready, add: addEdgePictures, take: takeEdgePicture, rem
 const work = longWork();
 export const { search, refusal } = work;
 /** What was found, from which pictures, by which job: the server keeps the report as long as the job. */
-export const judged = signal(/** @type {{ report: Straightness, ids: string[], kind: string, job: string } | null} */ (null));
+export const straightnessResult = signal(/** @type {{ report: Straightness, ids: string[], kind: string, job: string } | null} */ (null));
 /** Which of the pictures is looked at, and how. */
-export const shown = signal(/** @type {{ id: string, straight: boolean }} */ ({ id: "", straight: false }));
+export const shownPicture = signal(/** @type {{ id: string, straight: boolean }} */ ({ id: "", straight: false }));
 /** The edge that is pointed at, by its name. */
 export const pointed = signal("");
 /** The straightened picture, once it is there. */
 export const straightened = signal(/** @type {{ of: string, url: string } | null} */ (null));
 
 /** Whether the report is of just these pictures and this kind of lens. */
-export const isOfThese = computed(() => judged.value !== null && judged.value.kind === kind.value && String(judged.value.ids) === String(ready.value.map((p) => p.id)));
-export const look = computed(() => ready.value.find((p) => p.id === shown.value.id) ?? ready.value[0] ?? null);
+export const isResultCurrent = computed(() => straightnessResult.value !== null && straightnessResult.value.kind === kind.value && String(straightnessResult.value.ids) === String(ready.value.map((p) => p.id)));
+export const viewedPicture = computed(() => ready.value.find((p) => p.id === shownPicture.value.id) ?? ready.value[0] ?? null);
 /** The edges of the picture that is looked at. */
 export const edges = computed(() => {
-  const at = isOfThese.value && look.value ? judged.value?.ids.indexOf(look.value.id) : -1;
-  return judged.value && at !== -1 ? judged.value.report.lines.filter((line) => line.picture === at) : [];
+  const at = isResultCurrent.value && viewedPicture.value ? straightnessResult.value?.ids.indexOf(viewedPicture.value.id) : -1;
+  return straightnessResult.value && at !== -1 ? straightnessResult.value.report.lines.filter((line) => line.picture === at) : [];
 });
 
 /** Where the operator stands, and the next thing to do. */
-export const standing = computed(() => {
+export const straightNextStep = computed(() => {
   const has = ready.value.length > 0 || list.uploading.value;
   if (search.value) return { action: "judge-edges", label: "Judging the edges…", missing: "The server is at it.", done: false, sentence: "The server looks for straight edges, then for the lens that makes them straight." };
-  if (isOfThese.value) return { action: "straighten", label: shown.value.straight ? "Show it as taken" : "Show it straightened", missing: "", done: true, sentence: "The edges are judged; what they tell stands on the right." };
+  if (isResultCurrent.value) return { action: "straighten", label: shownPicture.value.straight ? "Show it as taken" : "Show it straightened", missing: "", done: true, sentence: "The edges are judged; what they tell stands on the right." };
   if (!has) return { action: "add-edges", label: "Add pictures…", missing: "", done: false, sentence: "Add one or more pictures of one camera that show long straight things." };
   return { action: "judge-edges", label: "Judge the edges", missing: list.uploading.value ? "The pictures are being uploaded." : "", done: false,
-    sentence: list.uploading.value ? "The pictures are being uploaded." : `${many(ready.value.length, "picture")} of one camera; the more directions their edges run in, the better.` };
+    sentence: list.uploading.value ? "The pictures are being uploaded." : `${plural(ready.value.length, "picture")} of one camera; the more directions their edges run in, the better.` };
 });
 
 /** @param {string} name */
@@ -58,27 +58,27 @@ effect(() => { if (atBoard.value || atPair.value) atStraight.value = false; }); 
 /** Go to the desk, and on with what was judged or is being judged. */
 export async function openStraight() {
   batch(() => { atStraight.value = true; atBoard.value = false; atPair.value = false; });
-  if (!before.job || judged.value || search.value) return;
+  if (!before.job || straightnessResult.value || search.value) return;
   try {
     const job = await call("GET", `/jobs/${encodeURIComponent(before.job)}`);
     if (job.state === "done") show(job.result, before.ids, before.judged, job.id);
-    else if (job.state === "queued" || job.state === "running") await work.watch((stop, told) => follow(job, stop, told), (report) => show(report, before.ids, before.judged, job.id));
+    else if (job.state === "queued" || job.state === "running") await work.watch((stop, told) => followJob(job, stop, told), (report) => show(report, before.ids, before.judged, job.id));
   } catch (error) {
-    if (!(error instanceof Away)) delete before.job; // the server was stopped meanwhile
+    if (!(error instanceof ServerUnreachable)) delete before.job; // the server was stopped meanwhile
   }
 }
 
 export function removePictures() {
-  judged.value = null;
+  straightnessResult.value = null;
   refusal.value = null;
   list.clear();
 }
 
-export function judge() {
+export function judgeEdges() {
   const ids = ready.value.map((p) => p.id), lens = kind.value;
   const body = { snapshots: ids, lens };
   let job = "";
-  return work.watch((stop, told) => workFor("/straightness?job=true", body, stop, (now) => {
+  return work.watch((stop, told) => runJob("/straightness?job=true", body, stop, (now) => {
     if (!job) keep({ job: job = now.id, ids, judged: lens });
     told(now);
   }), (report) => show(report, ids, lens, job));
@@ -86,37 +86,37 @@ export function judge() {
 
 /** @param {Straightness} report @param {string[]} ids @param {string} lens @param {string} job */
 function show(report, ids, lens, job) {
-  judged.value = { report, ids, kind: lens, job };
-  shown.value = { ...shown.value, straight: false };
+  straightnessResult.value = { report, ids, kind: lens, job };
+  shownPicture.value = { ...shownPicture.value, straight: false };
   forgetStraightened();
   keep({ job, ids, judged: lens });
 }
 
 /** Look at another of the pictures. @param {string} id */
-export function lookAt(id) {
-  shown.value = { ...shown.value, id };
+export function viewPicture(id) {
+  shownPicture.value = { ...shownPicture.value, id };
   pointed.value = "";
   void straighten();
 }
 
 /** Show the picture as it was taken, or without its bend. @param {boolean} straight */
 export function showStraight(straight) {
-  shown.value = { ...shown.value, straight };
+  shownPicture.value = { ...shownPicture.value, straight };
   void straighten();
 }
 
 /** Fetch the straightened picture that is to be seen. */
 async function straighten() {
-  const picture = look.value, lens = judged.value?.report.lens;
-  if (!shown.value.straight || !picture || !lens || straightened.value?.of === picture.id) return;
+  const picture = viewedPicture.value, lens = straightnessResult.value?.report.lens;
+  if (!shownPicture.value.straight || !picture || !lens || straightened.value?.of === picture.id) return;
   try {
     const answer = await request("POST", `/straightness/picture.jpg?width=${Math.min(WIDEST_PX, lens.image_size[0])}`, { json: { snapshot: picture.id, lens } });
     const url = URL.createObjectURL(await answer.blob());
     forgetStraightened();
-    if (look.value?.id === picture.id && judged.value?.report.lens === lens) straightened.value = { of: picture.id, url };
+    if (viewedPicture.value?.id === picture.id && straightnessResult.value?.report.lens === lens) straightened.value = { of: picture.id, url };
     else URL.revokeObjectURL(url);
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 

@@ -1,7 +1,7 @@
 // Files for other programs: what each format makes of a version, asked when somebody wants to know.
 import { signal } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { tellError } from "../../core/state.js";
+import { notifyError } from "../../core/state.js";
 
 /** Of one version; null while nothing is known. */
 export const formats = signal(/** @type {{ id: string, items: import("../../core/types").Format[] } | null} */ (null));
@@ -13,6 +13,6 @@ export async function askFormats(id) {
     const { items } = await call("GET", `/calibrations/${id}/exports`);
     formats.value = { id, items };
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }

@@ -1,10 +1,10 @@
 // Calibrations from files: our own, or another program's; what a file does not say is said beside it.
 import { signal } from "@preact/signals";
 import { request } from "../../core/api.js";
-import { busy, cameras, tell } from "../../core/state.js";
+import { busy, cameras, notify } from "../../core/state.js";
 
 /** What is said beside a file; empty says nothing. */
-export const beside = signal({ camera: "", field: "", region: "", image_size: "" });
+export const importOptions = signal({ camera: "", field: "", region: "", image_size: "" });
 /** What became of the last file. @type {import("@preact/signals").Signal<{ name: string, kept: Kept | null, why: import("../../core/types").Refusal | null } | null>} */
 export const imported = signal(/** @type {{ name: string, kept: Kept | null, why: import("../../core/types").Refusal | null } | null} */ (null));
 
@@ -21,25 +21,25 @@ export async function importFile(file) {
   if (busy.value) return;
   const name = file.name || "the file", body = new FormData();
   body.append("file", file, name);
-  for (const [what, text] of Object.entries(beside.value)) if (text) body.append(what, text);
+  for (const [what, text] of Object.entries(importOptions.value)) if (text) body.append(what, text);
   busy.value = `Reading ${name}…`;
   imported.value = null;
   try {
     const answer = await request("POST", "/calibrations/import", { body });
     const record = await answer.json(), isLens = (answer.headers.get("Location") ?? "").includes("/lenses/");
     imported.value = { name, kept: { ...record, isLens }, why: null };
-    tell({ level: "info", text: told({ ...record, isLens }), fix: record.note });
+    notify({ level: "info", text: importMessage({ ...record, isLens }), fix: record.note });
   } catch (error) {
     const { message, fix = "Check that the server runs, then choose the file again." } = /** @type {Error & { fix?: string }} */ (error);
     imported.value = { name, kept: null, why: { detail: `${name}: ${message}`, fix } };
-    tell({ level: "warn", text: `${name}: ${message}`, fix }); // the file may have been dropped far from the button
+    notify({ level: "warn", text: `${name}: ${message}`, fix }); // the file may have been dropped far from the button
   } finally {
     busy.value = "";
   }
 }
 
 /** What was kept, in a sentence. @param {Kept} kept */
-export function told({ version, camera, isLens }) {
+export function importMessage({ version, camera, isLens }) {
   const whose = camera ? ` for ${cameras.value.find((c) => c.id === camera)?.name ?? camera}` : "";
   return isLens ? "A lens was imported; a calibration can hold it." : `Version ${version}${whose} was imported.`;
 }

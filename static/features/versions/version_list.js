@@ -1,30 +1,30 @@
 // The versions of one camera, or of pictures from files: activated, gone back to, annotated, compared, deleted.
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { turns } from "../../core/latest_wins.js";
+import { requestOrder } from "../../core/latest_wins.js";
 import { page } from "../../core/page.js";
-import { cameras, tell, tellError } from "../../core/state.js";
+import { cameras, notify, notifyError } from "../../core/state.js";
 
 /** @typedef {import("../../core/page_types").Kept} Kept */
 
 const PAGE = 50;
 /** What is shown: of one camera, by its id; "" of pictures from files. */
-export const shelf = signal(/** @type {{ camera: string, items: Kept[], next: string | null, history: import("../../core/page_types").Activation[] } | null} */ (null));
+export const versionList = signal(/** @type {{ camera: string, items: Kept[], next: string | null, history: import("../../core/page_types").Activation[] } | null} */ (null));
 /** The two that are compared, the one chosen first being first. */
-export const pairOf = signal(/** @type {string[]} */ ([]));
-export const apart = signal(/** @type {{ ids: string, is: import("../../core/page_types").Apart | null, why: import("../../core/types").Refusal | null } | null} */ (null));
+export const comparedPair = signal(/** @type {string[]} */ ([]));
+export const pairDifference = signal(/** @type {{ ids: string, is: import("../../core/page_types").Apart | null, why: import("../../core/types").Refusal | null } | null} */ (null));
 
 /** The camera whose versions are shown: that of the address, else the first there is. */
-export const of = computed(() => page.value?.argument || "");
-export const activeOne = computed(() => shelf.value?.items.find((v) => v.active) ?? null);
+export const listedCamera = computed(() => page.value?.argument || "");
+export const activeVersion = computed(() => versionList.value?.items.find((v) => v.active) ?? null);
 /** What was active before the present one, and still is there. */
-export const former = computed(() => {
-  const now = activeOne.value?.id, before = shelf.value?.history.find((h) => h.calibration !== now && h.version !== null);
+export const formerVersion = computed(() => {
+  const now = activeVersion.value?.id, before = versionList.value?.history.find((h) => h.calibration !== now && h.version !== null);
   return now && before ? before : null;
 });
 
-export const shelfStanding = computed(() => {
-  const it = shelf.value, active = activeOne.value;
+export const versionListNextStep = computed(() => {
+  const it = versionList.value, active = activeVersion.value;
   return { action: "back", label: "Back", missing: "", done: active !== null, sentence: !it ? "Asking the server…"
     : !it.items.length ? "Nothing is saved here yet: take a picture, click its borders and save." : !it.camera ? "Pictures from files have no camera to activate a version for."
       : active ? `Version ${active.version} is what the camera is corrected with.` : "No version is active: the camera is shown as it is." };
@@ -33,30 +33,30 @@ export const shelfStanding = computed(() => {
 /** Of which camera it is, in a path. @param {string} camera */
 const query = (camera) => (camera ? `camera=${encodeURIComponent(camera)}` : "");
 
-const looks = turns();
+const looks = requestOrder();
 
 /** @param {string} camera "" for pictures from files */
-export async function loadShelf(camera) {
+export async function loadVersionList(camera) {
   const isNewest = looks.begin();
   try {
     const [list, history] = await Promise.all([call("GET", `/calibrations?limit=${PAGE}&${query(camera)}`), call("GET", `/calibrations/activations?${query(camera)}`)]);
-    if (!isNewest() || of.value !== camera) return; // somewhere else by now, or looked again since
-    if (shelf.value?.camera !== camera) { pairOf.value = []; apart.value = null; }
-    shelf.value = { camera, items: own(list.items, camera), next: list.next_cursor, history: history.items };
+    if (!isNewest() || listedCamera.value !== camera) return; // somewhere else by now, or looked again since
+    if (versionList.value?.camera !== camera) { comparedPair.value = []; pairDifference.value = null; }
+    versionList.value = { camera, items: own(list.items, camera), next: list.next_cursor, history: history.items };
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
 /** Older ones. */
 export async function loadMore() {
-  const it = shelf.value;
+  const it = versionList.value;
   if (!it?.next) return;
   try {
     const list = await call("GET", `/calibrations?limit=${PAGE}&${query(it.camera)}&cursor=${it.next}`);
-    shelf.value = { ...it, items: [...it.items, ...own(list.items, it.camera)], next: list.next_cursor };
+    versionList.value = { ...it, items: [...it.items, ...own(list.items, it.camera)], next: list.next_cursor };
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -68,20 +68,20 @@ async function changing(deed) {
   try {
     await deed();
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
-  await loadShelf(of.value);
+  await loadVersionList(listedCamera.value);
 }
 
 /** @param {{ id: string, version: number | null }} it */
 export function activateVersion(it) {
-  const before = activeOne.value;
+  const before = activeVersion.value;
   return changing(async () => {
     await call("POST", `/calibrations/${it.id}/activate`);
-    const camera = shelf.value?.camera;
+    const camera = versionList.value?.camera;
     const changed = cameras.value.find((c) => c.id === camera);
     if (changed) cameras.value = cameras.value.with(cameras.value.indexOf(changed), { ...changed, active_calibration: it.id });
-    if (before) tell({ level: "info", text: `Version ${it.version} is active.`, fix: `Version ${before.version} was, and stays.`, action: { label: `Go back to version ${before.version}`, run: () => void activateVersion(before) } });
+    if (before) notify({ level: "info", text: `Version ${it.version} is active.`, fix: `Version ${before.version} was, and stays.`, action: { label: `Go back to version ${before.version}`, run: () => void activateVersion(before) } });
   });
 }
 
@@ -91,19 +91,19 @@ export const annotate = (it, note) => (note === it.note ? Promise.resolve() : ch
 /** @param {Kept} it */
 export const deleteVersion = (it) => changing(async () => {
   await call("DELETE", `/calibrations/${it.id}`);
-  pairOf.value = pairOf.value.filter((id) => id !== it.id);
-  tell({ level: "info", text: `Version ${it.version} was deleted.`, fix: "Its number is not used again.", action: { label: "Put it back", run: () => void changing(() => call("POST", `/calibrations/${it.id}/restore`)) } });
+  comparedPair.value = comparedPair.value.filter((id) => id !== it.id);
+  notify({ level: "info", text: `Version ${it.version} was deleted.`, fix: "Its number is not used again.", action: { label: "Put it back", run: () => void changing(() => call("POST", `/calibrations/${it.id}/restore`)) } });
 });
 
 /** Take it among the two that are compared, or out again. @param {string} id */
 export function choose(id) {
-  pairOf.value = pairOf.value.includes(id) ? pairOf.value.filter((one) => one !== id) : [...pairOf.value, id].slice(-2);
-  if (pairOf.value.length === 2) void compare();
+  comparedPair.value = comparedPair.value.includes(id) ? comparedPair.value.filter((one) => one !== id) : [...comparedPair.value, id].slice(-2);
+  if (comparedPair.value.length === 2) void compare();
 }
 
 async function compare() {
-  const [a, b] = pairOf.value, ids = `${a} ${b}`;
-  apart.value = { ids, is: null, why: null };
+  const [a, b] = comparedPair.value, ids = `${a} ${b}`;
+  pairDifference.value = { ids, is: null, why: null };
   let is = null, why = null;
   try {
     is = await call("GET", `/calibrations/${a}/difference/${b}.json`);
@@ -111,5 +111,5 @@ async function compare() {
     const { message, fix = "" } = /** @type {{ message: string, fix?: string }} */ (error);
     why = { detail: message, fix };
   }
-  if (apart.value?.ids === ids) apart.value = { ids, is, why };
+  if (pairDifference.value?.ids === ids) pairDifference.value = { ids, is, why };
 }

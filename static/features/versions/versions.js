@@ -1,9 +1,9 @@
 // Saved calibrations: immutable versions of what the document gave.
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { doc, same } from "../../core/document.js";
-import { turns } from "../../core/latest_wins.js";
-import { busy, rotation, snapshot, step, tellError } from "../../core/state.js";
+import { doc, isEqual } from "../../core/document.js";
+import { requestOrder } from "../../core/latest_wins.js";
+import { busy, rotation, snapshot, step, notifyError } from "../../core/state.js";
 import { fitBody } from "../calibrate/fitting.js";
 
 /** The newest version of this picture, and its neighbours of the same camera. */
@@ -15,8 +15,8 @@ export const note = signal("");
 export const isSaved = computed(() => {
   const saved = version.value, now = doc.value;
   return saved !== null && saved.field === now.field && saved.region === now.region && saved.rotate === rotation.value
-    && saved.model.name === now.model && same(given(saved.options), given(now.options))
-    && same(saved.observations.map(plain), now.observations.map(plain));
+    && saved.model.name === now.model && isEqual(given(saved.options), given(now.options))
+    && isEqual(saved.observations.map(plain), now.observations.map(plain));
 });
 
 /** Options that say something, in one order; a lens by its id, for a version keeps the lens itself. @param {Record<string, any>} options */
@@ -40,7 +40,7 @@ export async function saveVersion() {
       note.value = "";
       await list();
     } catch (error) {
-      tellError(error);
+      notifyError(error);
       return;
     } finally {
       busy.value = "";
@@ -56,7 +56,7 @@ export async function activate(id) {
     if (version.value?.id === id) version.value = { ...version.value, active: true };
     await list();
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -69,7 +69,7 @@ export async function findVersion(picture) {
     const found = await call("GET", `/calibrations/${newest.id}`);
     if (snapshot.value?.id === picture && version.value === null) version.value = found; // one may have been saved meanwhile
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -80,7 +80,7 @@ export function forgetVersion() {
   note.value = "";
 }
 
-const lists = turns();
+const lists = requestOrder();
 
 async function list() {
   const camera = snapshot.value?.camera, isNewest = lists.begin();

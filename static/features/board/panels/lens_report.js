@@ -1,9 +1,9 @@
 // What a lens from a board is worth: how far off it may be, what to doubt, where corners were, the next view that helps.
-import { many, number } from "../../../core/format.js";
+import { plural, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/page.js";
 import { Title } from "../../../ui/title.js";
-import { found } from "../board.js";
+import { foundLens } from "../board.js";
 
 const LEVEL = { good: "Good", fair: "Fair", poor: "Poor" };
 const OF_VIEWS = new Set(["no-board", "view-left-out"]); // these stand at their pictures
@@ -12,7 +12,7 @@ const OF_VIEWS = new Set(["no-board", "view-left-out"]); // these stand at their
 const px = (value) => (value === null ? "–" : number(value, Math.abs(value) < 0.1 ? 3 : Math.abs(value) < 10 ? 2 : 0));
 
 export function LensReport() {
-  const lens = found.value;
+  const lens = foundLens.value;
   if (!lens) return html`<section><${Title} of="lens">Good views<//><ul class="plain"><li><b>Tilted</b> about 35° to each of its four sides: views that face the camera tell little.</li>
     <li><b>All over</b> the picture, into its corners.</li><li><b>Large</b>: a third of the picture's width, or all of it.</li><li><b>Still and sharp</b>; focus and zoom as in the game.</li>
     <li><b>Stiff</b>: the board on a plate.</li></ul></section>`;
@@ -24,7 +24,7 @@ export function LensReport() {
       ${lens.id && html`<p><a href=${addressOf({ name: "scene", argument: `lens/${lens.id}` })} data-testid="lens-scene">Show how the board was held, in 3-D</a></p>`}
       ${next && html`<p class="plainly" data-testid="next-view"><b>Next view.</b> ${next.text} It lowers the worst place from ${px(next.worst_before_px)} to ${px(next.worst_after_px)} px.</p>`}
       <ul class="warnings" data-testid="lens-warnings">${doubts.map((w) => html`<li key=${w.reason + w.text} data-reason=${w.reason}><b>${w.text}</b> ${w.fix}</li>`)}</ul>
-      ${left.length > 0 && html`<p class="reason">${many(left.length, "picture")} left out; beside each stands why.</p>`}</section>
+      ${left.length > 0 && html`<p class="reason">${plural(left.length, "picture")} left out; beside each stands why.</p>`}</section>
     <${Coverage} report=${it}/>
     <section aria-label="Checks"><${Title} of="lens">Checks<//><dl class="details">
       ${rows(it).map(([what, value]) => html`<div key=${what}><dt>${what}</dt><dd>${value}</dd></div>`)}</dl></section>
@@ -50,6 +50,6 @@ function Coverage({ report: { coverage } }) {
   const { cells, share, tilts } = coverage, columns = cells[0].length, most = Math.max(...cells.flat(), 1);
   return html`<section aria-label="Coverage"><h2>Coverage, ${number(100 * share, 0)} % of the picture</h2>
     <svg class="coverage" viewBox=${`0 0 ${columns} ${cells.length}`} role="img" aria-label=${`Corners in ${number(100 * share, 0)} % of the picture's ${columns * cells.length} cells`}>
-      ${cells.flatMap((row, y) => row.map((count, x) => html`<rect key=${`${x},${y}`} x=${x + 0.04} y=${y + 0.04} width=".92" height=".92" rx=".08" class=${count ? "" : "none"} style=${`opacity:${count ? 0.25 + 0.75 * Math.sqrt(count / most) : 1}`}><title>${many(count, "corner")}</title></rect>`))}</svg>
-    <dl class="details">${Object.entries(tilts).map(([how, count]) => html`<div key=${how}><dt>${how[0].toUpperCase() + how.slice(1)}</dt><dd>${many(count, "view")}</dd></div>`)}</dl></section>`;
+      ${cells.flatMap((row, y) => row.map((count, x) => html`<rect key=${`${x},${y}`} x=${x + 0.04} y=${y + 0.04} width=".92" height=".92" rx=".08" class=${count ? "" : "none"} style=${`opacity:${count ? 0.25 + 0.75 * Math.sqrt(count / most) : 1}`}><title>${plural(count, "corner")}</title></rect>`))}</svg>
+    <dl class="details">${Object.entries(tilts).map(([how, count]) => html`<div key=${how}><dt>${how[0].toUpperCase() + how.slice(1)}</dt><dd>${plural(count, "view")}</dd></div>`)}</dl></section>`;
 }

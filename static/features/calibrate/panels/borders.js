@@ -1,9 +1,9 @@
 // What is clicked: the four borders and the lines inside, with their points and residuals.
 import { ACTIONS, run } from "../../../core/actions.js";
 import { BORDERS, change, doc, pointsOf } from "../../../core/document.js";
-import { many, mm, number, words } from "../../../core/format.js";
+import { plural, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { printed } from "../../../core/keys.js";
+import { keyLabel } from "../../../core/keys.js";
 import { active, field, model } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
@@ -11,7 +11,7 @@ import { colour } from "../../../canvas/drawing.js";
 import { activateFeature } from "../editing.js";
 import { lineUnder } from "../field_sides.js";
 import { curves, isCurve, preview, stale } from "../fitting.js";
-import { canPropose, proposed } from "../line_suggestions.js";
+import { canPropose, proposedPoints } from "../line_suggestions.js";
 import { FindLines } from "./find_lines.js";
 
 export function BordersPanel() {
@@ -32,10 +32,10 @@ function BorderRow({ border }) {
   const curve = curves.value[border], painted = lineUnder(border), key = ACTIONS.get(`border-${border}`)?.keys?.[0] ?? "";
   const points = pointsOf(doc.value, border), refusal = curve && !isCurve(curve) && points.length > 1 ? curve : null;
   return html`<li><button type="button" class="feature" data-testid=${`border-${border}`} aria-pressed=${active.value === border} onClick=${() => run(`border-${border}`)}
-      title=${refusal ? `${refusal.detail} ${refusal.fix}` : `Click the ${border} border (${printed(key)})`}>
+      title=${refusal ? `${refusal.detail} ${refusal.fix}` : `Click the ${border} border (${keyLabel(key)})`}>
     <i class="chip" style=${`--colour:${colour(border)}`}>${border[0].toUpperCase()}</i>
     <span>${words(border)}</span>
-    <em>${many(points.length, "point")}</em><em class="value">${isCurve(curve) ? `${number(curve.rms_px, 2)} px` : refusal ? "⚠" : "–"}</em>
+    <em>${plural(points.length, "point")}</em><em class="value">${isCurve(curve) ? `${number(curve.rms_px, 2)} px` : refusal ? "⚠" : "–"}</em>
     ${painted && html`<small>${words(painted)}</small>`}</button></li>`;
 }
 
@@ -44,14 +44,14 @@ function InsideRow({ feature }) {
   const row = stale.value ? undefined : preview.value?.report.per_feature.find((f) => f.feature === feature);
   return html`<li><button type="button" class="feature" data-testid=${`inside-${feature}`} aria-pressed=${active.value === feature} onClick=${() => activateFeature(feature)}>
     <i class="chip" style=${`--colour:${colour(feature)}`}>+</i><span>${words(feature)}</span>
-    <em>${many(pointsOf(doc.value, feature).length, "point")}</em><em class="value">${row ? `${mm(row.rms_mm)} mm` : "–"}</em>
+    <em>${plural(pointsOf(doc.value, feature).length, "point")}</em><em class="value">${row ? `${mm(row.rms_mm)} mm` : "–"}</em>
     ${row && html`<small>${row.used ? "Used by the fit" : "Checks the fit"}</small>`}</button></li>`;
 }
 
 /** Points all along the active line: looked for, shown, and added when the operator says so. */
 function Along() {
-  const it = proposed.value, name = words(active.value).toLowerCase();
-  if (it) return html`<div class="line along" data-testid="proposal"><${ActionButton} id="propose" label=${`Add ${many(it.points.length, "point")}`} kind="go"/><${ActionButton} id="discard"/></div>`;
+  const it = proposedPoints.value, name = words(active.value).toLowerCase();
+  if (it) return html`<div class="line along" data-testid="proposal"><${ActionButton} id="propose" label=${`Add ${plural(it.points.length, "point")}`} kind="go"/><${ActionButton} id="discard"/></div>`;
   return canPropose.value && html`<div class="line along"><${ActionButton} id="propose" label=${`Find points along ${name}`}/></div>`;
 }
 

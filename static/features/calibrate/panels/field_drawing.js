@@ -1,6 +1,6 @@
 // The little field: the region as it stands in the corrected picture, its borders coloured, and clickable.
 import { BORDERS, doc, pointsOf } from "../../../core/document.js";
-import { many, words } from "../../../core/format.js";
+import { plural, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { active, editing, field, region, rotation } from "../../../core/state.js";
 import { colour } from "../../../canvas/drawing.js";
@@ -29,7 +29,7 @@ export function FieldDrawing() {
     ${BORDERS.map((border) => {
       const [[x1, y1], [x2, y2]] = sideOf(rect, border), isDown = x1 === x2, out = 11 * unit;
       const [tx, ty] = isDown ? [x1 + (border === "left" ? -out : out), (y1 + y2) / 2] : [(x1 + x2) / 2, y1 + (border === "top" ? -out : out)];
-      return html`<g key=${border} class=${`border${active.value === border ? " active" : ""}${standing(border)}`} style=${`--colour:${colour(border)}`} role="button" tabindex="0"
+      return html`<g key=${border} class=${`border${active.value === border ? " active" : ""}${stateClass(border)}`} style=${`--colour:${colour(border)}`} role="button" tabindex="0"
           aria-label=${`Click the ${border} border${done(border)}`} aria-pressed=${active.value === border} data-testid=${`field-${border}`}
           onClick=${() => activateFeature(border)} onKeyDown=${onEnter(border)}>
         <path class="hit" d=${`M${x1} ${y1}L${x2} ${y2}`}/><path class="line" d=${`M${x1} ${y1}L${x2} ${y2}`}/>
@@ -40,14 +40,14 @@ export function FieldDrawing() {
 
 /** A painted line or arc; one can click its points too. @param {{ name: string, d: string }} props */
 function Feature({ name, d }) {
-  return html`<g class=${`painted${active.value === name ? " active" : ""}${standing(name)}`} data-testid=${`field-${name}`} role="button" tabindex=${editing.value ? 0 : -1} aria-label=${`Click ${words(name)}${done(name)}`}
+  return html`<g class=${`painted${active.value === name ? " active" : ""}${stateClass(name)}`} data-testid=${`field-${name}`} role="button" tabindex=${editing.value ? 0 : -1} aria-label=${`Click ${words(name)}${done(name)}`}
       aria-pressed=${active.value === name} onClick=${() => editing.value && activateFeature(name)} onKeyDown=${onEnter(name)}>
     <path class="hit" d=${d}/><path class="line" d=${d}/><title>${words(name)}${done(name)}</title></g>`;
 }
 
 /** A single spot; it is drawn once it has been clicked or chosen, and can be found with the pointer. @param {{ name: string, at: Point, r: number }} props */
 function Spot({ name, at: [x, y], r }) {
-  return html`<g class=${`spot${active.value === name ? " active" : ""}${standing(name)}`} data-testid=${`field-${name}`} role="button" tabindex="-1" aria-label=${`Click ${words(name)}${done(name)}`}
+  return html`<g class=${`spot${active.value === name ? " active" : ""}${stateClass(name)}`} data-testid=${`field-${name}`} role="button" tabindex="-1" aria-label=${`Click ${words(name)}${done(name)}`}
       aria-pressed=${active.value === name} onClick=${() => editing.value && activateFeature(name)}>
     <circle class="hit" cx=${x} cy=${y} r=${1.6 * r}/><circle class="dot" cx=${x} cy=${y} r=${r}/><title>${words(name)}${done(name)}</title></g>`;
 }
@@ -56,7 +56,7 @@ function Spot({ name, at: [x, y], r }) {
 const isIn = (r, [x, y]) => x >= r.x - 1 && x <= r.x + r.width + 1 && y >= r.y - 1 && y <= r.y + r.height + 1;
 
 /** How far a feature is: nothing, clicked, or part of the fit. @param {string} name */
-function standing(name) {
+function stateClass(name) {
   if (!pointsOf(doc.value, name).length) return "";
   const row = refusal.value ? undefined : preview.value?.report.per_feature.find((f) => f.feature === name);
   return row ? (row.used ? " clicked used" : " clicked checks") : " clicked";
@@ -64,8 +64,8 @@ function standing(name) {
 
 /** The same in words. @param {string} name */
 function done(name) {
-  const count = pointsOf(doc.value, name).length, how = standing(name);
-  return count ? `, ${many(count, "point")}${how.endsWith("used") ? ", used by the fit" : how.endsWith("checks") ? ", checks the fit" : ""}${stale.value ? ", being fitted" : ""}` : "";
+  const count = pointsOf(doc.value, name).length, how = stateClass(name);
+  return count ? `, ${plural(count, "point")}${how.endsWith("used") ? ", used by the fit" : how.endsWith("checks") ? ", checks the fit" : ""}${stale.value ? ", being fitted" : ""}` : "";
 }
 
 /** @param {string} feature */

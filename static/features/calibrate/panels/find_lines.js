@@ -1,5 +1,5 @@
 // Finding the field's lines: the button, how far it is, and what it says.
-import { many } from "../../../core/format.js";
+import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { snapshot } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
@@ -13,6 +13,6 @@ export function FindLines() {
         <span>${now.message}</span><${ActionButton} id="stop-lines"/></div>`
       : html`<div class="line"><${ActionButton} id="find-lines"/></div>`}
     ${!now && notFound.value && html`<p class="reason" role="alert" data-testid="lines-refused">${notFound.value.detail} ${notFound.value.fix}</p>`}
-    ${!now && said && html`<p class="reason" role="status" data-testid="lines-found"><b>${said.points ? `${many(said.points, "point")} added.` : "Nothing was added."}</b> ${said.verdict.sentence} ${said.verdict.fix}</p>`}
+    ${!now && said && html`<p class="reason" role="status" data-testid="lines-found"><b>${said.points ? `${plural(said.points, "point")} added.` : "Nothing was added."}</b> ${said.verdict.sentence} ${said.verdict.fix}</p>`}
   </section>`;
 }

@@ -1,6 +1,6 @@
 // A lens that is known already, and how fast it is held.
 import { change, doc } from "../../../core/document.js";
-import { dayAndTime, many, number } from "../../../core/format.js";
+import { dayAndTime, plural, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras, snapshot } from "../../../core/state.js";
 import { calibrations, isSuited, lenses } from "../../board/lenses.js";
@@ -8,7 +8,7 @@ import { calibrations, isSuited, lenses } from "../../board/lenses.js";
 /** @typedef {import("./options.js").Props} Props */
 
 /** @param {Props} props */
-export function HeldLens({ option: { name }, value, about }) {
+export function KnownLens({ option: { name }, value, about }) {
   const boards = lenses.value.filter((l) => isSuited(l, doc.value.model)), made = calibrations.value.filter((c) => isSuited(c, doc.value.model));
   const others = lenses.value.length + calibrations.value.length - boards.length - made.length, sigma = `${name}_sigma`;
   const isKnown = value === null || [...boards, ...made].some((l) => l.id === value);
@@ -31,7 +31,7 @@ export function HeldLens({ option: { name }, value, about }) {
 
 /** @param {import("../../../core/types").Lens} l */
 const boardTitle = (l) => [l.note.replace(/\.$/, "") || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners"),
-  ...(l.views ? [many(l.views, "view"), `${number(l.rms_px, 2)} px`] : []), dayAndTime(l.created_at)].join(", ");
+  ...(l.views ? [plural(l.views, "view"), `${number(l.rms_px, 2)} px`] : []), dayAndTime(l.created_at)].join(", ");
 
 /** @param {import("../../../core/types").Calibration} c */
 const madeTitle = (c) => `Version ${c.version} of ${cameras.value.find((it) => it.id === c.camera)?.name ?? "a picture from a file"}, ${dayAndTime(c.created_at)}`;

@@ -1,7 +1,7 @@
 // Every model on the same clicks: what it misses in millimetres, how much it had to learn, and what that is worth in words.
 import { computed, signal } from "@preact/signals";
 import { doc } from "../../../core/document.js";
-import { many, mm, number } from "../../../core/format.js";
+import { plural, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { models } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
@@ -77,6 +77,6 @@ function Conclusion() {
   if (!now) return null;
   const best = models.value.find((m) => m.name === now.recommended), failed = now.failed.length;
   return html`${now.no_significant_distortion && html`<p class="plainly" data-testid="no-distortion"><b>No significant distortion.</b> A camera without any lens would do as well.</p>`}
-    <p class=${isFresh() ? "reason" : "reason stale"} data-testid="ranking">${best && html`<b>Recommended:</b> `}${now.reason.replace(NO_DISTORTION, "")}${failed > 0 && ` ${many(failed, "model")} cannot be fitted; why stands at the end.`}</p>
+    <p class=${isFresh() ? "reason" : "reason stale"} data-testid="ranking">${best && html`<b>Recommended:</b> `}${now.reason.replace(NO_DISTORTION, "")}${failed > 0 && ` ${plural(failed, "model")} cannot be fitted; why stands at the end.`}</p>
     ${best && best.name !== doc.value.model && html`<div class="line use"><${ActionButton} id="use-recommended" label=${`Use ${best.title}`}/></div>`}`;
 }

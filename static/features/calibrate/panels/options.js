@@ -3,7 +3,7 @@ import { change, doc } from "../../../core/document.js";
 import { html } from "../../../core/html.js";
 import { model } from "../../../core/state.js";
 import { Typed } from "../../../ui/typed.js";
-import { HeldLens } from "./known_lens.js";
+import { KnownLens } from "./known_lens.js";
 
 /** @typedef {import("../../../core/types").Option} Option */
 /** @typedef {{ option: Option, value: any, set: (value: unknown) => void, about: Record<string, string> }} Props set(null): as if nothing had been said */
@@ -101,5 +101,5 @@ function Names({ option: { name, choices }, value, set, about }) {
 /** @type {Record<string, (props: Props) => any>} */
 const CONTROLS = {
   bool: Tick, choice: Choice, "int-or-auto": IntOrAuto, int: NumberField, float: NumberField,
-  "value-and-sigma": ValueAndSigma, "terms-or-auto": Terms, names: Names, calibration: HeldLens,
+  "value-and-sigma": ValueAndSigma, "terms-or-auto": Terms, names: Names, calibration: KnownLens,
 };

@@ -1,7 +1,7 @@
 // How far each click lies from its line: along every line, or how often how far; to point at one is to see it in the picture.
-import { many, mm, number, words } from "../../../core/format.js";
+import { plural, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { comparing, editing, picked } from "../../../core/state.js";
+import { comparing, editing, selectedPoints } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Plot, ink } from "../../../ui/plot.js";
 import { colour } from "../../../canvas/drawing.js";
@@ -34,10 +34,10 @@ export function Residuals() {
 /** What is pointed at, else of all. @param {Bar[]} known */
 function said(known) {
   const here = known.filter((bar) => hovered.value.some((p) => isSame(p, bar)));
-  if (here.length > 1) return html`<b>${many(here.length, "point")}</b> here.`;
+  if (here.length > 1) return html`<b>${plural(here.length, "point")}</b> here.`;
   const far = known.reduce((a, b) => (Math.abs(valueOf(b) ?? 0) > Math.abs(valueOf(a) ?? 0) ? b : a), known[0]), strays = known.filter((bar) => bar.stray).length;
   if (here[0]) return oneOf(here[0]);
-  return far && html`${many(known.length, "point")}${strays ? `, ${many(strays, "stray")}` : ""}; the largest: ${oneOf(far)}`;
+  return far && html`${plural(known.length, "point")}${strays ? `, ${plural(strays, "stray")}` : ""}; the largest: ${oneOf(far)}`;
 }
 
 /** @param {Bar} bar */
@@ -67,7 +67,7 @@ function Along() {
     bars.forEach((bar, i) => {
       const v = ys[i];
       if (v === null || v === undefined) return;
-      const x = u.valToPos(data[i], "x", true), beyond = Math.abs(v) > most, y = u.valToPos(beyond ? Math.sign(v) * most : v, "y", true), isPicked = picked.peek().some((p) => isSame(p, bar)), isHovered = hovered.peek().some((p) => isSame(p, bar));
+      const x = u.valToPos(data[i], "x", true), beyond = Math.abs(v) > most, y = u.valToPos(beyond ? Math.sign(v) * most : v, "y", true), isPicked = selectedPoints.peek().some((p) => isSame(p, bar)), isHovered = hovered.peek().some((p) => isSame(p, bar));
       g.strokeStyle = g.fillStyle = colour(bar.feature);
       g.lineWidth = (isHovered || isPicked ? 2.4 : 1.4) * ratio;
       line(g, x, zero, x, y);
@@ -114,7 +114,7 @@ function Histogram({ bars }) {
   return html`<${Plot} of=${`${bins.length} ${width} ${plot.value.unit}`} name="histogram" height=${HEIGHT} label="How often a residual is how large. Arrow keys go from bar to bar."
     data=${[xs, bins.map((bin) => bin.length)]} at=${shown} options=${() => ({
       axes: [{ ...axis(), grid: { show: false }, space: 44 }, { ...axis(), size: 34, incrs: [1, 2, 5, 10, 20, 50, 100, 500, 1000] }],
-    })} draw=${draw} across=${[from - width / 2, from + (bins.length - 0.5) * width]} span=${[0, 1.15 * Math.max(2, ...bins.map((bin) => bin.length))]} say=${(/** @type {number} */ i) => (bins[i] ? `${many(bins[i].length, "point")} about ${signed(xs[i], 2)} ${plot.value.unit}` : "")}
+    })} draw=${draw} across=${[from - width / 2, from + (bins.length - 0.5) * width]} span=${[0, 1.15 * Math.max(2, ...bins.map((bin) => bin.length))]} say=${(/** @type {number} */ i) => (bins[i] ? `${plural(bins[i].length, "point")} about ${signed(xs[i], 2)} ${plot.value.unit}` : "")}
     point=${(/** @type {number} */ i) => pointAt((bins[i] ?? []).map(({ feature, index }) => ({ feature, index })))} take=${(/** @type {number} */ i) => { if (bins[i]?.length) { if (comparing.value) take(bins[i][0]); else select(bins[i].map(({ feature, index }) => ({ feature, index }))); } }}/>
     <p class="reason">The line is what a hand of σ ${number(sigma, 2)} ${plot.value.unit} alone would give: bars far outside it are a bend that the model has not, or a line clicked twice. Strays are not counted.</p>`;
 }

@@ -10,7 +10,7 @@ import { Distortion } from "./distortion.js";
 import { LEVEL } from "./levels.js";
 import { ModelTable } from "./model_table.js";
 import { Residuals } from "./residuals.js";
-import { Cures, Warnings } from "./warnings.js";
+import { Fixes, Warnings } from "./warnings.js";
 
 /** @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one */
 export function Verdict({ report }) {
@@ -22,7 +22,7 @@ export function Verdict({ report }) {
         <dl>${it.sigma_mm ? html`<div><dd>${mm(it.sigma_mm.rms)} mm</dd><dt>carpet</dt></div>${it.sigma_mm.hat && html`<div><dd>${mm(it.sigma_mm.hat.rms)} mm</dd><dt>hats, ${it.sigma_mm.hat.z_mm} mm</dt></div>`}`
           : html`<div><dd>${mm(it.rms_mm)} mm</dd><dt>borders</dt></div><div><dd>${mm(it.max_mm)} mm</dd><dt>worst click</dt></div>`}
           <div><dd data-testid="rms-px">${number(it.rms_px, 2)} px</dd><dt>residual</dt></div></dl>`
-      : why ? html`<div class="big dim">– <small>mm</small></div><p data-testid="missing"><b>${why.detail}</b> ${why.fix}</p><${Cures} trouble=${why}/>`
+      : why ? html`<div class="big dim">– <small>mm</small></div><p data-testid="missing"><b>${why.detail}</b> ${why.fix}</p><${Fixes} trouble=${why}/>`
         : html`<div class="big dim">– <small>mm</small></div><p>${snapshot.value ? "Click along the four borders; the verdict grows with every point." : "Open a picture first."}</p>`}
     </div>
     ${it && html`<${Warnings} warnings=${it.warnings} canFix=${!report || isSaved.value}/>`}

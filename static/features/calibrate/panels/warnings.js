@@ -1,19 +1,19 @@
 // Warnings and refusals: what is wrong, its cure, and buttons that do it.
-import { many } from "../../../core/format.js";
+import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { curesOf } from "../warning_fixes.js";
+import { fixesOf } from "../warning_fixes.js";
 
 const SHOWN = 2; // the others open on demand, so that the figures stay in sight
 
 /** Buttons for what can be done. @param {{ trouble: { reason?: string, feature?: string | null, index?: number | null } }} props */
-export function Cures({ trouble }) {
-  const cures = curesOf(trouble);
+export function Fixes({ trouble }) {
+  const cures = fixesOf(trouble);
   return cures.length > 0 && html`<div class="line">${cures.map(({ label, test, run }) => html`<button key=${test} type="button" data-testid=${test} onClick=${run}>${label}</button>`)}</div>`;
 }
 
 /** canFix: whether the clicks that it speaks of are those on the stage. @param {{ warnings: import("../../../core/types").Warning[], canFix: boolean }} props */
 export function Warnings({ warnings, canFix }) {
-  const item = (/** @type {import("../../../core/types").Warning} */ w) => html`<li key=${w.reason + w.feature + w.index + w.text} data-reason=${w.reason}><b>${w.text}</b> ${w.fix}${canFix && html`<${Cures} trouble=${w}/>`}</li>`;
+  const item = (/** @type {import("../../../core/types").Warning} */ w) => html`<li key=${w.reason + w.feature + w.index + w.text} data-reason=${w.reason}><b>${w.text}</b> ${w.fix}${canFix && html`<${Fixes} trouble=${w}/>`}</li>`;
   return html`<ul class="warnings" data-testid="warnings">${warnings.slice(0, SHOWN).map(item)}</ul>
-    ${warnings.length > SHOWN && html`<details class="more"><summary>Show ${many(warnings.length - SHOWN, "more warning")}</summary><ul class="warnings">${warnings.slice(SHOWN).map(item)}</ul></details>`}`;
+    ${warnings.length > SHOWN && html`<details class="more"><summary>Show ${plural(warnings.length - SHOWN, "more warning")}</summary><ul class="warnings">${warnings.slice(SHOWN).map(item)}</ul></details>`}`;
 }

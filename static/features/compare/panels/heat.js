@@ -6,20 +6,20 @@ import { models } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
-import { compareThere, worstCure } from "../../calibrate/warning_fixes.js";
-import { differenceFrom, hatMm, heat, isHot, notShown, others, shown } from "../heat.js";
+import { goToModelComparison, worstPlaceFix } from "../../calibrate/warning_fixes.js";
+import { differenceFrom, hatMm, heat, isMapWanted, mapRefusal, comparableVersions, shownMap } from "../heat.js";
 import { arrows } from "../residual_arrows.js";
 import { version, versions } from "../../versions/versions.js";
 
 /** On the stage, while a map is wanted. */
 export function HeatLegend() {
-  if (!isHot.value) return null;
-  const { what } = heat.value, map = shown.value, why = notShown.value;
+  if (!isMapWanted.value) return null;
+  const { what } = heat.value, map = shownMap.value, why = mapRefusal.value;
   return html`<section class="legend" data-off-stage data-testid="legend" aria-label="Scale of the map">
     <h2>${what === "expected" ? "Expected error" : `Version ${version.value?.version} from version ${numberOf(heat.value.other)}`}</h2>
     ${map && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${map.top} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
       <div>${[0, 0.5, 1].map((share) => html`<span key=${share}>${tick(share * map.top)}${share === 1 ? " mm" : ""}</span>`)}</div></div>`}
-    ${why ? html`<p data-testid="no-map"><b>${why.detail}</b> ${why.fix} <button type="button" data-testid="no-map-cure" onClick=${compareThere}>Compare the models</button></p>` : !map && html`<p class="dim">The server computes it…</p>`}
+    ${why ? html`<p data-testid="no-map"><b>${why.detail}</b> ${why.fix} <button type="button" data-testid="no-map-cure" onClick=${goToModelComparison}>Compare the models</button></p>` : !map && html`<p class="dim">The server computes it…</p>`}
     ${what === "expected" && html`<div class="switch" role="group" aria-label="Where"><${Height} atHats=${false} label="Carpet"/><${Height} atHats=${true} label=${`Hats, ${hatMm.value} mm`}/></div>`}
   </section>`;
 }
@@ -33,7 +33,7 @@ const tick = (value) => String(Number(value.toPrecision(2)));
 
 /** In the compare step: what can be laid over the picture, with its figures. */
 export function HeatPanel() {
-  const { what } = heat.value, map = shown.value, before = others.value;
+  const { what } = heat.value, map = shownMap.value, before = comparableVersions.value;
   return html`<section aria-label="Over the field"><${Title} of="map">Over the field<//>
     <div class="line"><${ActionButton} id="heat" label=${what === "expected" ? "Hide expected error" : "Show expected error"}/>
       <${ActionButton} id="arrows" label=${arrows.value.on ? "Hide residual arrows" : "Show residual arrows"}/></div>
@@ -48,7 +48,7 @@ export function HeatPanel() {
 
 /** The worst place: to it, and what to do there. */
 function Worst() {
-  const { text, cures } = worstCure();
+  const { text, cures } = worstPlaceFix();
   return html`<div class="worst-cure" data-testid="worst-cure">${text && html`<p class="reason">${text}</p>`}<div class="line"><${ActionButton} id="worst-place"/>
     ${cures.map((cure) => html`<button key=${cure.test} type="button" data-testid=${cure.test} onClick=${cure.run}>${cure.label}</button>`)}</div></div>`;
 }

@@ -1,17 +1,17 @@
 // The words beside the residual arrows: how much longer they are drawn, a ruler, and the longest of them.
 import { run } from "../../../core/actions.js";
-import { many, mm, number, words } from "../../../core/format.js";
+import { plural, mm, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { comparing } from "../../../core/state.js";
 import { view } from "../../../canvas/viewport.js";
-import { laid, seen } from "../comparison.js";
-import { FACTORS, arrows, drawn, factor, longest, longestOf, magnify } from "../residual_arrows.js";
+import { correctedPlacement, visiblePicture } from "../comparison.js";
+import { FACTORS, arrows, shownArrows, factor, longest, longestOf, magnify } from "../residual_arrows.js";
 
 const RULER_PX = 100; // on the stage, at most
 
 /** On the stage, while arrows are shown. */
 export function ArrowLegend() {
-  const all = drawn.value?.image.arrows;
+  const all = shownArrows.value?.image.arrows;
   if (!all) return null;
   const times = factor.value, cut = all.filter((a) => (a.px ?? 0) * times > longest.value).length, unseen = all.filter((a) => a.px === null).length;
   const far = longestOf(all, false), stray = longestOf(all, true), strays = all.filter((a) => a.outlier).length;
@@ -21,15 +21,15 @@ export function ArrowLegend() {
       value=${FACTORS.indexOf(times)} aria-valuetext=${`${times} times`} onInput=${(/** @type {any} */ e) => magnify(FACTORS[Number(e.target.value)])}/></label>
     <div class="switch"><button type="button" data-testid="magnify-auto" aria-pressed=${arrows.value.factor === null} onClick=${() => run("arrows-auto")}>Auto</button></div>
     <p data-testid="arrow-figures">${far && html`Longest <b>${number(far.px, 2)} px</b>, <b>${mm(far.mm)} mm</b>, ${nameOf(far)}. `}
-      ${stray && html`<b class="level fair">${many(strays, "stray")}</b>, ${strays > 1 ? "up to " : ""}${number(stray.px, 1)} px. `}
-      ${cut > 0 && html`${cut} cut short. `}${unseen > 0 && html`${many(unseen, "point")} out of the model's reach.`}</p>
+      ${stray && html`<b class="level fair">${plural(strays, "stray")}</b>, ${strays > 1 ? "up to " : ""}${number(stray.px, 1)} px. `}
+      ${cut > 0 && html`${cut} cut short. `}${unseen > 0 && html`${plural(unseen, "point")} out of the model's reach.`}</p>
   </section>`;
 }
 
 /** A length on the stage with what it means at the clicks. */
 function Ruler() {
-  const onCorrected = comparing.value && seen.value === "corrected", of = drawn.value?.[onCorrected ? "corrected" : "image"];
-  const unit = factor.value * view.value.k * (onCorrected ? laid.value?.scale ?? 1 : 1), px = roundDown(RULER_PX / unit), each = of?.mm_per_px;
+  const onCorrected = comparing.value && visiblePicture.value === "corrected", of = shownArrows.value?.[onCorrected ? "corrected" : "image"];
+  const unit = factor.value * view.value.k * (onCorrected ? correctedPlacement.value?.scale ?? 1 : 1), px = roundDown(RULER_PX / unit), each = of?.mm_per_px;
   const label = `${plain(px)} ${onCorrected ? "corrected px" : "px"}${each ? ` ≈ ${plain(px * each, 1)} mm` : ""}`;
   return html`<div class="ruler" role="img" aria-label=${`Ruler: ${label}`} data-testid="ruler" data-px=${px}><i style=${`width:${px * unit}px`}></i><span>${label}</span></div>`;
 }

@@ -2,8 +2,8 @@
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { path } from "../../../canvas/drawing.js";
-import { told } from "../detection.js";
-import { correctedOf, pixelsPerMm, places } from "../field_positions.js";
+import { detectionState } from "../detection.js";
+import { correctedOf, pixelsPerMm, fieldPositions } from "../field_positions.js";
 
 /** @typedef {import("../types").Item} Item @typedef {import("../../../core/types").Point} Point */
 
@@ -12,8 +12,8 @@ const ROBOT_MM = 90, SMALL_ROBOT_MM = 40, SMALL_HAT_MM = 100; // half across; ro
 const BY_DOT = 3.6, BY_PATCHES = 1.5; // a robot's ring beside its team's dot, or its patches, where no calibration tells sizes
 
 /** corrected: in pixels of the corrected picture. @param {{ items: Item[], corrected: boolean, size: number, labels: boolean }} props size: of letters, picture px */
-export function SeenMarks({ items, corrected, size, labels }) {
-  const map = places.value;
+export function DetectionMarks({ items, corrected, size, labels }) {
+  const map = fieldPositions.value;
   if (corrected && !map) return null;
   /** @param {Point} p @returns {Point | null} */
   const to = (p) => (corrected && map ? correctedOf(map, p) : p);
@@ -35,7 +35,7 @@ export const nameOf = (item) => `${(item.team ?? "").charAt(0).toUpperCase()}${i
 function shapeOf(item, map) {
   const [x, y] = item.pixel, way = map && item.kind === "robot" ? pixelsPerMm(map, item.pixel) : null;
   const r_mm = (map?.hat_mm ?? 0) < SMALL_HAT_MM ? SMALL_ROBOT_MM : ROBOT_MM;
-  const isDot = item.kind === "robot" && told.value?.plan.stages.some((s) => s.stage === "butterfly");
+  const isDot = item.kind === "robot" && detectionState.value?.plan.stages.some((s) => s.stage === "butterfly");
   const r_px = Math.max(4, Math.sqrt(item.area_px / Math.PI) * (isDot ? BY_DOT : BY_PATCHES));
   const turns = Array.from({ length: CORNERS }, (_, i) => (2 * Math.PI * i) / CORNERS);
   /** @param {number} angle @returns {Point} */

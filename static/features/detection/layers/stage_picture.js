@@ -1,14 +1,14 @@
 // What a stage of seeing made of the picture: live, or of the frame that is held.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { html } from "../../../core/html.js";
-import { asked, pictureOf, stagePicture, still } from "../held_frame.js";
+import { detectionRequest, framePicture, stagePicture, heldFrame } from "../held_frame.js";
 import { streamAddress } from "../../live/camera_status.js";
 import { useLiveStream } from "../../live/layers/live_stream.js";
 
 /** @typedef {{ camera: string, stage: string, width: number, fps?: number, drawn?: (seq: number) => void }} Props fps: at most; 0 all. drawn: told which frame is shown */
 
 /** @param {Props} props */
-export const StagePicture = (props) => (asked.value ? html`<${HeldStage} ...${props}/>` : html`<${LiveStage} ...${props}/>`);
+export const StagePicture = (props) => (detectionRequest.value ? html`<${HeldStage} ...${props}/>` : html`<${LiveStage} ...${props}/>`);
 
 /** @param {Props} props */
 function LiveStage({ camera, stage, width, fps = 0, drawn }) {
@@ -20,7 +20,7 @@ function LiveStage({ camera, stage, width, fps = 0, drawn }) {
 
 /** @param {Props} props */
 function HeldStage({ stage }) {
-  const [source, setSource] = useState(""), body = asked.value, wish = JSON.stringify(body);
+  const [source, setSource] = useState(""), body = detectionRequest.value, wish = JSON.stringify(body);
   useEffect(() => {
     if (!body) return undefined;
     const stop = new AbortController();
@@ -28,5 +28,5 @@ function HeldStage({ stage }) {
     return () => stop.abort();
   }, [wish, stage]);
   useEffect(() => () => { if (source) URL.revokeObjectURL(source); }, [source]);
-  return source ? html`<img class="held" alt=${`The picture of the stage ${stage}`} data-testid=${`stage-held-${stage}`} src=${source}/>` : still.value && html`<img class="held waiting" alt="" src=${pictureOf(still.value)}/>`;
+  return source ? html`<img class="held" alt=${`The picture of the stage ${stage}`} data-testid=${`stage-held-${stage}`} src=${source}/>` : heldFrame.value && html`<img class="held waiting" alt="" src=${framePicture(heldFrame.value)}/>`;
 }

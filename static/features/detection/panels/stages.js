@@ -1,11 +1,11 @@
 // Every stage of the plan: its picture, how long it takes, what can be set; and the plans to begin with.
-import { many, number } from "../../../core/format.js";
+import { plural, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { Title } from "../../../ui/title.js";
 import { OptionRow } from "../../calibrate/panels/options.js";
-import { kinds, plans, shown, told, tune } from "../detection.js";
+import { kinds, plans, detectionCamera, detectionState, tune } from "../detection.js";
 import { toggleView, view } from "../display.js";
-import { seen } from "../held_frame.js";
+import { detections } from "../held_frame.js";
 import { StagePicture } from "../layers/stage_picture.js";
 
 /** @typedef {import("../types").PlanStage} PlanStage */
@@ -14,16 +14,16 @@ const SMALL_PX = 320, SLOW_FPS = 3;
 const OWN = "of this camera's own";
 
 export function StageStrip() {
-  const it = told.value, camera = shown.value;
+  const it = detectionState.value, camera = detectionCamera.value;
   if (!it || !camera) return null;
-  const took = Object.fromEntries((seen.value?.stages ?? []).map((s) => [s.name, s.ms])), total = seen.value?.ms ?? 0;
+  const took = Object.fromEntries((detections.value?.stages ?? []).map((s) => [s.name, s.ms])), total = detections.value?.ms ?? 0;
   const same = plans.value.find((p) => JSON.stringify(p.stages) === JSON.stringify(it.plan.stages))?.name ?? "";
   return html`<section aria-label="Stages" data-testid="stages"><${Title} of="stages">Stages<//>
     <div class="line wrap"><label class="line plan">Plan <select data-testid="plan" value=${same} onChange=${(/** @type {any} */ e) => { const plan = plans.value.find((p) => p.name === e.target.value); if (plan) void tune({ plan }); }}>
         ${!same && html`<option value="">${it.plan.title}, ${OWN}</option>`}${plans.value.map((p) => html`<option key=${p.name} value=${p.name}>${p.title}</option>`)}</select></label>
       <label class="line" title=${camera.active_calibration ? "It costs a few ms a frame" : "Activate a calibration for this camera first."}><input type="checkbox" data-testid="plan-corrected" checked=${it.plan.corrected === true} disabled=${!camera.active_calibration && !it.plan.corrected}
         onChange=${(/** @type {any} */ e) => void tune({ plan: { ...it.plan, corrected: e.target.checked } })}/> correct the picture first</label>
-      <small data-testid="stages-ms">${many(it.plan.stages.length, "stage")}, ${number(total, 1)} ms a frame${seen.value?.fps ? `, ${number(seen.value.fps, 1)} frames a second` : ""}</small></div>
+      <small data-testid="stages-ms">${plural(it.plan.stages.length, "stage")}, ${number(total, 1)} ms a frame${detections.value?.fps ? `, ${number(detections.value.fps, 1)} frames a second` : ""}</small></div>
     <ol class="stages">${it.plan.stages.map((stage, i) => html`<${Stage} key=${stage.stage} camera=${camera.id} stage=${stage} number=${i + 1} ms=${took[stage.stage]} share=${total ? (took[stage.stage] ?? 0) / total : 0}/>`)}</ol></section>`;
 }
 
@@ -39,7 +39,7 @@ function Stage({ camera, stage, number: place, ms, share }) {
 
 /** @param {string} name @param {import("../../../core/types").Option} option @param {unknown} value null: as it is at first */
 function setOption(name, option, value) {
-  const plan = told.value?.plan;
+  const plan = detectionState.value?.plan;
   if (!plan) return;
   const at = plan.stages.findIndex((s) => s.stage === name);
   void tune({ plan: { ...plan, stages: plan.stages.with(at, { ...plan.stages[at], [option.name]: value ?? option.default }) } });

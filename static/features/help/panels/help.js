@@ -3,13 +3,13 @@ import { marked } from "marked";
 import { useEffect, useRef } from "preact/hooks";
 import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
-import { printed } from "../../../core/keys.js";
-import { CONTENTS, isUnread, openPage, page, slug } from "../../../core/manual.js";
+import { keyLabel } from "../../../core/keys.js";
+import { CONTENTS, isUnread, openManual, manualPage, slug } from "../../../core/manual.js";
 import { help } from "../../../core/state.js";
 import { TourButton } from "./tour.js";
 
 export function Help() {
-  useEffect(() => { if (help.value === "manual" && isUnread()) void openPage(CONTENTS); }, [help.value]);
+  useEffect(() => { if (help.value === "manual" && isUnread()) void openManual(CONTENTS); }, [help.value]);
   return html`<section class="help" aria-label="Help" data-testid="help-panel">
     <div class="line help-head"><div class="tabs" role="tablist" aria-label="Help"><${Tab} id="manual" label="Manual"/><${Tab} id="keys" label="Keys"/></div>
       <button type="button" class="close" data-testid="close-help" onClick=${() => run("escape")}>Close</button></div>
@@ -21,7 +21,7 @@ const Tab = ({ id, label }) => html`<button type="button" role="tab" aria-select
 
 function Manual() {
   const article = useRef(/** @type {HTMLElement | null} */ (null));
-  const { name, text, heading, asked } = page.value;
+  const { name, text, heading, asked } = manualPage.value;
   useEffect(() => {
     const all = [...article.current?.querySelectorAll("h1, h2, h3, h4") ?? []];
     for (const it of all) it.id = `manual-${slug(it.textContent ?? "")}`;
@@ -37,10 +37,10 @@ function Manual() {
     const link = /** @type {Element} */ (e.target).closest("a")?.getAttribute("href") ?? "";
     if (!/^[\w-]+\.md(#[\w-]+)?$/.test(link)) return;
     e.preventDefault();
-    void openPage(link);
+    void openManual(link);
   };
   return html`<div class="manual" data-testid="manual" data-page=${name}>
-    ${name !== CONTENTS ? html`<button type="button" onClick=${() => void openPage(CONTENTS)}>← Show all pages</button>` : html`<${TourButton}/>`}
+    ${name !== CONTENTS ? html`<button type="button" onClick=${() => void openManual(CONTENTS)}>← Show all pages</button>` : html`<${TourButton}/>`}
     <article ref=${article} onClick=${follow} dangerouslySetInnerHTML=${{ __html: marked.parse(text, { async: false }) }}/></div>`;
 }
 
@@ -48,7 +48,7 @@ function Keys() {
   const listed = [...ACTIONS.values()].filter((a) => a.keys?.length && a.group);
   return html`<div class="keys" data-testid="keys">${[...new Set(listed.map((a) => a.group))].map((group) => html`<h3 key=${group}>${group}</h3>
     <dl>${listed.filter((a) => a.group === group).map((a) => html`<div key=${a.id}><dt>${a.label}</dt>
-      <dd>${(a.keys ?? []).slice(0, a.id === "nudge" ? 4 : 2).map((key) => html`<kbd key=${key}>${printed(key)}</kbd> `)}</dd></div>`)}</dl>`)}
+      <dd>${(a.keys ?? []).slice(0, a.id === "nudge" ? 4 : 2).map((key) => html`<kbd key=${key}>${keyLabel(key)}</kbd> `)}</dd></div>`)}</dl>`)}
     <h3>Mouse and fingers</h3><dl>${[["Add a point", "click, tap"], ["Move a point", "drag; the loupe shows raw pixels"], ["Place a point freely", "hold Alt, or switch Snap off"], ["Choose a line", "click it where the fit draws it"], ["Select several", "Shift drag, Ctrl click"],
       ["Zoom", "wheel, two fingers"], ["Pan", "Space drag, middle button, two fingers"]].map(([what, how]) => html`<div key=${what}><dt>${what}</dt><dd>${how}</dd></div>`)}</dl></div>`;
 }

@@ -2,7 +2,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
-import { openPage } from "../../../core/manual.js";
+import { openManual } from "../../../core/manual.js";
 import { help } from "../../../core/state.js";
 import { STOPS, go, leaveTour, stop, takeTour, tour } from "../tour.js";
 import { steps } from "../../shell/steps.js";
@@ -26,7 +26,7 @@ export function Tour() {
     ${place && !place.open ? html`<p class="waits" data-testid="tour-waits">Not open yet: ${place.sentence}</p>` : !it.done() && place && html`<p class="waits" data-testid="tour-waits">${place.sentence}</p>`}
     <div class="line"><button type="button" data-testid="tour-back" disabled=${at === 0} onClick=${() => go(-1)}>Back</button>
       <button type="button" class="ahead" data-testid="tour-ahead" onClick=${() => go(1)}>${last ? "Finish" : "Go on"}</button>
-      <button type="button" data-testid="tour-more" onClick=${() => void openPage(it.more)}>More…</button>
+      <button type="button" data-testid="tour-more" onClick=${() => void openManual(it.more)}>More…</button>
       <button type="button" class="later" data-testid="tour-leave" onClick=${leaveTour}>Leave</button></div></section>
     <${Ring}/>`;
 }

@@ -1,10 +1,10 @@
 // Long work: what is at work, how far it is, the way to stop it, and what came of it.
 import { call } from "../../../core/api.js";
-import { dayAndTime, many, number } from "../../../core/format.js";
+import { dayAndTime, plural, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { tellError } from "../../../core/state.js";
+import { notifyError } from "../../../core/state.js";
 import { openBoard, showLens } from "../../board/board.js";
-import { KINDS, cancelJob, hearing, isOver, jobs, running } from "../job_list.js";
+import { KINDS, cancelJob, isConnected, isOver, jobs, running } from "../job_list.js";
 import { openPage } from "../../shell/open_page.js";
 
 /** @typedef {import("../../../core/page_types").JobInList} JobInList */
@@ -16,7 +16,7 @@ export function JobsPage() {
   const all = jobs.value, ended = all?.filter(isOver) ?? [];
   return html`<div class="start desk" data-testid="jobs-page"><h1>Long work</h1>
     <p class="dim">What takes longer than a moment is done by the server in the background. It goes on when this page is closed, and over a restart of the server.</p>
-    ${all && !hearing.value && html`<p class="warning-line" role="status">The server does not answer: this is what was known last. What is at work goes on by itself when the server is back.</p>`}
+    ${all && !isConnected.value && html`<p class="warning-line" role="status">The server does not answer: this is what was known last. What is at work goes on by itself when the server is back.</p>`}
     ${all === null ? html`<p class="dim">Asking the server…</p>` : html`
       <section aria-label="At work"><h2>At work or waiting</h2>${running.value.length ? html`<ul class="jobs" data-testid="running-jobs">${running.value.map((job) => html`<${Row} key=${job.id} job=${job}/>`)}</ul>`
         : html`<p class="dim">Nothing. Comparing models, finding a lens and judging edges show here while they last.</p>`}</section>
@@ -59,14 +59,14 @@ async function showVersion(id) {
     if (snapshot) location.hash = `#/${snapshot}/compare`;
     else openPage("versions", camera ?? "");
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
 /** @param {string} id */
 async function toLens(id) {
   await openBoard();
-  await showLens(id).catch(tellError);
+  await showLens(id).catch(notifyError);
 }
 
 /** In the header while something runs. */
@@ -75,7 +75,7 @@ export function JobsIndicator() {
   if (!now.length) return null;
   const share = now.reduce((sum, job) => sum + job.progress, 0) / now.length;
   return html`<a class="pill at-work" href="#/jobs" data-testid="at-work" title=${now.map((job) => `${KINDS[job.kind] ?? job.kind}: ${number(100 * job.progress, 0)} %`).join("\n")}
-    aria-label=${`${many(now.length, "job")} at work`}><progress max="1" value=${share} aria-hidden="true"></progress>${now.length}</a>`;
+    aria-label=${`${plural(now.length, "job")} at work`}><progress max="1" value=${share} aria-hidden="true"></progress>${now.length}</a>`;
 }
 
 /** On the right: how it is kept. */

@@ -4,7 +4,7 @@ import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { OnCorrected, OnRaw, Wipe, correctedClip, correctedPlace, rawClip } from "../../../canvas/layers/compare.js";
 import { listen } from "../../../canvas/tools/pointer.js";
-import { asked, laid, mode, paneUnder, record, seen, underPointer } from "../../compare/comparison.js";
+import { pointedAt, correctedPlacement, mode, paneUnder, comparedVersion, visiblePicture, fieldUnderPointer } from "../../compare/comparison.js";
 import { STATES, statuses, streamAddress } from "../camera_status.js";
 import { liveMargin, livePointer, liveView } from "../live_compare.js";
 import { useLiveStream } from "./live_stream.js";
@@ -15,7 +15,7 @@ const NOTHING = { down: () => {}, move: () => {}, up: () => {}, cancel: () => {}
 /** @param {{ id: string, name: string, children: any }} props children: the words beside what is drawn */
 export function LiveCompare({ id, name, children }) {
   const stage = useRef(/** @type {HTMLElement | null} */ (null)), raw = useRef(/** @type {HTMLElement | null} */ (null)), corrected = useRef(/** @type {HTMLElement | null} */ (null));
-  const it = record.value, { k, tx, ty } = liveView.view.value, [width, height] = it?.image_size ?? [4, 3];
+  const it = comparedVersion.value, { k, tx, ty } = liveView.view.value, [width, height] = it?.image_size ?? [4, 3];
   const isNear = k * devicePixelRatio * width > (ENLARGED * WIDTH) / 2;
   const { head, problem } = useLiveStream([raw, corrected], streamAddress(id, "side", isNear ? WIDE : WIDTH));
   const around = head?.halves?.margin_px ?? 0, isSide = mode.value === "side";
@@ -40,7 +40,7 @@ export function LiveCompare({ id, name, children }) {
   const status = statuses.value[id], state = status?.state ?? "connecting", at = correctedPlace.value;
   const size = it?.corrected_size.map((side) => side + 2 * liveMargin.value) ?? [4, 3], wrong = problem ?? (status?.problem && { detail: status.problem.what, fix: status.problem.fix });
   const isLive = state === "live" || state === "mismatch";
-  return html`<div class="live-compare"><div class=${`live compared${isLive ? "" : " not-live"}`} ref=${stage} tabindex="0" data-testid=${`live-${id}`} data-state=${state} data-seq=${head?.seq ?? 0} data-compared=${it && laid.value ? seen.value : ""}
+  return html`<div class="live-compare"><div class=${`live compared${isLive ? "" : " not-live"}`} ref=${stage} tabindex="0" data-testid=${`live-${id}`} data-state=${state} data-seq=${head?.seq ?? 0} data-compared=${it && correctedPlacement.value ? visiblePicture.value : ""}
       role="group" aria-label=${`${name}, ${STATES[state].toLowerCase()}, raw and corrected. Arrow keys pan, plus and minus zoom.`} style=${`aspect-ratio:${(isSide ? 2 : 1) * width}/${height}`}
       onPointerMoveCapture=${inPane} onPointerDownCapture=${inPane}>
     <div class="half" style=${rawClip.value}><div class="sheet" ref=${raw} data-testid="live-raw" style=${`width:${width}px;height:${height}px;transform:translate(${tx}px,${ty}px) scale(${k})`}></div><${OnRaw}/></div>
@@ -54,7 +54,7 @@ export function LiveCompare({ id, name, children }) {
 
 /** What is under the pointer. */
 function LiveReadOut() {
-  const on = asked.value, spot = underPointer.value;
+  const on = pointedAt.value, spot = fieldUnderPointer.value;
   return html`<p class="reason" data-testid="live-read-out">${on ? html`${on.from === "corrected" ? "Corrected pixel" : "Pixel"} <b>${number(on.point[0])}, ${number(on.point[1])}</b>, field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b>`
     : "Zoom with the wheel or two fingers, drag to pan; both pictures go together."}</p>`;
 }

@@ -6,15 +6,15 @@ import { fields } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
-import { watching } from "../../calibrate/pictures.js";
+import { backgroundProgress } from "../../calibrate/pictures.js";
 import { CheckReport, CheckWorking, CheckedPicture } from "../../check/panels/check.js";
 import { BlinkLegend, GridLegend } from "../../compare/panels/legends.js";
 import { DriftPanel } from "../../drift/panels/drift.js";
 import {
-  closeForm, confirmCamera, controls, fill, findPlugged, form, kinds, look, openForm, plugged, refusal, removeCamera,
-  setControl, shown, status, tried, trying,
+  closeForm, confirmCamera, controls, setFormValue, discoverCameras, form, sourceKinds, cameraView, openForm, discoveredCameras, refusal, removeCamera,
+  setControl, openedCamera, status, testedSource, sourceTest,
 } from "../camera_page.js";
-import { STATES, follow } from "../camera_status.js";
+import { STATES, followCameras } from "../camera_status.js";
 import { LiveCompare } from "../layers/live_compare.js";
 import { LiveView } from "../layers/live_view.js";
 import { liveRecord } from "../live_compare.js";
@@ -25,21 +25,21 @@ const WIDTH = 960;
 /** @type {[import("../../../core/types").CompareMode, string][]} */
 const VIEWS = [["raw", "Raw"], ["wipe", "Wipe"], ["corrected", "Corrected"], ["side", "Side by side"], ["blink", "Blink"]];
 
-export function LiveDesk() {
-  const it = shown.value, { view, lines } = look.value;
-  useEffect(() => (it ? follow([it.id]) : undefined), [it?.id]);
+export function CameraPage() {
+  const it = openedCamera.value, { view, lines } = cameraView.value;
+  useEffect(() => (it ? followCameras([it.id]) : undefined), [it?.id]);
   if (form.value) return html`<${CameraForm}/>`;
   if (!it) return html`<div class="start desk"><h1>No such camera</h1><p class="dim">It was removed, or the address is wrong.</p><p><a href="#/">Back to the cameras</a></p></div>`;
   const can = status.value?.calibration_applied ?? false;
   return html`<div class="start desk" data-testid="live-desk">
     <h1>${it.name}</h1>
     <div class="line wrap"><div class="switch" role="group" aria-label="Show">${VIEWS.map(([id, label]) => html`<button key=${id} type="button" data-testid=${`look-${id}`} aria-pressed=${String(view === id)}
-        disabled=${id !== "raw" && !can} title=${id !== "raw" && !can ? "Activate a calibration for this camera first." : label} onClick=${() => { look.value = { ...look.value, view: id }; }}>${label}</button>`)}</div>
-      <button type="button" data-testid="look-lines" aria-pressed=${String(lines)} disabled=${!can} onClick=${() => { look.value = { ...look.value, lines: !lines }; }}>Field lines</button>
+        disabled=${id !== "raw" && !can} title=${id !== "raw" && !can ? "Activate a calibration for this camera first." : label} onClick=${() => { cameraView.value = { ...cameraView.value, view: id }; }}>${label}</button>`)}</div>
+      <button type="button" data-testid="look-lines" aria-pressed=${String(lines)} disabled=${!can} onClick=${() => { cameraView.value = { ...cameraView.value, lines: !lines }; }}>Field lines</button>
       ${liveRecord.value && html`<${ActionButton} id="grid"/><${ActionButton} id="zoom-out"/><${ActionButton} id="zoom-in"/><${ActionButton} id="zoom-fit"/>`}</div>
     ${can && view !== "raw" && view !== "corrected" ? html`<${LiveCompare} key=${`both-${it.id}`} id=${it.id} name=${it.name}><${BlinkLegend}/><${GridLegend}/><//>`
       : html`<${LiveView} key=${it.id} id=${it.id} name=${it.name} view=${can ? /** @type {"raw" | "corrected"} */ (view) : "raw"} width=${WIDTH} lines=${lines}/>`}
-    ${watching.value && html`<div class="working" data-testid="watching"><div class="line"><progress max="1" value=${watching.value.share} aria-label="Watching"></progress><${ActionButton} id="stop-watching"/></div>
+    ${backgroundProgress.value && html`<div class="working" data-testid="watching"><div class="line"><progress max="1" value=${backgroundProgress.value.share} aria-label="Watching"></progress><${ActionButton} id="stop-watching"/></div>
       <p class="reason">Watching for eight seconds, so that whoever walks by leaves the picture.</p></div>`}
     <div class="line wrap"><${ActionButton} id="take-live"/><${ActionButton} id="take-still"/><${ActionButton} id="check-calibration"/><${ActionButton} id="watch-board"/><${ActionButton} id="watch-rolls"/><${ActionButton} id="seeing"/>
       ${it.editable && html`<button type="button" data-testid="edit-camera" onClick=${() => void openForm(it)}>Change…</button>
@@ -49,7 +49,7 @@ export function LiveDesk() {
 }
 
 /** The left side: how the camera is. */
-export function LiveForm() {
+export function CameraPanel() {
   const it = status.value;
   if (form.value) return html`<${SourceHelp}/>`;
   if (!it) return null;
@@ -62,7 +62,7 @@ export function LiveForm() {
       ${Object.entries(it.identity ?? {}).filter(([, value]) => value).map(([name, value]) => html`<div key=${name}><dt>${name}</dt><dd class="breaks">${value}</dd></div>`)}</dl>
     ${it.problem && html`<div class="warning-line" role="status" data-testid="camera-problem"><b>${it.problem.what}</b> ${it.problem.fix}
       ${it.problem.reason === "other-camera" && html`<div class="line"><button type="button" data-testid="confirm" onClick=${() => void confirmCamera()}>It is the same camera</button></div>`}</div>`}</section>
-    ${shown.value && html`<${DriftPanel} id=${shown.value.id}/>`}
+    ${openedCamera.value && html`<${DriftPanel} id=${openedCamera.value.id}/>`}
     <${Look}/>`;
 }
 
@@ -79,7 +79,7 @@ function Look() {
 }
 
 /** The right side: what can be set on the camera. */
-export function LiveReport() {
+export function CameraReport() {
   const at = controls.value;
   if (form.value) return html`<${Tried}/>`;
   if (!at?.items.length) return html`<${CheckReport}/><section><${Title} of="controls">Settings<//><p class="reason">This source has nothing that can be set while it runs.</p></section>`;
@@ -106,14 +106,14 @@ function CameraForm() {
   return html`<form class="start desk" data-testid="camera-form" onSubmit=${(/** @type {Event} */ e) => e.preventDefault()}>
     <h1>${etag ? `Change ${values.name}` : "Add a camera"}</h1>
     <p class="dim">Say where its pictures come from and try it. Nothing is kept before you do.</p>
-    <label class="pair tall"><span>Where its pictures come from</span><input type="text" data-testid="camera-source" spellcheck="false" autocomplete="off" placeholder="rtsp://10.0.0.5/live" value=${values.source} onInput=${(/** @type {any} */ e) => fill({ source: text(e).trim() })}/></label>
-    <label class="pair tall"><span>Short name, for addresses: letters, digits, - and _</span><input type="text" data-testid="camera-id" pattern="[A-Za-z0-9][A-Za-z0-9_-]*" disabled=${etag !== ""} value=${values.id} onInput=${(/** @type {any} */ e) => fill({ id: text(e).trim() })}/></label>
-    <label class="pair tall"><span>Name</span><input type="text" data-testid="camera-name" value=${values.name} onInput=${(/** @type {any} */ e) => fill({ name: text(e) })}/></label>
-    <label class="pair tall"><span>Field</span><select data-testid="camera-field" value=${values.field ?? ""} onChange=${(/** @type {any} */ e) => fill({ field: text(e) || null, region: null })}>
+    <label class="pair tall"><span>Where its pictures come from</span><input type="text" data-testid="camera-source" spellcheck="false" autocomplete="off" placeholder="rtsp://10.0.0.5/live" value=${values.source} onInput=${(/** @type {any} */ e) => setFormValue({ source: text(e).trim() })}/></label>
+    <label class="pair tall"><span>Short name, for addresses: letters, digits, - and _</span><input type="text" data-testid="camera-id" pattern="[A-Za-z0-9][A-Za-z0-9_-]*" disabled=${etag !== ""} value=${values.id} onInput=${(/** @type {any} */ e) => setFormValue({ id: text(e).trim() })}/></label>
+    <label class="pair tall"><span>Name</span><input type="text" data-testid="camera-name" value=${values.name} onInput=${(/** @type {any} */ e) => setFormValue({ name: text(e) })}/></label>
+    <label class="pair tall"><span>Field</span><select data-testid="camera-field" value=${values.field ?? ""} onChange=${(/** @type {any} */ e) => setFormValue({ field: text(e) || null, region: null })}>
       <option value="">Not said</option>${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>${f.title}</option>`)}</select></label>
-    ${at && html`<label class="pair tall"><span>Part in view</span><select data-testid="camera-region" value=${values.region ?? ""} onChange=${(/** @type {any} */ e) => fill({ region: text(e) || null })}>
+    ${at && html`<label class="pair tall"><span>Part in view</span><select data-testid="camera-region" value=${values.region ?? ""} onChange=${(/** @type {any} */ e) => setFormValue({ region: text(e) || null })}>
       <option value="">Not said</option>${Object.keys(at.regions).map((name) => html`<option key=${name} value=${name}>${words(name)}</option>`)}</select></label>`}
-    ${trying.value && html`<div class="working"><div class="line"><progress aria-label="Trying the source"></progress><button type="button" onClick=${() => trying.value?.abort()}>Stop</button></div><p class="reason">Opening it, and waiting for a picture: up to 15 s.</p></div>`}
+    ${sourceTest.value && html`<div class="working"><div class="line"><progress aria-label="Trying the source"></progress><button type="button" onClick=${() => sourceTest.value?.abort()}>Stop</button></div><p class="reason">Opening it, and waiting for a picture: up to 15 s.</p></div>`}
     ${refusal.value && html`<div class="warning-line" role="alert" data-testid="camera-refusal"><b>${refusal.value.detail}</b> ${refusal.value.fix}</div>`}
     <div class="line wrap"><${ActionButton} id="try-camera"/><${ActionButton} id="keep-camera"/><button type="button" data-testid="close-form" onClick=${closeForm}>Cancel</button></div>
   </form>`;
@@ -121,16 +121,16 @@ function CameraForm() {
 
 /** What the source showed. */
 function Tried() {
-  const it = tried.value;
+  const it = testedSource.value;
   if (!it || it.source !== form.value?.values.source) return html`<section><h2>Its picture</h2><p class="reason">Try it to see what it gives.</p></section>`;
   return html`<section aria-label="Its picture"><h2>Its picture</h2><img class="tried" data-testid="tried" alt="What the source shows" src=${it.picture}/>
     <p class="reason">${it.width} × ${it.height} px, ${number(it.fps)} frames a second.</p></section>`;
 }
 
 function SourceHelp() {
-  return html`<section aria-label="Plugged in"><h2>Plugged in</h2>${plugged.value === null ? html`<p class="reason">Looking…</p>`
-      : plugged.value.length ? html`<ul class="plain" data-testid="plugged">${plugged.value.map((p) => html`<li key=${p.address}><button type="button" class="plain-link" onClick=${() => fill({ source: p.address })}>${p.title}</button></li>`)}</ul>`
+  return html`<section aria-label="Plugged in"><h2>Plugged in</h2>${discoveredCameras.value === null ? html`<p class="reason">Looking…</p>`
+      : discoveredCameras.value.length ? html`<ul class="plain" data-testid="plugged">${discoveredCameras.value.map((p) => html`<li key=${p.address}><button type="button" class="plain-link" onClick=${() => setFormValue({ source: p.address })}>${p.title}</button></li>`)}</ul>`
         : html`<p class="reason" data-testid="plugged">No camera shows itself. Network cameras do not: give their address.</p>`}
-      <button type="button" disabled=${plugged.value === null} onClick=${() => void findPlugged()}>Look again</button></section>
-    <section><${Title} of="controls">Kinds of source<//><dl class="details kinds">${kinds.value.map((k) => html`<div key=${k.scheme}><dt><button type="button" class="plain-link" onClick=${() => fill({ source: `${k.scheme}://` })}>${k.scheme}://</button></dt><dd class="breaks" title=${k.help}>${k.title}</dd></div>`)}</dl></section>`;
+      <button type="button" disabled=${discoveredCameras.value === null} onClick=${() => void discoverCameras()}>Look again</button></section>
+    <section><${Title} of="controls">Kinds of source<//><dl class="details kinds">${sourceKinds.value.map((k) => html`<div key=${k.scheme}><dt><button type="button" class="plain-link" onClick=${() => setFormValue({ source: `${k.scheme}://` })}>${k.scheme}://</button></dt><dd class="breaks" title=${k.help}>${k.title}</dd></div>`)}</dl></section>`;
 }

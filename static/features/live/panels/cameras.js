@@ -6,14 +6,14 @@ import { Title } from "../../../ui/title.js";
 import { takePicture } from "../../calibrate/pictures.js";
 import { DriftWords } from "../../drift/panels/drift.js";
 import { openForm, openLive } from "../camera_page.js";
-import { follow } from "../camera_status.js";
+import { followCameras } from "../camera_status.js";
 import { LiveView } from "../layers/live_view.js";
 
 const CARD_PX = 480, CARD_FPS = 8; // enough to see what goes on; the desk shows every frame
 
 export function Cameras() {
   const ids = cameras.value.map((c) => c.id).join(" ");
-  useEffect(() => (ids ? follow(ids.split(" ")) : undefined), [ids]);
+  useEffect(() => (ids ? followCameras(ids.split(" ")) : undefined), [ids]);
   return html`<section aria-label="Cameras"><${Title} of="cameras">${cameras.value.length ? "Take a picture with a camera" : "Cameras"}<//>
     <ul class="cards cameras">${cameras.value.map(({ id, name, field }) => html`<li key=${id} class="card">
       <button type="button" class="looked" data-testid=${`look-at-${id}`} onClick=${() => openLive(id)}><span class="sr">Look at </span><${LiveView} id=${id} name=${name} width=${CARD_PX} fps=${CARD_FPS}/></button>

@@ -6,7 +6,7 @@ import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
-import { changing, contradictions, followNetwork, heard, publishing, set, takeOver, unfolded } from "../network.js";
+import { changing, contradictions, followNetwork, receivedGeometry, publishing, setPublishing, saveReceived, unfolded } from "../network.js";
 
 /** @typedef {import("../types").Publishing} Publishing @typedef {import("../types").PublishedCamera} PublishedCamera */
 /** @typedef {import("../types").HeardSender} HeardSender @typedef {import("../types").HeardCamera} HeardCamera */
@@ -27,8 +27,8 @@ export function Network() {
         <b>${sender.address} also publishes camera ${camera.camera_id}, which is ${camera.ours}, with another calibration.</b> Two publishers confuse every team: switch one of them off, or take theirs over.</div>`)}
       ${it.problem && html`<div class="warning-line" role="alert" data-testid="network-problem"><b>${it.problem.what}</b> ${it.problem.fix} It is tried again every second.</div>`}
       <div class="line">
-        <button type="button" data-testid="publish" aria-pressed=${String(it.enabled)} disabled=${changing.value} onClick=${() => void set({ enabled: !it.enabled })}>${it.enabled ? "Stop publishing" : "Publish geometry"}</button>
-        <button type="button" data-testid="listen" aria-pressed=${String(it.absorb)} disabled=${changing.value} onClick=${() => void set({ absorb: !it.absorb })}>${it.absorb ? "Stop listening" : "Listen to others"}</button></div>
+        <button type="button" data-testid="publish" aria-pressed=${String(it.enabled)} disabled=${changing.value} onClick=${() => void setPublishing({ enabled: !it.enabled })}>${it.enabled ? "Stop publishing" : "Publish geometry"}</button>
+        <button type="button" data-testid="listen" aria-pressed=${String(it.absorb)} disabled=${changing.value} onClick=${() => void setPublishing({ absorb: !it.absorb })}>${it.absorb ? "Stop listening" : "Listen to others"}</button></div>
       <${Way} it=${it}/><${Sent} it=${it}/><${Others} it=${it}/>
     </details></section>`;
 }
@@ -45,7 +45,7 @@ function Way({ it }) {
   const known = it.interfaces.filter((i) => i.address !== null);
   const listed = it.interface === "" || known.some((i) => i.name === it.interface);
   return html`<div class="way">
-    <label>Interface<select data-testid="network-interface" value=${it.interface} onChange=${(/** @type {any} */ e) => void set({ interface: e.target.value })}>
+    <label>Interface<select data-testid="network-interface" value=${it.interface} onChange=${(/** @type {any} */ e) => void setPublishing({ interface: e.target.value })}>
       <option value="">The system's choice</option>${known.map((i) => html`<option key=${i.name} value=${i.name}>${i.name}, ${i.address}</option>`)}
       ${!listed && html`<option value=${it.interface}>${it.interface}</option>`}</select></label>
     <${Entry} name="group" label="Group" value=${it.group} type="text"/><${Entry} name="port" label="Port" value=${it.port}/>
@@ -56,7 +56,7 @@ function Way({ it }) {
 
 /** @param {{ name: string, label: string, value: string | number, type?: string, step?: string, title?: string }} props */
 function Entry({ name, label, value, type = "number", step = "1", title = "" }) {
-  const take = (/** @type {string} */ text) => (text === "" ? undefined : set({ [name]: type === "number" ? Number(text) : text.trim() }));
+  const take = (/** @type {string} */ text) => (text === "" ? undefined : setPublishing({ [name]: type === "number" ? Number(text) : text.trim() }));
   return html`<label title=${title}>${label}<${Typed} type=${type} step=${step} data-testid=${`network-${name}`} value=${value} take=${take}/></label>`;
 }
 
@@ -68,17 +68,17 @@ function Sent({ it }) {
     <tbody>${it.cameras.map((c) => html`<tr key=${c.camera} data-testid=${`sent-${c.camera}`} data-published=${String(c.published)}>
       <th>${nameOf(c.camera)} <small>version ${c.version}, ${c.model}</small></th>
       <td><${Typed} type="number" min="0" aria-label=${`Number of ${nameOf(c.camera)}`} data-testid=${`number-${c.camera}`} value=${c.camera_id}
-        take=${(/** @type {string} */ text) => set({ numbers: { [c.camera]: text === "" ? null : Number(text) } })}/></td>
+        take=${(/** @type {string} */ text) => setPublishing({ numbers: { [c.camera]: text === "" ? null : Number(text) } })}/></td>
       <td class=${above(c.loss?.worst_mm, it)} title=${c.loss ? `worst at ${c.loss.worst_place.map((v) => number(v, 0)).join(", ")} mm` : ""}>${c.loss ? millimetres(c.loss.worst_mm) : "–"}</td>
       <td class=${above(c.loss?.hat_worst_mm, it)} title=${c.loss && c.loss.hat_worst_mm === null ? "The model has no rays: what happens above the carpet is not known." : ""}>${c.loss ? (c.loss.hat_worst_mm === null ? "not known" : millimetres(c.loss.hat_worst_mm)) : "–"}</td>
       <td>${c.published ? html`<span class="sent-mark">${it.enabled ? "sent" : "ready"}</span>` : html`<em class="approximate">left out</em>`}</td></tr>
       ${c.problem && html`<tr key=${`${c.camera}-why`} class="why"><td colspan="5">${c.problem.what} ${c.problem.fix}
-        ${c.problem.reason === "loss-above-limit" && html` <button type="button" data-testid=${`approve-${c.camera}`} disabled=${changing.value} onClick=${() => void set({ approved: { [c.camera]: c.calibration } })}>Approve this loss</button>`}</td></tr>`}`)}</tbody></table>`;
+        ${c.problem.reason === "loss-above-limit" && html` <button type="button" data-testid=${`approve-${c.camera}`} disabled=${changing.value} onClick=${() => void setPublishing({ approved: { [c.camera]: c.calibration } })}>Approve this loss</button>`}</td></tr>`}`)}</tbody></table>`;
 }
 
 /** Who else is there. @param {{ it: Publishing }} props */
 function Others({ it }) {
-  const all = heard.value;
+  const all = receivedGeometry.value;
   if (!it.absorb || !all) return html`<p class="reason">${it.enabled ? "Nobody is listened to: whether somebody else publishes the same cameras is not known." : "Listen, to see who publishes geometry here and to take it over."}</p>`;
   if (all.problem) return html`<div class="warning-line" role="alert"><b>${all.problem.what}</b> ${all.problem.fix}</div>`;
   if (!all.items.length) return html`<p class="reason" data-testid="nobody">Nobody else was heard yet.</p>`;
@@ -95,7 +95,7 @@ function Other({ sender, camera }) {
   return html`<div class="line other"><span>Camera ${camera.camera_id} <small>${camera.problem ? camera.problem.what : `at ${(camera.position_mm ?? []).map((v) => number(v, 0)).join(", ")} mm`}</small></span>
     ${!camera.problem && cameras.value.length > 0 && html`<select aria-label="Keep it for" value=${target} onChange=${(/** @type {any} */ e) => { targets.value = { ...targets.value, [key]: e.target.value }; }}>
       ${cameras.value.map((c) => html`<option key=${c.id} value=${c.id}>${c.name}</option>`)}</select>
-      <button type="button" data-testid=${`take-over-${sender.id}-${camera.camera_id}`} onClick=${() => void takeOver(sender, camera, target)}>Take over</button>`}</div>`;
+      <button type="button" data-testid=${`take-over-${sender.id}-${camera.camera_id}`} onClick=${() => void saveReceived(sender, camera, target)}>Take over</button>`}</div>`;
 }
 
 /** @param {string} id */

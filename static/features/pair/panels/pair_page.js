@@ -10,7 +10,7 @@ import { SIZE_PX } from "../../../canvas/layers/loupe.js";
 import { listen } from "../../../canvas/tools/pointer.js";
 import { MatchGlass, PairOverlay } from "../layers/pair_overlay.js";
 import { matchTool } from "../match_tool.js";
-import { both, called, filesFor, pair, pictures, pointed, setPicture, side, takeFor, views } from "../pair.js";
+import { both, sideName, filesFor, pair, pictures, pointed, setPicture, side, takeFor, views } from "../pair.js";
 
 /** @typedef {import("../types").Side} Side */
 
@@ -18,7 +18,7 @@ const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares 
 const TOOLS = ["pick", "pan", "|", "undo", "redo", "delete", "|", "zoom-out", "zoom-in", "zoom-fit", "|", "pair-lines"];
 const RECENT = 8;
 
-export function PairDesk() {
+export function PairPage() {
   return html`<div class="pair-desk" data-testid="pair-desk"><h1 class="sr">Compare two cameras</h1>
     <div class="tools" role="toolbar" aria-label="Tools" data-off-stage>${TOOLS.map((id, i) => (id === "|" ? html`<i key=${i}></i>` : html`<${ActionButton} key=${id} id=${id} withKey/>`))}</div>
     <div class="halves"><${Half} s="a" key="a"/><${Half} s="b" key="b"/></div></div>`;
@@ -27,7 +27,7 @@ export function PairDesk() {
 /** @param {{ s: Side }} props */
 function Half({ s }) {
   const element = useRef(/** @type {HTMLElement | null} */ (null)), picture = useRef(/** @type {HTMLImageElement | null} */ (null));
-  const it = pictures.value[s], { size, view, fit } = views[s], name = called(s);
+  const it = pictures.value[s], { size, view, fit } = views[s], name = sideName(s);
   useLayoutEffect(() => { // at once: whoever is quick clicks before the next frame
     const half = /** @type {HTMLElement} */ (element.current);
     const measure = () => {
@@ -65,13 +65,13 @@ function Half({ s }) {
 /** What is under the pointer, and how many matches there are. @param {{ s: Side }} props */
 function ReadOut({ s }) {
   const at = pointed.value?.side === s ? pointed.value : null;
-  return html`<div class="read-out" data-off-stage data-testid=${`read-out-${s}`}><span>${at ? html`<b>${number(at.x)}, ${number(at.y)}</b>` : called(s)}</span>
+  return html`<div class="read-out" data-off-stage data-testid=${`read-out-${s}`}><span>${at ? html`<b>${number(at.x)}, ${number(at.y)}</b>` : sideName(s)}</span>
     <span class="zoom">${number(views[s].view.value.k * 100, 0)} %</span></div>`;
 }
 
 /** A picture for this side: from a camera, a file, or one that is kept. @param {{ s: Side }} props */
 function Choice({ s }) {
-  const name = called(s);
+  const name = sideName(s);
   return html`<section class="choice" aria-label=${`Choose the ${name} picture`} data-testid=${`choice-${s}`}><h2>The ${name} picture</h2>
     <div class="line">${cameras.value.map(({ id, name: camera }) => html`<button key=${id} type="button" data-testid=${`take-${s}-${id}`} disabled=${busy.value !== ""} onClick=${() => void takeFor(s, id)}>Take one with ${camera}</button>`)}</div>
     <button type="button" class="drop" data-testid=${`open-${s}`} disabled=${busy.value !== ""} onClick=${() => { filesFor.side = s; run("open"); }}><b>${busy.value || ACTIONS.get("open")?.label}</b><small>or drop it here, or paste it.</small></button>

@@ -4,7 +4,7 @@ import { html } from "../../../core/html.js";
 import { fields } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
-import { bases, basis, by, found, refusal, stale } from "../evaluation.js";
+import { linesBases, chosenBasis, linesBasis, pairAnswer, refusal, stale } from "../evaluation.js";
 import { choose, removeMatch } from "../matches.js";
 import { both, calibrations } from "../pair.js";
 
@@ -15,7 +15,7 @@ const PART = { fundamental: "Epipolar geometry", pose: "Pose from the matches", 
 const SHOWN = 6; // mistakes with buttons of their own
 
 export function PairReport() {
-  const it = found.value, why = refusal.value;
+  const it = pairAnswer.value, why = refusal.value;
   if (why) return html`<section aria-label="Result"><h2>Two cameras</h2><div class="warning-line" role="alert" data-testid="pair-refusal"><b>${why.detail}</b> ${why.fix}</div></section>`;
   if (!it) return html`<${Advice}/>`;
   return html`<div class=${stale.value ? "pair-report stale" : "pair-report"} data-testid="pair-report" data-stale=${stale.value}>
@@ -56,13 +56,13 @@ function Map({ it }) {
 
 /** @param {{ it: PairAnswer }} props */
 function Epipolar({ it }) {
-  const { fundamental: f, calibrated: c } = it, can = bases.value;
+  const { fundamental: f, calibrated: c } = it, can = linesBases.value;
   return html`<section aria-label="Epipolar error"><${Title} of="epipolar">Epipolar error<//>
     ${f && html`<div class="verdict" data-testid="fundamental" data-level=${f.verdict.level}><div class="big">${number(f.rms_px, 2)}<small> px rms, from the matches</small></div><${Words} v=${f.verdict}/></div>
       ${f.outliers.length > 0 && html`<ul class="warnings" data-testid="mistakes">${f.outliers.slice(0, SHOWN).map((index) => html`<li key=${index}><b>Match ${index + 1} is ${number(f.epipolar_px[index], 1)} px off its line.</b>
         <div class="line"><button type="button" onClick=${() => choose(index)}>Show it</button><button type="button" data-testid=${`drop-${index + 1}`} onClick=${() => removeMatch(index)}>Remove it</button></div></li>`)}</ul>`}`}
     ${c && html`<div class="plainly" data-testid="calibrated" data-level=${c.verdict.level}><${Words} v=${c.verdict}/></div>`}
-    ${can.matches && can.calibrations && html`<label class="pair"><span>Lines drawn by</span><select data-testid="lines-by" value=${by.value} onChange=${(/** @type {any} */ e) => { basis.value = e.target.value; }}>
+    ${can.matches && can.calibrations && html`<label class="pair"><span>Lines drawn by</span><select data-testid="lines-by" value=${linesBasis.value} onChange=${(/** @type {any} */ e) => { chosenBasis.value = e.target.value; }}>
       <option value="matches">matches</option><option value="calibrations">calibrations</option></select></label>`}
     ${f && html`<details class="more"><summary>Show the fundamental matrix</summary><pre data-testid="matrix">${f.matrix.map((row) => row.map((v) => v.toExponential(6).padStart(14)).join(" ")).join("\n")}</pre></details>`}</section>`;
 }

@@ -9,7 +9,7 @@ import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
 import {
-  draft, draftRefusal, fillDraft, found, giveRegion, openNewRig, others, pictureAddress, plane, refitRig, refusal,
+  draft, draftRefusal, setDraft, found, setRegion, openNewRig, others, pictureAddress, plane, refitRig, refusal,
   removeRig, rig, rigs, search, showMap, stitched, takeStitched, toggleCamera, worst,
 } from "../rig.js";
 import { openPage } from "../../shell/open_page.js";
@@ -102,12 +102,12 @@ function OnePair({ p }) {
 function NewRig() {
   const { name, title, field, cameras: chosen } = draft.value, regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
   return html`<div class="start rig" data-testid="new-rig-page"><h1>Make a rig</h1>
-    <label class="pair tall"><span>Short name</span><input data-testid="rig-name" value=${name} maxlength="64" onInput=${(/** @type {Changed} */ e) => fillDraft({ name: e.target.value.trim() })}/></label>
-    <label class="pair tall"><span>Title</span><input value=${title} maxlength="100" onInput=${(/** @type {Changed} */ e) => fillDraft({ title: e.target.value })}/></label>
-    <label class="pair tall"><span>Field</span><select data-testid="rig-field" value=${field} onChange=${(/** @type {Changed} */ e) => fillDraft({ field: e.target.value })}>${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>${f.title}</option>`)}</select></label>
+    <label class="pair tall"><span>Short name</span><input data-testid="rig-name" value=${name} maxlength="64" onInput=${(/** @type {Changed} */ e) => setDraft({ name: e.target.value.trim() })}/></label>
+    <label class="pair tall"><span>Title</span><input value=${title} maxlength="100" onInput=${(/** @type {Changed} */ e) => setDraft({ title: e.target.value })}/></label>
+    <label class="pair tall"><span>Field</span><select data-testid="rig-field" value=${field} onChange=${(/** @type {Changed} */ e) => setDraft({ field: e.target.value })}>${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>${f.title}</option>`)}</select></label>
     <section aria-label="Cameras"><h2>Cameras</h2><ul class="plain">${cameras.value.map((c) => { const on = chosen.find((it) => it.camera === c.id); return html`<li key=${c.id} class="line">
       <label><input type="checkbox" data-testid=${`with-${c.id}`} checked=${Boolean(on)} onChange=${() => toggleCamera(c.id)}/> ${c.name}</label>
-      ${on && html`<select aria-label=${`Part that ${c.name} shows`} data-testid=${`part-${c.id}`} value=${on.region ?? ""} onChange=${(/** @type {Changed} */ e) => giveRegion(c.id, e.target.value || null)}><option value="">the part it is calibrated on</option>${regions.map((r) => html`<option key=${r} value=${r}>${r}</option>`)}</select>`}</li>`; })}</ul></section>
+      ${on && html`<select aria-label=${`Part that ${c.name} shows`} data-testid=${`part-${c.id}`} value=${on.region ?? ""} onChange=${(/** @type {Changed} */ e) => setRegion(c.id, e.target.value || null)}><option value="">the part it is calibrated on</option>${regions.map((r) => html`<option key=${r} value=${r}>${r}</option>`)}</select>`}</li>`; })}</ul></section>
     ${draftRefusal.value && html`<div class="warning-line" role="alert" data-testid="rig-refusal"><b>${draftRefusal.value.detail}</b> ${draftRefusal.value.fix}</div>`}
     <div class="line"><button type="button" class="go" data-testid="make-rig" onClick=${() => run("make-rig")}>Make the rig</button></div></div>`;
 }

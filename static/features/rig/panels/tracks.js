@@ -3,7 +3,7 @@ import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { Title } from "../../../ui/title.js";
 import { rig } from "../rig.js";
-import { following, noTracks, tracks } from "../tracks.js";
+import { following, tracksRefusal, tracks } from "../tracks.js";
 
 const ROBOT_MM = 90, BALL_MM = 43; // drawn so large: half across; a ball twice its size, to be found
 const NEAR_MM = 5, FAR_MM = 15; // as verdicts have it
@@ -26,7 +26,7 @@ export function TrackMarks({ px, k }) {
 export function TrackReport() {
   if (!following.value) return null;
   const it = tracks.value, titles = Object.fromEntries((rig.value?.cameras ?? []).map((c) => [c.camera, c.title]));
-  const troubles = it?.cameras.filter((c) => c.problem) ?? [], why = noTracks.value;
+  const troubles = it?.cameras.filter((c) => c.problem) ?? [], why = tracksRefusal.value;
   return html`<section aria-label="Ball and robots" data-testid="track-report"><${Title} of="tracks">Ball and robots<//>
     ${why ? html`<p class="warning-line" role="status"><b>${why.detail}</b> ${why.fix}</p>` : !it ? html`<p class="reason" role="status">Waiting for the cameras…</p>` : html`
       <p data-testid="seam" data-level=${level(it.seams.median_mm)}>${it.seams.things && it.seams.median_mm !== null ? html`Two cameras see <b>${it.seams.things === 1 ? "one thing" : `${it.seams.things} things`}</b>, <b>${mm(it.seams.median_mm)} mm</b> apart in the median, ${mm(it.seams.max_mm ?? 0)} mm at most.` : "Nothing stands where two cameras look: put a robot there to see the seam."}</p>

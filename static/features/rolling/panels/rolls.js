@@ -1,19 +1,19 @@
 // A ball before a live camera: its tracks over the picture, each roll with its number, nine fields, and the lens.
 import { useEffect } from "preact/hooks";
 import { call } from "../../../core/api.js";
-import { ago, many, number, pct } from "../../../core/format.js";
+import { ago, plural, number, pct } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/page.js";
-import { tellError } from "../../../core/state.js";
+import { notifyError } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import { useLens } from "../../board/board.js";
-import { follow } from "../../live/camera_status.js";
+import { followCameras } from "../../live/camera_status.js";
 import { LiveView } from "../../live/layers/live_view.js";
 import {
-  all, counted, forgetting, hasCorrected, kind, leaveOut, level, made, moving, pointed, refusal, rolls, search, shown,
+  all, counted, forgetting, hasCorrected, kind, excludeRoll, level, fittedLens, movingTracks, pointed, refusal, rolls, search, rollsCamera,
   view, wantsCorrected, workRefusal,
 } from "../rolls.js";
 import { KINDS } from "../../straight/panels/straight.js";
@@ -24,10 +24,10 @@ const WIDTH_PX = 960;
 const LEVELS = { good: "straight", fair: "within a standard lens' ±3 %", poor: "beyond it", "left-out": "not counted", unknown: "cannot be told" };
 
 export function RollsPage() {
-  const camera = shown.value;
-  useEffect(() => (camera ? follow([camera.id]) : undefined), [camera?.id]);
+  const camera = rollsCamera.value;
+  useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
   if (!camera) return html`<div class="start desk"><h1>No such camera</h1><p class="dim">It was removed, or the address is wrong.</p><p><a href="#/">Back to the cameras</a></p></div>`;
-  const now = moving.value, list = rolls.value;
+  const now = movingTracks.value, list = rolls.value;
   return html`<div class="start desk" data-testid="rolls-page"><h1>A ball before ${camera.name}</h1>
     <p class="dim">What rolls freely goes straight over the carpet; how far its track bows in the picture is distortion.</p>
     <div class="captured rolls">
@@ -37,7 +37,7 @@ export function RollsPage() {
         ${now.tracks.map((track, i) => html`<path key=${i} class="now" data-testid="roll-now" d=${path(track)}/>`)}</svg>`}</div>
     <p class="rolls-key" aria-hidden="true">${Object.entries(LEVELS).map(([name, words]) => html`<span key=${name}><i data-level=${name}></i>${words}</span>`)}</p>
     <p class="hint-line" role="status" data-testid="rolls-hint">${refusal.value ? html`<b>${refusal.value.detail}</b> ${refusal.value.fix}` : !now ? "Waiting for the camera…" : now.hint || newest(list[0])}</p>
-    <div class="line wrap"><${ActionButton} id="leave-roll" withKey/><${ActionButton} id="take-roll"/><${ActionButton} id="forget-rolls" label=${forgetting.value ? `Press again to forget ${many(list.length, "roll")}` : "Forget all…"}/></div>
+    <div class="line wrap"><${ActionButton} id="leave-roll" withKey/><${ActionButton} id="take-roll"/><${ActionButton} id="forget-rolls" label=${forgetting.value ? `Press again to forget ${plural(list.length, "roll")}` : "Forget all…"}/></div>
     <ol class="rolls" reversed data-testid="rolls" aria-label="Rolls, newest first">${list.map((roll, i) => html`<${Row} key=${roll.id} roll=${roll} name=${list.length - i}/>`)}</ol></div>`;
 }
 
@@ -59,7 +59,7 @@ const wordsOf = (roll) => (roll.left_out ? "Left out by you." : !roll.counts ? "
 /** @param {{ roll: KeptRoll, name: number }} props */
 const Row = ({ roll, name }) => html`<li data-testid="roll" data-level=${levelOf(roll)} class=${pointed.value === roll.id ? "pointed" : ""} onPointerEnter=${() => { pointed.value = roll.id; }} onPointerLeave=${() => { pointed.value = ""; }}>
   <span class="dim">${name}</span><b class="value">${numberOf(roll)}</b><span class="words">${wordsOf(roll)}</span><small>${number(roll[view.value]?.length_px, 0)} px in ${number(roll.seconds, 1)} s, ${ago(roll.at * 1000, Date.now())}</small>
-  <button type="button" data-testid="roll-leave" aria-label=${`${roll.left_out ? "Take in again" : "Leave out"} roll ${name}`} onFocus=${() => { pointed.value = roll.id; }} onClick=${() => void leaveOut(roll.id, !roll.left_out)}>${roll.left_out ? "Take in again" : "Leave out"}</button></li>`;
+  <button type="button" data-testid="roll-leave" aria-label=${`${roll.left_out ? "Take in again" : "Leave out"} roll ${name}`} onFocus=${() => { pointed.value = roll.id; }} onClick=${() => void excludeRoll(roll.id, !roll.left_out)}>${roll.left_out ? "Take in again" : "Leave out"}</button></li>`;
 
 /** On the left: how to roll, and what may be made of it. */
 export function RollsForm() {
@@ -75,7 +75,7 @@ export function RollsForm() {
 
 /** What came of it, and where it is. */
 function Made() {
-  const it = made.value, camera = shown.value;
+  const it = fittedLens.value, camera = rollsCamera.value;
   if (!it || !camera) return null;
   if (it.calibration) return html`<p class="reason" data-testid="rolls-made"><b class="level good">A new version is saved</b>, not active. <a href=${addressOf({ name: "versions", argument: camera.id })}>Look at the versions</a></p>`;
   return html`<p class="reason" data-testid="rolls-made"><b class="level good">The lens is kept.</b></p>
@@ -88,7 +88,7 @@ async function hold(id) {
     useLens(await call("GET", `/lenses/${id}`));
     location.hash = "#/";
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }
 
@@ -106,4 +106,4 @@ export function RollsReport() {
 /** @param {{ zones: (import("../../../core/page_types").Zone | null)[][] }} props */
 const Zones = ({ zones }) => html`<table class="zones" data-testid="zones"><caption class="sr">Bow by the part of the picture, %</caption><tbody>
   ${zones.map((row, y) => html`<tr key=${y}>${row.map((zone, x) => html`<td key=${x} data-level=${!zone ? "none" : Math.abs(zone.pct) <= 2 * zone.sigma_pct ? "good" : Math.abs(zone.pct) <= 3 ? "fair" : "poor"}
-      title=${zone ? many(zone.rolls, "roll") : "Nothing rolled here yet"}>${zone ? html`${pct(zone.pct)}<small>± ${number(zone.sigma_pct, 2)}</small>` : "–"}</td>`)}</tr>`)}</tbody></table>`;
+      title=${zone ? plural(zone.rolls, "roll") : "Nothing rolled here yet"}>${zone ? html`${pct(zone.pct)}<small>± ${number(zone.sigma_pct, 2)}</small>` : "–"}</td>`)}</tr>`)}</tbody></table>`;

@@ -3,10 +3,10 @@ import { useEffect } from "preact/hooks";
 import { address } from "../../../core/api.js";
 import { ago, number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { LONGEST } from "../../../core/operator.js";
-import { addressOf, backAddress, left, page } from "../../../core/page.js";
+import { MAX_NAME_LENGTH } from "../../../core/operator.js";
+import { addressOf, backAddress, leftPicture, page } from "../../../core/page.js";
 import { Typed } from "../../../ui/typed.js";
-import { askSettings, chooseName, forgetPreferences, health, operatorName, told } from "../settings.js";
+import { fetchSettings, chooseName, forgetPreferences, health, operatorName, serverSettings } from "../settings.js";
 
 /** @typedef {import("../../../core/page_types").Setting} Setting */
 
@@ -15,8 +15,8 @@ const MB = 1e6;
 const CHANGE = { cameras: ["#/", "Add or change cameras"], network: ["#/", "Change it under Network on the start page"] };
 
 export function SettingsPage() {
-  useEffect(() => { void askSettings(); }, []);
-  const it = told.value;
+  useEffect(() => { void fetchSettings(); }, []);
+  const it = serverSettings.value;
   return html`<div class="start desk" data-testid="settings-page"><h1>Settings</h1>
     <${Health}/><${Preferences}/>${it && html`<${Storage} room=${it.storage}/><${Server} items=${it.items}/>`}</div>`;
 }
@@ -36,7 +36,7 @@ const span = (s) => (s < 120 ? `${number(s, 0)} s` : s < 7200 ? `${number(s / 60
 function Preferences() {
   return html`<section aria-label="This browser"><h2>This browser</h2>
     <label class="pair tall"><span>Your name: written beside what you make, and told to whoever has the same picture open</span>
-      <${Typed} type="text" data-testid="operator-name" maxlength=${LONGEST} autocomplete="name" placeholder="Nobody in particular" value=${operatorName.value} take=${chooseName}/></label>
+      <${Typed} type="text" data-testid="operator-name" maxlength=${MAX_NAME_LENGTH} autocomplete="name" placeholder="Nobody in particular" value=${operatorName.value} take=${chooseName}/></label>
     <div class="line"><button type="button" data-testid="forget-preferences" onClick=${forgetPreferences}>Forget this browser's preferences</button><small class="grow">Name, colours, lists of pictures. Clicks that the server has not got yet stay.</small></div></section>`;
 }
 
@@ -84,7 +84,7 @@ export function PageMenu() {
   /** @type {[import("../../../core/page_types").At["name"], string, string][]} */
   const pages = [["versions", "", "Saved versions"], ["jobs", "", "Long work"], ["settings", "", "Settings"]];
   return html`<nav aria-label="Pages"><ul class="plain page-menu">
-    <li><a href=${backAddress()} data-testid="page-back">${left.value ? "Back to the picture" : "Back to the cameras"}</a></li>
+    <li><a href=${backAddress()} data-testid="page-back">${leftPicture.value ? "Back to the picture" : "Back to the cameras"}</a></li>
     ${pages.map(([name, argument, label]) => html`<li key=${name}><a href=${addressOf({ name, argument })} data-testid=${`page-${name}`} aria-current=${page.value?.name === name ? "page" : undefined}>${label}</a></li>`)}</ul></nav>`;
 }
 

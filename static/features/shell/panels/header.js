@@ -9,7 +9,7 @@ import { atPair, busy, camera, help, snapshot, step } from "../../../core/state.
 import { draft } from "../../calibrate/draft.js";
 import { JobsIndicator } from "../../jobs/panels/jobs.js";
 import { both } from "../../pair/pair.js";
-import { nextThing, steps } from "../steps.js";
+import { nextAction, steps } from "../steps.js";
 
 const now = signal(Date.now());
 setInterval(() => { now.value = Date.now(); }, 1000);
@@ -39,7 +39,7 @@ function toStage(e) {
 }
 
 function Next() {
-  const { action, label, missing } = nextThing.value;
+  const { action, label, missing } = nextAction.value;
   const doing = busy.value || (opening.value ? "Opening…" : ""), waits = doing !== "" || missing !== "";
   return html`<button type="button" class="go" data-testid="next" aria-disabled=${waits} title=${missing || label}
     onClick=${() => { if (!waits) run(action); }}>${doing || label}</button>`;

@@ -1,6 +1,6 @@
 // What the operator must be told, above the picture and out of its way: nothing here stops the work.
 import { online } from "../../../core/api.js";
-import { clock, many } from "../../../core/format.js";
+import { clock, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { dismiss, notices } from "../../../core/state.js";
 import { draft, keepMine, takeTheirs } from "../../calibrate/draft.js";
@@ -10,7 +10,7 @@ export function Notices() {
   return html`<div class="notices" data-off-stage role="status" aria-live="polite">
     ${!online.value && html`<div class="notice warn" data-testid="away"><p><b>The server does not answer.</b> Keep working: your clicks are kept in this browser, and are sent as soon as it is back.</p></div>`}
     ${state === "conflict" && theirs && html`<div class="notice warn" data-testid="conflict">
-      <p><b>Somebody else changed this draft${theirs.at ? ` at ${clock(theirs.at)}` : ""}.</b> Theirs has ${many(points(theirs.doc), "point")}. Nothing is lost: the other one stays one undo away.</p>
+      <p><b>Somebody else changed this draft${theirs.at ? ` at ${clock(theirs.at)}` : ""}.</b> Theirs has ${plural(points(theirs.doc), "point")}. Nothing is lost: the other one stays one undo away.</p>
       <div class="line"><button type="button" data-testid="take-theirs" onClick=${takeTheirs}>Take theirs</button><button type="button" data-testid="keep-mine" onClick=${keepMine}>Keep mine</button></div></div>`}
     ${notices.value.map(({ id, level, text, fix, action }) => html`<div key=${id} class=${`notice ${level}`} role="alert" data-testid="notice">
       <p><b>${text}</b> ${fix}</p><div class="line">${action && html`<button type="button" onClick=${action.run}>${action.label}</button>`}

@@ -6,7 +6,7 @@ import { html } from "../../../core/html.js";
 import { opening } from "../../../core/router.js";
 import { busy, cameras, snapshots } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
-import { HeldNext, ToBoard } from "../../board/panels/board.js";
+import { LensForNextPicture, ToBoard } from "../../board/panels/board.js";
 import { openById } from "../../calibrate/pictures.js";
 import { TourButton } from "../../help/panels/tour.js";
 import { Cameras } from "../../live/panels/cameras.js";
@@ -20,7 +20,7 @@ export function Start() {
     <h1>Calibrate a camera</h1>
     <p class="dim">Take a picture of the empty field, click along its four borders, and get field millimetres for every pixel.</p>
     <div class="line"><${TourButton}/></div>
-    <${HeldNext}/>
+    <${LensForNextPicture}/>
     <${Cameras}/>
     <section aria-label="Open a picture"><h2>${cameras.value.length ? "Or use a picture you have" : "Use a picture you have"}</h2>
       <button type="button" class="drop" data-testid="drop" disabled=${busy.value !== ""} onClick=${() => run("open")}>

@@ -1,15 +1,15 @@
 // The way in for calibrations that exist already: a file chosen or dropped, and what became of it.
 import { address, call } from "../../../core/api.js";
 import { html } from "../../../core/html.js";
-import { busy, cameras, fields, tell, tellError } from "../../../core/state.js";
-import { ACCEPTED, beside, importFile, imported, told } from "../imports.js";
+import { busy, cameras, fields, notify, notifyError } from "../../../core/state.js";
+import { ACCEPTED, importOptions, importFile, imported, importMessage } from "../imports.js";
 
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
 export function Import() {
-  const { camera, field, region, image_size } = beside.value, regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
-  /** @param {Partial<typeof beside.value>} more */
-  const say = (more) => { beside.value = { ...beside.value, ...more }; };
+  const { camera, field, region, image_size } = importOptions.value, regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
+  /** @param {Partial<typeof importOptions.value>} more */
+  const say = (more) => { importOptions.value = { ...importOptions.value, ...more }; };
   const choose = (/** @type {Changed} */ e) => { const file = e.target.files?.[0]; if (file) void importFile(file); e.target.value = ""; };
   return html`<section aria-label="Import a calibration"><h2>Or bring a calibration you have</h2>
     <label class="drop choose-file"><b>${busy.value || "Import a calibration…"}</b><small>or drop its file here. Touchline, OpenCV, ROS, Kalibr, mrcal, PhotonVision, SSL-Vision, or a table of points.</small>
@@ -28,7 +28,7 @@ function Became() {
   if (!it) return null;
   if (it.why) return html`<div class="warning-line" role="alert" data-testid="import-refusal"><b>${it.why.detail}</b> ${it.why.fix}</div>`;
   const { kept } = it;
-  return kept && html`<div class="plainly" role="status" data-testid="imported"><p><b>${told(kept)}</b> ${kept.note}</p>
+  return kept && html`<div class="plainly" role="status" data-testid="imported"><p><b>${importMessage(kept)}</b> ${kept.note}</p>
     ${!kept.isLens && html`<div class="line"><a href=${address(`/calibrations/${kept.id}/report.html`)} target="_blank" rel="noopener">Open its report</a>
       ${kept.camera && html`<button type="button" data-testid="import-activate" onClick=${() => void activate(kept)}>Activate it</button>`}</div>`}</div>`;
 }
@@ -37,8 +37,8 @@ function Became() {
 async function activate({ id, version }) {
   try {
     await call("POST", `/calibrations/${id}/activate`);
-    tell({ level: "info", text: `Version ${version} is active now.`, fix: "The former one stays among the versions." });
+    notify({ level: "info", text: `Version ${version} is active now.`, fix: "The former one stays among the versions." });
   } catch (error) {
-    tellError(error);
+    notifyError(error);
   }
 }

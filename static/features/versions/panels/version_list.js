@@ -7,15 +7,15 @@ import { addressOf } from "../../../core/page.js";
 import { cameras, models } from "../../../core/state.js";
 import { Typed } from "../../../ui/typed.js";
 import {
-  activateVersion, activeOne, annotate, apart, choose, deleteVersion, former, loadMore, loadShelf, of, pairOf, shelf,
+  activateVersion, activeVersion, annotate, pairDifference, choose, deleteVersion, formerVersion, loadMore, loadVersionList, listedCamera, comparedPair, versionList,
 } from "../version_list.js";
 import { ExportMenu } from "./exports.js";
 
 /** @typedef {import("../../../core/page_types").Kept} Kept */
 
-export function ShelfPage() {
-  const camera = of.value, it = shelf.value?.camera === camera ? shelf.value : null;
-  useEffect(() => { void loadShelf(camera); }, [camera]);
+export function VersionListPage() {
+  const camera = listedCamera.value, it = versionList.value?.camera === camera ? versionList.value : null;
+  useEffect(() => { void loadVersionList(camera); }, [camera]);
   return html`<div class="start desk wide" data-testid="versions-page"><h1>Saved versions</h1>
     <nav class="tabs desks" aria-label="Of which camera">${[...cameras.value, { id: "", name: "Pictures from files" }].map(({ id, name }) => html`<a key=${id} class="tab" href=${addressOf({ name: "versions", argument: id })}
       data-testid=${`shelf-${id || "files"}`} aria-current=${id === camera ? "page" : undefined}>${name}</a>`)}</nav>
@@ -27,7 +27,7 @@ export function ShelfPage() {
 
 /** The way back is always in sight. */
 function RollBack() {
-  const before = former.value, now = activeOne.value;
+  const before = formerVersion.value, now = activeVersion.value;
   if (!before || !now) return null;
   return html`<div class="plainly line" data-testid="roll-back"><span class="grow">Version <b>${now.version}</b> is active; before it was version <b>${before.version}</b>${before.by && `, chosen by ${before.by}`}.</span>
     <button type="button" data-testid="do-roll-back" onClick=${() => void activateVersion({ id: before.calibration, version: before.version })}>Go back to version ${before.version}</button></div>`;
@@ -36,7 +36,7 @@ function RollBack() {
 /** @param {{ it: Kept }} props */
 function Version({ it }) {
   const { id, version, active, camera, snapshot, report } = it, model = models.value.find((m) => m.name === it.model.name)?.title ?? it.model.name;
-  const isChosen = pairOf.value.includes(id);
+  const isChosen = comparedPair.value.includes(id);
   return html`<li class=${`card${active ? " now" : ""}`} data-testid="shelf-version" data-version=${version} data-active=${String(active)}>
     <div class="line"><b>Version ${version}</b>${active && html`<b class="level good">Active</b>`}<span class=${`level ${report.verdict.level}`}>${mm(report.verdict.mm)} mm</span><small class="grow">${model}, ${words(it.region).toLowerCase()}; ${dayAndTime(it.created_at)}${it.made_by && `, by ${it.made_by}`}</small></div>
     <${Typed} type="text" class="note" data-testid="shelf-note" maxlength="2000" aria-label=${`Note for version ${version}`} placeholder="Add a note" value=${it.note} take=${(/** @type {string} */ text) => annotate(it, text)}/>
@@ -52,15 +52,15 @@ function Version({ it }) {
 }
 
 /** On the right: two compared, and what was active when. */
-export function ShelfReport() {
-  const it = shelf.value;
+export function VersionListReport() {
+  const it = versionList.value;
   return html`<${Two}/><section aria-label="History"><h2>What was active</h2>
     ${it?.history.length ? html`<ol class="plain history" data-testid="history">${it.history.map((h) => html`<li key=${h.at + h.calibration}><b>${h.version === null ? "A deleted version" : `Version ${h.version}`}</b>
       <small>${dayAndTime(h.at)}${h.by && `, by ${h.by}`}</small></li>`)}</ol>` : html`<p class="reason">Nothing was activated yet.</p>`}</section>`;
 }
 
 function Two() {
-  const ids = pairOf.value, at = apart.value, of2 = ids.map((id) => shelf.value?.items.find((v) => v.id === id)?.version ?? "?");
+  const ids = comparedPair.value, at = pairDifference.value, of2 = ids.map((id) => versionList.value?.items.find((v) => v.id === id)?.version ?? "?");
   if (ids.length < 2) return html`<section><h2>Compare two versions</h2><p class="reason">Tick “compare” at two of them.</p></section>`;
   return html`<section aria-label="Two versions compared" data-testid="apart"><h2>Versions ${of2[0]} and ${of2[1]}</h2>
     ${at?.why ? html`<p class="warning-line"><b>${at.why.detail}</b> ${at.why.fix}</p>` : !at?.is ? html`<p class="reason">Comparing…</p>` : html`
