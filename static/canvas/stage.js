@@ -15,7 +15,7 @@ import { listen } from "./tools/pointer.js";
 import { fit, mainViewport, stageSize, view } from "./viewport.js";
 import { selectNext } from "../features/calibrate/editing.js";
 import { snapMessage } from "../features/calibrate/snapping.js";
-import { pointedAt, paneUnder, fieldUnderPointer } from "../features/compare/comparison.js";
+import { fieldUnderPointer, paneUnder, pointedAt } from "../features/compare/comparison.js";
 import { shownMap as heatMap, valueAt } from "../features/compare/heat.js";
 
 const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are

@@ -1,5 +1,5 @@
 // Long work on the server: ask for it, watch how far it has come, stop it.
-import { ServerUnreachable, Problem, address, call, request } from "./api.js";
+import { Problem, ServerUnreachable, address, call, request } from "./api.js";
 
 const RETRY_MS = 500;
 
@@ -9,22 +9,22 @@ const RETRY_MS = 500;
 export class Stopped extends Error {}
 
 /** Ask for work that takes a while, and wait for its result. Refusals are thrown as they would be at once.
- * @param {string} path @param {unknown} json @param {AbortSignal} stop ends the work on the server too @param {(job: Job) => void} told how far it is */
-export async function runJob(path, json, stop, told) {
+ * @param {string} path @param {unknown} json @param {AbortSignal} stop ends the work on the server too @param {(job: Job) => void} onProgress how far it is */
+export async function runJob(path, json, stop, onProgress) {
   const response = await request("POST", path, { json });
-  return response.status === 202 ? followJob(await response.json(), stop, told) : response.json();
+  return response.status === 202 ? followJob(await response.json(), stop, onProgress) : response.json();
 }
 
-/** Watch a job to its end; while the server is away, wait for it. @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} told @returns {Promise<any>} its result */
-export async function followJob(job, stop, told) {
+/** Watch a job to its end; while the server is away, wait for it. @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} onProgress @returns {Promise<any>} its result */
+export async function followJob(job, stop, onProgress) {
   const cancel = () => void request("DELETE", `/jobs/${job.id}`, { keepalive: true }).catch(() => {}); // it may have ended already
   if (stop.aborted) cancel();
   stop.addEventListener("abort", cancel);
   try {
     for (let now = job; ; now = await pollJob(now)) {
       if (stop.aborted || now.state === "cancelled") throw new Stopped();
-      told(now);
-      if (!isOver(now)) now = await streamStates(now, stop, told);
+      onProgress(now);
+      if (!isOver(now)) now = await streamStates(now, stop, onProgress);
       if (stop.aborted || now.state === "cancelled") throw new Stopped();
       if (now.state === "done") return now.result;
       if (now.state === "failed") throw new Problem(now.problem?.status ?? 500, now.problem ?? {});
@@ -39,8 +39,8 @@ export async function followJob(job, stop, told) {
 const isOver = (job) => job.state === "done" || job.state === "failed" || job.state === "cancelled";
 
 /** Every state of a job as the server tells it, until its end, a stop, or until the line breaks.
- * @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} told @returns {Promise<Job>} the last that was heard */
-function streamStates(job, stop, told) {
+ * @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} onProgress @returns {Promise<Job>} the last that was heard */
+function streamStates(job, stop, onProgress) {
   return new Promise((resolve) => {
     let last = job;
     const line = new WebSocket(address(`/jobs/${job.id}/stream`));
@@ -50,7 +50,7 @@ function streamStates(job, stop, told) {
       if (!("state" in now)) return; // a refusal: the next look says it
       last = now;
       if (isOver(now)) end();
-      else if (!stop.aborted) told(now);
+      else if (!stop.aborted) onProgress(now);
     });
     line.addEventListener("close", () => { stop.removeEventListener("abort", end); resolve(last); });
     stop.addEventListener("abort", end);

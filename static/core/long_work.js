@@ -7,7 +7,7 @@ import { Stopped } from "./jobs.js";
 export function longWork() {
   const search = signal(/** @type {{ progress: number, message: string, stop: AbortController } | null} */ (null));
   const refusal = signal(/** @type {import("./types").Refusal | null} */ (null));
-  /** @param {(stop: AbortSignal, told: (job: import("./types").Job) => void) => Promise<any>} work @param {(result: any) => unknown} done */
+  /** @param {(stop: AbortSignal, onProgress: (job: import("./types").Job) => void) => Promise<any>} work @param {(result: any) => unknown} done */
   async function watch(work, done) {
     const stop = new AbortController();
     search.value = { progress: 0, message: "", stop };

@@ -2,7 +2,7 @@
 import { effect, signal } from "@preact/signals";
 import { atBoard, atLive, atPair, atStraight, snapshot } from "./state.js";
 
-/** @typedef {import("./page_types").At} At */
+/** @typedef {import("./page_types").PageAddress} At */
 
 /** @type {At["name"][]} */
 export const PAGE_NAMES = ["jobs", "settings", "versions", "capture", "rig", "rolls", "scene", "seeing"]; // no picture's ids: those are hexadecimal

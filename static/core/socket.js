@@ -1,34 +1,34 @@
-// A line on which the server tells what happens, opened again whenever it breaks, until it is hung up.
+// A WebSocket of the API that is opened again whenever it breaks, until it is closed.
 import { address } from "./api.js";
 
 const AGAIN_MS = 1500;
 const nothing = () => {};
 
-/** @typedef {{ say: (wish: unknown) => void, hangUp: () => void }} Line say(): what is said while the line is down is lost */
+/** @typedef {{ send: (message: unknown) => void, close: () => void }} Socket send(): a message is lost while the socket is down */
 
 /**
- * Nothing is heard any more once it is hung up, not even what was on its way.
+ * Open one. No message arrives once it is closed, not even one that was on its way.
  * @param {string} path a WebSocket of the API
- * @param {{ told: (heard: any) => void, opened?: () => void, broken?: () => void }} hear told: of each message; opened: each time the line stands; broken: each time it does no more
- * @returns {Line}
+ * @param {{ onMessage: (message: any) => void, onOpen?: () => void, onBreak?: () => void }} listeners onOpen: each time it is connected; onBreak: each time it is no longer
+ * @returns {Socket}
  */
-export function openSocket(path, { told, opened = nothing, broken = nothing }) {
+export function openSocket(path, { onMessage, onOpen = nothing, onBreak = nothing }) {
   let timer = 0, isOver = false;
   /** @type {WebSocket} */
   let socket;
   function open() {
     socket = new WebSocket(address(path));
-    socket.addEventListener("open", () => { if (!isOver) opened(); });
-    socket.addEventListener("message", ({ data }) => { if (!isOver) told(JSON.parse(data)); });
+    socket.addEventListener("open", () => { if (!isOver) onOpen(); });
+    socket.addEventListener("message", ({ data }) => { if (!isOver) onMessage(JSON.parse(data)); });
     socket.addEventListener("close", () => {
       if (isOver) return;
-      broken();
+      onBreak();
       timer = setTimeout(open, AGAIN_MS);
     });
   }
   open();
   return {
-    say: (wish) => { if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(wish)); },
-    hangUp: () => { isOver = true; clearTimeout(timer); socket.close(); },
+    send: (message) => { if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); },
+    close: () => { isOver = true; clearTimeout(timer); socket.close(); },
   };
 }

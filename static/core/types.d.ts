@@ -112,10 +112,10 @@ export interface LensRecord {
     warnings: Warning[]; verdict: { level: "good" | "fair" | "poor"; sentence: string };
   };
 }
-export interface BoardWanted {
+export interface BoardRequest {
   kind: string; columns: number; rows: number; square_mm: number; marker_mm: number; dictionary: string; legacy: boolean; model: string; note: string;
 }
-export interface DeskPicture { key: string; name: string; state: "waiting" | "uploading" | "kept" | "refused"; id: string; why: string; camera?: string; quad?: Point[] | null }
+export interface UploadedPicture { key: string; name: string; state: "waiting" | "uploading" | "kept" | "refused"; id: string; why: string; camera?: string; quad?: Point[] | null }
 /** One edge: its points in the picture and in the straightened one, and how straight they are, px rms. */
 export interface Edge {
   name: string; picture: number; points: number; length_px: number; before_px: number | null; after_px: number | null;

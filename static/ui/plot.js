@@ -12,11 +12,11 @@ export function ink(name) {
   return getComputedStyle(probe).color; // the property itself may be a rule that a canvas does not know
 }
 
-/** of: what it is made anew for. at: which place of the data is pointed at, -1 none. say: what stands there, for screen readers.
+/** of: what it is made anew for. at: which place of the data is pointed at, -1 none. describe: what stands there, for screen readers.
  * across, span: the ends of the two scales. draw: what is drawn besides axes; point: somebody points there; take: somebody takes it.
  * @param {{ of: string, name: string, label: string, height: number, options: () => Partial<import("uplot").Options>, data: import("uplot").AlignedData, draw: (u: uPlot) => void, across: [number, number], span: [number, number],
- *   at: number, say: (at: number) => string, point: (at: number) => void, take: (at: number) => void }} props */
-export function Plot({ of, name, label, height, options, data, draw, across, span, at, say, point, take }) {
+ *   at: number, describe: (at: number) => string, point: (at: number) => void, take: (at: number) => void }} props */
+export function Plot({ of, name, label, height, options, data, draw, across, span, at, describe, point, take }) {
   const place = useRef(/** @type {HTMLElement | null} */ (null)), made = useRef(/** @type {uPlot | null} */ (null));
   const now = useRef({ point, take, draw, across, span });
   now.current = { point, take, draw, across, span };
@@ -57,5 +57,5 @@ export function Plot({ of, name, label, height, options, data, draw, across, spa
     e.preventDefault();
   };
   return html`<div class="plot" ref=${place} data-testid=${name} data-at=${at} role="slider" tabindex="0" aria-label=${label} aria-valuemin="1" aria-valuemax=${Math.max(1, count)} aria-valuenow=${Math.max(1, at + 1)}
-    aria-valuetext=${at < 0 ? "nothing pointed at" : say(at)} onKeyDown=${key}></div>`;
+    aria-valuetext=${at < 0 ? "nothing pointed at" : describe(at)} onKeyDown=${key}></div>`;
 }

@@ -10,7 +10,9 @@ import { Heat } from "./heat.js";
 import { FieldLines } from "./overlay.js";
 import { ResidualArrows } from "./residual_arrows.js";
 import { MARGIN_PX } from "../viewport.js";
-import { counterpart, correctedPlacement, lines, margin, comparedVersion, visiblePicture, activeViewport } from "../../features/compare/comparison.js";
+import {
+  activeViewport, comparedVersion, correctedPlacement, counterpart, lines, margin, visiblePicture,
+} from "../../features/compare/comparison.js";
 import { cameraView } from "../../features/live/camera_page.js";
 
 const STEP = 0.02, ENDS = [0.02, 0.98];

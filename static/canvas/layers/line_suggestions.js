@@ -6,7 +6,7 @@ import { html } from "../../core/html.js";
 import { active, pointer, showLines, snapshot } from "../../core/state.js";
 import { colour, path, placed } from "../drawing.js";
 import { toStage, view } from "../viewport.js";
-import { suggestedLines, proposedPoints, lineUnderPointer } from "../../features/calibrate/line_suggestions.js";
+import { lineUnderPointer, proposedPoints, suggestedLines } from "../../features/calibrate/line_suggestions.js";
 
 const paths = computed(() => suggestedLines.value.map((f) => ({ feature: f.feature, d: path(f.points), clicked: pointsOf(doc.value, f.feature).length > 0 })));
 

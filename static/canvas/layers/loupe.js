@@ -2,7 +2,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import { doc, pointsOf } from "../../core/document.js";
 import { html } from "../../core/html.js";
-import { editing, selectedPoints, pointer, step, tool } from "../../core/state.js";
+import { editing, pointer, selectedPoints, step, tool } from "../../core/state.js";
 import { colour, path } from "../drawing.js";
 import { stageSize, toStage, view } from "../viewport.js";
 import { curves, isCurve } from "../../features/calibrate/fitting.js";

@@ -4,7 +4,7 @@ import { html } from "../../core/html.js";
 import { editing } from "../../core/state.js";
 import { paneSize, view } from "../viewport.js";
 import { stale } from "../../features/calibrate/fitting.js";
-import { shownArrows, factor, longest } from "../../features/compare/residual_arrows.js";
+import { factor, longest, shownArrows } from "../../features/compare/residual_arrows.js";
 
 const FINE = "#fff", WARN = "#f2b84b", CASING = "#000a"; // the same on light and dark pages: below them lies the picture
 const LEAST_PX = 0.5; // on the stage; a shorter one is a click on the curve

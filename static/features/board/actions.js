@@ -5,7 +5,7 @@ import { closePicture } from "../calibrate/pictures.js";
 import { openedCamera as liveCamera } from "../live/camera_page.js";
 import { openPage } from "../shell/open_page.js";
 import { findLens, foundLens, openBoard, ready, search, useLens } from "./board.js";
-import { automatic, findCaptured, boardView, captureCamera, switchAutomatic, takeView, views } from "./capture.js";
+import { automatic, boardView, captureCamera, findCaptured, switchAutomatic, takeView, views } from "./capture.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const BOARD_ACTIONS = [

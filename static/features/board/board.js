@@ -15,7 +15,7 @@ const KEPT = "touchline.board"; // a reload goes on with the same board and pict
 
 const before = JSON.parse(localStorage.getItem(KEPT) ?? "{}"); // with `job`: the search that this page asked for
 /** What the pictures show, and which lens is looked for. */
-export const boardRequest = signal(/** @type {import("../../core/types").BoardWanted} */ ({ kind: "chessboard", columns: 9, rows: 6, square_mm: 30, marker_mm: 22,
+export const boardRequest = signal(/** @type {import("../../core/types").BoardRequest} */ ({ kind: "chessboard", columns: 9, rows: 6, square_mm: 30, marker_mm: 22,
   dictionary: "DICT_4X4_50", legacy: false, model: "brown-conrady", note: "", ...before.wanted }));
 const list = pictureList(before.pictures ?? [], "board", () => persist());
 export const { pictures, ready, add: addPictures } = list;
@@ -38,7 +38,7 @@ export const boardNextStep = computed(() => {
     missing: list.uploading.value ? missing : "", done: false, sentence: missing || `${plural(ready.value.length, "picture")}; twenty to forty are good.` };
 });
 
-/** @param {Partial<import("../../core/types").BoardWanted>} changes */
+/** @param {Partial<import("../../core/types").BoardRequest>} changes */
 export function changeBoard(changes) {
   boardRequest.value = { ...boardRequest.value, ...changes };
   persist();
@@ -59,7 +59,7 @@ export async function openBoard() {
 /** This page's own search, though the page was left or the server stopped meanwhile. @param {string} id */
 async function resumeSearch(id) {
   const job = await call("GET", `/jobs/${id}`).catch((error) => { if (error instanceof ServerUnreachable) throw error; return null; }); // none: forgotten by now
-  if (job) await work.watch((stop, told) => followJob(job, stop, told), show);
+  if (job) await work.watch((stop, onProgress) => followJob(job, stop, onProgress), show);
   else if (before.lens && !foundLens.value) await showLens(before.lens);
   if (search.value === null && online.value) persist({ job: undefined });
 }
@@ -80,9 +80,9 @@ export function findLens() {
   const { model: name, note, kind, columns, rows, square_mm, marker_mm, dictionary, legacy } = boardRequest.value;
   const board = { kind, columns, rows, square_mm, ...(kind === "charuco" ? { marker_mm, dictionary, legacy } : {}) };
   const body = { snapshots: ready.value.map((p) => p.id), board, model: name, note };
-  return work.watch((stop, told) => runJob("/calibrations/board", body, stop, (job) => {
+  return work.watch((stop, onProgress) => runJob("/calibrations/board", body, stop, (job) => {
     if (before.job !== job.id) persist({ job: job.id });
-    told(job);
+    onProgress(job);
   }), show).finally(() => { if (online.value) persist({ job: undefined }); });
 }
 
@@ -117,7 +117,7 @@ export function applyChosenLens({ width, height }) {
   change({ ...chosen, options: { ...chosen.options, lens: lens.id, lens_sigma: "own" } });
 }
 
-/** What the report says of one picture. @param {import("../../core/types").DeskPicture} picture */
+/** What the report says of one picture. @param {import("../../core/types").UploadedPicture} picture */
 export function viewReport({ id }) {
   const at = foundLens.value?.snapshots?.indexOf(id) ?? -1;
   if (at < 0 || !foundLens.value) return null;

@@ -5,15 +5,15 @@ import { plural } from "../../core/format.js";
 import { page } from "../../core/page.js";
 import { openSocket } from "../../core/socket.js";
 import { cameras } from "../../core/state.js";
-import { addCapturedView, findLens, openBoard, pictures, boardRequest } from "./board.js";
+import { addCapturedView, boardRequest, findLens, openBoard, pictures } from "./board.js";
 
 const GOOD = 12; // views from which a lens is worth finding
 
-/** @typedef {import("../../core/page_types").Look} Look */
+/** @typedef {import("../../core/page_types").BoardView} Look */
 
 /** What was seen last; null before the first look. */
 export const boardView = signal(/** @type {Look | null} */ (null));
-/** Why there is none, with its cure. */
+/** Why there is none, with its fix. */
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 /** Whether pictures are taken by themselves. */
 export const automatic = signal(true);
@@ -21,8 +21,8 @@ export const captureCamera = computed(() => (page.value?.name === "capture" ? ca
 /** The views that were taken before this camera. */
 export const views = computed(() => pictures.value.filter((p) => p.quad && p.camera === captureCamera.value?.id));
 
-/** @type {import("../../core/socket.js").Line | null} */
-let line = null;
+/** @type {import("../../core/socket.js").Socket | null} */
+let socket = null;
 
 export const captureNextStep = computed(() => {
   const it = boardView.value, count = views.value.length;
@@ -42,18 +42,18 @@ export function startCapture() {
   const boards = computed(() => JSON.stringify(board()));
   effect(() => {
     const id = captureCamera.value?.id, which = boards.value;
-    line?.hangUp();
-    line = null;
+    socket?.close();
+    socket = null;
     boardView.value = null;
     refusal.value = null;
-    if (id && online.value) line = open(id, which);
+    if (id && online.value) socket = open(id, which);
   });
 
   /** @param {string} id @param {string} which */
   function open(id, which) {
     return openSocket(`/cameras/${encodeURIComponent(id)}/board`, {
-      opened: () => line?.say({ board: JSON.parse(which), taken: views.peek().map((v) => v.quad), automatic: automatic.peek() }),
-      told: (now) => {
+      onOpen: () => socket?.send({ board: JSON.parse(which), taken: views.peek().map((v) => v.quad), automatic: automatic.peek() }),
+      onMessage: (now) => {
         refusal.value = "detail" in now ? now : null;
         boardView.value = refusal.value ? null : now;
         if (now.taken) addCapturedView(now.taken.id, id, now.quad);
@@ -64,11 +64,11 @@ export function startCapture() {
 
 export function switchAutomatic() {
   automatic.value = !automatic.value;
-  line?.say({ automatic: automatic.value });
+  socket?.send({ automatic: automatic.value });
 }
 
 /** This very view, whether it is still and new or not. */
-export const takeView = () => line?.say({ take: true });
+export const takeView = () => socket?.send({ take: true });
 
 /** With what was taken, at the board's desk. */
 export async function findCaptured() {

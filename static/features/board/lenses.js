@@ -1,7 +1,7 @@
 // Lenses that are known already: from boards, and those of earlier calibrations.
 import { effect, signal, untracked } from "@preact/signals";
 import { call, online } from "../../core/api.js";
-import { snapshot, step, notifyError } from "../../core/state.js";
+import { notifyError, snapshot, step } from "../../core/state.js";
 import { versions } from "../versions/versions.js";
 
 /** From boards, newest first. */

@@ -1,9 +1,9 @@
 // Keeps the document: on the server after every change, and in this browser until the server has it.
 import { batch, effect, signal, untracked } from "@preact/signals";
-import { ServerUnreachable, Problem, online, request } from "../../core/api.js";
-import { EMPTY, change, doc, dragging, fromDraft, load, isEqual } from "../../core/document.js";
+import { Problem, ServerUnreachable, online, request } from "../../core/api.js";
+import { EMPTY, change, doc, dragging, fromDraft, isEqual, load } from "../../core/document.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { snapshot, notifyError } from "../../core/state.js";
+import { notifyError, snapshot } from "../../core/state.js";
 
 const PAUSE_MS = 250; // a nudge held down is one save, not thirty
 

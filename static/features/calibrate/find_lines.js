@@ -22,7 +22,7 @@ export async function findLines() {
   if (!picture || !document.field || !region.value || finding.value) return;
   const body = { snapshot: picture.id, field: document.field, region: region.value.name, rotate: rotation.value, model: MODEL, keep: false };
   lastFound.value = null;
-  await work.watch((stop, told) => runJob("/calibrations/auto", body, stop, told), (/** @type {FoundLines} */ found) => {
+  await work.watch((stop, onProgress) => runJob("/calibrations/auto", body, stop, onProgress), (/** @type {FoundLines} */ found) => {
     if (snapshot.value?.id !== picture.id) return; // another picture by now: its draft is not ours
     const added = onUnclickedLines(found.observations), untouched = !doc.value.observations.some((o) => o.points.length);
     const fits = untouched && found.report ? models.value.find((m) => m.name === found.model) : null;

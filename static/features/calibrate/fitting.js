@@ -1,7 +1,7 @@
 // Asks the server what the clicks are worth: each border's curve at pointer rate, the whole fit after every change.
 import { effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
-import { BORDERS, doc, dragging, pointsOf, isEqual } from "../../core/document.js";
+import { BORDERS, doc, dragging, isEqual, pointsOf } from "../../core/document.js";
 import { latestWins } from "../../core/latest_wins.js";
 import { model, snapshot } from "../../core/state.js";
 import { curveThrough } from "./live_curve.js";

@@ -3,7 +3,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";
 import { plural, words } from "../../core/format.js";
-import { active, editing, kindOf, pointer, selection, snapshot, notifyError, tool } from "../../core/state.js";
+import { active, editing, kindOf, notifyError, pointer, selection, snapshot, tool } from "../../core/state.js";
 import { view } from "../../canvas/viewport.js";
 import { lineUnder } from "./field_sides.js";
 import { givenFit, preview, refusal } from "./fitting.js";

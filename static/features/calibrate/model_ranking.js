@@ -33,12 +33,12 @@ async function compare(body) {
   comparison.value = { of, progress: 0, message: "", stop };
   notCompared.value = null;
   try {
-    const told = (/** @type {import("../../core/types").Job} */ { id, progress, message }) => {
+    const onProgress = (/** @type {import("../../core/types").Job} */ { id, progress, message }) => {
       ownJob.keep(of, id);
       if (comparison.value?.stop === stop) comparison.value = { of, progress, message, stop };
     };
     const before = await ownJob.of(of);
-    const found = await (before ? followJob(before, stop.signal, told) : runJob("/calibrations/compare?job=true", body, stop.signal, told));
+    const found = await (before ? followJob(before, stop.signal, onProgress) : runJob("/calibrations/compare?job=true", body, stop.signal, onProgress));
     if (!stop.signal.aborted) ranking.value = { ...found, of };
   } catch (error) {
     // When the server is away, the models are compared once it is back.

@@ -2,7 +2,7 @@
 import { filePicker } from "../../core/actions.js";
 import { change, doc } from "../../core/document.js";
 import { cameras, region, rotation, snapshot } from "../../core/state.js";
-import { takePicture, backgroundProgress } from "./pictures.js";
+import { backgroundProgress, takePicture } from "./pictures.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const PICTURE_ACTIONS = [

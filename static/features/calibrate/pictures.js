@@ -4,8 +4,8 @@ import { call, request } from "../../core/api.js";
 import { doc, load } from "../../core/document.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import {
-  active, atBoard, atLive, atStraight, busy, cameras, fields, help, models, notices, selection, snapshot, snapshots,
-  step, notify, notifyError,
+  active, atBoard, atLive, atStraight, busy, cameras, fields, help, models, notices, notify, notifyError, selection,
+  snapshot, snapshots, step,
 } from "../../core/state.js";
 import { fit } from "../../canvas/viewport.js";
 import { applyChosenLens } from "../board/board.js";

@@ -1,6 +1,6 @@
 // Actions on clicked points: choose a border, add, move, select and remove points, undo and redo.
 import { BORDERS, change, doc, future, past, pointsOf, redo, undo } from "../../core/document.js";
-import { active, atPair, editing, selectedPoints, pointer, selection, tool } from "../../core/state.js";
+import { active, atPair, editing, pointer, selectedPoints, selection, tool } from "../../core/state.js";
 import { stageSize, toPicture } from "../../canvas/viewport.js";
 import { activeViewport } from "../compare/comparison.js";
 import { pairArrow } from "../pair/match_actions.js";

@@ -11,24 +11,24 @@ export const others = signal(/** @type {string[]} */ ([]));
 
 /** Tell and hear who is at the picture that is open, from now on. */
 export function startPresence() {
-  /** @type {import("../../core/socket.js").Line | null} */
-  let line = null;
+  /** @type {import("../../core/socket.js").Socket | null} */
+  let socket = null;
   effect(() => {
     const id = snapshot.value?.id, name = operatorName.value;
-    line?.hangUp();
-    line = null;
+    socket?.close();
+    socket = null;
     others.value = [];
-    if (id && online.value) untracked(() => { line = open(id, name); });
+    if (id && online.value) untracked(() => { socket = open(id, name); });
   });
 
   /** @param {string} id @param {string} name */
   function open(id, name) {
     return openSocket(`/drafts/${encodeURIComponent(id)}/stream?name=${encodeURIComponent(name)}`, {
-      told: (now) => {
+      onMessage: (now) => {
         others.value = now.others ?? [];
         if (now.etag) void fetchOthersChanges(now.etag, now.by);
       },
-      broken: () => { others.value = []; },
+      onBreak: () => { others.value = []; },
     });
   }
 }

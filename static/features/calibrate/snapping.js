@@ -4,7 +4,7 @@ import { ServerUnreachable, call } from "../../core/api.js";
 import { change, doc, dragging, future, pointsOf, withPoints } from "../../core/document.js";
 import { number } from "../../core/format.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { active, editing, kindOf, pointer, snapshot, notifyError, tool } from "../../core/state.js";
+import { active, editing, kindOf, notifyError, pointer, snapshot, tool } from "../../core/state.js";
 import { view } from "../../canvas/viewport.js";
 import { givenFit } from "./fitting.js";
 

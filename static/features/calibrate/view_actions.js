@@ -1,6 +1,6 @@
 // Actions on how the picture is viewed: pan, zoom, draw the field's lines.
 import { showLines, snapshot, tool } from "../../core/state.js";
-import { comparedVersion, activeViewport } from "../compare/comparison.js";
+import { activeViewport, comparedVersion } from "../compare/comparison.js";
 import { version } from "../versions/versions.js";
 import { preview } from "./fitting.js";
 

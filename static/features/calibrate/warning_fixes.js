@@ -1,21 +1,21 @@
-// What a button can do about a warning or a refusal: by its code, the deed in the words of the page.
+// The buttons that fix a warning or a refusal, by its code.
 import { run } from "../../core/actions.js";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { words } from "../../core/format.js";
 import { camera, cameras, field, model, models, region, step } from "../../core/state.js";
 import { mainViewport } from "../../canvas/viewport.js";
-import { correctedPlacement, margin, visiblePicture, activeViewport } from "../compare/comparison.js";
+import { activeViewport, correctedPlacement, margin, visiblePicture } from "../compare/comparison.js";
 import { heat, shownMap } from "../compare/heat.js";
 import { version } from "../versions/versions.js";
 import { activateFeature, remove, select } from "./editing.js";
 import { preview } from "./fitting.js";
 import { compareModels, ranking, useModel } from "./model_ranking.js";
 
-/** @typedef {{ reason?: string, feature?: string | null, index?: number | null }} Trouble @typedef {{ label: string, test: string, run: () => void }} Cure */
+/** @typedef {{ reason?: string, feature?: string | null, index?: number | null }} Trouble @typedef {{ label: string, test: string, run: () => void }} Fix */
 
 const NEAREST = 2; // stage pixels for one of the picture, at least: a place can be seen well
 
-/** @type {Record<string, (trouble: Trouble) => (Cure | null)[]>} */
+/** @type {Record<string, (trouble: Trouble) => (Fix | null)[]>} */
 const FIXES = {
   "stray-click": (t) => point(t),
   "duplicate-points": (t) => point(t),
@@ -43,13 +43,13 @@ const FIXES = {
   imported: () => [picture()],
 };
 
-/** What can be done about it by a button. @param {Trouble} trouble @returns {Cure[]} */
-export const fixesOf = (trouble) => (FIXES[trouble.reason ?? ""]?.({ ...trouble, feature: named(trouble.feature) }) ?? []).filter((cure) => cure !== null);
+/** What can be done about it by a button. @param {Trouble} trouble @returns {Fix[]} */
+export const fixesOf = (trouble) => (FIXES[trouble.reason ?? ""]?.({ ...trouble, feature: named(trouble.feature) }) ?? []).filter((fix) => fix !== null);
 
 /** A feature by its name, where a refusal says "the left border". @param {string | null | undefined} feature */
 const named = (feature) => BORDERS.find((border) => feature === `the ${border} border`) ?? feature;
 
-/** @param {string | null | undefined} feature @returns {Cure | null} */
+/** @param {string | null | undefined} feature @returns {Fix | null} */
 const click = (feature) => (feature ? { label: `Click the ${words(feature).toLowerCase()}${isBorder(feature) ? " border" : ""}`, test: "cure-click", run: () => clickOn(feature) } : null);
 
 /** @param {string} feature */
@@ -61,7 +61,7 @@ function clickOn(feature) {
   activateFeature(feature);
 }
 
-/** One point: away with it, or a look at it. @param {Trouble} trouble @returns {(Cure | null)[]} */
+/** One point: away with it, or a look at it. @param {Trouble} trouble @returns {(Fix | null)[]} */
 function point({ feature, index }) {
   if (!feature || index === null || index === undefined || index >= pointsOf(doc.value, feature).length) return [click(feature)];
   const pick = [{ feature, index }];
@@ -87,10 +87,10 @@ function insideLine() {
     ?? Object.entries(f.landmarks).find(([name, spot]) => free(name) && isIn(spot))?.[0] ?? null;
 }
 
-/** @returns {Cure | null} */
+/** @returns {Fix | null} */
 const enterHeight = () => (model.value?.options.some((o) => o.name === "height_mm") ? { label: "Enter camera height…", test: "enter-height", run: () => void toOption("height_mm") } : null);
 
-/** To the field where the cure goes. @param {string} name */
+/** To the field where the fix goes. @param {string} name */
 async function toOption(name) {
   step.value = "model";
   await new Promise(requestAnimationFrame); // once it is drawn
@@ -99,16 +99,16 @@ async function toOption(name) {
   input?.focus();
 }
 
-/** @returns {Cure} */
+/** @returns {Fix} */
 const options = () => ({ label: "Show the options", test: "cure-options", run: () => void toOption(model.value?.options[0]?.name ?? "") });
-/** @returns {Cure | null} */
+/** @returns {Fix | null} */
 const board = () => (model.value?.options.some((o) => o.type === "calibration") ? { label: "Calibrate the lens with a board…", test: "cure-board", run: () => run("board") } : null);
-/** @returns {Cure | null} */
+/** @returns {Fix | null} */
 const turn = () => (region.value ? { label: "Turn the field a quarter", test: "cure-turn", run: () => { step.value = "borders"; run("turn"); } } : null);
-/** @returns {Cure | null} */
+/** @returns {Fix | null} */
 const picture = () => (camera.value ?? cameras.value[0] ? { label: "Take a new picture", test: "cure-picture", run: () => run("take") } : null);
 
-/** The model that is recommended, once they were compared. @returns {Cure | null} */
+/** The model that is recommended, once they were compared. @returns {Fix | null} */
 function recommended() {
   const name = ranking.value?.recommended, it = models.value.find((m) => m.name === name);
   if (it && name && name !== doc.value.model) return { label: `Use ${it.title}`, test: "cure-model", run: () => { step.value = "model"; useModel(name); } };
@@ -124,7 +124,7 @@ export function goToModelComparison() {
 /** The report whose figures are in sight. */
 const report = () => (activeViewport.value === mainViewport && (step.value === "compare" || step.value === "activate") ? version.value?.report : preview.value?.report);
 
-/** Where one more click helps the worst place most. @returns {Cure | null} */
+/** Where one more click helps the worst place most. @returns {Fix | null} */
 export function nextClick() {
   const next = report()?.next_click;
   if (!next) return null;
@@ -147,14 +147,14 @@ export function centreWorstPlace() {
   else if (worst) mainViewport.centre(worst[0], worst[1], NEAREST);
 }
 
-/** What to do about the worst place of the map: the strongest cure first. @returns {{ text: string, cures: Cure[] }} */
+/** What to do about the worst place of the map: the strongest fix first. @returns {{ text: string, fixes: Fix[] }} */
 export function worstPlaceFix() {
   const it = report(), map = shownMap.value;
-  if (!it || !map || map.what !== "expected") return { text: "", cures: [] };
+  if (!it || !map || map.what !== "expected") return { text: "", fixes: [] };
   const height = it.warnings.find((w) => w.reason === "height-unknown"), next = it.next_click;
-  if (heat.value.atHats && height) return { text: height.fix, cures: fixesOf(height) };
+  if (heat.value.atHats && height) return { text: height.fix, fixes: fixesOf(height) };
   if (next && next.worst_mm_then < next.worst_mm) {
-    return { text: `One more click on the ${words(next.feature).toLowerCase()} makes the worst place ${next.worst_mm.toFixed(1)} → ${next.worst_mm_then.toFixed(1)} mm${next.z_mm ? " at hat height" : ""}.`, cures: [nextClick()].filter((c) => c !== null) };
+    return { text: `One more click on the ${words(next.feature).toLowerCase()} makes the worst place ${next.worst_mm.toFixed(1)} → ${next.worst_mm_then.toFixed(1)} mm${next.z_mm ? " at hat height" : ""}.`, fixes: [nextClick()].filter((c) => c !== null) };
   }
-  return { text: "More clicks near it, or a lens known from a board, make it better.", cures: [click(fewest()), board()].filter((c) => c !== null) };
+  return { text: "More clicks near it, or a lens known from a board, make it better.", fixes: [click(fewest()), board()].filter((c) => c !== null) };
 }

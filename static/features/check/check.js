@@ -26,7 +26,7 @@ export const canCheck = computed(() => checking.value === null && status.value?.
 export async function checkCalibration() {
   const camera = openedCamera.value?.id, id = status.value?.active_calibration;
   if (!camera || !id) return;
-  await work.watch((stop, told) => runJob(`/calibrations/${id}/check?job=true`, { camera, frames: FRAMES }, stop, told),
+  await work.watch((stop, onProgress) => runJob(`/calibrations/${id}/check?job=true`, { camera, frames: FRAMES }, stop, onProgress),
     (/** @type {Checked} */ found) => { last.value = { camera, found }; });
 }
 

@@ -1,10 +1,10 @@
 // What can be done to a comparison of raw and corrected, still or live: rows of the table of actions.
 import { atLive, compare, comparing } from "../../core/state.js";
-import { goToNextClick, centreWorstPlace } from "../calibrate/warning_fixes.js";
+import { centreWorstPlace, goToNextClick } from "../calibrate/warning_fixes.js";
 import { cameraView, status } from "../live/camera_page.js";
 import { version } from "../versions/versions.js";
 import { hold, pause, swap } from "./blink.js";
-import { mode, comparedVersion, visiblePicture } from "./comparison.js";
+import { comparedVersion, mode, visiblePicture } from "./comparison.js";
 import { grid } from "./grid.js";
 import { shownMap as heatMap } from "./heat.js";
 

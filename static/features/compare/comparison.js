@@ -2,7 +2,7 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { latestWins } from "../../core/latest_wins.js";
-import { atLive, compare, comparing, pointer, snapshot, notifyError } from "../../core/state.js";
+import { atLive, compare, comparing, notifyError, pointer, snapshot } from "../../core/state.js";
 import { bounds } from "../../canvas/drawing.js";
 import { MARGIN_PX, mainViewport } from "../../canvas/viewport.js";
 import { cameraView } from "../live/camera_page.js";

@@ -2,7 +2,7 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { notifyError } from "../../core/state.js";
-import { margin, comparedVersion } from "./comparison.js";
+import { comparedVersion, margin } from "./comparison.js";
 
 /** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").Feature} Feature */
 

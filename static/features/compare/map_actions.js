@@ -1,6 +1,6 @@
 // Actions on what is drawn over a version's picture: error map, residual arrows, difference from another version.
-import { canHeat, differenceFrom, heat, comparableVersions } from "./heat.js";
-import { arrows, canArrow, shownArrows, magnify, magnifyBy } from "./residual_arrows.js";
+import { canHeat, comparableVersions, differenceFrom, heat } from "./heat.js";
+import { arrows, canArrow, magnify, magnifyBy, shownArrows } from "./residual_arrows.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const MAP_ACTIONS = [

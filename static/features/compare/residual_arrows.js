@@ -1,7 +1,7 @@
 // Residuals as arrows: from each click to where the model puts it, drawn longer than they are. The server has the figures.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
-import { comparing, editing, snapshot, notifyError } from "../../core/state.js";
+import { comparing, editing, notifyError, snapshot } from "../../core/state.js";
 import { MARGIN_PX } from "../../canvas/viewport.js";
 import { preview } from "../calibrate/fitting.js";
 import { version } from "../versions/versions.js";

@@ -3,9 +3,9 @@ import { openedCamera as liveShown } from "../live/camera_page.js";
 import { openPage } from "../shell/open_page.js";
 import { nextFrame, play, playing, previousFrame, recordClip, recording } from "./clips.js";
 import { COLOURS, choose, colour, learnAutomatically, learning } from "./colours.js";
-import { future, past, redoDetection, detectionCamera, detectionState, undoDetection } from "./detection.js";
+import { detectionCamera, detectionState, future, past, redoDetection, undoDetection } from "./detection.js";
 import { MASK, canCorrect, labels, toggleView, view, zoom, zoomDisplay } from "./display.js";
-import { holdFrame, releaseFrame, heldFrame, taking } from "./held_frame.js";
+import { heldFrame, holdFrame, releaseFrame, taking } from "./held_frame.js";
 
 const here = () => detectionCamera.value !== null && detectionState.value !== null;
 

@@ -3,7 +3,7 @@ import { computed, effect, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
 import { notify, notifyError } from "../../core/state.js";
 import { detectionCamera } from "./detection.js";
-import { holdFrame, holdClipFrame, isDetected, releaseFrame, heldFrame } from "./held_frame.js";
+import { heldFrame, holdClipFrame, holdFrame, isDetected, releaseFrame } from "./held_frame.js";
 
 /** @typedef {import("./types").Clip} Clip */
 

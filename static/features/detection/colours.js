@@ -2,7 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
 import { cameras, notify, notifyError } from "../../core/state.js";
-import { setDetection, detectionCamera, detectionState, tune } from "./detection.js";
+import { detectionCamera, detectionState, setDetection, tune } from "./detection.js";
 import { asSnapshot } from "./held_frame.js";
 
 /** @typedef {import("./types").Profile} Profile @typedef {import("./types").Place} Place @typedef {import("./types").Preset} Preset */

@@ -1,28 +1,28 @@
 // What a live camera is to see: as it is set and kept, frame after frame as it is seen, and the way back from a change.
 import { computed, effect, signal } from "@preact/signals";
 import { Problem, call, online, request } from "../../core/api.js";
-import { plural, number } from "../../core/format.js";
+import { number, plural } from "../../core/format.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { page } from "../../core/page.js";
 import { openSocket } from "../../core/socket.js";
 import { cameras, notifyError } from "../../core/state.js";
 
-/** @typedef {import("./types").SeeingTold} SeeingTold @typedef {import("./types").SeeingSet} SeeingSet @typedef {import("./types").SeenFrame} SeenFrame */
-/** @typedef {Pick<SeeingSet, "plan" | "colours" | "profile">} Tuned what can be undone */
+/** @typedef {import("./types").DetectionState} DetectionState @typedef {import("./types").DetectionSettings} DetectionSettings @typedef {import("./types").DetectionFrame} DetectionFrame */
+/** @typedef {Pick<DetectionSettings, "plan" | "colours" | "profile">} Tuned what can be undone */
 
 const LOOK_MS = 3000; // somebody else may change it, and a camera finds its colours by itself
 const MOST_UNDO = 40, MOST_RECENT = 20;
 
 export const detectionCamera = computed(() => (page.value?.name === "seeing" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
-export const detectionState = signal(/** @type {SeeingTold | null} */ (null));
+export const detectionState = signal(/** @type {DetectionState | null} */ (null));
 /** What the newest frame showed; null before the first. */
-export const latestFrame = signal(/** @type {SeenFrame | null} */ (null));
+export const latestFrame = signal(/** @type {DetectionFrame | null} */ (null));
 /** The newest frames, oldest first; and which one the picture shows, 0 where that is not known. */
-const recent = signal(/** @type {SeenFrame[]} */ ([]));
+const recent = signal(/** @type {DetectionFrame[]} */ ([]));
 export const shownSeq = signal(0);
 /** What is seen in the very picture that is shown: it comes another way, earlier or later. */
 export const shownFrame = computed(() => recent.value.findLast((frame) => frame.seq <= shownSeq.value) ?? latestFrame.value);
-/** Why nothing is seen, with its cure. */
+/** Why nothing is detected, with its fix. */
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 export const kinds = signal(/** @type {import("./types").StageKind[]} */ ([]));
 export const plans = signal(/** @type {import("./types").Plan[]} */ ([]));
@@ -39,8 +39,8 @@ export const detectionNextStep = computed(() => {
   return { action: "back", label: "Back", missing: "", done: it !== null && !refusal.value, sentence };
 });
 
-/** @type {import("../../core/socket.js").Line | null} */
-let line = null;
+/** @type {import("../../core/socket.js").Socket | null} */
+let socket = null;
 const wishes = requestOrder();
 let etag = "", saving = 0;
 let queue = Promise.resolve();
@@ -60,19 +60,19 @@ export function startDetection() {
   });
   effect(() => {
     const id = current.value, wanted = isHeard.value;
-    line?.hangUp();
-    line = refusal.value = null;
+    socket?.close();
+    socket = refusal.value = null;
     recent.value = [];
     shownSeq.value = 0;
-    if (id && wanted && online.value) line = listen(id);
+    if (id && wanted && online.value) socket = listen(id);
     else if (!wanted) latestFrame.value = null; // held, or switched off
   });
 
   /** @param {string} id */
   function listen(id) {
-    return openSocket(`/cameras/${encodeURIComponent(id)}/detections`, { told: (heard) => {
-      refusal.value = "detail" in heard ? heard : null;
-      latestFrame.value = refusal.value ? null : heard;
+    return openSocket(`/cameras/${encodeURIComponent(id)}/detections`, { onMessage: (message) => {
+      refusal.value = "detail" in message ? message : null;
+      latestFrame.value = refusal.value ? null : message;
       if (latestFrame.value) recent.value = [...recent.value, latestFrame.value].slice(-MOST_RECENT);
     } });
   }
@@ -101,19 +101,19 @@ async function read(id) {
   }
 }
 
-/** @param {string} id @param {Omit<SeeingTold, "camera">} answer */
+/** @param {string} id @param {Omit<DetectionState, "camera">} answer */
 function keep(id, answer) {
   const next = { ...answer, camera: id };
   if (JSON.stringify(next) !== JSON.stringify(detectionState.value)) detectionState.value = next;
 }
 
-/** The profile that belongs to a camera alone. @param {SeeingTold} it */
+/** The profile that belongs to a camera alone. @param {DetectionState} it */
 export const ownProfile = (it) => (it.learned === "clicks" && it.profile && it.profile.name !== it.colours ? it.profile : null);
 
-/** What an operator has set. @param {SeeingTold} it @returns {SeeingSet} */
+/** What an operator has set. @param {DetectionState} it @returns {DetectionSettings} */
 const setOf = (it) => ({ on: it.on, plan: it.plan, colours: it.colours, profile: ownProfile(it), publish: it.publish });
 
-/** @param {SeeingTold} it @returns {Tuned} */
+/** @param {DetectionState} it @returns {Tuned} */
 const tunedOf = (it) => ({ plan: it.plan, colours: it.colours, profile: ownProfile(it) });
 
 /** Change how it sees; undo() takes it back. @param {Partial<Tuned>} changes */
@@ -136,7 +136,7 @@ function travel(from, to) {
   void setDetection(there);
 }
 
-/** Set it: seen at once, kept by the server, one after the other. @param {Partial<SeeingSet>} changes */
+/** Set it: seen at once, kept by the server, one after the other. @param {Partial<DetectionSettings>} changes */
 export function setDetection(changes) {
   const it = detectionState.value, id = it?.camera;
   if (!it || !id) return Promise.resolve();
@@ -153,10 +153,10 @@ export function setDetection(changes) {
 /** When the server has got every change so far. */
 export const whenSaved = () => queue;
 
-/** @param {string} id @param {SeeingSet} before @param {Partial<SeeingSet>} changes */
+/** @param {string} id @param {DetectionSettings} before @param {Partial<DetectionSettings>} changes */
 async function put(id, before, changes) {
   const at = `/cameras/${encodeURIComponent(id)}/seeing`;
-  /** @param {SeeingSet} onto */
+  /** @param {DetectionSettings} onto */
   const send = async (onto) => {
     const response = await request("PUT", at, { json: { ...onto, ...changes }, headers: { "If-Match": etag } });
     etag = response.headers.get("ETag") ?? etag;
@@ -167,7 +167,7 @@ async function put(id, before, changes) {
   } catch (error) {
     if (!(error instanceof Problem) || error.status !== 412) throw error;
     const response = await request("GET", at), now = setOf({ ...await response.json(), camera: id });
-    const isOurs = /** @type {(keyof SeeingSet)[]} */ (Object.keys(changes)).every((name) => JSON.stringify(now[name]) === JSON.stringify(before[name]));
+    const isOurs = /** @type {(keyof DetectionSettings)[]} */ (Object.keys(changes)).every((name) => JSON.stringify(now[name]) === JSON.stringify(before[name]));
     etag = response.headers.get("ETag") ?? "";
     if (!isOurs) throw error; // they changed the very same: the operator is to look first
     await send(now);

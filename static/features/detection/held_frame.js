@@ -1,15 +1,15 @@
 // A held frame: the picture stands while colours are clicked and stages are turned, and it is seen again at each change.
 import { computed, effect, signal } from "@preact/signals";
-import { address, call, toRefusal, request } from "../../core/api.js";
+import { address, call, request, toRefusal } from "../../core/api.js";
 import { fields, notifyError } from "../../core/state.js";
-import { isListening, latestFrame, whenSaved, detectionCamera, detectionState } from "./detection.js";
+import { detectionCamera, detectionState, isListening, latestFrame, whenSaved } from "./detection.js";
 
-/** @typedef {import("./types").SeenFrame} SeenFrame @typedef {import("./types").Still} Still @typedef {import("./types").Clip} Clip */
+/** @typedef {import("./types").DetectionFrame} DetectionFrame @typedef {import("./types").HeldFrame} HeldFrame @typedef {import("./types").Clip} Clip */
 
 const FILLED = 0.9, SOME_FIELD_MM = 5000; // of the picture by the field, about, where no calibration tells sizes
 const KEY = "touchline.held"; // a reload of this tab shows the same frame
 
-/** @type {Still | null} */
+/** @type {HeldFrame | null} */
 let before = null;
 try { before = JSON.parse(sessionStorage.getItem(KEY) ?? "null"); } catch { /* what is kept there is none */ }
 const held = signal(before);
@@ -18,7 +18,7 @@ export const taking = signal(false);
 /** The frame that is held before the camera that is shown. */
 export const heldFrame = computed(() => (held.value && held.value.camera === detectionCamera.value?.id ? held.value : null));
 /** What was found in it; null until then. */
-const found = signal(/** @type {SeenFrame | null} */ (null));
+const found = signal(/** @type {DetectionFrame | null} */ (null));
 /** Why nothing was. */
 export const heldFrameRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 /** Which frame that is. */
@@ -49,10 +49,10 @@ export const releaseFrame = () => keep(null);
 /** One frame of a clip. @param {Clip} clip @param {number} number counted from 0 */
 export const holdClipFrame = (clip, number) => keep({ camera: clip.camera, id: "", width: clip.width, height: clip.height, clip, number: Math.min(Math.max(number, 0), clip.frames - 1) });
 
-/** @param {Still} it */
+/** @param {HeldFrame} it */
 const frameOf = (it) => (it.clip ? `/clips/${it.clip.clip}/frames/${it.number}` : `/snapshots/${it.id}`);
 
-/** The held frame as it was taken. @param {Still} it */
+/** The held frame as it was taken. @param {HeldFrame} it */
 export const framePicture = (it) => address(it.clip ? `${frameOf(it)}.jpg` : `${frameOf(it)}/image.jpg`);
 
 /** The held frame as a snapshot, which colours are taught from; null: none is held. @returns {Promise<string | null>} */
@@ -68,13 +68,13 @@ export async function asSnapshot() {
   return id;
 }
 
-/** @param {Still | null} next */
+/** @param {HeldFrame | null} next */
 function keep(next) {
   held.value = next;
   try { sessionStorage.setItem(KEY, JSON.stringify(next)); } catch { /* a reload then shows the camera live */ }
 }
 
-/** How large a pixel is, about, from the field that the camera is said to show. @param {Still} it */
+/** How large a pixel is, about, from the field that the camera is said to show. @param {HeldFrame} it */
 function guessed(it) {
   const of = detectionCamera.value, field = fields.value.find((f) => f.name === of?.field), part = of?.region ? field?.regions[of.region] : undefined;
   const across = part ? Math.hypot(part.width_mm, part.height_mm) : field ? Math.hypot(field.length_mm, field.width_mm) : 0;

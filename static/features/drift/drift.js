@@ -22,7 +22,7 @@ export async function registerPose() {
   const camera = openedCamera.value?.id;
   if (!camera || !canRegister.value) return;
   last.value = null;
-  await work.watch((stop, told) => runJob(`/cameras/${camera}/reregister`, {}, stop, told), async (/** @type {Registered} */ made) => {
+  await work.watch((stop, onProgress) => runJob(`/cameras/${camera}/reregister`, {}, stop, onProgress), async (/** @type {Registered} */ made) => {
     last.value = { camera, made, apart: null };
     const apart = await call("GET", `/calibrations/${made.parent}/difference/${made.calibration}.json`).catch(() => null);
     if (last.value?.made === made) last.value = { camera, made, apart };

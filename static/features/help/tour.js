@@ -1,7 +1,7 @@
 // The tour: one picture from camera to activation, told with its own numbers as they stand now.
 import { computed, effect, signal } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
-import { plural, mm, number, pct, words } from "../../core/format.js";
+import { mm, number, pct, plural, words } from "../../core/format.js";
 import { camera, cameras, field, model, region, rotation, snapshot } from "../../core/state.js";
 import { curves, isCurve, preview } from "../calibrate/fitting.js";
 import { ranking } from "../calibrate/model_ranking.js";

@@ -1,4 +1,4 @@
-// All long work on the server: heard on one line that is opened again whenever it breaks.
+// All long work on the server, over one socket that reconnects.
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { plural } from "../../core/format.js";
@@ -7,7 +7,7 @@ import { notifyError } from "../../core/state.js";
 
 /** @typedef {import("../../core/page_types").JobInList} JobInList */
 
-/** Newest first; null before anything was heard. */
+/** Newest first; null before the first message. */
 export const jobs = signal(/** @type {JobInList[] | null} */ (null));
 /** Whether the list is of now: the line stands. */
 export const isConnected = signal(false);
@@ -31,12 +31,12 @@ export const jobsNextStep = computed(() => {
 /** Hear of all jobs from now on. */
 export function startJobs() {
   openSocket("/jobs/stream", {
-    told: (now) => {
+    onMessage: (now) => {
       if (!("items" in now)) return;
       jobs.value = now.items;
       isConnected.value = true;
     },
-    broken: () => { isConnected.value = false; },
+    onBreak: () => { isConnected.value = false; },
   });
 }
 

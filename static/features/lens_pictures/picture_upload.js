@@ -5,16 +5,16 @@ import { notifyError } from "../../core/state.js";
 
 const AT_ONCE = 2; // uploads
 
-/** @typedef {import("../../core/types").DeskPicture} DeskPicture */
+/** @typedef {import("../../core/types").UploadedPicture} UploadedPicture */
 
-/** A desk's pictures. @param {DeskPicture[]} before @param {"board" | "straight"} purpose @param {() => void} changed keeps the list over a reload */
+/** A desk's pictures. @param {UploadedPicture[]} before @param {"board" | "straight"} purpose @param {() => void} changed keeps the list over a reload */
 export function pictureList(before, purpose, changed) {
   const pictures = signal(before);
   const uploading = computed(() => pictures.value.some((p) => p.state === "waiting" || p.state === "uploading"));
   const ready = computed(() => pictures.value.filter((p) => p.state === "kept"));
-  /** @param {DeskPicture[]} next */
+  /** @param {UploadedPicture[]} next */
   const set = (next) => { pictures.value = next; changed(); };
-  /** @param {string} key @param {Partial<DeskPicture>} changes */
+  /** @param {string} key @param {Partial<UploadedPicture>} changes */
   const mark = (key, changes) => set(pictures.value.map((p) => (p.key === key ? { ...p, ...changes } : p)));
 
   /** @param {string} key @param {File} file */
@@ -37,7 +37,7 @@ export function pictureList(before, purpose, changed) {
     /** Upload pictures, a few at a time. @param {Iterable<File>} files */
     async add(files) {
       const waiting = [...files].map((file) => ({ file, key: `${file.name}-${crypto.getRandomValues(new Uint32Array(1))[0]}` }));
-      pictures.value = [...pictures.value, ...waiting.map(({ file, key }) => /** @type {DeskPicture} */ ({ key, name: file.name, state: "waiting", id: "", why: "" }))];
+      pictures.value = [...pictures.value, ...waiting.map(({ file, key }) => /** @type {UploadedPicture} */ ({ key, name: file.name, state: "waiting", id: "", why: "" }))];
       const upload = async () => {
         for (let next = waiting.shift(); next; next = waiting.shift()) await send(next.key, next.file);
       };
@@ -52,7 +52,7 @@ export function pictureList(before, purpose, changed) {
         notifyError(error);
       }
     },
-    /** One that the server has already. @param {DeskPicture} picture */
+    /** One that the server has already. @param {UploadedPicture} picture */
     keep: (picture) => set([...pictures.value, picture]),
     /** @param {string} key */
     remove: (key) => set(pictures.value.filter((p) => p.key !== key)),

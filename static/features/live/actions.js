@@ -1,6 +1,8 @@
 // Actions on a live camera: take its picture, confirm it, try and save its source.
 import { takePicture } from "../calibrate/pictures.js";
-import { confirmCamera, form, saveCamera, openedCamera, status, testedSource, tryCamera, sourceTest } from "./camera_page.js";
+import {
+  confirmCamera, form, openedCamera, saveCamera, sourceTest, status, testedSource, tryCamera,
+} from "./camera_page.js";
 
 const STILL_FRAMES = 25;
 const isLive = () => status.value?.state === "live" || status.value?.state === "mismatch";

@@ -1,6 +1,6 @@
 // One camera, live, and the form for a new or a changed one: what the operator does with it.
 import { computed, effect, signal } from "@preact/signals";
-import { ServerUnreachable, call, toRefusal, request } from "../../core/api.js";
+import { ServerUnreachable, call, request, toRefusal } from "../../core/api.js";
 import { atBoard, atLive, atPair, atStraight, cameras, notify, notifyError } from "../../core/state.js";
 import { STATES, refreshStatuses, statuses } from "./camera_status.js";
 

@@ -4,12 +4,12 @@ import { call, online } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { notify, notifyError } from "../../core/state.js";
 
-/** @typedef {import("./types").Publishing} Publishing @typedef {import("./types").HeardSender} HeardSender @typedef {import("./types").HeardCamera} HeardCamera */
+/** @typedef {import("./types").Publishing} Publishing @typedef {import("./types").GeometrySender} GeometrySender @typedef {import("./types").ReceivedCamera} ReceivedCamera */
 
 const OPEN_MS = 2000, CLOSED_MS = 10_000;
 
 export const publishing = signal(/** @type {Publishing | null} */ (null));
-export const receivedGeometry = signal(/** @type {import("./types").Heard | null} */ (null));
+export const receivedGeometry = signal(/** @type {import("./types").ReceivedGeometry | null} */ (null));
 /** Whether the panel is unfolded. */
 export const unfolded = signal(false);
 const changes = requestOrder(), underway = signal(0);
@@ -56,7 +56,7 @@ export async function setPublishing(wanted) {
   await refreshNetwork();
 }
 
-/** Keep what a sender says of one camera as a version of ours. @param {HeardSender} sender @param {HeardCamera} camera @param {string} name */
+/** Keep what a sender says of one camera as a version of ours. @param {GeometrySender} sender @param {ReceivedCamera} camera @param {string} name */
 export async function saveReceived(sender, camera, name) {
   try {
     const made = await call("POST", `/publishing/heard/${sender.id}/import`, { camera_id: camera.camera_id, camera: name, sha256: sender.sha256 });

@@ -13,14 +13,14 @@ export interface Publishing {
   said: { packets: number; bytes: number; age_s: number | null; failures: number } | null;
   cameras: PublishedCamera[]; interfaces: { name: string; address: string | null }[];
 }
-export interface HeardCamera {
+export interface ReceivedCamera {
   camera_id: number; image_size: [number, number] | null; position_mm: [number, number, number] | null; focal_px: number; distortion: number;
   problem: Trouble | null; ours: string | null; contradicts: boolean;
 }
-export interface HeardSender {
+export interface GeometrySender {
   id: string; address: string; port: number; source: string; age_s: number; packets: number; geometries: number; refused: number; refusal: string | null;
-  skipped: number; geometry_age_s: number | null; sha256: string | null; problem: Trouble | null; cameras: HeardCamera[];
+  skipped: number; geometry_age_s: number | null; sha256: string | null; problem: Trouble | null; cameras: ReceivedCamera[];
   field: { name: string; title: string; length_mm: number; width_mm: number; known: boolean } | null;
 }
 /** GET /publishing/heard. */
-export interface Heard { listening: boolean; problem: Trouble | null; datagrams: number; own: number; items: HeardSender[] }
+export interface ReceivedGeometry { listening: boolean; problem: Trouble | null; datagrams: number; own: number; items: GeometrySender[] }

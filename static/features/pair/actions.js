@@ -1,7 +1,7 @@
 // Actions on a pair of cameras: open it, show its worst match, choose whose epipolar lines are drawn.
 import { atPair, step } from "../../core/state.js";
 import { closePicture } from "../calibrate/pictures.js";
-import { linesBases, chosenBasis, linesBasis, worstMatch } from "./evaluation.js";
+import { chosenBasis, linesBases, linesBasis, worstMatch } from "./evaluation.js";
 import { showWorst } from "./match_actions.js";
 import { openPair } from "./pair.js";
 

@@ -6,7 +6,7 @@ import { isEqual } from "../../core/history.js";
 import { latestWins } from "../../core/latest_wins.js";
 import { atPair } from "../../core/state.js";
 import {
-  ENOUGH, SIDES, both, calibrations, sideName, chosen, complete, missing, other, pair, pictures, pointed, views,
+  ENOUGH, SIDES, both, calibrations, chosen, complete, missing, other, pair, pictures, pointed, sideName, views,
 } from "./pair.js";
 
 /** @typedef {import("./types").PairAnswer} PairAnswer @typedef {import("./types").PairLines} PairLines @typedef {import("./types").Side} Side @typedef {import("./types").Question} Question */
@@ -68,9 +68,9 @@ export const linesBasis = computed(() => (linesBases.value[chosenBasis.value] ? 
 const linesWanted = computed(() => {
   const index = linedMatch.value, match = index === null ? null : pair.doc.value.matches[index], { a, b } = pictures.value;
   if (!atPair.value || index === null || !match || !linesBasis.value || !a || !b) return null;
-  const told = linesBasis.value === "matches" ? { matrix: linesBases.value.matches, image_size_a: [a.width, a.height], image_size_b: [b.width, b.height] }
+  const geometry = linesBasis.value === "matches" ? { matrix: linesBases.value.matches, image_size_a: [a.width, a.height], image_size_b: [b.width, b.height] }
     : { ...linesBases.value.calibrations, z_mm: match.z_mm };
-  return { index, by: linesBasis.value, body: { ...told, points_a: match.a ? [match.a] : [], points_b: match.b ? [match.b] : [] } };
+  return { index, by: linesBasis.value, body: { ...geometry, points_a: match.a ? [match.a] : [], points_b: match.b ? [match.b] : [] } };
 });
 
 /** The lines to draw now: in each picture that of the match's point in the other one, and where that one is foretold. */
@@ -98,9 +98,9 @@ const ask = latestWins(async (/** @type {string} */ of) => {
   }
 });
 
-const askLines = latestWins(async (/** @type {{ index: number, by: string, body: unknown }} */ { index, by: told, body }) => {
+const askLines = latestWins(async (/** @type {{ index: number, by: string, body: unknown }} */ { index, by: basis, body }) => {
   try {
-    drawn.value = { index, by: told, lines: await call("POST", "/pairs/lines", body) };
+    drawn.value = { index, by: basis, lines: await call("POST", "/pairs/lines", body) };
   } catch (error) {
     if (!(error instanceof ServerUnreachable)) drawn.value = null; // what cannot be drawn stands in words beside the pictures
   }

@@ -6,7 +6,7 @@ import { plural } from "../../core/format.js";
 import { createHistory, isEqual } from "../../core/history.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import {
-  atBoard, atPair, atStraight, busy, cameras, help, notices, snapshot, snapshots, notify, notifyError,
+  atBoard, atPair, atStraight, busy, cameras, help, notices, notify, notifyError, snapshot, snapshots,
 } from "../../core/state.js";
 import { createViewport } from "../../canvas/viewport.js";
 

@@ -1,6 +1,6 @@
 // A rig: cameras that share a field. Which one is open, its stitched picture, how far its cameras are apart, refitting.
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { address, call, toRefusal, request } from "../../core/api.js";
+import { address, call, request, toRefusal } from "../../core/api.js";
 import { plural } from "../../core/format.js";
 import { followJob, runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
@@ -8,13 +8,13 @@ import { page } from "../../core/page.js";
 import { cameras, fields, notify, notifyError } from "../../core/state.js";
 import { openPage } from "../shell/open_page.js";
 
-/** @typedef {import("./types").Rig} Rig @typedef {import("./types").Checked} Checked @typedef {import("./types").Stitched} Stitched @typedef {import("./types").Draft} Draft */
+/** @typedef {import("./types").Rig} Rig @typedef {import("./types").RigCheck} Checked @typedef {import("./types").Stitched} Stitched @typedef {import("./types").Draft} Draft */
 
 const WIDTH_PX = 1200;
 const AGAIN_MS = 2500, TRIES = 12; // for cameras that are waking up
 
 export const rigs = signal(/** @type {Rig[]} */ ([]));
-export const stitched = signal(/** @type {{ of: string, told: Stitched | null, refusal: import("../../core/types").Refusal | null, at: number } | null} */ (null));
+export const stitched = signal(/** @type {{ of: string, info: Stitched | null, refusal: import("../../core/types").Refusal | null, at: number } | null} */ (null));
 /** The newest check, and of which rig it was. */
 export const rigCheck = signal(/** @type {{ of: string, found: Checked } | null} */ (null));
 export const plane = signal(/** @type {"carpet" | "hat"} */ ("carpet"));
@@ -40,8 +40,8 @@ export const rigNextStep = computed(() => {
   if (!name.value) return { action: "make-rig", label: "Make the rig", missing: lacking.value, done: false, sentence: lacking.value || "The rig can be made." };
   if (!it) return { action: "back", label: "Back to the start", missing: "", done: false, sentence: "There is no such rig." };
   if (search.value) return { action: "stop-rig", label: "Stop", missing: "", done: false, sentence: search.value.message || "The server is at it." };
-  const told = found.value?.verdict;
-  return { action: "check-rig", label: told ? "Check it again" : "Check the rig", missing: "", done: told?.level === "good", sentence: told ? told.sentence : "One picture of all cameras; check how far they are apart where two see the same." };
+  const verdict = found.value?.verdict;
+  return { action: "check-rig", label: verdict ? "Check it again" : "Check the rig", missing: "", done: verdict?.level === "good", sentence: verdict ? verdict.sentence : "One picture of all cameras; check how far they are apart where two see the same." };
 });
 
 /** What the form still wants. */
@@ -107,14 +107,14 @@ export async function removeRig(it) {
 export async function takeStitched(tries = TRIES) {
   const of = name.value;
   if (!of) return;
-  const taken = await call("GET", `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`).then((told) => ({ told, refusal: null }), (error) => ({ told: null, refusal: toRefusal(error) }));
+  const taken = await call("GET", `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`).then((info) => ({ info, refusal: null }), (error) => ({ info: null, refusal: toRefusal(error) }));
   if (name.value !== of) return;
   const now = stitched.value = { of, ...taken, at: Date.now() };
-  if (tries > 1 && !isWhole(now.told)) setTimeout(() => { if (name.value === of && stitched.value === now) void takeStitched(tries - 1); }, AGAIN_MS);
+  if (tries > 1 && !isWhole(now.info)) setTimeout(() => { if (name.value === of && stitched.value === now) void takeStitched(tries - 1); }, AGAIN_MS);
 }
 
-/** @param {Stitched | null} told */
-const isWhole = (told) => (rig.value?.cameras ?? []).every((c) => !c.calibration || told?.cameras.some((shown) => shown.camera === c.camera));
+/** @param {Stitched | null} info */
+const isWhole = (info) => (rig.value?.cameras ?? []).every((c) => !c.calibration || info?.cameras.some((shown) => shown.camera === c.camera));
 
 /** @param {string} of @param {number} at */
 export const pictureAddress = (of, at) => address(`/rigs/${encodeURIComponent(of)}/stitched.jpg?width=${WIDTH_PX}&at=${at}`);
@@ -122,7 +122,7 @@ export const pictureAddress = (of, at) => address(`/rigs/${encodeURIComponent(of
 export async function checkRig() {
   const of = name.value;
   if (!of || search.value) return;
-  await watch((stop, told) => runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, {}, stop, told), async (result) => {
+  await watch((stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, {}, stop, onProgress), async (result) => {
     rigCheck.value = { of, found: result };
     await loadRigs();
     void takeStitched();
@@ -133,7 +133,7 @@ export async function checkRig() {
 export async function refitRig() {
   const of = name.value;
   if (!of || search.value) return;
-  await watch((stop, told) => request("POST", `/rigs/${encodeURIComponent(of)}/refit`, { json: {} }).then(async (a) => followJob(await a.json(), stop, told)), (/** @type {{ calibrations: string[] }} */ made) => {
+  await watch((stop, onProgress) => request("POST", `/rigs/${encodeURIComponent(of)}/refit`, { json: {} }).then(async (a) => followJob(await a.json(), stop, onProgress)), (/** @type {{ calibrations: string[] }} */ made) => {
     notify({ level: "info", text: `${plural(made.calibrations.length, "new version")} with the rig's rectangles. None is active yet.`, fix: "Look at them under Saved versions, then activate them." });
   });
 }

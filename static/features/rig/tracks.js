@@ -17,17 +17,17 @@ const wanted = computed(() => (following.value && online.value ? rig.value?.name
 
 /** Open and close the line as it is wanted. */
 export function startTracks() {
-  let line = /** @type {import("../../core/socket.js").Line | null} */ (null);
+  let socket = /** @type {import("../../core/socket.js").Socket | null} */ (null);
   effect(() => {
     const name = wanted.value;
-    line?.hangUp();
-    line = tracks.value = tracksRefusal.value = null;
-    if (name !== null) line = listen(name);
+    socket?.close();
+    socket = tracks.value = tracksRefusal.value = null;
+    if (name !== null) socket = listen(name);
   });
 
   /** @param {string} name */
   function listen(name) {
-    return openSocket(`/rigs/${encodeURIComponent(name)}/tracks`, { told: (now) => {
+    return openSocket(`/rigs/${encodeURIComponent(name)}/tracks`, { onMessage: (now) => {
       tracksRefusal.value = "detail" in now ? now : null;
       if (!tracksRefusal.value) tracks.value = now;
     } });

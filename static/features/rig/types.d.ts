@@ -16,7 +16,7 @@ export interface Pair {
   agreement: { n: number; believed: number; overlap_m2: number; covered: number; carpet: Plane; hat: Plane | null } | null;
   fundamental: { matrix: number[][]; baseline_mm: number; angle_deg: number } | null;
 }
-export interface Checked { cameras: Member[]; pairs: Pair[]; verdict: Verdict; missing: Trouble[] }
+export interface RigCheck { cameras: Member[]; pairs: Pair[]; verdict: Verdict; missing: Trouble[] }
 export interface Stitched {
   width: number; height: number; px_per_mm: number; corner: Point[]; overlay: { feature: string; kind: string; points: Point[] }[];
   unseen: { share: number; m2: number; words: string }; cameras: { camera: string; share: number }[];

@@ -2,8 +2,8 @@
 import { openedCamera as liveShown } from "../live/camera_page.js";
 import { openPage } from "../shell/open_page.js";
 import {
-  canInclude, counted, forgetRolls, hasCorrected, excludeNewest, fitFromRolls, rolls, search, rollsCamera, includeRolls, view,
-  wantsCorrected,
+  canInclude, counted, excludeNewest, fitFromRolls, forgetRolls, hasCorrected, includeRolls, rolls, rollsCamera,
+  search, view, wantsCorrected,
 } from "./rolls.js";
 
 /** @type {import("../../core/actions.js").Action[]} */

@@ -1,7 +1,7 @@
 // A ball that rolls before a live camera: what moves, each straight roll with its number, and the lens that they make.
 import { computed, effect, signal } from "@preact/signals";
 import { call, online } from "../../core/api.js";
-import { plural, number, pct } from "../../core/format.js";
+import { number, pct, plural } from "../../core/format.js";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";
 import { page } from "../../core/page.js";
@@ -13,13 +13,13 @@ const GOOD = 5; // rolls that are worth having
 const FEWEST = 3;
 const STANDARD_PCT = 3; // a standard lens' distortion, section IV of the method
 
-/** @typedef {import("../../core/page_types").Moving} Moving @typedef {import("../../core/page_types").RollsTold} RollsTold @typedef {import("../../core/page_types").KeptRoll} KeptRoll */
+/** @typedef {import("../../core/page_types").MovingTracks} Moving @typedef {import("../../core/page_types").RollsResponse} RollsResponse @typedef {import("../../core/page_types").SavedRoll} SavedRoll */
 
 /** What moves now; null before the first look. */
 export const movingTracks = signal(/** @type {Moving | null} */ (null));
 /** Every roll that is kept, and what all say. */
-export const rollsResponse = signal(/** @type {RollsTold | null} */ (null));
-/** Why nothing is heard, with its cure. */
+export const rollsResponse = signal(/** @type {RollsResponse | null} */ (null));
+/** Why nothing arrives, with its fix. */
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 /** Whether the numbers of the corrected picture are wanted, where there are any. */
 export const wantsCorrected = signal(true);
@@ -60,25 +60,25 @@ export const rollsNextStep = computed(() => {
   return { action: "fit-rolls", label: "Fit the lens", missing: count < FEWEST ? "Three rolls are the fewest." : search.value ? "The server is at it." : "", done: count >= GOOD, sentence };
 });
 
-/** @type {import("../../core/socket.js").Line | null} */
-let line = null;
+/** @type {import("../../core/socket.js").Socket | null} */
+let socket = null;
 
 /** Listen as long as the page is there, and again when the line breaks. */
 export function startRolls() {
   effect(() => {
     const id = rollsCamera.value?.id;
-    line?.hangUp();
-    line = movingTracks.value = refusal.value = null;
+    socket?.close();
+    socket = movingTracks.value = refusal.value = null;
     if (rollsResponse.peek()?.camera !== id) { rollsResponse.value = fittedLens.value = null; leftOut.value = []; work.refusal.value = null; }
-    if (id && online.value) line = listen(id);
+    if (id && online.value) socket = listen(id);
   });
 
   /** @param {string} id */
   function listen(id) {
-    return openSocket(`/cameras/${encodeURIComponent(id)}/rolls/stream`, { told: (heard) => {
-      refusal.value = "detail" in heard ? heard : null;
-      movingTracks.value = refusal.value ? null : heard;
-      if (heard.told) rollsResponse.value = { ...heard.told, camera: id };
+    return openSocket(`/cameras/${encodeURIComponent(id)}/rolls/stream`, { onMessage: (message) => {
+      refusal.value = "detail" in message ? message : null;
+      movingTracks.value = refusal.value ? null : message;
+      if (message.told) rollsResponse.value = { ...message.told, camera: id };
     } });
   }
 }

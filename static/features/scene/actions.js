@@ -2,7 +2,7 @@
 import { page } from "../../core/page.js";
 import { openPage } from "../shell/open_page.js";
 import { version } from "../versions/versions.js";
-import { firstScene, changeView, shownScene } from "./scene.js";
+import { changeView, firstScene, shownScene } from "./scene.js";
 
 const atScene = () => page.value?.name === "scene" && shownScene.value !== null && !shownScene.value.boards;
 

@@ -2,17 +2,17 @@
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, online } from "../../core/api.js";
 import { page } from "../../core/page.js";
-import { cameras, pointer, notifyError } from "../../core/state.js";
+import { cameras, notifyError, pointer } from "../../core/state.js";
 import { theme } from "../../core/theme.js";
 import { mainViewport } from "../../canvas/viewport.js";
 import { openById } from "../calibrate/pictures.js";
 import { openPage } from "../shell/open_page.js";
 
-/** @typedef {import("./types").SceneShown} SceneShown @typedef {import("./types").SceneLook} SceneLook @typedef {import("./types").Clicked} Clicked */
+/** @typedef {import("./types").SceneShown} SceneShown @typedef {import("./types").SceneViewSettings} SceneViewSettings @typedef {import("./types").ClickedPlace} Clicked */
 
 const AGAIN_MS = 2000, NEAR = 3; // screen pixels per picture pixel: so near a place is shown in the point editor
 const MOST_VERSIONS = 200;
-/** @type {SceneLook} */
+/** @type {SceneViewSettings} */
 const FIRST = { layers: ["pictures", "arrows", "footprints", "labels", "moved"], hidden: [], sheet: "none", scale: null, dark: true, view: "free", through: "" };
 
 /** Where the scene is, "" until it has begun. */
@@ -48,15 +48,15 @@ let line = null;
 let fastest = /** @type {number | undefined} */ (undefined);
 
 /** @param {Record<string, unknown>} words */
-function say(words) {
+function send(words) {
   if (line?.readyState === WebSocket.OPEN) line.send(JSON.stringify(words));
 }
 
-/** @param {Partial<SceneLook>} changes */
+/** @param {Partial<SceneViewSettings>} changes */
 export function changeView(changes) {
   sceneView.value = { ...sceneView.value, ...changes };
   const { scale, ...rest } = changes;
-  say({ set: { ...rest, ...(scale === undefined || scale === null ? {} : { scale }) } });
+  send({ set: { ...rest, ...(scale === undefined || scale === null ? {} : { scale }) } });
 }
 
 /** @param {import("./types").Layer} layer */
@@ -93,7 +93,7 @@ export function startScene() {
     untracked(() => {
       clicked.value = null;
       if (older && !versions.value.some((v) => v.id === now)) { before.value = ""; return; } // another camera's
-      if (now && place.value) say({ show: wanted(now, older) });
+      if (now && place.value) send({ show: wanted(now, older) });
     });
   });
   effect(() => { const now = dark.value; untracked(() => changeView({ dark: now })); });
@@ -113,19 +113,19 @@ export function startScene() {
     let wasIdle = false; // closed because nobody looked: then it is opened anew by hand alone
     const isCurrent = () => line === to;
     to.addEventListener("message", ({ data }) => {
-      const told = JSON.parse(data);
+      const message = JSON.parse(data);
       if (!isCurrent()) return;
-      if (told.address) {
-        place.value = told.address;
+      if (message.address) {
+        place.value = message.address;
         const { scale, ...rest } = sceneView.value;
-        say({ set: { ...rest, ...(scale === null ? {} : { scale }) }, show: wanted(what.value ?? "", before.value) });
-      } else if (told.shown) {
-        shownScene.value = told.shown;
+        send({ set: { ...rest, ...(scale === null ? {} : { scale }) }, show: wanted(what.value ?? "", before.value) });
+      } else if (message.shown) {
+        shownScene.value = message.shown;
         refusal.value = null;
-      } else if (told.clicked) clicked.value = told.clicked;
+      } else if (message.clicked) clicked.value = message.clicked;
       else {
-        refusal.value = told.problem ?? told; // the line's own end is a problem too
-        wasIdle = String(told.type).endsWith("/scene-idle");
+        refusal.value = message.problem ?? message; // the line's own end is a problem too
+        wasIdle = String(message.type).endsWith("/scene-idle");
       }
     });
     to.addEventListener("close", () => {

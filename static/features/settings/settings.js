@@ -7,7 +7,7 @@ import { notifyError } from "../../core/state.js";
 export { chooseName, operatorName };
 
 /** As the server said last. */
-export const serverSettings = signal(/** @type {import("../../core/page_types").SettingsTold | null} */ (null));
+export const serverSettings = signal(/** @type {import("../../core/page_types").ServerSettings | null} */ (null));
 export const health = signal(/** @type {import("../../core/page_types").Health | null} */ (null));
 
 export const settingsNextStep = computed(() => {

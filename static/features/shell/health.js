@@ -1,4 +1,4 @@
-// What the server says of itself: a disk that is nearly full, and what was damaged; told above the picture.
+// The server's own warnings: a disk that is nearly full, damaged files; shown above the picture.
 import { effect } from "@preact/signals";
 import { call, online } from "../../core/api.js";
 import { notify } from "../../core/state.js";
@@ -11,8 +11,8 @@ export function startHealth() {
   setInterval(() => { if (online.value && !document.hidden) look(); }, EVERY_MS);
 }
 
-/** What was told already: a message that somebody dismissed does not come again. @type {Set<string>} */
-const told = new Set();
+/** Messages that were shown: one that somebody dismissed does not come again. @type {Set<string>} */
+const shownTexts = new Set();
 
 async function look() {
   /** @type {{ warnings: { text: string, fix: string }[], damaged: { kind: string, file: string, note: string | null }[] }} */
@@ -28,7 +28,7 @@ async function look() {
 
 /** @param {string} text @param {string} fix */
 function once(text, fix) {
-  if (told.has(text)) return;
-  told.add(text);
+  if (shownTexts.has(text)) return;
+  shownTexts.add(text);
   notify({ level: "warn", text, fix });
 }

@@ -6,11 +6,11 @@ import { page } from "../../core/page.js";
 import {
   active, atBoard, atLive, atPair, atStraight, camera, cameras, region, snapshot, step,
 } from "../../core/state.js";
-import { boardNextStep as boardStanding } from "../board/board.js";
+import { boardNextStep } from "../board/board.js";
 import { preview, refusal, stale } from "../calibrate/fitting.js";
 import { cameraNextStep } from "../live/camera_page.js";
 import { pairNextStep } from "../pair/evaluation.js";
-import { straightNextStep as straightStanding } from "../straight/straight.js";
+import { straightNextStep } from "../straight/straight.js";
 import { isSaved, version } from "../versions/versions.js";
 import { pageNextStep } from "./page_steps.js";
 
@@ -90,8 +90,8 @@ export const nextAction = computed(() => {
   switch (step.value) {
     case "camera": if (page.value) return pageNextStep.value;
       if (atLive.value !== null) return cameraNextStep.value;
-      if (atBoard.value) return boardStanding.value;
-      if (atStraight.value) return straightStanding.value;
+      if (atBoard.value) return boardNextStep.value;
+      if (atStraight.value) return straightNextStep.value;
       if (atPair.value) return pairNextStep.value;
       return snapshot.value ? thing("step-picture", "Next: picture")
       : cameras.value.length ? thing("take", `Take a picture with ${cameras.value[0].name}`) : thing("open", "Open a picture…");

@@ -62,7 +62,7 @@ export async function openStraight() {
   try {
     const job = await call("GET", `/jobs/${encodeURIComponent(before.job)}`);
     if (job.state === "done") show(job.result, before.ids, before.judged, job.id);
-    else if (job.state === "queued" || job.state === "running") await work.watch((stop, told) => followJob(job, stop, told), (report) => show(report, before.ids, before.judged, job.id));
+    else if (job.state === "queued" || job.state === "running") await work.watch((stop, onProgress) => followJob(job, stop, onProgress), (report) => show(report, before.ids, before.judged, job.id));
   } catch (error) {
     if (!(error instanceof ServerUnreachable)) delete before.job; // the server was stopped meanwhile
   }
@@ -78,9 +78,9 @@ export function judgeEdges() {
   const ids = ready.value.map((p) => p.id), lens = kind.value;
   const body = { snapshots: ids, lens };
   let job = "";
-  return work.watch((stop, told) => runJob("/straightness?job=true", body, stop, (now) => {
+  return work.watch((stop, onProgress) => runJob("/straightness?job=true", body, stop, (now) => {
     if (!job) keep({ job: job = now.id, ids, judged: lens });
-    told(now);
+    onProgress(now);
   }), (report) => show(report, ids, lens, job));
 }
 

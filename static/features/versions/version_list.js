@@ -5,14 +5,14 @@ import { requestOrder } from "../../core/latest_wins.js";
 import { page } from "../../core/page.js";
 import { cameras, notify, notifyError } from "../../core/state.js";
 
-/** @typedef {import("../../core/page_types").Kept} Kept */
+/** @typedef {import("../../core/page_types").VersionRecord} Kept */
 
 const PAGE = 50;
 /** What is shown: of one camera, by its id; "" of pictures from files. */
 export const versionList = signal(/** @type {{ camera: string, items: Kept[], next: string | null, history: import("../../core/page_types").Activation[] } | null} */ (null));
 /** The two that are compared, the one chosen first being first. */
 export const comparedPair = signal(/** @type {string[]} */ ([]));
-export const pairDifference = signal(/** @type {{ ids: string, is: import("../../core/page_types").Apart | null, why: import("../../core/types").Refusal | null } | null} */ (null));
+export const pairDifference = signal(/** @type {{ ids: string, is: import("../../core/page_types").VersionDifference | null, why: import("../../core/types").Refusal | null } | null} */ (null));
 
 /** The camera whose versions are shown: that of the address, else the first there is. */
 export const listedCamera = computed(() => page.value?.argument || "");

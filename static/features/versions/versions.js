@@ -3,7 +3,7 @@ import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { doc, isEqual } from "../../core/document.js";
 import { requestOrder } from "../../core/latest_wins.js";
-import { busy, rotation, snapshot, step, notifyError } from "../../core/state.js";
+import { busy, notifyError, rotation, snapshot, step } from "../../core/state.js";
 import { fitBody } from "../calibrate/fitting.js";
 
 /** The newest version of this picture, and its neighbours of the same camera. */

@@ -1,6 +1,6 @@
 // The board: which one it is, its pictures, and the lenses that were found before.
 import { address } from "../../../core/api.js";
-import { dayAndTime, plural, number } from "../../../core/format.js";
+import { dayAndTime, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { models, notifyError } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
@@ -8,8 +8,8 @@ import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
 import { Working } from "../../../ui/working.js";
 import {
-  foundLens, lensForNextPicture, pictures, refusal, removePicture, removePictures, search, viewReport, showLens, takeBoardPicture, changeBoard,
-  boardRequest,
+  boardRequest, changeBoard, foundLens, lensForNextPicture, pictures, refusal, removePicture, removePictures, search,
+  showLens, takeBoardPicture, viewReport,
 } from "../board.js";
 import { lenses } from "../lenses.js";
 import { LensTabs, Pictures } from "../../lens_pictures/panels/picture_list.js";
@@ -61,7 +61,7 @@ export function BoardPage() {
   </div>`;
 }
 
-/** One picture, and what was seen in it. @param {{ picture: import("../../../core/types").DeskPicture }} props */
+/** One picture, and what was seen in it. @param {{ picture: import("../../../core/types").UploadedPicture }} props */
 function View({ picture }) {
   const { key, name, state, id, why } = picture, seen = state === "kept" ? viewReport(picture) : null, view = seen?.view;
   const level = state === "refused" || (seen && !view) ? "poor" : view && !view.used ? "fair" : view ? "good" : "";

@@ -6,7 +6,7 @@ import { html } from "../../../core/html.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { path } from "../../../canvas/drawing.js";
 import { removePicture } from "../board.js";
-import { automatic, boardView, refusal, captureCamera, views } from "../capture.js";
+import { automatic, boardView, captureCamera, refusal, views } from "../capture.js";
 import { followCameras } from "../../live/camera_status.js";
 import { LiveView } from "../../live/layers/live_view.js";
 import { BoardForm } from "./board.js";

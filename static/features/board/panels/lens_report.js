@@ -1,5 +1,5 @@
 // What a lens from a board is worth: how far off it may be, what to doubt, where corners were, the next view that helps.
-import { plural, number } from "../../../core/format.js";
+import { number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/page.js";
 import { Title } from "../../../ui/title.js";
@@ -14,7 +14,7 @@ const px = (value) => (value === null ? "–" : number(value, Math.abs(value) < 
 export function LensReport() {
   const lens = foundLens.value;
   if (!lens) return html`<section><${Title} of="lens">Good views<//><ul class="plain"><li><b>Tilted</b> about 35° to each of its four sides: views that face the camera tell little.</li>
-    <li><b>All over</b> the picture, into its corners.</li><li><b>Large</b>: a third of the picture's width, or all of it.</li><li><b>Still and sharp</b>; focus and zoom as in the game.</li>
+    <li><b>All over</b> the picture, into its corners.</li><li><b>Large</b>: a third of the picture's width, or all of it.</li><li><b>HeldFrame and sharp</b>; focus and zoom as in the game.</li>
     <li><b>Stiff</b>: the board on a plate.</li></ul></section>`;
   const it = lens.report, next = it.next_view, doubts = it.warnings.filter((w) => !OF_VIEWS.has(w.reason)), left = it.warnings.filter((w) => OF_VIEWS.has(w.reason));
   return html`<section aria-label="Lens"><h2>${lens.note || "Lens"}</h2>

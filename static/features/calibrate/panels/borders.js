@@ -1,7 +1,7 @@
 // What is clicked: the four borders and the lines inside, with their points and residuals.
 import { ACTIONS, run } from "../../../core/actions.js";
 import { BORDERS, change, doc, pointsOf } from "../../../core/document.js";
-import { plural, mm, number, words } from "../../../core/format.js";
+import { mm, number, plural, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { keyLabel } from "../../../core/keys.js";
 import { active, field, model } from "../../../core/state.js";

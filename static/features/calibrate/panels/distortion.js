@@ -11,8 +11,8 @@ const STANDARD_PCT = 3; // Eq. (9): a standard lens is within ± 3 %
 export function Distortion({ report }) {
   const it = report ?? preview.value?.report, isNow = !report;
   const rows = BORDERS.map((border) => {
-    const curve = curves.value[border], told = it?.distortion.per_border[border];
-    return { border, before: isNow && isCurve(curve) ? curve.distortion_pct : told?.before_pct ?? null, after: isNow && stale.value ? null : told?.after_pct ?? null };
+    const curve = curves.value[border], reported = it?.distortion.per_border[border];
+    return { border, before: isNow && isCurve(curve) ? curve.distortion_pct : reported?.before_pct ?? null, after: isNow && stale.value ? null : reported?.after_pct ?? null };
   });
   const all = it?.distortion, full = Math.max(1.5 * STANDARD_PCT, ...rows.map(({ before }) => 1.1 * Math.abs(before ?? 0))), at = (/** @type {number} */ v) => 50 + (50 * v) / full;
   return html`<section aria-label="Distortion"><h2>Distortion, of ±${STANDARD_PCT} % for a standard lens</h2>

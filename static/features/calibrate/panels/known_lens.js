@@ -1,6 +1,6 @@
 // A lens that is known already, and how fast it is held.
 import { change, doc } from "../../../core/document.js";
-import { dayAndTime, plural, number } from "../../../core/format.js";
+import { dayAndTime, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { cameras, snapshot } from "../../../core/state.js";
 import { calibrations, isSuited, lenses } from "../../board/lenses.js";

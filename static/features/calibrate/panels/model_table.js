@@ -1,7 +1,7 @@
 // Every model on the same clicks: what it misses in millimetres, how much it had to learn, and what that is worth in words.
 import { computed, signal } from "@preact/signals";
 import { doc } from "../../../core/document.js";
-import { plural, mm, number } from "../../../core/format.js";
+import { mm, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { models } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";

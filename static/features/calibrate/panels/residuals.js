@@ -1,5 +1,5 @@
 // How far each click lies from its line: along every line, or how often how far; to point at one is to see it in the picture.
-import { plural, mm, number, words } from "../../../core/format.js";
+import { mm, number, plural, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { comparing, editing, selectedPoints } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
@@ -82,7 +82,7 @@ function Along() {
   return html`<${Plot} of=${`${lines.map((l) => l.feature).join()} ${plot.value.unit}`} name="residuals" height=${HEIGHT} label="Residuals along the lines. Arrow keys go from click to click, Enter selects."
     data=${[xs, values]} at=${shown} options=${() => ({
       axes: [{ ...axis(), splits: () => lines.map((_, i) => i + 0.5), values: () => lines.map((l) => (lines.length > 5 ? l.feature[0].toUpperCase() : words(l.feature))), grid: { show: false } }, { ...axis(), size: 40 }],
-    })} draw=${draw} across=${[0, lines.length]} span=${[-1.15 * most, 1.15 * most]} say=${(/** @type {number} */ i) => (bars[i] ? `${words(bars[i].feature)}, point ${bars[i].index + 1}: ${signed(bars[i].px, 2)} px` : "")}
+    })} draw=${draw} across=${[0, lines.length]} span=${[-1.15 * most, 1.15 * most]} describe=${(/** @type {number} */ i) => (bars[i] ? `${words(bars[i].feature)}, point ${bars[i].index + 1}: ${signed(bars[i].px, 2)} px` : "")}
     point=${(/** @type {number} */ i) => pointAt(bars[i] ? [{ feature: bars[i].feature, index: bars[i].index }] : [])} take=${(/** @type {number} */ i) => { if (bars[i]) take(bars[i]); }}/>`;
 }
 
@@ -114,7 +114,7 @@ function Histogram({ bars }) {
   return html`<${Plot} of=${`${bins.length} ${width} ${plot.value.unit}`} name="histogram" height=${HEIGHT} label="How often a residual is how large. Arrow keys go from bar to bar."
     data=${[xs, bins.map((bin) => bin.length)]} at=${shown} options=${() => ({
       axes: [{ ...axis(), grid: { show: false }, space: 44 }, { ...axis(), size: 34, incrs: [1, 2, 5, 10, 20, 50, 100, 500, 1000] }],
-    })} draw=${draw} across=${[from - width / 2, from + (bins.length - 0.5) * width]} span=${[0, 1.15 * Math.max(2, ...bins.map((bin) => bin.length))]} say=${(/** @type {number} */ i) => (bins[i] ? `${plural(bins[i].length, "point")} about ${signed(xs[i], 2)} ${plot.value.unit}` : "")}
+    })} draw=${draw} across=${[from - width / 2, from + (bins.length - 0.5) * width]} span=${[0, 1.15 * Math.max(2, ...bins.map((bin) => bin.length))]} describe=${(/** @type {number} */ i) => (bins[i] ? `${plural(bins[i].length, "point")} about ${signed(xs[i], 2)} ${plot.value.unit}` : "")}
     point=${(/** @type {number} */ i) => pointAt((bins[i] ?? []).map(({ feature, index }) => ({ feature, index })))} take=${(/** @type {number} */ i) => { if (bins[i]?.length) { if (comparing.value) take(bins[i][0]); else select(bins[i].map(({ feature, index }) => ({ feature, index }))); } }}/>
     <p class="reason">The line is what a hand of σ ${number(sigma, 2)} ${plot.value.unit} alone would give: bars far outside it are a bend that the model has not, or a line clicked twice. Strays are not counted.</p>`;
 }

@@ -1,4 +1,4 @@
-// Warnings and refusals: what is wrong, its cure, and buttons that do it.
+// Warnings and refusals: what is wrong, its fix, and buttons that do it.
 import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { fixesOf } from "../warning_fixes.js";
@@ -7,8 +7,8 @@ const SHOWN = 2; // the others open on demand, so that the figures stay in sight
 
 /** Buttons for what can be done. @param {{ trouble: { reason?: string, feature?: string | null, index?: number | null } }} props */
 export function Fixes({ trouble }) {
-  const cures = fixesOf(trouble);
-  return cures.length > 0 && html`<div class="line">${cures.map(({ label, test, run }) => html`<button key=${test} type="button" data-testid=${test} onClick=${run}>${label}</button>`)}</div>`;
+  const fixes = fixesOf(trouble);
+  return fixes.length > 0 && html`<div class="line">${fixes.map(({ label, test, run }) => html`<button key=${test} type="button" data-testid=${test} onClick=${run}>${label}</button>`)}</div>`;
 }
 
 /** canFix: whether the clicks that it speaks of are those on the stage. @param {{ warnings: import("../../../core/types").Warning[], canFix: boolean }} props */

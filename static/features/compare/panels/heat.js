@@ -7,7 +7,7 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
 import { goToModelComparison, worstPlaceFix } from "../../calibrate/warning_fixes.js";
-import { differenceFrom, hatMm, heat, isMapWanted, mapRefusal, comparableVersions, shownMap } from "../heat.js";
+import { comparableVersions, differenceFrom, hatMm, heat, isMapWanted, mapRefusal, shownMap } from "../heat.js";
 import { arrows } from "../residual_arrows.js";
 import { version, versions } from "../../versions/versions.js";
 
@@ -48,9 +48,9 @@ export function HeatPanel() {
 
 /** The worst place: to it, and what to do there. */
 function Worst() {
-  const { text, cures } = worstPlaceFix();
+  const { text, fixes } = worstPlaceFix();
   return html`<div class="worst-cure" data-testid="worst-cure">${text && html`<p class="reason">${text}</p>`}<div class="line"><${ActionButton} id="worst-place"/>
-    ${cures.map((cure) => html`<button key=${cure.test} type="button" data-testid=${cure.test} onClick=${cure.run}>${cure.label}</button>`)}</div></div>`;
+    ${fixes.map((fix) => html`<button key=${fix.test} type="button" data-testid=${fix.test} onClick=${fix.run}>${fix.label}</button>`)}</div></div>`;
 }
 
 /** @param {import("../../../core/types").Point} place */

@@ -2,8 +2,8 @@
 import { ACTIONS, run } from "../../../core/actions.js";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { RATES, blink, prefersLessMotion, hold, setSwapRate } from "../blink.js";
-import { mode, comparedVersion, visiblePicture } from "../comparison.js";
+import { RATES, blink, hold, prefersLessMotion, setSwapRate } from "../blink.js";
+import { comparedVersion, mode, visiblePicture } from "../comparison.js";
 import { grid, gridLines, spacing, spacings } from "../grid.js";
 
 /** While the grid is shown. */

@@ -1,11 +1,11 @@
 // The words beside the residual arrows: how much longer they are drawn, a ruler, and the longest of them.
 import { run } from "../../../core/actions.js";
-import { plural, mm, number, words } from "../../../core/format.js";
+import { mm, number, plural, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { comparing } from "../../../core/state.js";
 import { view } from "../../../canvas/viewport.js";
 import { correctedPlacement, visiblePicture } from "../comparison.js";
-import { FACTORS, arrows, shownArrows, factor, longest, longestOf, magnify } from "../residual_arrows.js";
+import { FACTORS, arrows, factor, longest, longestOf, magnify, shownArrows } from "../residual_arrows.js";
 
 const RULER_PX = 100; // on the stage, at most
 

@@ -3,7 +3,7 @@ import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { path } from "../../../canvas/drawing.js";
 import { detectionState } from "../detection.js";
-import { correctedOf, pixelsPerMm, fieldPositions } from "../field_positions.js";
+import { correctedOf, fieldPositions, pixelsPerMm } from "../field_positions.js";
 
 /** @typedef {import("../types").Item} Item @typedef {import("../../../core/types").Point} Point */
 

@@ -1,7 +1,7 @@
 // What a stage of seeing made of the picture: live, or of the frame that is held.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { html } from "../../../core/html.js";
-import { detectionRequest, framePicture, stagePicture, heldFrame } from "../held_frame.js";
+import { detectionRequest, framePicture, heldFrame, stagePicture } from "../held_frame.js";
 import { streamAddress } from "../../live/camera_status.js";
 import { useLiveStream } from "../../live/layers/live_stream.js";
 

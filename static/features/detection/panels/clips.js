@@ -1,5 +1,5 @@
 // Below the picture: hold a frame, record a clip, choose one, step and play.
-import { dayAndTime, plural, number } from "../../../core/format.js";
+import { dayAndTime, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { clips, openClip, playing, recording, removeClip, seek } from "../clips.js";

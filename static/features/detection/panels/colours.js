@@ -1,15 +1,15 @@
 // Colours of a camera: which is taught now, its samples, how well it is told from the others, and presets of a venue.
 import { useState } from "preact/hooks";
 import { run } from "../../../core/actions.js";
-import { plural, number } from "../../../core/format.js";
+import { number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { keyLabel } from "../../../core/keys.js";
 import { cameras } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import {
-  BACKGROUND, COLOURS, colour, copyTo, overwriteCandidate, forget, forgetAll, learning, neededColours, notes, presetName, presets,
-  removePreset, savePreset, usePreset,
+  BACKGROUND, COLOURS, colour, copyTo, forget, forgetAll, learning, neededColours, notes, overwriteCandidate,
+  presetName, presets, removePreset, savePreset, usePreset,
 } from "../colours.js";
 import { detectionCamera, detectionState } from "../detection.js";
 

@@ -1,9 +1,9 @@
 // What is seen now, thing by thing; what somebody should know of it; and whether it goes to the network.
-import { plural, number } from "../../../core/format.js";
+import { number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { Title } from "../../../ui/title.js";
 import { publish } from "../colours.js";
-import { setDetection, detectionCamera, detectionState } from "../detection.js";
+import { detectionCamera, detectionState, setDetection } from "../detection.js";
 import { detections, heldFrame } from "../held_frame.js";
 
 /** @typedef {import("../types").Item} Item */

@@ -1,9 +1,9 @@
 // Every stage of the plan: its picture, how long it takes, what can be set; and the plans to begin with.
-import { plural, number } from "../../../core/format.js";
+import { number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { Title } from "../../../ui/title.js";
 import { OptionRow } from "../../calibrate/panels/options.js";
-import { kinds, plans, detectionCamera, detectionState, tune } from "../detection.js";
+import { detectionCamera, detectionState, kinds, plans, tune } from "../detection.js";
 import { toggleView, view } from "../display.js";
 import { detections } from "../held_frame.js";
 import { StagePicture } from "../layers/stage_picture.js";

@@ -4,7 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { ACTIONS, run } from "../../../core/actions.js";
 import { html } from "../../../core/html.js";
 import { keyLabel } from "../../../core/keys.js";
-import { CONTENTS, isUnread, openManual, manualPage, slug } from "../../../core/manual.js";
+import { CONTENTS, isUnread, manualPage, openManual, slug } from "../../../core/manual.js";
 import { help } from "../../../core/state.js";
 import { TourButton } from "./tour.js";
 

@@ -1,6 +1,6 @@
 // Long work: what is at work, how far it is, the way to stop it, and what came of it.
 import { call } from "../../../core/api.js";
-import { dayAndTime, plural, number } from "../../../core/format.js";
+import { dayAndTime, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { notifyError } from "../../../core/state.js";
 import { openBoard, showLens } from "../../board/board.js";

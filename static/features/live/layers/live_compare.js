@@ -4,7 +4,9 @@ import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { OnCorrected, OnRaw, Wipe, correctedClip, correctedPlace, rawClip } from "../../../canvas/layers/compare.js";
 import { listen } from "../../../canvas/tools/pointer.js";
-import { pointedAt, correctedPlacement, mode, paneUnder, comparedVersion, visiblePicture, fieldUnderPointer } from "../../compare/comparison.js";
+import {
+  comparedVersion, correctedPlacement, fieldUnderPointer, mode, paneUnder, pointedAt, visiblePicture,
+} from "../../compare/comparison.js";
 import { STATES, statuses, streamAddress } from "../camera_status.js";
 import { liveMargin, livePointer, liveView } from "../live_compare.js";
 import { useLiveStream } from "./live_stream.js";

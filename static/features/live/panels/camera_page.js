@@ -11,8 +11,8 @@ import { CheckReport, CheckWorking, CheckedPicture } from "../../check/panels/ch
 import { BlinkLegend, GridLegend } from "../../compare/panels/legends.js";
 import { DriftPanel } from "../../drift/panels/drift.js";
 import {
-  closeForm, confirmCamera, controls, setFormValue, discoverCameras, form, sourceKinds, cameraView, openForm, discoveredCameras, refusal, removeCamera,
-  setControl, openedCamera, status, testedSource, sourceTest,
+  cameraView, closeForm, confirmCamera, controls, discoverCameras, discoveredCameras, form, openForm, openedCamera,
+  refusal, removeCamera, setControl, setFormValue, sourceKinds, sourceTest, status, testedSource,
 } from "../camera_page.js";
 import { STATES, followCameras } from "../camera_status.js";
 import { LiveCompare } from "../layers/live_compare.js";

@@ -6,10 +6,12 @@ import { html } from "../../../core/html.js";
 import { cameras } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
-import { changing, contradictions, followNetwork, receivedGeometry, publishing, setPublishing, saveReceived, unfolded } from "../network.js";
+import {
+  changing, contradictions, followNetwork, publishing, receivedGeometry, saveReceived, setPublishing, unfolded,
+} from "../network.js";
 
 /** @typedef {import("../types").Publishing} Publishing @typedef {import("../types").PublishedCamera} PublishedCamera */
-/** @typedef {import("../types").HeardSender} HeardSender @typedef {import("../types").HeardCamera} HeardCamera */
+/** @typedef {import("../types").GeometrySender} GeometrySender @typedef {import("../types").ReceivedCamera} ReceivedCamera */
 
 const STATES = { off: "Off the air", starting: "Starting", "on-air": "On the air", silent: "Nothing to send", failing: "Cannot send" };
 /** For which of our cameras a heard one is to be kept, by sender and number. */
@@ -88,7 +90,7 @@ function Others({ it }) {
     ${sender.cameras.map((camera) => html`<${Other} key=${camera.camera_id} sender=${sender} camera=${camera}/>`)}</li>`)}</ul>`;
 }
 
-/** One camera of somebody else's. @param {{ sender: HeardSender, camera: HeardCamera }} props */
+/** One camera of somebody else's. @param {{ sender: GeometrySender, camera: ReceivedCamera }} props */
 function Other({ sender, camera }) {
   const key = `${sender.id} ${camera.camera_id}`;
   const target = targets.value[key] ?? camera.ours ?? cameras.value[camera.camera_id % Math.max(1, cameras.value.length)]?.id ?? "";

@@ -4,7 +4,7 @@ import { html } from "../../../core/html.js";
 import { tool } from "../../../core/state.js";
 import { path, placed } from "../../../canvas/drawing.js";
 import { Glass, SIZE_PX } from "../../../canvas/layers/loupe.js";
-import { linesBasis, hoveredMatch, linedMatch, epipolarLines, matchErrors } from "../evaluation.js";
+import { epipolarLines, hoveredMatch, linedMatch, linesBasis, matchErrors } from "../evaluation.js";
 import { chosenPoint } from "../matches.js";
 import { chosen, pair, pictures, pointed, views } from "../pair.js";
 

@@ -1,13 +1,13 @@
 // Left of two pictures: where they come from, their calibrations, how high things are, and every match with its figures.
-import { dayAndTime, plural, mm, number } from "../../../core/format.js";
+import { dayAndTime, mm, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { models } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
-import { stale, matchErrors } from "../evaluation.js";
+import { matchErrors, stale } from "../evaluation.js";
 import { choose, removeMatch, setHeight } from "../matches.js";
 import {
-  SIDES, calibrations, sideName, chosen, hatMm, nextHeight, pair, pictures, setPicture, sourceOf, suitedCalibrations,
+  SIDES, calibrations, chosen, hatMm, nextHeight, pair, pictures, setPicture, sideName, sourceOf, suitedCalibrations,
 } from "../pair.js";
 
 /** @typedef {import("../types").Side} Side @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */

@@ -10,7 +10,7 @@ import { SIZE_PX } from "../../../canvas/layers/loupe.js";
 import { listen } from "../../../canvas/tools/pointer.js";
 import { MatchGlass, PairOverlay } from "../layers/pair_overlay.js";
 import { matchTool } from "../match_tool.js";
-import { both, sideName, filesFor, pair, pictures, pointed, setPicture, side, takeFor, views } from "../pair.js";
+import { both, filesFor, pair, pictures, pointed, setPicture, side, sideName, takeFor, views } from "../pair.js";
 
 /** @typedef {import("../types").Side} Side */
 

@@ -4,7 +4,7 @@ import { html } from "../../../core/html.js";
 import { fields } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
-import { linesBases, chosenBasis, linesBasis, pairAnswer, refusal, stale } from "../evaluation.js";
+import { chosenBasis, linesBases, linesBasis, pairAnswer, refusal, stale } from "../evaluation.js";
 import { choose, removeMatch } from "../matches.js";
 import { both, calibrations } from "../pair.js";
 

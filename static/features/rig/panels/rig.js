@@ -9,8 +9,8 @@ import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
 import {
-  draft, draftRefusal, setDraft, found, setRegion, openNewRig, others, pictureAddress, plane, refitRig, refusal,
-  removeRig, rig, rigs, search, showMap, stitched, takeStitched, toggleCamera, worst,
+  draft, draftRefusal, found, openNewRig, others, pictureAddress, plane, refitRig, refusal, removeRig, rig, rigs,
+  search, setDraft, setRegion, showMap, stitched, takeStitched, toggleCamera, worst,
 } from "../rig.js";
 import { openPage } from "../../shell/open_page.js";
 import { TrackMarks, TrackReport } from "./tracks.js";
@@ -49,23 +49,23 @@ export function RigPage() {
         <div class="switch" role="group" aria-label="Where">${/** @type {const} */ (["carpet", "hat"]).map((at) => html`<button key=${at} type="button" data-testid=${`plane-${at}`} aria-pressed=${plane.value === at} onClick=${() => { plane.value = at; }}>${at === "carpet" ? "Carpet" : "Hats"}</button>`)}</div>`}</div>
     <${Working} now=${search.value} what="Checking the rig" stop="stop-rig" why=${refusal.value} name="rig"/>
     ${now?.refusal && html`<div class="warning-line" role="alert" data-testid="no-stitched"><b>${now.refusal.detail}</b> ${now.refusal.fix}</div>`}
-    ${now?.told && now.of === it.name && html`<${Picture} name=${it.name} at=${now.at} told=${now.told}/>`}</div>`;
+    ${now?.info && now.of === it.name && html`<${Picture} name=${it.name} at=${now.at} info=${now.info}/>`}</div>`;
 }
 
-/** The whole field, with its lines, the map and the worst place as vectors. @param {{ name: string, at: number, told: import("../types").Stitched }} props */
-function Picture({ name, at, told }) {
-  const { width, height, px_per_mm: k, corner: [[x0, y0]] } = told, pairs = found.value?.pairs ?? [], top = worst.value?.at.max_mm ?? 0;
+/** The whole field, with its lines, the map and the worst place as vectors. @param {{ name: string, at: number, info: import("../types").Stitched }} props */
+function Picture({ name, at, info }) {
+  const { width, height, px_per_mm: k, corner: [[x0, y0]] } = info, pairs = found.value?.pairs ?? [], top = worst.value?.at.max_mm ?? 0;
   /** @param {Point} p @returns {Point} */
   const px = ([x, y]) => [(x - x0) * k, (y0 - y) * k];
   const mark = showMap.value && worst.value ? px(worst.value.at.where) : null;
   return html`<figure class="stitched"><div class="over"><img data-testid="stitched" src=${pictureAddress(name, at)} width=${width} height=${height} alt="The whole field, corrected, from all cameras"/>
     <svg viewBox=${`-0.5 -0.5 ${width} ${height}`} data-testid="rig-overlay" role="img" aria-label=${worst.value ? `Worst ${mm(top)} mm` : "The field's lines"}>
       ${showMap.value && pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} top=${top}/>`)}
-      ${told.overlay.map((l) => html`<path key=${l.feature} class="paint" d=${path(l.points)}/>`)}
+      ${info.overlay.map((l) => html`<path key=${l.feature} class="paint" d=${path(l.points)}/>`)}
       <${TrackMarks} px=${px} k=${k}/>
       ${mark && html`<g class="where" data-testid="rig-worst" transform=${`translate(${mark[0]} ${mark[1]})`}><circle r="12"/><path d="M-7-7L7 7M-7 7L7-7"/><text x=${mark[0] > width * 0.8 ? -18 : 18} y="6" text-anchor=${mark[0] > width * 0.8 ? "end" : "start"}>worst: ${mm(top)} mm</text></g>`}</svg></div>
     <figcaption>${showMap.value && worst.value && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${mm(top)} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i><div><span>0</span><span>${mm(top / 2)}</span><span>${mm(top)} mm</span></div></div>`}
-      <p class="reason" data-testid="unseen">${told.unseen.words}</p></figcaption></figure>`;
+      <p class="reason" data-testid="unseen">${info.unseen.words}</p></figcaption></figure>`;
 }
 
 /** One pair's map. @param {{ pair: Pair, px: (p: Point) => Point, k: number, top: number }} props */

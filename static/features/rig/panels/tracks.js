@@ -3,7 +3,7 @@ import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { Title } from "../../../ui/title.js";
 import { rig } from "../rig.js";
-import { following, tracksRefusal, tracks } from "../tracks.js";
+import { following, tracks, tracksRefusal } from "../tracks.js";
 
 const ROBOT_MM = 90, BALL_MM = 43; // drawn so large: half across; a ball twice its size, to be found
 const NEAR_MM = 5, FAR_MM = 15; // as verdicts have it

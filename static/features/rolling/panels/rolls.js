@@ -1,7 +1,7 @@
 // A ball before a live camera: its tracks over the picture, each roll with its number, nine fields, and the lens.
 import { useEffect } from "preact/hooks";
 import { call } from "../../../core/api.js";
-import { ago, plural, number, pct } from "../../../core/format.js";
+import { ago, number, pct, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/page.js";
 import { notifyError } from "../../../core/state.js";
@@ -13,12 +13,12 @@ import { useLens } from "../../board/board.js";
 import { followCameras } from "../../live/camera_status.js";
 import { LiveView } from "../../live/layers/live_view.js";
 import {
-  all, counted, forgetting, hasCorrected, kind, excludeRoll, level, fittedLens, movingTracks, pointed, refusal, rolls, search, rollsCamera,
-  view, wantsCorrected, workRefusal,
+  all, counted, excludeRoll, fittedLens, forgetting, hasCorrected, kind, level, movingTracks, pointed, refusal, rolls,
+  rollsCamera, search, view, wantsCorrected, workRefusal,
 } from "../rolls.js";
 import { KINDS } from "../../straight/panels/straight.js";
 
-/** @typedef {import("../../../core/page_types").KeptRoll} KeptRoll */
+/** @typedef {import("../../../core/page_types").SavedRoll} SavedRoll */
 
 const WIDTH_PX = 960;
 const LEVELS = { good: "straight", fair: "within a standard lens' ±3 %", poor: "beyond it", "left-out": "not counted", unknown: "cannot be told" };
@@ -41,22 +41,22 @@ export function RollsPage() {
     <ol class="rolls" reversed data-testid="rolls" aria-label="Rolls, newest first">${list.map((roll, i) => html`<${Row} key=${roll.id} roll=${roll} name=${list.length - i}/>`)}</ol></div>`;
 }
 
-/** @param {KeptRoll} roll */
+/** @param {SavedRoll} roll */
 const levelOf = (roll) => (roll.left_out ? "left-out" : roll[view.value]?.level ?? "unknown");
 
-/** @param {KeptRoll | undefined} roll */
+/** @param {SavedRoll | undefined} roll */
 const newest = (roll) => (!roll ? "Let a ball roll across the field." : html`Newest: <b>${numberOf(roll)}</b> ${wordsOf(roll)}`);
 
-/** @param {KeptRoll} roll */
+/** @param {SavedRoll} roll */
 function numberOf(roll) {
   const it = roll[view.value];
   return it ? `${pct(it.bow_pct)} ± ${number(it.spread_pct, 2)} %` : "–";
 }
 
-/** @param {KeptRoll} roll */
+/** @param {SavedRoll} roll */
 const wordsOf = (roll) => (roll.left_out ? "Left out by you." : !roll.counts ? "Of pictures of another size: not counted." : roll[view.value]?.words ?? "Out of the corrected picture.");
 
-/** @param {{ roll: KeptRoll, name: number }} props */
+/** @param {{ roll: SavedRoll, name: number }} props */
 const Row = ({ roll, name }) => html`<li data-testid="roll" data-level=${levelOf(roll)} class=${pointed.value === roll.id ? "pointed" : ""} onPointerEnter=${() => { pointed.value = roll.id; }} onPointerLeave=${() => { pointed.value = ""; }}>
   <span class="dim">${name}</span><b class="value">${numberOf(roll)}</b><span class="words">${wordsOf(roll)}</span><small>${number(roll[view.value]?.length_px, 0)} px in ${number(roll.seconds, 1)} s, ${ago(roll.at * 1000, Date.now())}</small>
   <button type="button" data-testid="roll-leave" aria-label=${`${roll.left_out ? "Take in again" : "Leave out"} roll ${name}`} onFocus=${() => { pointed.value = roll.id; }} onClick=${() => void excludeRoll(roll.id, !roll.left_out)}>${roll.left_out ? "Take in again" : "Leave out"}</button></li>`;

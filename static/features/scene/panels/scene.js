@@ -9,8 +9,8 @@ import { Title } from "../../../ui/title.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
 import { rigs } from "../../rig/rig.js";
 import {
-  before, clicked, firstScene, sceneView, only, place, refusal, changeView, showInPicture, showVersion, shownScene, toggleCamera,
-  toggleLayer, versions, what,
+  before, changeView, clicked, firstScene, only, place, refusal, sceneView, showInPicture, showVersion, shownScene,
+  toggleCamera, toggleLayer, versions, what,
 } from "../scene.js";
 import { openPage } from "../../shell/open_page.js";
 

@@ -6,7 +6,7 @@ import { html } from "../../../core/html.js";
 import { MAX_NAME_LENGTH } from "../../../core/operator.js";
 import { addressOf, backAddress, leftPicture, page } from "../../../core/page.js";
 import { Typed } from "../../../ui/typed.js";
-import { fetchSettings, chooseName, forgetPreferences, health, operatorName, serverSettings } from "../settings.js";
+import { chooseName, fetchSettings, forgetPreferences, health, operatorName, serverSettings } from "../settings.js";
 
 /** @typedef {import("../../../core/page_types").Setting} Setting */
 
@@ -40,7 +40,7 @@ function Preferences() {
     <div class="line"><button type="button" data-testid="forget-preferences" onClick=${forgetPreferences}>Forget this browser's preferences</button><small class="grow">Name, colours, lists of pictures. Clicks that the server has not got yet stay.</small></div></section>`;
 }
 
-/** @param {{ room: import("../../../core/page_types").Room }} props */
+/** @param {{ room: import("../../../core/page_types").DiskUsage }} props */
 function Storage({ room }) {
   const { backups } = room;
   return html`<section aria-label="Storage"><h2>Storage</h2>
@@ -81,7 +81,7 @@ const plain = (value) => (value === null ? "not set" : value === "" ? "empty" : 
 
 /** On the left of every page: the other ones. */
 export function PageMenu() {
-  /** @type {[import("../../../core/page_types").At["name"], string, string][]} */
+  /** @type {[import("../../../core/page_types").PageAddress["name"], string, string][]} */
   const pages = [["versions", "", "Saved versions"], ["jobs", "", "Long work"], ["settings", "", "Settings"]];
   return html`<nav aria-label="Pages"><ul class="plain page-menu">
     <li><a href=${backAddress()} data-testid="page-back">${leftPicture.value ? "Back to the picture" : "Back to the cameras"}</a></li>

@@ -47,7 +47,7 @@ const Legends = () => html`<${BlinkLegend}/><${GridLegend}/><${ArrowLegend}/><${
 /** What is missing in this step, in one sentence. */
 function Guide() {
   if (opening.value) return null;
-  const at = place.value, { label, done, sentence } = at ? { ...at.standing.value, label: at.label } : current.value;
+  const at = place.value, { label, done, sentence } = at ? { ...at.nextStep.value, label: at.label } : current.value;
   return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite">${(atPair.value || step.value !== "camera") && html`<h1 class="sr">${label} – Touchline</h1>`}<h2>${label}</h2><p data-testid="sentence">${sentence}</p><${Presence}/></section>`;
 }
 

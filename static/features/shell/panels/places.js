@@ -2,8 +2,8 @@
 import { computed } from "@preact/signals";
 import { page } from "../../../core/page.js";
 import { atBoard, atLive, atPair, atStraight } from "../../../core/state.js";
-import { addPictures, boardNextStep as boardStanding } from "../../board/board.js";
-import { BoardPage, BoardForm } from "../../board/panels/board.js";
+import { addPictures, boardNextStep } from "../../board/board.js";
+import { BoardForm, BoardPage } from "../../board/panels/board.js";
 import { CaptureForm, CapturePage, CaptureReport } from "../../board/panels/capture.js";
 import { LensReport } from "../../board/panels/lens_report.js";
 import { openFile } from "../../calibrate/pictures.js";
@@ -23,8 +23,8 @@ import { RollsForm, RollsPage, RollsReport } from "../../rolling/panels/rolls.js
 import { SceneForm, ScenePage, SceneReport } from "../../scene/panels/scene.js";
 import { PageMenu, SettingsHelp, SettingsPage } from "../../settings/panels/settings.js";
 import { pageNextStep } from "../page_steps.js";
-import { StraightPage, StraightForm, StraightReport } from "../../straight/panels/straight.js";
-import { addEdgePictures, straightNextStep as straightStanding } from "../../straight/straight.js";
+import { StraightForm, StraightPage, StraightReport } from "../../straight/panels/straight.js";
+import { addEdgePictures, straightNextStep } from "../../straight/straight.js";
 import { VersionListPage, VersionListReport } from "../../versions/panels/version_list.js";
 
 /** The pages beside the six steps, by their names in the address. */
@@ -38,12 +38,12 @@ const PAGES = {
 
 /** Where work goes on without a field. add: takes files that are opened, dropped or pasted there. */
 const PLACES = {
-  board: { label: "Lens", standing: boardStanding, Form: BoardForm, Main: BoardPage, Report: LensReport, add: addPictures },
-  straight: { label: "Straight edges", standing: straightStanding, Form: StraightForm, Main: StraightPage, Report: StraightReport, add: addEdgePictures },
-  live: { label: "Camera", standing: cameraNextStep, Form: CameraPanel, Main: CameraPage, Report: CameraReport, add: (/** @type {FileList} */ files) => openFile(files[0]) },
-  pair: { label: "Two cameras", standing: pairNextStep, Form: PairForm, Main: PairPage, Report: PairReport, add: openFiles },
+  board: { label: "Lens", nextStep: boardNextStep, Form: BoardForm, Main: BoardPage, Report: LensReport, add: addPictures },
+  straight: { label: "Straight edges", nextStep: straightNextStep, Form: StraightForm, Main: StraightPage, Report: StraightReport, add: addEdgePictures },
+  live: { label: "Camera", nextStep: cameraNextStep, Form: CameraPanel, Main: CameraPage, Report: CameraReport, add: (/** @type {FileList} */ files) => openFile(files[0]) },
+  pair: { label: "Two cameras", nextStep: pairNextStep, Form: PairForm, Main: PairPage, Report: PairReport, add: openFiles },
 };
 
 /** The place that is open, or null at the six steps. */
-export const place = computed(() => (page.value ? { ...PAGES[page.value.name], standing: pageNextStep, add: () => {} } : atLive.value !== null ? PLACES.live
+export const place = computed(() => (page.value ? { ...PAGES[page.value.name], nextStep: pageNextStep, add: () => {} } : atLive.value !== null ? PLACES.live
   : atBoard.value ? PLACES.board : atStraight.value ? PLACES.straight : atPair.value ? PLACES.pair : null));

@@ -1,14 +1,14 @@
 // The desk of straight edges: pictures of one camera, their edges drawn over them, as taken and straightened.
 import { run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
-import { plural, number } from "../../../core/format.js";
+import { number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { Title } from "../../../ui/title.js";
 import { Working } from "../../../ui/working.js";
 import { LensTabs, Pictures } from "../../lens_pictures/panels/picture_list.js";
 import {
-  chooseKind, edges, isResultCurrent, straightnessResult, kind, viewedPicture, viewPicture, pictures, pointed, refusal, removePicture, removePictures,
-  search, showStraight, shownPicture, straightened, takeEdgePicture,
+  chooseKind, edges, isResultCurrent, kind, pictures, pointed, refusal, removePicture, removePictures, search,
+  showStraight, shownPicture, straightened, straightnessResult, takeEdgePicture, viewPicture, viewedPicture,
 } from "../straight.js";
 
 /** @typedef {import("../../../core/types").Edge} Edge @typedef {import("../../../core/types").Point} Point */
@@ -37,7 +37,7 @@ export function StraightPage() {
   </div>`;
 }
 
-/** One picture, large, with its edges. @param {{ picture: import("../../../core/types").DeskPicture }} props */
+/** One picture, large, with its edges. @param {{ picture: import("../../../core/types").UploadedPicture }} props */
 function Figure({ picture }) {
   const isKnown = isResultCurrent.value, isStraight = isKnown && shownPicture.value.straight, there = straightened.value?.of === picture.id ? straightened.value.url : "";
   const [width, height] = straightnessResult.value?.report.lens.image_size ?? [4, 3];
@@ -51,7 +51,7 @@ function Figure({ picture }) {
         <button type="button" data-testid="as-taken" aria-pressed=${String(!isStraight)} onClick=${() => showStraight(false)}>As taken</button>
         <button type="button" data-testid="as-straightened" aria-pressed=${String(isStraight)} onClick=${() => showStraight(true)}>Straightened</button></div>
       <span class="key">${STEPS.map(([, label], i) => html`<span key=${label}><i class=${`e${i}`}></i>${label}</span>`)}<span><i class="left"></i>left out</span></span>
-      <small data-testid="pointed">${told(edges.value.find((e) => e.name === pointed.value)) || `${plural(edges.value.length, "edge")}; point at one for its numbers.`}</small></figcaption>`}
+      <small data-testid="pointed">${describe(edges.value.find((e) => e.name === pointed.value)) || `${plural(edges.value.length, "edge")}; point at one for its numbers.`}</small></figcaption>`}
   </figure>`;
 }
 
@@ -76,9 +76,9 @@ function MostBent({ size: [width, height] }) {
 const path = (points) => points.map((p, i) => (p ? `${i && points[i - 1] ? "L" : "M"}${p[0]} ${p[1]}` : "")).join("");
 
 /** @param {Edge | undefined} edge */
-const told = (edge) => edge && `${edge.name}: ${number(edge.length_px, 0)} px long, straight to ${number(edge.before_px, 2)} px as taken, ${number(edge.after_px, 2)} px straightened${edge.used ? "" : `; left out, ${String(edge.reason).replaceAll("-", " ")}`}`;
+const describe = (edge) => edge && `${edge.name}: ${number(edge.length_px, 0)} px long, straight to ${number(edge.before_px, 2)} px as taken, ${number(edge.after_px, 2)} px straightened${edge.used ? "" : `; left out, ${String(edge.reason).replaceAll("-", " ")}`}`;
 
-/** One picture, small, and how many of its edges counted. @param {{ picture: import("../../../core/types").DeskPicture }} props */
+/** One picture, small, and how many of its edges counted. @param {{ picture: import("../../../core/types").UploadedPicture }} props */
 function View({ picture: { key, name, state, id, why } }) {
   const at = isResultCurrent.value ? straightnessResult.value?.ids.indexOf(id) ?? -1 : -1, seen = at < 0 ? null : straightnessResult.value?.report.lines.filter((line) => line.picture === at) ?? null;
   return html`<li data-testid="view" data-level=${state === "refused" ? "poor" : seen && !seen.some((e) => e.used) ? "fair" : ""}>

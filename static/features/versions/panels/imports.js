@@ -2,23 +2,23 @@
 import { address, call } from "../../../core/api.js";
 import { html } from "../../../core/html.js";
 import { busy, cameras, fields, notify, notifyError } from "../../../core/state.js";
-import { ACCEPTED, importOptions, importFile, imported, importMessage } from "../imports.js";
+import { ACCEPTED, importFile, importMessage, importOptions, imported } from "../imports.js";
 
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
 export function Import() {
   const { camera, field, region, image_size } = importOptions.value, regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
   /** @param {Partial<typeof importOptions.value>} more */
-  const say = (more) => { importOptions.value = { ...importOptions.value, ...more }; };
+  const setOption = (more) => { importOptions.value = { ...importOptions.value, ...more }; };
   const choose = (/** @type {Changed} */ e) => { const file = e.target.files?.[0]; if (file) void importFile(file); e.target.value = ""; };
   return html`<section aria-label="Import a calibration"><h2>Or bring a calibration you have</h2>
     <label class="drop choose-file"><b>${busy.value || "Import a calibration…"}</b><small>or drop its file here. Touchline, OpenCV, ROS, Kalibr, mrcal, PhotonVision, SSL-Vision, or a table of points.</small>
       <input type="file" class="sr" data-testid="import-file" accept=${ACCEPTED} disabled=${busy.value !== ""} onChange=${choose}/></label>
     <details class="more"><summary>What the file does not say</summary><div class="say-beside">
-      <label>Camera <select data-testid="import-camera" value=${camera} onChange=${(/** @type {Changed} */ e) => say({ camera: e.target.value })}><option value="">As the file says</option>${cameras.value.map((c) => html`<option key=${c.id} value=${c.id}>${c.name}</option>`)}</select></label>
-      <label>Field <select data-testid="import-field" value=${field} onChange=${(/** @type {Changed} */ e) => say({ field: e.target.value, region: "" })}><option value="">As the file says</option>${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>${f.title}</option>`)}</select></label>
-      <label>Region <select data-testid="import-region" value=${region} disabled=${!regions.length} onChange=${(/** @type {Changed} */ e) => say({ region: e.target.value })}><option value="">As the file says</option>${regions.map((name) => html`<option key=${name} value=${name}>${name}</option>`)}</select></label>
-      <label>Picture size, px <input type="text" data-testid="import-size" placeholder="1280x1024" maxlength="11" value=${image_size} onInput=${(/** @type {Changed} */ e) => say({ image_size: e.target.value.trim() })}/></label></div></details>
+      <label>Camera <select data-testid="import-camera" value=${camera} onChange=${(/** @type {Changed} */ e) => setOption({ camera: e.target.value })}><option value="">As the file says</option>${cameras.value.map((c) => html`<option key=${c.id} value=${c.id}>${c.name}</option>`)}</select></label>
+      <label>Field <select data-testid="import-field" value=${field} onChange=${(/** @type {Changed} */ e) => setOption({ field: e.target.value, region: "" })}><option value="">As the file says</option>${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>${f.title}</option>`)}</select></label>
+      <label>Region <select data-testid="import-region" value=${region} disabled=${!regions.length} onChange=${(/** @type {Changed} */ e) => setOption({ region: e.target.value })}><option value="">As the file says</option>${regions.map((name) => html`<option key=${name} value=${name}>${name}</option>`)}</select></label>
+      <label>Picture size, px <input type="text" data-testid="import-size" placeholder="1280x1024" maxlength="11" value=${image_size} onInput=${(/** @type {Changed} */ e) => setOption({ image_size: e.target.value.trim() })}/></label></div></details>
     <${Became}/></section>`;
 }
 

@@ -7,11 +7,12 @@ import { addressOf } from "../../../core/page.js";
 import { cameras, models } from "../../../core/state.js";
 import { Typed } from "../../../ui/typed.js";
 import {
-  activateVersion, activeVersion, annotate, pairDifference, choose, deleteVersion, formerVersion, loadMore, loadVersionList, listedCamera, comparedPair, versionList,
+  activateVersion, activeVersion, annotate, choose, comparedPair, deleteVersion, formerVersion, listedCamera, loadMore,
+  loadVersionList, pairDifference, versionList,
 } from "../version_list.js";
 import { ExportMenu } from "./exports.js";
 
-/** @typedef {import("../../../core/page_types").Kept} Kept */
+/** @typedef {import("../../../core/page_types").VersionRecord} Kept */
 
 export function VersionListPage() {
   const camera = listedCamera.value, it = versionList.value?.camera === camera ? versionList.value : null;
