@@ -1,4 +1,4 @@
-// Long work on the server: ask for it, watch how far it has come, stop it.
+// One job on the server: start it, follow its progress to the end, cancel it.
 import { Problem, ServerUnreachable, address, call, request } from "./api.js";
 
 const RETRY_MS = 500;

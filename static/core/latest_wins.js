@@ -1,4 +1,4 @@
-// One request in flight, the newest one waiting, everything between forgotten: for answers at pointer rate.
+// Rate-limited requests: one in flight, the latest one waiting, everything between dropped; and which of several answers is the latest.
 
 /**
  * @template T

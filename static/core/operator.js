@@ -1,4 +1,4 @@
-// Who works at this page, as far as they say: written beside what they make, and told to whoever has the same picture open.
+// The operator's name, as given in this browser: saved beside what they make, and shown to whoever has the same picture open.
 import { signal } from "@preact/signals";
 
 const KEPT = "touchline.operator";

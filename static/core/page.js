@@ -1,8 +1,8 @@
-// The pages beside the six steps: which one is open, and the way back to the picture.
+// The pages beside the six steps: which one is open, its address, and the way back to the picture.
 import { effect, signal } from "@preact/signals";
 import { atBoard, atLive, atPair, atStraight, snapshot } from "./state.js";
 
-/** @typedef {import("./page_types").PageAddress} At */
+/** @typedef {import("./page_address").PageAddress} At */
 
 /** @type {At["name"][]} */
 export const PAGE_NAMES = ["jobs", "settings", "versions", "capture", "rig", "rolls", "scene", "seeing"]; // no picture's ids: those are hexadecimal

@@ -1,4 +1,4 @@
-// What the page knows besides the document: lists from the server, the picture, what is selected and shown.
+// State of the page besides the document: lists from the server, the picture, what is selected and shown.
 import { computed, signal } from "@preact/signals";
 import { doc, pointsOf } from "./document.js";
 

@@ -1,4 +1,4 @@
-// A field that keeps what is being typed: a poll, a fit or another operator may draw its panel again meanwhile.
+// An input that keeps what is being typed while its panel is drawn again.
 import { useRef, useState } from "preact/hooks";
 import { html } from "../core/html.js";
 

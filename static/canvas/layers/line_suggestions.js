@@ -1,4 +1,4 @@
-// Drawn under the points: the lines that the fit sees and nobody has clicked, and points that are proposed.
+// Drawn under the points: lines that the fit predicts and nobody has clicked, and proposed points.
 import { computed } from "@preact/signals";
 import { doc, pointsOf } from "../../core/document.js";
 import { words } from "../../core/format.js";

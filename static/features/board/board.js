@@ -1,4 +1,4 @@
-// A lens from pictures of a board: which board, which pictures, the job that finds the lens, and what came of it.
+// A lens from pictures of a board: the board, the pictures, the job that finds the lens, and its result.
 import { batch, computed, signal } from "@preact/signals";
 import { ServerUnreachable, call, online } from "../../core/api.js";
 import { change, doc, withModel } from "../../core/document.js";

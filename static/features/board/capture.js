@@ -1,4 +1,4 @@
-// A board held before a live camera: what the server sees of it, which views it has taken, and the view it wants next.
+// A board before a live camera: what the server detects of it, the views taken so far, and the view it asks for next.
 import { computed, effect, signal } from "@preact/signals";
 import { online } from "../../core/api.js";
 import { plural } from "../../core/format.js";
@@ -9,7 +9,7 @@ import { addCapturedView, boardRequest, findLens, openBoard, pictures } from "./
 
 const GOOD = 12; // views from which a lens is worth finding
 
-/** @typedef {import("../../core/page_types").BoardView} Look */
+/** @typedef {import("./types").BoardView} Look */
 
 /** What was seen last; null before the first look. */
 export const boardView = signal(/** @type {Look | null} */ (null));

@@ -1,4 +1,4 @@
-// Lenses that are known already: from boards, and those of earlier calibrations.
+// Known lenses: calibrated with boards, and those of earlier calibrations.
 import { effect, signal, untracked } from "@preact/signals";
 import { call, online } from "../../core/api.js";
 import { notifyError, snapshot, step } from "../../core/state.js";

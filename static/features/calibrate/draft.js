@@ -1,4 +1,4 @@
-// Keeps the document: on the server after every change, and in this browser until the server has it.
+// Saves the document: on the server after every change, and in this browser until the server has it.
 import { batch, effect, signal, untracked } from "@preact/signals";
 import { Problem, ServerUnreachable, online, request } from "../../core/api.js";
 import { EMPTY, change, doc, dragging, fromDraft, isEqual, load } from "../../core/document.js";

@@ -1,4 +1,4 @@
-// The field's own lines, found by the server: the job that looks for them, and its points in the draft in one step.
+// Finds the field's lines on the server: the job that looks for them, and its points in the draft in one step.
 import { signal } from "@preact/signals";
 import { change, doc, withModel } from "../../core/document.js";
 import { runJob } from "../../core/jobs.js";

@@ -1,4 +1,4 @@
-// Asks the server what the clicks are worth: each border's curve at pointer rate, the whole fit after every change.
+// Fits the clicks on the server: each border's curve at pointer rate, the whole fit after every change.
 import { effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { BORDERS, doc, dragging, isEqual, pointsOf } from "../../core/document.js";

@@ -1,4 +1,4 @@
-// The field as the present fit sees it: lines that can be clicked by pointing at them, and points proposed along one.
+// Suggested lines: the field's lines as the present fit predicts them, clickable by pointing at them, and points proposed along one.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";

@@ -1,4 +1,4 @@
-// The curve of a border whose points are being dragged: drawn in the same frame, while the server's own answer is on its way.
+// The curve of a border whose points are being dragged: computed here in the same frame, until the server answers.
 
 /** @typedef {import("../../core/types").Curve} Curve @typedef {import("../../core/types").Point} Point */
 

@@ -1,4 +1,4 @@
-// Every model on the same clicks: asked for while the operator chooses one.
+// Compares every model on the same clicks while the operator chooses one.
 import { effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { change, doc, dragging, withModel } from "../../core/document.js";

@@ -1,4 +1,4 @@
-// Bringing a picture to the page: from a file, the clipboard, a camera, or the ones that are kept.
+// Opens a picture: from a file, the clipboard, a camera, or the saved ones.
 import { batch, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
 import { doc, load } from "../../core/document.js";

@@ -1,4 +1,4 @@
-// Who else has this picture open, and whether somebody has just saved its draft: told by the server at once.
+// Who else has this picture open, and whether somebody has just saved its draft, over a WebSocket.
 import { effect, signal, untracked } from "@preact/signals";
 import { online } from "../../core/api.js";
 import { operatorName } from "../../core/operator.js";

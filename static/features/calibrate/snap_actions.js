@@ -1,4 +1,4 @@
-// What the point editor can do with the painted lines themselves: snap to them, and propose points along them.
+// Actions that snap points to painted lines, and that propose points along them.
 import { doc } from "../../core/document.js";
 import { editing, selectedPoints } from "../../core/state.js";
 import { acceptProposed, canPropose, discardProposed, propose, proposedPoints } from "./line_suggestions.js";

@@ -1,4 +1,4 @@
-// Draws clicked points to the middle of the painted line beside them: the server looks, the page says how far it moved.
+// Snaps clicked points to the middle of the painted line beside them: the server finds it, the page shows how far each moved.
 import { effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call } from "../../core/api.js";
 import { change, doc, dragging, future, pointsOf, withPoints } from "../../core/document.js";

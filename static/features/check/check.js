@@ -1,4 +1,4 @@
-// Check only: whether a camera's active calibration still holds in its picture of now. Nothing is fitted or kept.
+// Check a camera's active calibration in its present picture. Nothing is fitted or saved.
 import { computed, effect, signal } from "@preact/signals";
 import { runJob } from "../../core/jobs.js";
 import { longWork } from "../../core/long_work.js";

@@ -1,4 +1,4 @@
-// What can be done to a comparison of raw and corrected, still or live: rows of the table of actions.
+// Actions on a comparison of raw and corrected, still or live.
 import { atLive, compare, comparing } from "../../core/state.js";
 import { centreWorstPlace, goToNextClick } from "../calibrate/warning_fixes.js";
 import { cameraView, status } from "../live/camera_page.js";

@@ -1,4 +1,4 @@
-// Raw and corrected in turn on one spot: by itself, slowly, or while a key is held. What moves shows where the lens bends.
+// Raw and corrected alternating on one spot, by timer or while a key is held.
 import { computed, effect, signal, untracked } from "@preact/signals";
 
 /** Swaps a second: far below the three flashes a second that can harm. */

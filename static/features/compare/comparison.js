@@ -1,4 +1,4 @@
-// What is compared, a still or a live picture: raw against corrected, where each lies, and what is under the pointer.
+// The comparison of raw and corrected, of a still or a live picture: where each picture lies, and what is under the pointer.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { latestWins } from "../../core/latest_wins.js";

@@ -1,4 +1,4 @@
-// A map of millimetres over the picture: how far off a version may be, or how far two are apart. The server has the figures.
+// A heat map in millimetres over the picture: expected error of a version, or difference between two. The server computes it.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call } from "../../core/api.js";
 import { latestWins } from "../../core/latest_wins.js";

@@ -1,4 +1,4 @@
-// Residuals as arrows: from each click to where the model puts it, drawn longer than they are. The server has the figures.
+// Residual arrows, from each click to where the model puts it, magnified. The server computes them.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { comparing, editing, notifyError, snapshot } from "../../core/state.js";

@@ -1,4 +1,4 @@
-// What an operator can do with what a camera sees, for the table of all actions.
+// Actions on live detection.
 import { openedCamera as liveShown } from "../live/camera_page.js";
 import { openPage } from "../shell/open_page.js";
 import { nextFrame, play, playing, previousFrame, recordClip, recording } from "./clips.js";

@@ -1,4 +1,4 @@
-// Clips of a camera: recorded, stepped through frame by frame, played again and again while colours and stages are tuned.
+// Clips of a camera: recorded, stepped frame by frame, and played repeatedly while colours and stages are tuned.
 import { computed, effect, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
 import { notify, notifyError } from "../../core/state.js";

@@ -1,4 +1,4 @@
-// Colours taught by clicks and boxes, found without any, kept for a venue by name, copied to another camera.
+// Colour profiles: learned from clicks and boxes or automatically, saved as presets, copied to another camera.
 import { computed, effect, signal } from "@preact/signals";
 import { call, request } from "../../core/api.js";
 import { cameras, notify, notifyError } from "../../core/state.js";

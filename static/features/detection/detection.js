@@ -1,4 +1,4 @@
-// What a live camera is to see: as it is set and kept, frame after frame as it is seen, and the way back from a change.
+// Live detection on a camera: its settings, the detections of each frame, undo and redo of changes.
 import { computed, effect, signal } from "@preact/signals";
 import { Problem, call, online, request } from "../../core/api.js";
 import { number, plural } from "../../core/format.js";

@@ -1,4 +1,4 @@
-// How the operator looks at what a camera sees: which picture, how near, with which words in it.
+// How detections are displayed: which picture, at which zoom, with which labels.
 import { computed, effect, signal } from "@preact/signals";
 import { detectionCamera, detectionState } from "./detection.js";
 import { fieldPositions } from "./field_positions.js";

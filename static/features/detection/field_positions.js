@@ -1,4 +1,4 @@
-// Where a raw pixel lies on the field and in the corrected picture, from a grid that is asked for once for a calibration.
+// Field and corrected-picture positions of raw pixels, interpolated in a grid that is fetched once for a calibration.
 import { computed, effect, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { detections } from "./held_frame.js";

@@ -1,4 +1,4 @@
-// A held frame: the picture stands while colours are clicked and stages are turned, and it is seen again at each change.
+// A held frame: colours and stages are tuned on it, and detection runs on it again after each change.
 import { computed, effect, signal } from "@preact/signals";
 import { address, call, request, toRefusal } from "../../core/api.js";
 import { fields, notifyError } from "../../core/state.js";

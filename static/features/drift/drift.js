@@ -1,4 +1,4 @@
-// Whether cameras still stand as they did; and a knocked one's pose registered anew, which is looked at before it is used.
+// Camera drift, and re-registration of a moved camera's pose, which is reviewed before it is used.
 import { computed, effect, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { runJob } from "../../core/jobs.js";

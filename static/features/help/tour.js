@@ -1,4 +1,4 @@
-// The tour: one picture from camera to activation, told with its own numbers as they stand now.
+// The tour: one picture from camera to activation, explained with its own numbers.
 import { computed, effect, signal } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { mm, number, pct, plural, words } from "../../core/format.js";

@@ -5,7 +5,7 @@ import { plural } from "../../core/format.js";
 import { openSocket } from "../../core/socket.js";
 import { notifyError } from "../../core/state.js";
 
-/** @typedef {import("../../core/page_types").JobInList} JobInList */
+/** @typedef {import("./types").JobInList} JobInList */
 
 /** Newest first; null before the first message. */
 export const jobs = signal(/** @type {JobInList[] | null} */ (null));

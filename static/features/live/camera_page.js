@@ -1,4 +1,4 @@
-// One camera, live, and the form for a new or a changed one: what the operator does with it.
+// One camera, live, and the form for a new or a changed one: state and actions.
 import { computed, effect, signal } from "@preact/signals";
 import { ServerUnreachable, call, request, toRefusal } from "../../core/api.js";
 import { atBoard, atLive, atPair, atStraight, cameras, notify, notifyError } from "../../core/state.js";

@@ -1,4 +1,4 @@
-// Live cameras: how each is, and the streams that are drawn.
+// Status of live cameras, polled while shown, and the addresses of their streams.
 import { signal } from "@preact/signals";
 import { address, call } from "../../core/api.js";
 

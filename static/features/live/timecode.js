@@ -1,4 +1,4 @@
-// Reads the time that a simulated camera paints into its picture: 64 cells, told from the picture's width.
+// Reads the timecode that a simulated camera paints into its picture: 64 cells, scaled by the picture's width.
 const ACROSS = 96, COUNT = 64, BITS = 48, CONTRAST = 60;
 const MARKS = /** @type {[number, number][]} */ ([[0, 1], [1, 0], [2, 1], [3, 0], [60, 0], [61, 1], [62, 0], [63, 1]]);
 

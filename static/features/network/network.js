@@ -1,4 +1,4 @@
-// Geometry on the league's multicast group: what the server sends and hears, asked for while the panel is looked at.
+// Geometry on the league's multicast group: published and received, polled while the panel is open.
 import { computed, signal } from "@preact/signals";
 import { call, online } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";

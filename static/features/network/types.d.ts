@@ -1,4 +1,4 @@
-// What the panel of the network works with.
+// GET /publishing and GET /publishing/heard.
 export interface Trouble { reason: string; what: string; fix: string }
 export interface Loss { rms_mm: number; worst_mm: number; worst_place: [number, number]; hat_rms_mm: number | null; hat_worst_mm: number | null; hat_height_mm: number }
 /** One camera as it is sent, or why not. */

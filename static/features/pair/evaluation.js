@@ -1,4 +1,4 @@
-// Asks the server about a pair: what two cameras agree on after every change, and epipolar lines at pointer rate.
+// Evaluates a pair on the server: agreement of two cameras after every change, and epipolar lines at pointer rate.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call, online, toRefusal } from "../../core/api.js";
 import { plural } from "../../core/format.js";

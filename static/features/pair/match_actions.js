@@ -1,4 +1,4 @@
-// What the keys and tools do while the page is at two cameras: the same deeds, on matches.
+// What shared actions do while two cameras are compared: add, move, select and remove matches, zoom and pan.
 import { atPair } from "../../core/state.js";
 import { worstMatch } from "./evaluation.js";
 import { addMatchPoint, choose, chooseNext, chosenPoint, isOn, nudgeChosen, removeMatch } from "./matches.js";

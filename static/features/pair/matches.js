@@ -1,4 +1,4 @@
-// What can be done to matches: click, move, nudge, remove, choose. A match is one thing, a point in each picture.
+// Edits matches: click, move, nudge, remove, select. A match is one thing, a point in each picture.
 import { chosen, nextHeight, other, pair, pictures, side, views, wantedHeight } from "./pair.js";
 
 /** @typedef {import("./types").Side} Side @typedef {import("./types").PairDoc} PairDoc @typedef {import("../../core/types").Point} Point */

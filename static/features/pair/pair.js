@@ -1,4 +1,4 @@
-// Two cameras that see the same: which pictures, which calibrations, and the matches that were clicked in both.
+// Two cameras with a common view: the pictures, the calibrations, and the matches clicked in both.
 // They are kept in this browser, a document for each pair of pictures: a draft on the server is of one picture.
 import { batch, computed, effect, signal, untracked } from "@preact/signals";
 import { call, request } from "../../core/api.js";

@@ -1,4 +1,4 @@
-// A rig: cameras that share a field. Which one is open, its stitched picture, how far its cameras are apart, refitting.
+// A rig: cameras that share a field. Which one is open, its stitched picture, its check and refit.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, request, toRefusal } from "../../core/api.js";
 import { plural } from "../../core/format.js";

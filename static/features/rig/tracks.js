@@ -1,4 +1,4 @@
-// What plays on a rig's field, once each, however many of its cameras see it; heard only while somebody wants it.
+// Tracks on a rig's field, merged over its cameras; streamed only while they are shown.
 import { computed, effect, signal } from "@preact/signals";
 import { online } from "../../core/api.js";
 import { openSocket } from "../../core/socket.js";

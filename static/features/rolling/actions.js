@@ -1,4 +1,4 @@
-// What an operator can do with a rolling ball, for the table of all actions.
+// Actions on a rolling ball.
 import { openedCamera as liveShown } from "../live/camera_page.js";
 import { openPage } from "../shell/open_page.js";
 import {

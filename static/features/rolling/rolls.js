@@ -1,4 +1,4 @@
-// A ball that rolls before a live camera: what moves, each straight roll with its number, and the lens that they make.
+// A ball rolling before a live camera: moving objects, each straight roll, and the lens fitted to the rolls.
 import { computed, effect, signal } from "@preact/signals";
 import { call, online } from "../../core/api.js";
 import { number, pct, plural } from "../../core/format.js";
@@ -13,7 +13,7 @@ const GOOD = 5; // rolls that are worth having
 const FEWEST = 3;
 const STANDARD_PCT = 3; // a standard lens' distortion, section IV of the method
 
-/** @typedef {import("../../core/page_types").MovingTracks} Moving @typedef {import("../../core/page_types").RollsResponse} RollsResponse @typedef {import("../../core/page_types").SavedRoll} SavedRoll */
+/** @typedef {import("./types").MovingTracks} Moving @typedef {import("./types").RollsResponse} RollsResponse @typedef {import("./types").SavedRoll} SavedRoll */
 
 /** What moves now; null before the first look. */
 export const movingTracks = signal(/** @type {Moving | null} */ (null));

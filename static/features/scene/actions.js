@@ -1,4 +1,4 @@
-// What an operator can do at a scene, for the table of all actions.
+// Actions on a 3-D scene.
 import { page } from "../../core/page.js";
 import { openPage } from "../shell/open_page.js";
 import { version } from "../versions/versions.js";

@@ -1,4 +1,4 @@
-// The scene in 3-D: one line to the server as long as its page is open; what is shown, how it is looked at, what was clicked.
+// The 3-D scene: one WebSocket as long as its page is open; what is shown, the view, what was clicked.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { address, call, online } from "../../core/api.js";
 import { page } from "../../core/page.js";

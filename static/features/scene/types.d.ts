@@ -1,4 +1,4 @@
-// What WS /scene tells, and what may be said to it.
+// Messages of WS /scene.
 import type { Point } from "../../core/types";
 
 export interface SheetInfo { max_mm: number | null; why: string | null; fix: string | null }

@@ -1,4 +1,4 @@
-// What the server runs with, what of its disk is taken, and what this browser prefers.
+// The server's settings and disk usage, and what this browser stores.
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { chooseName, operatorName } from "../../core/operator.js";
@@ -7,8 +7,8 @@ import { notifyError } from "../../core/state.js";
 export { chooseName, operatorName };
 
 /** As the server said last. */
-export const serverSettings = signal(/** @type {import("../../core/page_types").ServerSettings | null} */ (null));
-export const health = signal(/** @type {import("../../core/page_types").Health | null} */ (null));
+export const serverSettings = signal(/** @type {import("./types").ServerSettings | null} */ (null));
+export const health = signal(/** @type {import("./types").Health | null} */ (null));
 
 export const settingsNextStep = computed(() => {
   const now = health.value, wrong = now ? now.warnings.length + now.damaged.length : 0;

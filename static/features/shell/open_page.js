@@ -4,7 +4,7 @@ import { leftPicture, page } from "../../core/page.js";
 import { atBoard, atLive, atPair, atStraight, help, snapshot, step } from "../../core/state.js";
 import { closePicture } from "../calibrate/pictures.js";
 
-/** @param {import("../../core/page_types").PageAddress["name"]} name @param {string} [argument] */
+/** @param {import("../../core/page_address").PageAddress["name"]} name @param {string} [argument] */
 export function openPage(name, argument = "") {
   batch(() => {
     if (snapshot.value) leftPicture.value = { id: snapshot.value.id, at: step.value };

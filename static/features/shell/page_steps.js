@@ -1,4 +1,4 @@
-// Where the operator stands on a page beside the steps, by its name; panels/pages.js draws them.
+// The next step on each page beside the six steps, by the page's name.
 import { computed } from "@preact/signals";
 import { page } from "../../core/page.js";
 import { captureNextStep } from "../board/capture.js";

@@ -1,4 +1,4 @@
-// Where the operator stands: each step's state, what is missing in one sentence, and the one next thing to do.
+// The six steps: state of each, what is missing in one sentence, and the next action.
 import { computed } from "@preact/signals";
 import { BORDERS, doc, pointsOf } from "../../core/document.js";
 import { plural } from "../../core/format.js";

@@ -1,4 +1,4 @@
-// How straight a camera's pictures show straight edges: which pictures, the job that judges them, and what came of it.
+// Straight edges: how straight a camera's pictures show them, the job that judges them, and its result.
 import { batch, computed, effect, signal } from "@preact/signals";
 import { ServerUnreachable, call, request } from "../../core/api.js";
 import { plural } from "../../core/format.js";

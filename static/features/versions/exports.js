@@ -1,4 +1,4 @@
-// Files for other programs: what each format makes of a version, asked when somebody wants to know.
+// Export formats of a version, fetched when the menu is opened.
 import { signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { notifyError } from "../../core/state.js";

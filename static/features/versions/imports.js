@@ -1,4 +1,4 @@
-// Calibrations from files: our own, or another program's; what a file does not say is said beside it.
+// Imports calibrations from files, ours or of other programs; the operator adds what a file does not hold.
 import { signal } from "@preact/signals";
 import { request } from "../../core/api.js";
 import { busy, cameras, notify } from "../../core/state.js";

@@ -1,18 +1,18 @@
-// The versions of one camera, or of pictures from files: activated, gone back to, annotated, compared, deleted.
+// All versions of one camera, or of pictures from files: activate, annotate, compare, delete.
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { page } from "../../core/page.js";
 import { cameras, notify, notifyError } from "../../core/state.js";
 
-/** @typedef {import("../../core/page_types").VersionRecord} Kept */
+/** @typedef {import("./types").VersionRecord} Kept */
 
 const PAGE = 50;
 /** What is shown: of one camera, by its id; "" of pictures from files. */
-export const versionList = signal(/** @type {{ camera: string, items: Kept[], next: string | null, history: import("../../core/page_types").Activation[] } | null} */ (null));
+export const versionList = signal(/** @type {{ camera: string, items: Kept[], next: string | null, history: import("./types").Activation[] } | null} */ (null));
 /** The two that are compared, the one chosen first being first. */
 export const comparedPair = signal(/** @type {string[]} */ ([]));
-export const pairDifference = signal(/** @type {{ ids: string, is: import("../../core/page_types").VersionDifference | null, why: import("../../core/types").Refusal | null } | null} */ (null));
+export const pairDifference = signal(/** @type {{ ids: string, is: import("./types").VersionDifference | null, why: import("../../core/types").Refusal | null } | null} */ (null));
 
 /** The camera whose versions are shown: that of the address, else the first there is. */
 export const listedCamera = computed(() => page.value?.argument || "");

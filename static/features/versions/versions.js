@@ -1,4 +1,4 @@
-// Saved calibrations: immutable versions of what the document gave.
+// Saved versions of the calibration of this picture: immutable.
 import { computed, signal } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { doc, isEqual } from "../../core/document.js";

@@ -1,4 +1,4 @@
-// A lens that is known already, and how fast it is held.
+// A known lens, and how strongly the fit is held to it.
 import { change, doc } from "../../../core/document.js";
 import { dayAndTime, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";

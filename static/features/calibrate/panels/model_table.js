@@ -1,4 +1,4 @@
-// Every model on the same clicks: what it misses in millimetres, how much it had to learn, and what that is worth in words.
+// Every model on the same clicks: error in millimetres, number of parameters, and a verdict in words.
 import { computed, signal } from "@preact/signals";
 import { doc } from "../../../core/document.js";
 import { mm, number, plural } from "../../../core/format.js";

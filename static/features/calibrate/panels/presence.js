@@ -1,4 +1,4 @@
-// Beside the step: who else has this picture open, and what they have just done to its draft.
+// Beside the step: who else has this picture open, and what they have just changed in its draft.
 import { undo } from "../../../core/document.js";
 import { html } from "../../../core/html.js";
 import { changedBy, isTheirs } from "../draft.js";

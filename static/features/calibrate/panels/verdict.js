@@ -1,4 +1,4 @@
-// What the clicks are worth: a length first, a sentence second, details third; every warning with its fix.
+// The verdict on the clicks: a length first, a sentence second, details third; every warning with its fix.
 import { doc } from "../../../core/document.js";
 import { mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";

@@ -1,4 +1,4 @@
-// Warnings and refusals: what is wrong, its fix, and buttons that do it.
+// Warnings and refusals: what is wrong, its fix, and buttons that apply it.
 import { plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { fixesOf } from "../warning_fixes.js";

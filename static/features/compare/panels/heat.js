@@ -1,4 +1,4 @@
-// The words beside a map of millimetres: its scale, its figures, what else it can show, and why there is none.
+// The legend of the heat map: its scale, its figures, what else it can show, and why there is none.
 import { ACTIONS, run } from "../../../core/actions.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";

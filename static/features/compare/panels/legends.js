@@ -1,4 +1,4 @@
-// The words beside a comparison: how far apart the grid's lines are, and which picture blinking shows.
+// Legends of a comparison: the grid's spacing, and which picture is shown while blinking.
 import { ACTIONS, run } from "../../../core/actions.js";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";

@@ -1,4 +1,4 @@
-// The words beside the residual arrows: how much longer they are drawn, a ruler, and the longest of them.
+// The legend of the residual arrows: their magnification, a ruler, and the longest of them.
 import { run } from "../../../core/actions.js";
 import { mm, number, plural, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";

@@ -1,4 +1,4 @@
-// Clicks and boxes on a picture that teach a colour: by pointer or finger, and by keys with a cross that moves.
+// Picks colour samples on a picture, points or boxes, by pointer, finger or keyboard.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { html } from "../../../core/html.js";
 import { colour, teach } from "../colours.js";

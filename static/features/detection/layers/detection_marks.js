@@ -1,4 +1,4 @@
-// What is seen, drawn over the picture: rings, fronts, numbers and field places.
+// Draws detections over the picture: rings, headings, numbers and field positions.
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { path } from "../../../canvas/drawing.js";

@@ -1,4 +1,4 @@
-// What a stage of seeing made of the picture: live, or of the frame that is held.
+// The output picture of a detection stage, live or of the held frame.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { html } from "../../../core/html.js";
 import { detectionRequest, framePicture, heldFrame, stagePicture } from "../held_frame.js";

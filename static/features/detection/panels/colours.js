@@ -1,4 +1,4 @@
-// Colours of a camera: which is taught now, its samples, how well it is told from the others, and presets of a venue.
+// Colours of a camera: which one is being learned, its samples, how well it is separated from the others, and presets.
 import { useState } from "preact/hooks";
 import { run } from "../../../core/actions.js";
 import { number, plural } from "../../../core/format.js";

@@ -1,4 +1,4 @@
-// What a camera sees: ball and robots marked in its picture, and every stage's own picture below.
+// Live detection: ball and robots marked in the picture, and every stage's own picture below.
 import { useEffect, useRef } from "preact/hooks";
 import { html } from "../../../core/html.js";
 import { ActionButton } from "../../../ui/action_button.js";

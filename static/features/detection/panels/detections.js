@@ -1,4 +1,4 @@
-// What is seen now, thing by thing; what somebody should know of it; and whether it goes to the network.
+// The list of detections, notes on them, and whether they are published.
 import { number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { Title } from "../../../ui/title.js";

@@ -1,4 +1,4 @@
-// Every stage of the plan: its picture, how long it takes, what can be set; and the plans to begin with.
+// Every stage of the detection plan: its picture, its time, its options; and the plans to begin with.
 import { number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { Title } from "../../../ui/title.js";

@@ -1,4 +1,4 @@
-// Whether the camera still stands as it did: in words, as an alarm with its one button, and what came of pressing it.
+// Whether the camera has moved: a sentence, an alarm with its one button, and the result of re-registration.
 import { clock, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { addressOf } from "../../../core/page.js";

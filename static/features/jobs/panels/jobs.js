@@ -1,4 +1,4 @@
-// Long work: what is at work, how far it is, the way to stop it, and what came of it.
+// Long work: running jobs, their progress, how to stop them, and their results.
 import { call } from "../../../core/api.js";
 import { dayAndTime, number, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
@@ -7,7 +7,7 @@ import { openBoard, showLens } from "../../board/board.js";
 import { KINDS, cancelJob, isConnected, isOver, jobs, running } from "../job_list.js";
 import { openPage } from "../../shell/open_page.js";
 
-/** @typedef {import("../../../core/page_types").JobInList} JobInList */
+/** @typedef {import("../types").JobInList} JobInList */
 
 const STATES = { queued: "Waiting", running: "At work", done: "Done", failed: "Failed", cancelled: "Cancelled" };
 const LEVEL = { queued: "", running: "", done: "good", failed: "poor", cancelled: "" };

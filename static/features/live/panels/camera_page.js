@@ -1,4 +1,4 @@
-// The desk of one camera: its picture live, how it is, what can be set; and the form for a new one.
+// The page of one camera: its picture live, its status and controls; and the form for a new one.
 import { useEffect } from "preact/hooks";
 import { number, words } from "../../../core/format.js";
 import { html } from "../../../core/html.js";

@@ -1,4 +1,4 @@
-// The network: whether geometry is on the air, by which way, what each camera loses there, and who else is heard.
+// The network: whether geometry is published, over which interface, the loss of each camera, and other senders.
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { number } from "../../../core/format.js";

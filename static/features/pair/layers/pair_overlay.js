@@ -1,4 +1,4 @@
-// Drawn over each picture of a pair: numbered marks, mistakes crossed, epipolar lines, and where a thing is foretold.
+// Drawn over each picture of a pair: numbered marks, mistakes crossed, epipolar lines, and predicted places.
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
 import { tool } from "../../../core/state.js";

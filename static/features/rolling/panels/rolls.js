@@ -1,4 +1,4 @@
-// A ball before a live camera: its tracks over the picture, each roll with its number, nine fields, and the lens.
+// A rolling ball: tracks over the picture, each roll with its number, sag in nine zones, and the fitted lens.
 import { useEffect } from "preact/hooks";
 import { call } from "../../../core/api.js";
 import { ago, number, pct, plural } from "../../../core/format.js";
@@ -18,7 +18,7 @@ import {
 } from "../rolls.js";
 import { KINDS } from "../../straight/panels/straight.js";
 
-/** @typedef {import("../../../core/page_types").SavedRoll} SavedRoll */
+/** @typedef {import("../types").SavedRoll} SavedRoll */
 
 const WIDTH_PX = 960;
 const LEVELS = { good: "straight", fair: "within a standard lens' ±3 %", poor: "beyond it", "left-out": "not counted", unknown: "cannot be told" };
@@ -103,7 +103,7 @@ export function RollsReport() {
     <section aria-label="Nine fields of the picture"><h2>Where it bows</h2><${Zones} zones=${it.zones}/></section>`;
 }
 
-/** @param {{ zones: (import("../../../core/page_types").Zone | null)[][] }} props */
+/** @param {{ zones: (import("../types").SagZone | null)[][] }} props */
 const Zones = ({ zones }) => html`<table class="zones" data-testid="zones"><caption class="sr">Bow by the part of the picture, %</caption><tbody>
   ${zones.map((row, y) => html`<tr key=${y}>${row.map((zone, x) => html`<td key=${x} data-level=${!zone ? "none" : Math.abs(zone.pct) <= 2 * zone.sigma_pct ? "good" : Math.abs(zone.pct) <= 3 ? "fair" : "poor"}
       title=${zone ? plural(zone.rolls, "roll") : "Nothing rolled here yet"}>${zone ? html`${pct(zone.pct)}<small>± ${number(zone.sigma_pct, 2)}</small>` : "–"}</td>`)}</tr>`)}</tbody></table>`;

@@ -1,4 +1,4 @@
-// The scene's page: what is shown at the left, viser in the middle, what is told of it at the right.
+// The 3-D scene: view options at the left, viser in the middle, figures at the right.
 import { run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";

@@ -1,4 +1,4 @@
-// The server's settings to be read, what of its disk is taken, and what this browser prefers.
+// The server's settings, its disk usage, and this browser's preferences.
 import { useEffect } from "preact/hooks";
 import { address } from "../../../core/api.js";
 import { ago, number, words } from "../../../core/format.js";
@@ -8,7 +8,7 @@ import { addressOf, backAddress, leftPicture, page } from "../../../core/page.js
 import { Typed } from "../../../ui/typed.js";
 import { chooseName, fetchSettings, forgetPreferences, health, operatorName, serverSettings } from "../settings.js";
 
-/** @typedef {import("../../../core/page_types").Setting} Setting */
+/** @typedef {import("../types").Setting} Setting */
 
 const MB = 1e6;
 /** Where what can be changed while the server runs is changed. @type {Record<string, [string, string]>} */
@@ -40,7 +40,7 @@ function Preferences() {
     <div class="line"><button type="button" data-testid="forget-preferences" onClick=${forgetPreferences}>Forget this browser's preferences</button><small class="grow">Name, colours, lists of pictures. Clicks that the server has not got yet stay.</small></div></section>`;
 }
 
-/** @param {{ room: import("../../../core/page_types").DiskUsage }} props */
+/** @param {{ room: import("../types").DiskUsage }} props */
 function Storage({ room }) {
   const { backups } = room;
   return html`<section aria-label="Storage"><h2>Storage</h2>
@@ -81,7 +81,7 @@ const plain = (value) => (value === null ? "not set" : value === "" ? "empty" : 
 
 /** On the left of every page: the other ones. */
 export function PageMenu() {
-  /** @type {[import("../../../core/page_types").PageAddress["name"], string, string][]} */
+  /** @type {[import("../../../core/page_address").PageAddress["name"], string, string][]} */
   const pages = [["versions", "", "Saved versions"], ["jobs", "", "Long work"], ["settings", "", "Settings"]];
   return html`<nav aria-label="Pages"><ul class="plain page-menu">
     <li><a href=${backAddress()} data-testid="page-back">${leftPicture.value ? "Back to the picture" : "Back to the cameras"}</a></li>

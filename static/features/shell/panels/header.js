@@ -1,4 +1,4 @@
-// Top of the page: where the picture comes from, the steps, whether all is kept, and the one bright button.
+// Top of the page: where the picture comes from, the steps, whether all is saved, and the one bright button.
 import { signal } from "@preact/signals";
 import { run } from "../../../core/actions.js";
 import { online } from "../../../core/api.js";

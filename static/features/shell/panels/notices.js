@@ -1,4 +1,4 @@
-// What the operator must be told, above the picture and out of its way: nothing here stops the work.
+// Messages above the picture; none of them blocks the work.
 import { online } from "../../../core/api.js";
 import { clock, plural } from "../../../core/format.js";
 import { html } from "../../../core/html.js";

@@ -1,4 +1,4 @@
-// The first thing anybody sees: cameras, a place to drop a picture, and the pictures that were worked on.
+// The start page: cameras, a place to drop a picture, and the pictures that were worked on.
 import { run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { dayAndTime } from "../../../core/format.js";

@@ -1,4 +1,4 @@
-// The desk of straight edges: pictures of one camera, their edges drawn over them, as taken and straightened.
+// Straight edges: pictures of one camera, their edges drawn over them, as taken and straightened.
 import { run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { number, plural } from "../../../core/format.js";

@@ -1,4 +1,4 @@
-// The way in for calibrations that exist already: a file chosen or dropped, and what became of it.
+// Imports a calibration: a file chosen or dropped, options beside it, and the result.
 import { address, call } from "../../../core/api.js";
 import { html } from "../../../core/html.js";
 import { busy, cameras, fields, notify, notifyError } from "../../../core/state.js";

@@ -1,4 +1,4 @@
-// Every version of a camera, the one that is active, what was active before, and how far two are apart.
+// Every version of a camera: the active one, the former one, the difference of two.
 import { useEffect } from "preact/hooks";
 import { address } from "../../../core/api.js";
 import { dayAndTime, mm, number, words } from "../../../core/format.js";
@@ -12,7 +12,7 @@ import {
 } from "../version_list.js";
 import { ExportMenu } from "./exports.js";
 
-/** @typedef {import("../../../core/page_types").VersionRecord} Kept */
+/** @typedef {import("../types").VersionRecord} Kept */
 
 export function VersionListPage() {
   const camera = listedCamera.value, it = versionList.value?.camera === camera ? versionList.value : null;
