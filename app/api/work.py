@@ -9,8 +9,8 @@ from anyio import CapacityLimiter, to_thread
 from fastapi import FastAPI, Request
 from starlette.requests import HTTPConnection
 
+from app.core.progress import Progress
 from app.jobs import Job
-from app.models import Progress
 
 Given = ParamSpec("Given")
 Answer = TypeVar("Answer")

@@ -7,9 +7,10 @@ from typing import Any
 from app.batch.verification import verify
 from app.core.errors import Conflict
 from app.core.field_json import field_from_json
+from app.core.progress import Progress
 from app.core.records import Calibration, Frame, observations_from_json
 from app.images import ImageDecoder
-from app.models import Progress, model_from_json
+from app.models import model_from_json
 from app.store.snapshots import checked_bytes
 from app.workflows.calibration_request import Task
 

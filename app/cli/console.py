@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from app.core.errors import TouchlineError
-from app.models import Progress
+from app.core.progress import Progress
 
 UNEXPECTED, USAGE, REFUSED, FILE = 1, 2, 3, 4
 FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", "disk-full", "no-settings-file",

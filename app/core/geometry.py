@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput
 
+Array = NDArray[np.float64]
 Points = NDArray[np.float64]  # (..., 2)
 
 # Nothing on a picture or a playing field is larger; beyond it, squares and cubes of coordinates

@@ -1,1 +1,30 @@
-"""Observations → model: one fitter for each camera model, and the least squares that they share."""
+"""Fitting: from observations to a camera model, and the table of fitters, one for each entry of app.models.MODELS.
+
+A fitter (contract.Fitter) takes observations, a field, a region and options, and returns a Fit: the model, which points
+it rests on, warnings, and the covariance of its parameters. To add one for a model with a lens: a subclass of RayFitter
+in ray_camera/fitters.py and a line here; any other model: a folder here with its own Fitter.
+
+Beside the fitters: board/ (a lens from a calibration board), plumb_line/ (a lens from straight lines), two_view/ (two
+cameras' relative pose), field_lines/ (a camera from detected lines, without clicks), image_motion (a bumped camera).
+"""
+
+from app.core.registry import Registry
+from app.fitting.contract import Fitter, Sensitivity
+from app.models import CameraModel
+
+__all__ = ["FITTERS", "Fitter", "Sensitivity", "sensitivity_of"]
+
+FITTERS = Registry("camera model", {
+    "polynomial": "app.fitting.polynomial.fit:PolynomialFitter",  # four border curves, then the relation to mm
+    "homography": "app.fitting.homography.fit:HomographyFitter",  # normalised DLT, then distances in pixels
+    "thin-plate": "app.fitting.thin_plate.fit:ThinPlateFitter",  # another model, then a spline through what it leaves
+    "division": "app.fitting.ray_camera.fitters:DivisionFitter",  # the ray cameras: linear start, robust refinement
+    "brown-conrady": "app.fitting.ray_camera.fitters:BrownConradyFitter",
+    "fisheye": "app.fitting.ray_camera.fitters:FisheyeFitter",
+    "ssl": "app.fitting.ray_camera.fitters:SslFitter",
+})
+
+
+def sensitivity_of(model: CameraModel) -> Sensitivity | None:
+    """Return how the model's view moves with its parameters; None where it has no common parameters."""
+    return FITTERS[model.NAME].sensitivity(model)

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.polynomial import chebyshev, polynomial
+from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from app.core.errors import FitFailed
+from app.core.geometry import Array
+from app.models.border_curve import Curve
 
-Array = NDArray[np.float64]
 Degree = int | Literal["auto"]
 
-MAX_DEGREE = 8
 MAX_AUTO_DEGREE = 6  # beyond it, a border of a dozen clicks follows the clicks' noise
 DUPLICATE_PX = 0.5  # nobody means two clicks this close, and they would count twice
 CLICK_NOISE_PX = 0.5  # what a careful hand leaves; the prior for the spread of few points
@@ -28,34 +28,6 @@ MAX_PAIRS = 60  # up to this many points, pairs are tried as well: two strays ca
 MISS_PX = 4.0  # what a stray, or a point that nothing else checks, counts in choosing a degree
 CHANCE_ERRORS = 1.0  # measured: with 1.5, a bend that nine clicks show is missed one time in four
 SAME_PX = 0.02  # leave-one-out errors closer than this are the same
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A polynomial of a normalised position. coefficients ascend."""
-
-    coefficients: tuple[float, ...]
-    centre: float
-    scale: float
-
-    def __call__(self, position: Array) -> Array:
-        t = (np.asarray(position, float) - self.centre) / self.scale
-        value = np.full_like(t, self.coefficients[-1])
-        for c in self.coefficients[-2::-1]:  # Horner, in place: a map asks for millions
-            value *= t
-            value += c
-        return value
-
-    @property
-    def degree(self) -> int:
-        return len(self.coefficients) - 1
-
-    def plain_coefficients(self) -> tuple[float, ...]:
-        """Ascending coefficients in the position itself, for readers who evaluate Σ a_k position^k."""
-        result = np.zeros(1)
-        for c in reversed(self.coefficients):  # Horner, with polynomials for numbers
-            result = polynomial.polyadd(polynomial.polymul(result, (-self.centre / self.scale, 1 / self.scale)), (c,))
-        return tuple(float(c) for c in np.pad(result, (0, len(self.coefficients) - len(result)))[: self.degree + 1])
 
 
 @dataclass(frozen=True, eq=False)

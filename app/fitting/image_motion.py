@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from app.core.geometry import Points
-from app.models import CameraModel, field_from_raw, raw_from_field
-from app.models.lens import Array
+from app.core.geometry import Array, Points
+from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 from app.models.rotation import matrix_from_vector
 
 STEP_PX = 0.05  # of q, for a difference
@@ -55,7 +54,7 @@ class Flow:
 
     def shifts(self, places: Points, q: Array) -> Points:
         """By how much each place (n, 2) px has moved (n, 2) px; NaN out of the model's reach."""
-        if not hasattr(self.model, "project"):
+        if not isinstance(self.model, RayModel):
             return self._similar(places) @ q
         model = self.model
         position = np.array(model.position_mm)
@@ -67,7 +66,7 @@ class Flow:
 
     def at(self, places: Points) -> Array:
         """B (n, 2, 4) px."""
-        if not hasattr(self.model, "project"):
+        if not isinstance(self.model, RayModel):
             return self._similar(places)
         steps = STEP_PX * np.eye(4)
         return np.stack([(self.shifts(places, s) - self.shifts(places, -s)) / (2 * STEP_PX) for s in steps], axis=-1)

@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from app.models.lens import Array
+from app.core.geometry import Array
 
 State = TypeVar("State")
 

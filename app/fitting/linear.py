@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.models.lens import Array
+from app.core.geometry import Array
 from app.models.rotation import nearest_rotation
 
 BENDS = np.concatenate([[0.0], -np.geomspace(0.002, 1.2, 40), np.geomspace(0.002, 0.5, 20)])

@@ -1,16 +1,16 @@
-"""How what a model sees moves with its parameters: what expected error and the next best click are made of."""
+"""How what a model sees moves with its parameters, by the derivatives that its fit uses."""
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from app.core.geometry import Points
-from app.models.lens import Array
+from app.core.geometry import Array, Points
 
 EDGE_ON = 1e-9  # a plane is seen from its edge where it is this much shorter one way than the other
 
 
-class FittedState(Protocol):
+class FittedParameters(Protocol):
     """A model's parameters as a fit moves them: their names, and pixels with derivatives."""
 
     @property
@@ -19,23 +19,17 @@ class FittedState(Protocol):
     def project_jacobian(self, points: Array) -> tuple[Array, Array, Array]: ...
 
 
-class Sensitive:
-    """For models whose fit knows a covariance: fit_state() gives the parameters that it is of."""
+@dataclass(frozen=True, eq=False)
+class ParameterSensitivity:
+    """contract.Sensitivity for models whose fit moves `parameters`."""
 
-    def fit_state(self) -> FittedState:
-        raise TypeError(f"{type(self).__name__} has no parameters in common")
+    parameters: FittedParameters
 
     @property
-    def covariance_names(self) -> tuple[str, ...]:
-        """Parameters that a covariance of this model may have; lines' own offsets come beside them."""
-        return self.fit_state().names
+    def names(self) -> tuple[str, ...]:
+        return self.parameters.names
 
     def field_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> Array:
-        """How the place where a pixel's ray meets the plane moves when named parameters do: (n, 2, len(names)) mm.
-
-        points_field_xyz (n, 3): the places. Names as in Fit.parameter_names; a line's own offset moves no ray. NaN
-        where the camera does not see the place, or sees the plane from its edge.
-        """
         by_point, columns = self._pixel_jacobian(points_field_xyz, names)
         (a, b), (c, d) = (by_point[:, i, :2].T for i in range(2))
         with np.errstate(all="ignore"):
@@ -45,7 +39,6 @@ class Sensitive:
             return -inverse @ columns
 
     def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
-        """How a click's distance from the curve at places (n, 2) mm running along (n, 2) moves: (n, len(names)) px."""
         flat = np.zeros((len(places), 1))
         by_point, columns = self._pixel_jacobian(np.concatenate([places, flat], axis=1), names)
         seen = np.einsum("nij,nj->ni", by_point, np.concatenate([along, flat], axis=1))
@@ -53,11 +46,10 @@ class Sensitive:
         return np.einsum("ni,nik->nk", across, columns)
 
     def _pixel_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> tuple[Array, Array]:
-        """The pixel's derivative by the field point (n, 2, 3) and by named parameters (n, 2, len(names))."""
-        state = self.fit_state()
-        _, by_point, by = state.project_jacobian(np.asarray(points_field_xyz, float))
+        """Return the pixel's derivative by the field point (n, 2, 3) and by named parameters (n, 2, len(names))."""
+        _, by_point, by = self.parameters.project_jacobian(np.asarray(points_field_xyz, float))
         columns = np.zeros((len(by), 2, len(names)))
         for column, name in enumerate(names):
-            if name in state.names:
-                columns[:, :, column] = by[:, :, state.names.index(name)]
+            if name in self.names:
+                columns[:, :, column] = by[:, :, self.names.index(name)]
         return by_point, columns

@@ -17,7 +17,7 @@ from app.core.errors import BadInput
 from app.core.field_json import field_from_json
 from app.core.records import MAX_POINTS, Calibration, Observation, Observations, observations_from_json
 from app.formats.numbers import number, refuse
-from app.models import field_from_raw, model_from_json, raw_from_field
+from app.models import RayModel, field_from_raw, model_from_json, raw_from_field
 
 COLUMNS = ("feature", "kind", "z_mm", "raw_x_px", "raw_y_px", "field_x_mm", "field_y_mm")
 GRID = (25, 19)  # columns, rows over the region
@@ -68,7 +68,7 @@ def _rows(calibration: Calibration) -> Iterator[tuple[str | float | None, ...]]:
         feature = o.feature if isinstance(o.feature, str) else f"{o.feature[0]:g} {o.feature[1]:g}"
         if o.z_mm == 0:
             places = field_from_raw(model, o.points)
-        elif hasattr(model, "unproject"):
+        elif isinstance(model, RayModel):
             places = model.unproject(o.points, o.z_mm)
         else:
             places = np.full(o.points.shape, np.nan)

@@ -13,7 +13,7 @@ from app.formats.camera_file import CameraFile, size_of
 from app.formats.metadata import about_in, header
 from app.formats.numbers import entry, listed, numbers, refuse
 from app.formats.opencv_terms import lengthened
-from app.models.fisheye import TERMS as FISHEYE_TERMS
+from app.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
 
 COUNTS = {"radtan": (4,), "equidistant": (4,), "none": (0,)}
 RADTAN = ("k1", "k2", "p1", "p2")

@@ -1,8 +1,8 @@
 """Lenses as OpenCV numbers them, which ROS, mrcal and PhotonVision follow: k1 k2 p1 p2 k3 k4 k5 k6."""
 
 from app.formats.numbers import refuse
-from app.models.brown_conrady import TERMS
-from app.models.fisheye import TERMS as FISHEYE_TERMS
+from app.models.lenses.brown_conrady import TERMS
+from app.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
 
 LENSES = {"brown-conrady": TERMS}
 WITH_FISHEYE = {**LENSES, "fisheye": FISHEYE_TERMS}

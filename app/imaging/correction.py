@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize, Points
-from app.models import CameraModel
+from app.models.contract import Rectification
 
 BLOCK_PX = 1 << 15  # so many pixels at a time stay in the processor's cache
 MAX_MAP_PX = 50e6
@@ -31,13 +31,13 @@ class View:
     margin_px: int = 0
     width: int | None = None
 
-    def size(self, model: CameraModel) -> ImageSize:
+    def size(self, model: Rectification) -> ImageSize:
         natural = self._natural(model)
         if self.width is None:
             return natural
         return ImageSize(self.width, max(2, round(natural.height * self.width / natural.width)))
 
-    def _natural(self, model: CameraModel) -> ImageSize:
+    def _natural(self, model: Rectification) -> ImageSize:
         corrected = model.corrected_size
         if not 0 <= self.margin_px <= 4096:
             raise BadInput(f"A margin of {self.margin_px} px cannot be drawn.", "Use 0 to 4096.", reason="bad-view")
@@ -45,12 +45,12 @@ class View:
             raise BadInput(f"A width of {self.width} px cannot be drawn.", "Use 16 to 8192.", reason="bad-view")
         return ImageSize(corrected.width + 2 * self.margin_px, corrected.height + 2 * self.margin_px)
 
-    def corrected_from_view(self, model: CameraModel, points: Points) -> Points:
+    def corrected_from_view(self, model: Rectification, points: Points) -> Points:
         """Pixels of the drawn picture to corrected pixels."""
         scale = np.array([a / b for a, b in zip(self.size(model), self._natural(model), strict=True)])
         return (points + 0.5) / scale - 0.5 - self.margin_px
 
-    def view_from_corrected(self, model: CameraModel, points: Points) -> Points:
+    def view_from_corrected(self, model: Rectification, points: Points) -> Points:
         """Corrected pixels to pixels of the drawn picture."""
         scale = np.array([a / b for a, b in zip(self.size(model), self._natural(model), strict=True)])
         return (points + self.margin_px + 0.5) * scale - 0.5
@@ -80,7 +80,7 @@ class CorrectionMap:
         return opencv.fixed_point_maps(self.raw_x, self.raw_y)
 
 
-def correction_map(model: CameraModel, view: View = View()) -> CorrectionMap:
+def correction_map(model: Rectification, view: View = View()) -> CorrectionMap:
     """The map for one view of one model."""
     size = view.size(model)
     if size.width * size.height > MAX_MAP_PX:
@@ -95,13 +95,5 @@ def correction_map(model: CameraModel, view: View = View()) -> CorrectionMap:
     step = max(1, BLOCK_PX // size.width)
     for top in range(0, size.height, step):
         block = slice(top, top + step)
-        raw_x[block], raw_y[block] = _raw_from_grid(model, x_c, y_c[block])
+        raw_x[block], raw_y[block] = model.raw_from_corrected_grid(x_c, y_c[block])
     return CorrectionMap(raw_x, raw_y)
-
-
-def _raw_from_grid(model: CameraModel, x_c: NDArray, y_c: NDArray) -> tuple[NDArray, NDArray]:
-    """Raw x and y at columns (w,) and rows (h, 1); a model that gains from the grid's structure may say so itself."""
-    if hasattr(model, "raw_from_corrected_grid"):
-        return model.raw_from_corrected_grid(x_c, y_c)
-    raw = model.raw_from_corrected(np.stack(np.broadcast_arrays(x_c, y_c), axis=-1))
-    return raw[..., 0], raw[..., 1]

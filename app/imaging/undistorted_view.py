@@ -10,14 +10,15 @@ from functools import cached_property
 import numpy as np
 
 from app.core.geometry import ImageSize, Points
+from app.models.contract import Rectification
 from app.models.plumb_line import PlumbLens
 
 LEAST_SCALE = 1 / 3  # a lens that sends its edges further is drawn without them
 
 
 @dataclass(frozen=True)
-class StraightPicture:
-    """What correction_map needs to know: the drawn ("corrected") picture's size, and the way back to raw pixels."""
+class StraightPicture(Rectification):
+    """The rectification that draws it."""
 
     lens: PlumbLens
 

@@ -9,13 +9,13 @@ from threading import Lock, Thread
 from typing import Any, Self
 
 from app.core.errors import BadInput, Busy, TouchlineError, Unavailable
+from app.core.progress import Progress
 from app.jobs.dask_cluster import DaskCluster
 from app.jobs.dask_runner import DaskRunner
 from app.jobs.job import Job, JobSpec, problem_of
 from app.jobs.registry import JobRegistry, JobTable
 from app.jobs.runner import JobFailed, JobRunner, JobStopped, JobTimeout, WorkerDied
 from app.jobs.worker import Worker
-from app.models import Progress
 
 Run = Callable[[Any, Progress], Any]
 ResultSaver = Callable[[Any, Any], Any]  # what run returned, and what was said about it -> the job's result

@@ -6,8 +6,8 @@ from importlib import import_module
 from typing import Any
 
 from app.core.errors import TouchlineError
+from app.core.progress import Progress
 from app.jobs.job import problem_of
-from app.models import Progress
 
 
 def execute(run: str, spec: Any, progress: Progress) -> tuple[bool, Any]:

@@ -1,54 +1,11 @@
-"""Division model: one number bends the whole picture.
-
-    r_u = r_d / (1 + k r_d²)   undistorts, and its inverse   r_d = 2 r_u / (1 + √(1 - 4 k r_u²))   distorts;
-k is close to k1 of Brown–Conrady: negative for barrel.
-
-A. W. Fitzgibbon, "Simultaneous linear estimation of multiple view geometry and lens distortion", CVPR 2001.
-"""
+"""Division model: a pinhole camera with a division lens."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-import numpy as np
-
-from app.fitting.ray_camera.options import RAY_OPTIONS
-from app.models import Option
-from app.models.lens import Array, pinhole, pinhole_jacobian, radial, radial_jacobian, rays_of
+from app.models.lenses.division import DivisionLens
 from app.models.ray_camera import RayCamera, example_fields
-
-
-class DivisionLens:
-    TERMS: ClassVar[tuple[str, ...]] = ("k",)
-
-    @staticmethod
-    def distort(terms: Array, rays: Array) -> Array:
-        xy = pinhole(rays)
-        return radial(xy, 2 / (1 + _root(terms[0], np.sum(xy * xy, axis=-1))))
-
-    @staticmethod
-    def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
-        k = terms[0]
-        xy, by_ray = pinhole_jacobian(rays)
-        rr = np.sum(xy * xy, axis=-1)
-        root = _root(k, rr)
-        gain = 2 / (1 + root)
-        by_krr = 4 / ((1 + root) ** 2 * root)  # d gain / d (k r²)
-        return radial(xy, gain), radial_jacobian(xy, gain, by_krr * k) @ by_ray, radial(xy, by_krr * rr)[..., None]
-
-    @staticmethod
-    def undistort(terms: Array, plane: Array) -> Array:
-        with np.errstate(all="ignore"):
-            bend = terms[0] * np.sum(plane * plane, axis=-1)
-            # r_d < 1/√-k, where the ray lies flat (barrel), or < 1/√k, where the picture turns back (pincushion).
-            xy = plane / np.where(np.abs(bend) < 1, 1 + bend, np.nan)[..., None]
-        return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), rays_of(xy), np.nan)
-
-
-def _root(k: float, rr: Array) -> Array:
-    with np.errstate(all="ignore"):
-        square = 1 - 4 * k * rr
-        return np.sqrt(np.where(square.real > 0, square, np.nan))
 
 
 @dataclass(frozen=True)
@@ -59,11 +16,6 @@ class Division(RayCamera):
     TITLE: ClassVar[str] = "Division"
     HELP: ClassVar[str] = "A pinhole with one distortion number: the fewest clicks a bent picture can be fitted with."
     LENS: ClassVar[type] = DivisionLens
-    OPTIONS: ClassVar[tuple[Option, ...]] = RAY_OPTIONS
-
-    @classmethod
-    def lens_start(cls, k1: float) -> Array:
-        return np.array([k1])
 
     @classmethod
     def examples(cls) -> Iterable[Self]:

@@ -14,34 +14,25 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from app.core.field import Field, Region
-from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
-from app.core.records import Fit, Observations
-from app.fitting.ray_camera.options import RAY_OPTIONS
-from app.fitting.sensitivity import FittedState, Sensitive
-from app.models import Option, Progress, no_progress
-from app.models.lens import Array
+from app.core.field import Region
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
 from app.models.ray_camera import example_fields
 from app.models.rotation import matrix_from_vector
-from app.models.top_view import VIEW_FIELDS, RectangleView, parameters_read, read_view
+from app.models.top_view import VIEW_FIELDS, TopView, parameters_read, read_view
 
-SHARED = ("line_sigma_mm", "click_sigma_px", "w_max_rectangle_px", "h_max_rectangle_px", "n_rectangles_x",
-          "n_rectangles_y", "robust")
 UNIT_DET = 1e-6  # how far a determinant may be from -1 after a trip through text
 
 Matrix = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 
 
 @dataclass(frozen=True)
-class Homography(RectangleView, Sensitive):
+class Homography(TopView):
     """field_from_raw: rows of M, which takes raw pixels (x, y, 1) to field mm."""
 
     NAME: ClassVar[str] = "homography"
     TITLE: ClassVar[str] = "Homography"
     HELP: ClassVar[str] = ("A camera without lens distortion, straight from four lines. "
                            "Exact for a perfect lens; a bent picture leaves centimetres.")
-    NEEDS_EVERY_BORDER: ClassVar[bool] = False
-    OPTIONS: ClassVar[tuple[Option, ...]] = tuple(o for o in RAY_OPTIONS if o.name in SHARED)
 
     field_from_raw: Matrix
     width_px: float
@@ -60,10 +51,6 @@ class Homography(RectangleView, Sensitive):
         """The inverse matrix (3, 3)."""
         return np.linalg.inv(self._matrix)
 
-    def fit_state(self) -> FittedState:
-        from app.fitting.homography.parameters import HomographyState
-        return HomographyState.of(self)
-
     def corrected_from_raw(self, points: Points) -> Points:
         """Raw pixels to corrected ones; NaN on and beyond the horizon."""
         return self.corrected_from_field(apply(self._matrix, points))
@@ -72,17 +59,6 @@ class Homography(RectangleView, Sensitive):
         """Corrected pixels to raw ones; NaN for places behind the camera."""
         with np.errstate(invalid="ignore"):
             return apply(self.raw_from_field, self.field_from_corrected(points))
-
-    @classmethod
-    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
-            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
-        """Fit to points anywhere along lines and arcs, and to landmarks; see homography_fit.py."""
-        from app.fitting.homography.fit import fit_homography
-        return fit_homography(observations, field, region, image_size, options, progress)
-
-    @classmethod
-    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
-        return "8 points on four lines, two each way (a landmark counts for 2); nine on each of the four are good."
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:

@@ -7,9 +7,10 @@ from typing import Any, Self
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
 from app.models import MODELS
-from app.models.lens import Array, Lens
+from app.models.lenses import Lens
+from app.models.ray_camera import RayCamera
 
 HELD = ("log_focal", "aspect", "centre_x", "centre_y")  # the names before those of the lens's own terms
 
@@ -93,7 +94,7 @@ class PinholeLens:
 
     def _refuse_nonsense(self) -> None:
         numbers = np.array([*self.terms, self.focal_px, self.aspect, *self.centre_px])
-        known = hasattr(MODELS[self.model], "LENS")  # an unknown name is refused by the table itself
+        known = issubclass(MODELS[self.model], RayCamera)  # an unknown name is refused by the table itself
         n = len(self.estimated)
         fine = (known and len(self.terms) == len(self.lens.TERMS) and len(self.centre_px) == 2
                 and np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE

@@ -15,11 +15,11 @@ from typing import Any, Self
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.geometry import ImageSize, Points
-from app.models.brown_conrady import BrownConradyLens
-from app.models.division import DivisionLens
-from app.models.division_even import EvenDivisionLens
-from app.models.lens import Array, rays_of
+from app.core.geometry import Array, ImageSize, Points
+from app.models.lenses.brown_conrady import BrownConradyLens
+from app.models.lenses.division import DivisionLens
+from app.models.lenses.even_division import EvenDivisionLens
+from app.models.lenses.projection import rays_of
 
 LENSES = {  # name: the lens, and its terms that straight lines can tell, with the power of r each belongs to
     "division": (DivisionLens, {"k": 2}),

@@ -19,11 +19,10 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from app.core.errors import BadInput
-from app.core.field import Field, Region
+from app.core.field import Region
 from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
-from app.core.records import Fit, Observations
-from app.fitting.border import MAX_DEGREE, Curve
-from app.models import Option, Progress, no_progress
+from app.models.border_curve import MAX_DEGREE, Curve
+from app.models.contract import CameraModel
 from app.models.top_view import parameters_read, read_view
 
 REACH = 1.0  # how far beyond the picture a border is still believed, as a share of the picture's extent
@@ -31,7 +30,7 @@ MIN_EXTENT_PX = 1.0  # borders nearer than this have met
 
 
 @dataclass(frozen=True)
-class Polynomial:
+class Polynomial(CameraModel):
     """Borders as polynomials, and the field's place behind them.
 
     left, right: x of the raw row y. top, bottom: raw y of the *corrected* column x_c.
@@ -43,20 +42,6 @@ class Polynomial:
     TITLE: ClassVar[str] = "Boundary polynomials"
     HELP: ClassVar[str] = ("Straightens the four borders exactly and needs no lens model. "
                            "Under a strong lens, centimetres remain inside the field.")
-    OPTIONS: ClassVar[tuple[Option, ...]] = (
-        Option("degree", "int-or-auto", "auto", "Degree of each border's curve.", (1, MAX_DEGREE)),
-        Option("relation_degree", "int-or-auto", "auto",
-               "Degree of the relation from corrected rows to millimetres; above 1 it needs known points inside.",
-               (1, 5)),
-        Option("w_max_rectangle_px", "float", None, "Width of the widest calibration rectangle; the same for all "
-               "cameras of a rig. Empty: from the field and the picture.", (1, 10_000), "px"),
-        Option("h_max_rectangle_px", "float", None, "Height of the highest calibration rectangle.", (1, 10_000), "px"),
-        Option("n_rectangles_x", "int", None, "Rectangles between the left and the right border.", (1, 1000)),
-        Option("n_rectangles_y", "int", None, "Rectangles between the top and the bottom border.", (1, 1000)),
-        Option("robust", "bool", True, "Name stray clicks and leave them out of the fit."),
-    )
-
-    NEEDS_EVERY_BORDER: ClassVar[bool] = True
 
     left: Curve
     right: Curve
@@ -70,11 +55,6 @@ class Polynomial:
     down_mm: tuple[float, ...]
     region: Region
     image_size: ImageSize
-
-    @property
-    def corrected_size(self) -> ImageSize:
-        """One more than I_width × I_height, so that the far borders are in the picture too."""
-        return ImageSize(round(self.width_px) + 1, round(self.height_px) + 1)
 
     def corrected_from_raw(self, points: Points) -> Points:
         """Raw pixels (..., 2) to corrected ones; NaN where the borders have met or far outside the picture."""
@@ -93,7 +73,7 @@ class Polynomial:
         return np.stack(self.raw_from_corrected_grid(points[..., 0], points[..., 1]), axis=-1)
 
     def raw_from_corrected_grid(self, x_c: np.ndarray, y_c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The same with coordinates apart, which may broadcast: a grid's columns (w,) and rows (h, 1) cost half."""
+        """Map corrected pixels with coordinates apart, which may broadcast: columns (w,) and rows (h, 1) cost half."""
         with np.errstate(all="ignore"):
             y_initial = self.top(x_c)
             extent_y = self.bottom(x_c) - y_initial
@@ -169,20 +149,6 @@ class Polynomial:
                 if moved <= 1e-15:
                     break
         return np.where(reachable, s, np.nan)
-
-    @classmethod
-    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
-            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
-        """Fit the four borders, then the relation; see polynomial_fit.py."""
-        from app.fitting.polynomial.fit import fit_polynomial
-        return fit_polynomial(observations, field, region, image_size, options, progress)
-
-    @classmethod
-    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
-        degree = (options or {}).get("degree", "auto")
-        if isinstance(degree, int):
-            return f"{degree + 1} points on each of the four borders; {degree + 3} let it check itself."
-        return "3 points on each of the four borders; 9 are good."
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:

@@ -15,32 +15,26 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.field import Field, Region
-from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
-from app.core.records import Fit, Observations
-from app.fitting.sensitivity import FittedState, Sensitive
-from app.models import Progress, no_progress
-from app.models.lens import Array, Lens
+from app.core.field import Region
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
+from app.models.contract import RayModel
+from app.models.lenses import Lens
 from app.models.rotation import matrix_from_vector
-from app.models.top_view import RectangleView, parameters_read, read_view
+from app.models.top_view import TopView, parameters_read, read_view
 
 REACH = 1.0  # how far beyond the picture a lens is still believed, as a share of the picture's extent
 
 
 @dataclass(frozen=True)
-class RayCamera(RectangleView, Sensitive):
-    """What all models with rays have in common; a lens makes it a model.
-
-    A member names its LENS and says with lens_start(k1) which terms begin as r_d = r (1 + k1 r²).
+class RayCamera(TopView, RayModel):
+    """What all cameras with a lens have in common; naming its LENS makes one a model.
 
     focal_px: in x; y has focal_px · aspect. centre_px: principal point. rotation: camera_from_field as a rotation
     vector (Rodrigues). position_mm: the centre of projection in the field frame; z is the height above the carpet.
     width_px, height_px: I_width and I_height of the corrected rectangle.
     """
 
-    NAME: ClassVar[str]
     LENS: ClassVar[type[Lens]]
-    NEEDS_EVERY_BORDER: ClassVar[bool] = False
 
     lens_terms: tuple[float, ...]
     focal_px: float
@@ -72,7 +66,7 @@ class RayCamera(RectangleView, Sensitive):
             near = (np.abs(points_field_xyz) < MAX_COORDINATE).all(axis=-1)
         return unreachable_where(~near | self._beyond(pixels), pixels)
 
-    def unproject(self, pixels: Points, z_mm: float = 0.0) -> Points:
+    def unproject(self, pixels: Points, z_mm: float | Array = 0.0) -> Points:
         """Raw pixels (..., 2) to field mm (..., 2) in the plane at z_mm; NaN where the ray does not meet it ahead."""
         with np.errstate(all="ignore"):
             about = np.asarray(pixels, float) - np.array(self.centre_px)
@@ -89,10 +83,6 @@ class RayCamera(RectangleView, Sensitive):
         extent = (0.5 + REACH) * np.array(tuple(self.image_size), float)
         return ~(np.abs(pixels - np.array(self.image_size.centre)) <= extent).all(axis=-1)
 
-    def fit_state(self) -> FittedState:
-        from app.fitting.ray_camera.parameters import RayState
-        return RayState.of(self)
-
     def corrected_from_raw(self, points: Points) -> Points:
         """Raw pixels to corrected ones, by way of the carpet."""
         return self.corrected_from_field(self.unproject(points))
@@ -101,23 +91,6 @@ class RayCamera(RectangleView, Sensitive):
         """Corrected pixels to raw ones, by way of the carpet."""
         field = self.field_from_corrected(points)
         return self.project(np.concatenate([field, np.zeros((*field.shape[:-1], 1))], axis=-1))
-
-    @classmethod
-    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
-            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
-        """Fit from points anywhere along lines and arcs, landmarks, and points at known heights; see lens_fit.py."""
-        from app.fitting.ray_camera.fit import fit_rays
-        return fit_rays(cls, observations, field, region, image_size, options, progress)
-
-    @classmethod
-    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
-        return (f"{8 + len(cls.term_ladder()[0])} points or more on at least four lines, not all parallel; "
-                "nine on each of the four borders are good.")
-
-    @classmethod
-    def term_ladder(cls) -> tuple[tuple[str, ...], ...]:
-        """Sets of lens terms that "auto" tries, simplest first; a lens without a choice has one."""
-        return (cls.LENS.TERMS,)
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from app.models.lens import Array
+from app.core.geometry import Array
 
 
 def cross_matrix(v: Array) -> Array:

@@ -1,65 +1,11 @@
-"""The SSL model: one radial term in the undistort direction, as RoboCup's Small Size League puts it on the wire.
-
-    r_u = r_d (1 + a r_d²);   a is close to -k1 of Brown–Conrady: positive for barrel.
-
-Its inverse solves the cubic by Newton's method. Known from the league's geometry messages (formats.md's facts).
-"""
+"""SSL model: a pinhole camera with the one radial term that RoboCup's Small Size League transmits."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-import numpy as np
-
-from app.fitting.ray_camera.options import RAY_OPTIONS
-from app.models import Option
-from app.models.lens import Array, invert_radius, pinhole, pinhole_jacobian, radial, radial_jacobian, rays_of
+from app.models.lenses.ssl import SslLens
 from app.models.ray_camera import RayCamera, example_fields
-
-
-class SslLens:
-    TERMS: ClassVar[tuple[str, ...]] = ("a",)
-
-    @staticmethod
-    def distort(terms: Array, rays: Array) -> Array:
-        xy = pinhole(rays)
-        return radial(xy, _gain(terms[0], np.sum(xy * xy, axis=-1)))
-
-    @staticmethod
-    def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
-        """With g = r_d / r_u:  g (1 + a g² r_u²) = 1, differentiated."""
-        a = terms[0]
-        xy, by_ray = pinhole_jacobian(rays)
-        rr = np.sum(xy * xy, axis=-1)
-        gain = _gain(a, rr)
-        below = 1 + 3 * a * gain**2 * rr
-        slope, by_a = -a * gain**3 / below, -(gain**3) * rr / below
-        return radial(xy, gain), radial_jacobian(xy, gain, slope) @ by_ray, radial(xy, by_a)[..., None]
-
-    @staticmethod
-    def undistort(terms: Array, plane: Array) -> Array:
-        a = terms[0]
-        with np.errstate(all="ignore"):
-            rr = np.sum(plane * plane, axis=-1)
-            gain = np.where(1 + 3 * a * rr > 0, 1 + a * rr, np.nan)  # beyond, the undistorted radius would shrink
-            xy = radial(plane, gain)
-        return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), rays_of(xy), np.nan)
-
-
-def _gain(a: float, rr: Array) -> Array:
-    """r_d / r_u at r_u² = rr; complex input (for derivative checks) takes Newton steps from its real part's root."""
-    real_a = float(np.real(a))
-    r_u = np.sqrt(np.fmax(np.real(rr), 0.0))  # fmax: NaN, behind the camera, is put back below
-    limit = 1 / np.sqrt(-3 * real_a) if real_a < 0 else np.inf
-    r_d = invert_radius(r_u, lambda r: (r * (1 + real_a * r * r), 1 + 3 * real_a * r * r), limit)
-    with np.errstate(all="ignore"):
-        gain = np.where(r_u > 0, r_d / np.where(r_u > 0, r_u, 1), 1.0)
-    gain = np.where(np.isnan(np.real(rr)), np.nan, gain)
-    if np.iscomplexobj(rr) or np.iscomplexobj(a):
-        gain = gain.astype(complex)
-        for _ in range(3):
-            gain = gain - (gain * (1 + a * gain**2 * rr) - 1) / (1 + 3 * a * gain**2 * rr)
-    return gain
 
 
 @dataclass(frozen=True)
@@ -71,11 +17,6 @@ class Ssl(RayCamera):
     HELP: ClassVar[str] = ("The Small Size League's one-term lens: choose it when the league's software must use "
                            "the result.")
     LENS: ClassVar[type] = SslLens
-    OPTIONS: ClassVar[tuple[Option, ...]] = RAY_OPTIONS
-
-    @classmethod
-    def lens_start(cls, k1: float) -> Array:
-        return np.array([-k1])
 
     @classmethod
     def examples(cls) -> Iterable[Self]:

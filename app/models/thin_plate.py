@@ -1,6 +1,6 @@
 """Thin-plate spline on top of another model: bends away, without a reason, what that model leaves.
 
-    raw = base.raw_from_corrected(q + s(q)),   q corrected px, s a thin-plate spline (spline.py)
+    raw = base.raw_from_corrected(q + s(q)),   q corrected px, s a thin-plate spline (thin_plate_spline.py)
 
 so the map that draws the corrected picture is explicit; the way back solves q + s(q) = p by Newton's method. s is known
 only around the field and must not fold the picture: on the box that the model reaches, I + ds/dq has a positive
@@ -17,13 +17,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.field import Field, Region
-from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
-from app.core.records import Fit, Observations
-from app.fitting.thin_plate.uncertainty import BEND_NAMES, lattice, lattice_weights
-from app.models import CameraModel, Option, Progress, model_from_json, no_progress, raw_from_field
+from app.core.geometry import MAX_COORDINATE, Array, Points, unreachable_where
+from app.models import CameraModel, model_from_json
+from app.models.division import Division
 from app.models.homography import Homography
-from app.models.lens import Array
 from app.models.thin_plate_spline import Spline
 from app.models.top_view import parameters_read
 
@@ -33,16 +30,14 @@ LEAST_STRETCH = 0.05  # a picture squeezed to less than this share is folding
 FOLD_GRID = 41
 NEWTON_STEPS = 40
 NEWTON_PX = 1e-11
-HALF_MM = 0.5  # step of the derivative that tells how the carpet is seen
-
 Pair = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class ThinPlate:
+class ThinPlate(CameraModel):
     """A base model and a displacement of its corrected pixels.
 
-    knots: corrected px. weights, plane: px; see spline.py, with unit half the corrected picture's longer side.
+    knots: corrected px. weights, plane: px, of a Spline whose unit is half the corrected picture's longer side.
     reach: how far around the field the spline is believed, as a share of the field's extent.
     """
 
@@ -50,14 +45,7 @@ class ThinPlate:
     TITLE: ClassVar[str] = "Thin-plate spline"
     HELP: ClassVar[str] = ("Bends what another model leaves, as little as the clicks allow. Needs clicks all over the "
                            "field: where there are none it only guesses smoothly.")
-    NEEDS_EVERY_BORDER: ClassVar[bool] = False
-    GUESSES_BETWEEN: ClassVar[bool] = True  # nothing that holds on a border need hold inside
-    OPTIONS: ClassVar[tuple[Option, ...]] = (
-        Option("base", "choice", "homography", "The model that is bent.", choices=BASES),
-        Option("smoothing", "float", None, "How stiff the spline is; 0 passes through every click. Empty: chosen by "
-               "cross-validation.", (0, 1e4)),
-        *(o for o in Homography.OPTIONS if o.name != "line_sigma_mm"),
-    )
+    INTERPOLATES: ClassVar[bool] = True
 
     base_name: str
     base: CameraModel
@@ -88,10 +76,6 @@ class ThinPlate:
         return Spline((np.array(self.knots).reshape(-1, 2) - middle) / unit, np.array(self.weights).reshape(-1, 2),
                       np.array(self.plane))
 
-    @property
-    def corrected_size(self) -> ImageSize:
-        return self.base.corrected_size
-
     def field_from_corrected(self, points: Points) -> Points:
         return self.base.field_from_corrected(points)
 
@@ -112,34 +96,6 @@ class ThinPlate:
         found[known] = self._unbent(flat[known])
         found = found.reshape(wanted.shape)
         return unreachable_where(~self._inside(found), found)
-
-    @property
-    def covariance_names(self) -> tuple[str, ...]:
-        return BEND_NAMES
-
-    def field_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> Array:
-        """How places on the carpet (n, 3) move with the displacement at the lattice's nodes, px: (n, 2, len(names)) mm.
-
-        Names as bend_names has them; see thin_plate_sigma.py. NaN where the model does not see the place.
-        """
-        places = self.corrected_from_field(np.asarray(points_field_xyz, float)[:, :2])
-        mm_per_px = self.field_from_corrected(np.eye(2)) - self.field_from_corrected(np.zeros((2, 2)))
-        middle, unit = frame(self.base)
-        reads = lattice_weights((lattice(self.width_px, self.height_px) - middle) / unit, (places - middle) / unit)
-        by = (reads[:, None, :, None] * mm_per_px.T[None, :, None, :]).reshape(len(places), 2, -1)
-        by[~np.isfinite(self.raw_from_corrected(places)).all(axis=1)] = np.nan
-        return by[:, :, [BEND_NAMES.index(name) for name in names]]
-
-    def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
-        """How a click's distance from the curve at places (n, 2) mm running along (n, 2) moves: (n, len(names)) px."""
-        flat = np.zeros((len(places), 1))
-        steps = HALF_MM * np.eye(2)
-        by_place = np.stack([raw_from_field(self, places + s) - raw_from_field(self, places - s) for s in steps],
-                            axis=-1) / (2 * HALF_MM)
-        seen = np.einsum("nij,nj->ni", by_place, along)
-        across = np.stack([-seen[:, 1], seen[:, 0]], axis=1) / np.linalg.norm(seen, axis=1, keepdims=True)
-        moved = self.field_jacobian(np.concatenate([places, flat], axis=1), names)
-        return -np.einsum("ni,nij,njk->nk", across, by_place, moved)
 
     def _bent(self, points: Points) -> Points:
         middle, unit = frame(self.base)
@@ -172,18 +128,6 @@ class ThinPlate:
         return (np.abs(points - middle) <= half).all(axis=-1)
 
     @classmethod
-    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
-            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
-        """Fit the base, then the spline to what it leaves; see thin_plate_fit.py."""
-        from app.fitting.thin_plate.fit import fit_thin_plate
-        return fit_thin_plate(observations, field, region, image_size, options, progress)
-
-    @classmethod
-    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
-        return ("8 points on four lines, two each way, for the model underneath; nine on each border and as many again "
-                "on lines inside the field to bend it.")
-
-    @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         """Read what asdict() wrote; BadInput for anything else."""
         with parameters_read(cls, parameters) as p:
@@ -203,13 +147,10 @@ class ThinPlate:
 
     @classmethod
     def examples(cls) -> Iterable[Self]:
-        """Two that find nothing to bend, and a lens's barrel bent away from a homography."""
-        from app.fitting.thin_plate.example import bent_example
-        from app.models.division import Division
+        """Two that bend nothing."""
         flat = Spline(np.empty((0, 2)), np.empty((0, 2)), np.zeros((3, 2)))
         for base in (*list(Homography.examples())[1:2], *list(Division.examples())[2:]):
             yield cls.of(base, flat, REACHES[0])
-        yield bent_example()
 
 
 def frame(base: CameraModel) -> tuple[Array, float]:

@@ -9,24 +9,12 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.field import Region
-from app.core.geometry import MAX_COORDINATE, ImageSize, Points
-from app.models.lens import Array
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points
+from app.models.contract import CameraModel
 
 
-class RectangleView:
-    """For a model with the fields below: column 0 is the region's left border, column I_width its right one."""
-
-    width_px: float
-    height_px: float
-    n_rectangles_x: int
-    n_rectangles_y: int
-    region: Region
-    image_size: ImageSize
-
-    @property
-    def corrected_size(self) -> ImageSize:
-        """One more than I_width × I_height, so that the far borders are in the picture too."""
-        return ImageSize(round(self.width_px) + 1, round(self.height_px) + 1)
+class TopView(CameraModel):
+    """A model whose corrected frame is to scale: column 0 is the region's left border, column I_width its right one."""
 
     @property
     def _mm_per_px(self) -> Array:
@@ -63,7 +51,7 @@ def parameters_read(model: type, given: Mapping[str, Any]) -> Iterator[dict[str,
 
 
 def read_view(p: Mapping[str, Any]) -> dict[str, Any]:
-    """The six fields of a RectangleView out of what asdict() wrote.
+    """The six fields of a TopView out of what asdict() wrote.
 
     Raises BadInput where the numbers describe no rectangle, and KeyError, TypeError, ValueError, AttributeError or
     OverflowError where they are no numbers; from_parameters tells both in the model's name.

@@ -12,7 +12,7 @@ from app.core.field import BORDERS, Field, Region
 from app.core.field_json import field_from_json
 from app.core.records import Calibration, Frame
 from app.evaluate.fit.uncertainty import GRID
-from app.models import CameraModel, model_from_json
+from app.models import CameraModel, RayModel, model_from_json
 from app.report.figures import figures
 from app.report.reading import feature, number, pair, plain, rows, table, text, whole
 from app.store import DamagedFile
@@ -149,7 +149,7 @@ def uncertainty(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:
     "fix"}."""
     model, hat_mm = built.model, built.field.hat_height_mm
     carpet = _map(calibration, built, 0.0)
-    if hasattr(model, "project"):
+    if isinstance(model, RayModel):
         return {"carpet": carpet, "hat": _map(calibration, built, hat_mm)}
     return {"carpet": carpet, "hat": {"map": None, "z_mm": hat_mm, "why": f"This model ({model.TITLE}) knows only the "
             f"carpet: it has no rays, so nothing tells where a hat {hat_mm:g} mm above it is seen.",

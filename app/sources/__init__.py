@@ -17,9 +17,9 @@ from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 from app.core.errors import NotFound
 from app.core.field import Field
+from app.core.options import Option
 from app.core.records import Frame
 from app.core.registry import Registry
-from app.models import Option
 from app.sources.address import read_query, split_address, without_password
 
 __all__ = ["SOURCES", "Control", "Identity", "PlainSource", "Source", "Surroundings", "named_field", "source_from_url",

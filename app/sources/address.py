@@ -10,7 +10,7 @@ from typing import Any
 from urllib.parse import parse_qsl, unquote, urlsplit
 
 from app.core.errors import BadInput
-from app.models import Option
+from app.core.options import Option
 
 MAX_ADDRESS = 2000  # characters
 KEEP_THEIR_QUERY = ("rtsp", "http", "https")

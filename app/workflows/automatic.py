@@ -15,17 +15,19 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.errors import FitFailed
 from app.core.field import BORDERS, Arc, Field, Line, Region
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
+from app.core.progress import Progress, no_progress
 from app.core.records import Observation, Observations
 from app.evaluate.fit.verification import Proof
+from app.fitting import FITTERS
 from app.fitting.field_lines.expected_lines import Expected, fine_pattern, spread_out
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.field_lines.refinement import FINER_PX, nearest_markings, refined, with_finer_lens
 from app.fitting.field_lines.search import FINE_STEPS, Candidate, Rough, Searched, described, search
 from app.fitting.ray_camera.parameters import RayState
-from app.models import MODELS, Progress, no_progress, parameters_json
+from app.models import MODELS, parameters_json
 from app.models.brown_conrady import BrownConrady
-from app.models.lens import Array
+from app.models.ray_camera import RayCamera
 from app.vision.lines.profiles import across_lines
 from app.vision.lines.ridge_chains import ridge_chains
 from app.vision.lines.ridges import ridges
@@ -159,9 +161,9 @@ def calibrated(found: Found, field: Field, region: Region, size: ImageSize, mode
 def _start(state: RayState, name: str, region: Region, size: ImageSize) -> dict[str, Any] | None:
     """The found camera as parameters of that model; None for one that begins otherwise, or cannot be."""
     model_class = MODELS[name]
-    if not hasattr(model_class, "lens_start"):
+    if not issubclass(model_class, RayCamera):
         return None
-    terms = state.terms if model_class is BrownConrady else model_class.lens_start(float(state.terms[0]))
+    terms = state.terms if model_class is BrownConrady else FITTERS[name].start_terms(float(state.terms[0]))
     given = replace(state, lens=model_class.LENS, terms=np.asarray(terms, float))
     begin = model_class(**given.parameters(), width_px=100.0, height_px=100.0, n_rectangles_x=1, n_rectangles_y=1,
                         region=region, image_size=size)

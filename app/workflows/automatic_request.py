@@ -10,11 +10,12 @@ import numpy as np
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
+from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame
 from app.evaluate.fit.verification import verdict_of
 from app.fitting.field_lines.search import Rough
 from app.images import ImageDecoder
-from app.models import MODELS, Progress, no_progress
+from app.models import MODELS
 from app.store.snapshots import checked_bytes
 from app.vision.motion.background import Background
 from app.workflows import automatic

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from app.core.board import Board, BoardView
 from app.core.errors import FitFailed
 from app.core.geometry import ImageSize
+from app.core.progress import Progress, no_progress
 from app.core.text_format import sentence
 from app.evaluate.board.report import board_report
 from app.fitting.board.fit import board_model, fit_board
-from app.models import Progress, no_progress
 from app.vision.board.detection import find_board
 
 FITTING = 0.7  # of the whole calibration's time

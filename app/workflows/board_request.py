@@ -9,11 +9,12 @@ from app import __version__
 from app.core.board import Board, BoardView, views_from_json
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.geometry import ImageSize
+from app.core.options import read_options
+from app.core.progress import Progress, no_progress
 from app.core.records import Frame, Warning
 from app.core.text_format import sentence
 from app.fitting.board.fit import board_model, board_options
 from app.images import ImageDecoder
-from app.models import Progress, no_progress, read_options
 from app.store.snapshots import checked_bytes
 from app.workflows import board
 from app.workflows.calibration import part_of

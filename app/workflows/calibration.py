@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import ImageSize, Points, as_points
+from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
 from app.evaluate.fit.comparison import Candidate, parameters_of
 from app.evaluate.fit.comparison import compare as compare_fits
@@ -20,10 +21,12 @@ from app.evaluate.fit.distortion import bow_pct, kind_of
 from app.evaluate.fit.report import report
 from app.evaluate.fit.residual_vectors import residual_arrows
 from app.evaluate.fit.uncertainty import expected_error, grid_over
-from app.fitting.border import MAX_DEGREE, fit_curve
+from app.fitting import FITTERS, sensitivity_of
+from app.fitting.border import fit_curve
 from app.imaging.correction import View, correction_map
 from app.imaging.heat_map import heat_map
-from app.models import MODELS, CameraModel, Progress, field_from_raw, no_progress, raw_from_field
+from app.models import MODELS, CameraModel, RayModel, field_from_raw, raw_from_field
+from app.models.border_curve import MAX_DEGREE
 
 Space = Literal["image", "corrected", "field"]
 SPACES = ("image", "corrected", "field")
@@ -50,10 +53,9 @@ def calibrate(observations: Observations, field: Field, region: Region, image_si
     """Fit a model to the observations and judge it. cross_validate=False is quick, for while a point is dragged."""
     for observation in observations:
         field.feature(observation.feature, region)  # an unknown name is refused before anything is computed
-    model_class = MODELS[model]
     first, second = part_of(progress, 0.0, 0.5), part_of(progress, 0.5, 1.0)
-    fit = model_class.fit(observations, field, region, image_size, options, first)
-    held_out = held_out_mm(model_class, fit, observations, field, region, image_size, options,
+    fit = FITTERS[model].fit(observations, field, region, image_size, options, first)
+    held_out = held_out_mm(fit, observations, field, region, image_size, options,
                            second) if cross_validate else None
     return Calibrated(fit, report(fit, observations, field, region, held_out))
 
@@ -74,18 +76,17 @@ def compare(observations: Observations, field: Field, region: Region, image_size
     names = tuple(models or MODELS)
     fitted, failed = [], []
     for index, name in enumerate(names):
-        model_class = MODELS[name]
-        known = {o.name for o in model_class.OPTIONS}
+        title, known = MODELS[name].TITLE, {o.name for o in FITTERS[name].OPTIONS}
         mine = {key: value for key, value in (options or {}).items() if key in known}
 
-        part = part_of(progress, index / len(names), (index + 1) / len(names), f"{model_class.TITLE}: ")
+        part = part_of(progress, index / len(names), (index + 1) / len(names), f"{title}: ")
         try:
             made = calibrate(observations, field, region, image_size, name, mine, part)
         except FitFailed as refusal:
-            failed.append({"model": name, "title": model_class.TITLE, "reason": refusal.reason,
+            failed.append({"model": name, "title": title, "reason": refusal.reason,
                            "what": refusal.what, "fix": refusal.fix})
             continue
-        fitted.append(Candidate(name, model_class.TITLE, made.fit, made.report, parameters_of(made.fit)))
+        fitted.append(Candidate(name, title, made.fit, made.report, parameters_of(made.fit)))
     if not fitted:
         raise FitFailed("No model could be fitted to these points.", failed[0]["fix"], reason=failed[0]["reason"])
     return {**compare_fits(fitted, region), "failed": failed}
@@ -97,11 +98,11 @@ def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float
 
     covariance: a report's, which may be a stranger's; Conflict where it is not this model's.
     """
-    if covariance is None or not hasattr(model, "field_jacobian"):
+    if covariance is None or sensitivity_of(model) is None:
         raise Conflict(f"{model.TITLE} have no common parameters whose error could be known." if covariance is None else
                        f"{model.TITLE} cannot tell how places move with its parameters.",
                        "Use a lens model; held-out error is known for every model.", reason="no-covariance")
-    if z_mm != 0 and not hasattr(model, "project"):
+    if z_mm != 0 and not isinstance(model, RayModel):
         raise Conflict(f"{model.TITLE} knows only the carpet, not what is {z_mm:g} mm above it.",
                        "Use a lens model, or z_mm 0.", reason="no-rays")
     names, matrix = told_covariance(covariance, model)
@@ -178,7 +179,7 @@ def transform(model: CameraModel, points: Points, source: Space, target: Space, 
 
 
 def _transform_at_height(model: CameraModel, points: Points, source: Space, target: Space, z_mm: float) -> Points:
-    if not hasattr(model, "project"):
+    if not isinstance(model, RayModel):
         raise Conflict(f"{model.TITLE} know only the carpet, not what is {z_mm:g} mm above it.",
                        "Use a lens model, or z_mm 0.", reason="no-rays")
     if source == "field":

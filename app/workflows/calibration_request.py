@@ -12,8 +12,9 @@ from app.core.errors import BadInput
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
+from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Observations, observations_from_json
-from app.models import MODELS, Progress, no_progress, parameters_json
+from app.models import MODELS, parameters_json
 from app.workflows import calibration
 from app.workflows.calibration import Calibrated
 

@@ -15,13 +15,14 @@ from app.core.errors import Conflict, FitFailed
 from app.core.field import Field
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
+from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame
 from app.evaluate.cameras.offsets import offsets
 from app.evaluate.cameras.rig_agreement import agreement
 from app.evaluate.drift.check_verdict import LEAST_FOUND, UNTOLD, Checked, of_check
 from app.evaluate.drift.line_check import LinesSeen, each_line, lines_seen
 from app.images import ImageDecoder
-from app.models import CameraModel, Progress, model_from_json, no_progress
+from app.models import CameraModel, model_from_json
 from app.store.snapshots import checked_bytes
 from app.workflows.automatic import look
 from app.workflows.automatic_request import one_picture

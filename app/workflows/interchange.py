@@ -19,12 +19,12 @@ from app.core.geometry import ImageSize
 from app.core.records import Calibration, Fit, Observations, Warning
 from app.evaluate.fit.approximation import Loss, loss_of
 from app.evaluate.fit.report import report
+from app.fitting.corrected_rectangle import rectangles
 from app.formats import EXPORTS
 from app.formats.approximation import held, own_camera
 from app.formats.camera_file import CameraFile
 from app.formats.ssl_field import field_from_wire, wire_field
 from app.models import model_from_json, parameters_json
-from app.models.corrected_rectangle import rectangles
 from app.models.top_view import VIEW_FIELDS
 from app.workflows.calibration_request import Task
 

@@ -12,15 +12,15 @@ import numpy as np
 
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_json import field_from_json
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
+from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.evaluate.cameras import pair_verdict
 from app.evaluate.cameras.pair_agreement import from_matches, from_observations, overlap
 from app.fitting.two_view.epipolar_lines import bent_lines, straight_lines
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
 from app.fitting.two_view.relative_pose import calibrated_epipolar_px, pose_between, relative_pose
-from app.models import CameraModel, Progress, field_from_raw, model_from_json, no_progress, raw_from_field
-from app.models.lens import Array
+from app.models import CameraModel, RayModel, field_from_raw, model_from_json, raw_from_field
 from app.models.rotation import vector_from_matrix
 
 
@@ -112,7 +112,7 @@ def _models(a: Calibration, b: Calibration) -> tuple[CameraModel, CameraModel]:
 
 
 def _have_rays(models: Sequence[CameraModel]) -> bool:
-    return all(hasattr(model, "unproject") for model in models)
+    return all(isinstance(model, RayModel) for model in models)
 
 
 def _heights(z_mm: float | Sequence[float | None], count: int) -> Array:

@@ -21,7 +21,7 @@ from app.core.geometry import ImageSize, Points
 from app.core.records import Calibration
 from app.imaging.correction import View as CorrectedView
 from app.imaging.correction import correction_map
-from app.models import CameraModel, model_from_json
+from app.models import CameraModel, RayModel, model_from_json
 from app.vision.colour.learning import light_of
 from app.vision.stage_pipeline import Plan, Seen, Sight
 from app.vision.stages import Setting
@@ -48,9 +48,6 @@ class _Straightened:
     def field_from_corrected(self, points: Points) -> Points:
         return self.model.field_from_corrected(points)
 
-
-@dataclass(frozen=True, eq=False)
-class _WithRays(_Straightened):
     def unproject(self, pixels: Points, z_mm: Any) -> Points:
         return self.model.unproject(self.raw(pixels), z_mm)
 
@@ -73,10 +70,10 @@ class CorrectedSight:
         spots = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
         finest = float(np.nanmin(setting.view.scale(spots)))
         shown = CorrectedView(margin_px, int(np.clip((region.width_mm + 2 * beside_mm) / finest, 64, MOST_PX)))
-        kind = _WithRays if hasattr(model, "unproject") else _Straightened
-        self._straight = kind(model, shown, shown.size(model))
+        self._straight = _Straightened(model, shown, shown.size(model))
         self._map = correction_map(model, shown)
-        view = View.of(self._straight, setting.view.eye_mm)
+        view = View(self._straight.image_size, self._straight, eye_mm=setting.view.eye_mm,
+                    has_rays=isinstance(model, RayModel))
         self._inside = replace(setting, image_size=self._straight.image_size, view=view, within=on_field(view, field))
         self._inner: Sight | None = None
 

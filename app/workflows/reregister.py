@@ -16,21 +16,13 @@ from app.core import opencv
 from app.core.errors import Conflict, FitFailed, TouchlineError
 from app.core.field import Region
 from app.core.field_json import field_from_json
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
+from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame, Observation, Observations, observations_from_json
 from app.evaluate.drift.line_tracking import SIGMA_PX, LinesNow, lines_now
 from app.fitting.image_motion import motion_of
 from app.images import ImageDecoder
-from app.models import (
-    CameraModel,
-    Progress,
-    field_from_raw,
-    model_from_json,
-    no_progress,
-    parameters_json,
-    raw_from_field,
-)
-from app.models.lens import Array
+from app.models import CameraModel, RayModel, field_from_raw, model_from_json, parameters_json, raw_from_field
 from app.store.snapshots import checked_bytes
 from app.workflows import calibration as workflow
 from app.workflows.automatic import border_under
@@ -67,7 +59,7 @@ def registered(calibration: Calibration, frame: Frame, progress: Progress = no_p
                         f"Clear the lines and switch the lamps on, then try again. {AFRESH}", reason="lines-not-found")
     size, part = frame.size, part_of(progress, 0.3, 1.0)
     options = {name: value for name, value in calibration.options.items() if name not in NOT_TAKEN_OVER}
-    if hasattr(model, "project"):
+    if isinstance(model, RayModel):
         options |= {"lens": calibration.held_lens(), "lens_sigma": "0"}
         done = workflow.calibrate(observations, field, region, size, calibration.model_name,
                                   {**options, "start": parameters_json(model)}, part)
@@ -78,7 +70,7 @@ def registered(calibration: Calibration, frame: Frame, progress: Progress = no_p
     off_px = _off_px(done.model, found)
     before_px = float(calibration.report.get("rms_px") or 0.0) if isinstance(calibration.report, Mapping) else 0.0
     if off_px > max(WORSE * before_px, WORSE_PX * max(size.width / 1280, 0.5)):
-        if hasattr(model, "project"):
+        if isinstance(model, RayModel):
             raise FitFailed(f"With the lens kept, the lines lie {off_px:.1f} px off: it is another lens, another focus "
                             "or another field.", AFRESH, reason="lens-changed")
         raise FitFailed(f"Moved along with the picture, the lines lie {off_px:.1f} px off: that is too far for "
@@ -140,7 +132,7 @@ def _told(calibration: Calibration, before: CameraModel, done: Calibrated, found
             "seen_share": round(found.share, 3), "lines_px": round(off_px, 3), "picture_px": round(found.moved_px, 2),
             "turned_deg": None, "moved_mm": None, "verdict": done.report["verdict"]}
     kept = "moved along"
-    if hasattr(before, "project"):
+    if isinstance(before, RayModel):
         turn = np.array(done.model.camera_from_field) @ np.array(before.camera_from_field).T
         told["turned_deg"] = round(float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))), 4)
         told["moved_mm"] = round(float(np.linalg.norm(np.subtract(done.model.position_mm, before.position_mm))), 1)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_json import field_from_json
+from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.evaluate.cameras import rig_verdict
 from app.evaluate.cameras.epipolar_check import geometry
@@ -22,7 +23,7 @@ from app.evaluate.cameras.image_evidence import from_pictures
 from app.evaluate.cameras.rectangles import Rectangles, common
 from app.evaluate.cameras.rig_agreement import agreement
 from app.images import ImageDecoder
-from app.models import CameraModel, Progress, model_from_json, no_progress
+from app.models import CameraModel, RayModel, model_from_json
 from app.store.snapshots import checked_bytes
 from app.workflows.calibration import part_of
 from app.workflows.calibration_request import Task
@@ -73,7 +74,7 @@ def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, s
           given: Mapping[str, Any] | None, progress: Progress) -> dict[str, Any]:
     a, b = (calibrations[name] for name in names)
     models = _model(a), _model(b)
-    have_rays = all(hasattr(model, "unproject") for model in models)
+    have_rays = all(isinstance(model, RayModel) for model in models)
     answer: dict[str, Any] = {"fundamental": geometry(*models) if have_rays else None, "matches": None,
                               "agreement": None, "from": None, "verdict": None, "notes": [], "failed": None}
     if given is not None:

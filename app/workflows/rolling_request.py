@@ -16,11 +16,12 @@ from app import __version__
 from app.core.errors import BadInput, Conflict, FitFailed, NotFound, Unavailable
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
+from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.evaluate.motion.roll_report import Rolled, roll_report
 from app.fitting.ray_camera.distortion_prior import BentLens
 from app.images import frame_from_bytes
-from app.models import CameraModel, Progress, model_from_json, no_progress
+from app.models import CameraModel, model_from_json
 from app.models.plumb_line import LENSES, PlumbLens
 from app.sources import Surroundings
 from app.sources.local.video import VideoSource

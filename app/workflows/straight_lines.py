@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.geometry import ImageSize, Points, as_points
+from app.core.progress import Progress, no_progress
 from app.fitting.plumb_line.fit import PlumbFit, fit_plumb
 from app.fitting.plumb_line.line_sag import Bow, BowVerdict, bow_verdict
 from app.fitting.plumb_line.search import task_of
 from app.imaging.correction import View, correction_map
 from app.imaging.undistorted_view import StraightPicture
-from app.models import Progress, no_progress
 from app.models.plumb_line import LENSES, PlumbLens
 from app.vision.lines.edges import edge_chains
 

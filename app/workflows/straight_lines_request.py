@@ -6,10 +6,10 @@ from typing import Any, Self
 
 from app.core.errors import BadInput, Conflict
 from app.core.geometry import ImageSize
+from app.core.progress import Progress, no_progress
 from app.core.records import Frame
 from app.core.text_format import sentence
 from app.images import ImageDecoder
-from app.models import Progress, no_progress
 from app.store.snapshots import checked_bytes
 from app.workflows import straight_lines
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.records import Observation
-from app.models import MODELS
+from app.models import MODELS, RayModel
 from app.sources.sim.clicks import border_observations
 from tests.support.operator import REGION, reference_camera
 
@@ -14,7 +14,7 @@ FIELD = {"name": "round-4x3", "title": "With a circle", "length_mm": 4000, "widt
          "arcs": [{"name": "circle", "centre": [100, 50], "radius_mm": 600}], "landmarks": {"spot": [-900, 400]},
          "regions": {"full": {"x": [-2000, 2000], "y": [-1500, 1500], "rotate": 0}}}
 SIDES = {"left": (0, -2000), "right": (0, 2000), "top": (1, 1500), "bottom": (1, -1500)}
-LENSES = [name for name in MODELS if hasattr(MODELS[name], "project")]
+LENSES = [name for name in MODELS if issubclass(MODELS[name], RayModel)]
 CAMERA = reference_camera("strong", 8)
 
 

@@ -14,9 +14,10 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.records import Fit
 from app.evaluate.fit.uncertainty import HAT_MM, at_height, expected_error, grid_over
+from app.fitting import FITTERS, sensitivity_of
 from app.fitting.ray_camera.parameters import RayState
 from app.fitting.ray_camera.problem import gather
-from app.models import MODELS, field_from_raw
+from app.models import field_from_raw
 from app.sources.sim.clicks import border_observations, known_grid, landmark_observations, rms_mm
 from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 
@@ -62,7 +63,7 @@ def least_mean_hat(count: int, lens=("k1", "k2"), seeds: int = BOUND_SEEDS) -> f
     """Of the least possible errors at hat height, straight down, clicks 0.5 px: the mean over seeds and chance, mm."""
     rng, places, means = np.random.default_rng(0), grid_over(REGION, 21, 17), []
     for known in knowable(reference_camera("mild", 0), count, 0.5, seeds, lens):
-        by = known.model.field_jacobian(at_height(places, HAT_MM), known.parameter_names)
+        by = sensitivity_of(known.model).field_jacobian(at_height(places, HAT_MM), known.parameter_names)
         errors = np.einsum("nik,sk->sni", by, rng.multivariate_normal(np.zeros(by.shape[2]), known.covariance, 200))
         means.append(np.mean(np.sqrt(np.mean(np.sum(errors**2, axis=-1), axis=-1))))
     return float(np.mean(means))
@@ -79,7 +80,7 @@ def known_positions(tilt: int) -> tuple[float, float]:
         rng = np.random.default_rng(seed)
         spots = landmark_observations(camera.raw_from_field(places), places, 0.3, rng)
         height = {"value": camera.position_mm[2] + rng.normal(0, 30), "sigma": 30.0}
-        fit = MODELS["brown-conrady"].fit(spots, FIELD, REGION, SIZE, {"terms": ["k1", "k2"], "height_mm": height})
+        fit = FITTERS["brown-conrady"].fit(spots, FIELD, REGION, SIZE, {"terms": ["k1", "k2"], "height_mm": height})
         ours.append(rms_mm(field_from_raw(fit.model, grid), truth))
         clicked = np.concatenate([o.points for o in spots])
         theirs.append(_opencv_mm(places, clicked, grid, truth))
@@ -111,7 +112,7 @@ def hat_from_above(count: int = 15, seeds: int = SEEDS) -> float:
         rng = np.random.default_rng(seed)
         clicks = border_observations(camera, REGION, count, 0.5, rng, anywhere=True)
         height = {"value": camera.position_mm[2] + rng.normal(0, 30), "sigma": 30.0}
-        fit = MODELS["brown-conrady"].fit(clicks, FIELD, REGION, SIZE, {"height_mm": height})
+        fit = FITTERS["brown-conrady"].fit(clicks, FIELD, REGION, SIZE, {"height_mm": height})
         errors.append(carpet_and_hat_mm(fit, camera)[1])
     return float(np.mean(errors))
 

@@ -14,6 +14,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.errors import TouchlineError
 from app.core.records import Observation
+from app.fitting import FITTERS
 from app.models import MODELS, parameters_json
 from app.sources.sim.clicks import border_observations
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
@@ -77,7 +78,7 @@ def tried(rng, kind, model: str) -> str:
     clicks = kind(rng)
     try:
         observations = tuple(Observation(name, "line", points) for name, points in clicks.items())
-        fit = MODELS[model].fit(observations, FIELD, REGION, SIZE)
+        fit = FITTERS[model].fit(observations, FIELD, REGION, SIZE)
     except TouchlineError as refusal:
         assert refusal.fix and refusal.reason
         return refusal.reason

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from app.fitting import FITTERS
 from app.models import MODELS
 from tests.support.paths import ROOT
 
@@ -55,7 +56,7 @@ def test_every_model_has_a_section_of_its_own(name):
     assert len(section("models.md", MODELS[name].TITLE).split()) > 30
 
 
-@pytest.mark.parametrize("option", sorted({option.name for name in MODELS for option in MODELS[name].OPTIONS}))
+@pytest.mark.parametrize("option", sorted({option.name for name in MODELS for option in FITTERS[name].OPTIONS}))
 def test_every_option_is_explained(option):
     assert f"`{option}`" in section("models.md", "Options")
 

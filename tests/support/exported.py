@@ -2,20 +2,20 @@
 
 import json
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
 from app.core.field import Field, Region
 from app.core.records import Calibration
 from app.formats import EXPORTS
-from app.models import MODELS, CameraModel, parameters_json
+from app.models import MODELS, CameraModel, RayModel, parameters_json
+from tests.support.examples import examples
 from tests.support.fields import plain_field
 
-EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(MODELS[name].examples())]
+EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(examples(name))]
 LENS_FORMATS = [name for name in EXPORTS if hasattr(EXPORTS[name], "LENSES")]
 READABLE = [name for name in EXPORTS if hasattr(EXPORTS[name], "read")]
-RAY_EXAMPLES = [(name, i) for name, i in EXAMPLES if hasattr(MODELS[name], "LENS")]
+RAY_EXAMPLES = [(name, i) for name, i in EXAMPLES if issubclass(MODELS[name], RayModel)]
 
 
 def field_around(region: Region) -> Field:
@@ -24,9 +24,8 @@ def field_around(region: Region) -> Field:
                    width_mm=2 * float(np.abs(region.y_mm).max()))
 
 
-@cache
 def model_of(name: str, index: int) -> CameraModel:
-    return list(MODELS[name].examples())[index]
+    return examples(name)[index]
 
 
 def of_model(model: CameraModel, **changes) -> Calibration:

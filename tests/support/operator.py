@@ -3,6 +3,7 @@
 import numpy as np
 
 from app.core.records import Fit, Observation
+from app.fitting import FITTERS
 from app.models import MODELS, field_from_raw
 from app.sources.sim.clicks import border_observations, known_grid, rms_mm
 from app.sources.sim.reference import SIZE, reference_camera, reference_field
@@ -24,7 +25,7 @@ def fitted(camera, seed: int, model: str = "brown-conrady", noise_px: float = 0.
     observations = (*border_observations(camera, REGION, 9, noise_px, rng, anywhere=True), *extra)
     if tape:
         options["height_mm"] = taped(camera, rng)
-    return MODELS[model].fit(observations, FIELD, REGION, SIZE, options)
+    return FITTERS[model].fit(observations, FIELD, REGION, SIZE, options)
 
 
 def carpet_and_hat_mm(fit: Fit, camera) -> tuple[float, float]:

@@ -36,6 +36,11 @@ class ExactModel:
         return self.camera.field_from_raw(pixels, z_mm)
 
 
+def exact_view(camera: SimCamera) -> View:
+    """What stages ask of a calibration that is exactly the simulated camera."""
+    return View(camera.image_size, ExactModel(camera), has_rays=True)
+
+
 def world(field="ssl-div-b", *, size=(1920, 1080), robots=16, seed=1, drift=0.4, noise=4.0, shuffled=True, gain=1.0,
           speed_mm_s=1500.0) -> Rendering:
     """A camera straight above the whole field, its light coming and going by the drift."""
@@ -77,7 +82,7 @@ def sight_of(rendering: Rendering, plan="ssl", time_s=0.0, frame=0) -> Sight:
     pixels = rendering.frame_at(frame, time_s)
     profile = learned("here", [(pixels, clicked(rendering, time_s))])
     field = rendering.field
-    setting = Setting(rendering.camera.image_size, profile, View.of(ExactModel(rendering.camera)),
+    setting = Setting(rendering.camera.image_size, profile, exact_view(rendering.camera),
                       field.hat_height_mm, field.extras.get("ball", {"radius_mm": 21.5})["radius_mm"])
     return Sight(load_plans()[plan], setting)
 

@@ -6,6 +6,7 @@ from fastapi import APIRouter
 
 from app.api.answers import Json
 from app.api.schemas import responses
+from app.fitting import FITTERS
 from app.models import MODELS
 
 router = APIRouter(tags=["models"])
@@ -18,6 +19,6 @@ def list_models() -> Json:
 
 
 def _described(name: str) -> dict[str, Any]:
-    model = MODELS[name]
-    return {"name": name, "title": model.TITLE, "help": model.HELP, "points_needed": model.points_needed(),
-            "options": [option.to_json() for option in model.OPTIONS]}
+    model, fitter = MODELS[name], FITTERS[name]
+    return {"name": name, "title": model.TITLE, "help": model.HELP, "points_needed": fitter.points_needed(),
+            "options": [option.to_json() for option in fitter.OPTIONS]}

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.evaluate.board.lens_difference import picture_grid
 from app.evaluate.board.lens_uncertainty import SURE_GRID, expected_px, lens_sensitivity
 from app.fitting.board.fit import BoardFit, shared_covariance
 from app.fitting.board.parameters import WARP, Sights, matrices_from_vectors
 from app.fitting.board.problem import BoardProblem
-from app.models.lens import Array
 
 CELLS = (8, 6)  # of the picture, columns and rows
 FACE_ON_DEG = 12.0  # less is hardly a tilt: a board tells the focal length by its foreshortening, 1 - cos

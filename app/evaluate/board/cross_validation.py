@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.evaluate.board.lens_difference import lens_difference
 from app.fitting.board.fit import BoardFit
 from app.fitting.board.outlier_rejection import Solved
-from app.models.lens import Array
 from app.models.pinhole_lens import PinholeLens
 
 FOLDS = 5

@@ -6,9 +6,8 @@ the whole picture, and comes back through the second. (The same measure as D. Ko
 
 import numpy as np
 
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
 from app.fitting.board.parameters import matrices_from_vectors
-from app.models.lens import Array
 from app.models.pinhole_lens import PinholeLens
 
 GRID = (24, 18)

@@ -6,8 +6,8 @@ out first, over the whole picture, for a pose will undo it: the focal length alo
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.evaluate.board.lens_difference import picture_grid
-from app.models.lens import Array
 from app.models.pinhole_lens import PinholeLens
 
 SURE_GRID = (24, 18)  # columns, rows over the picture: wherever its worst place is asked for, it is the same one

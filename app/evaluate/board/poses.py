@@ -16,10 +16,9 @@ import numpy as np
 
 from app.core.board import Board, BoardView
 from app.core.errors import BadInput
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
 from app.evaluate.board.coverage import CELLS, LEANS, NEXT_SHARE, NEXT_TILT_DEG, PLACES, lean, turn_to, view_words
 from app.fitting.board.parameters import matrices_from_vectors
-from app.models.lens import Array
 
 FEWEST_CORNERS = 6  # that tell where the rest of a board is
 FACE_ON_DEG = 15.0  # less is hardly a tilt; coarser than for a known lens, since the focal length is assumed

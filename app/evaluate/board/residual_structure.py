@@ -5,8 +5,8 @@ Noise of one corner says nothing of the next one's; the error of a wrong model i
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.fitting.board.parameters import Sights
-from app.models.lens import Array
 
 SAME_ROW = 1e-3  # of the board's size
 

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.core.records import Warning
 from app.core.text_format import plain, with_sigma
 from app.evaluate.board.cross_validation import CrossValidation
 from app.fitting.board.fit import BoardFit
-from app.models.lens import Array
 
 TILTED_DEG = 25.0  # foreshortened by a tenth
 LEAST_TILTED = 1 / 3  # of the views

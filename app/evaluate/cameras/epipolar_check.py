@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
 from app.fitting.two_view.fundamental_matrix import fundamental_matrix
 from app.fitting.two_view.relative_pose import PoseState, ideal_px, pose_between
-from app.models.lens import Array
 from app.models.ray_camera import RayCamera
 
 APART_MM = 1.0  # nearer, two cameras stand at one place and there is no such geometry

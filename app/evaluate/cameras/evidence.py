@@ -15,11 +15,10 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Arc, Field, Landmark, Line, Region
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
 from app.core.records import Observation, Observations
 from app.fitting.two_view.fundamental_matrix import as_matches
-from app.models import CameraModel, field_from_raw
-from app.models.lens import Array
+from app.models import CameraModel, RayModel, field_from_raw
 
 HIGHEST_MM = 400.0
 SAME_MM = 1.0  # two cameras may call one line by two names: a border of theirs, or the field's
@@ -75,7 +74,7 @@ def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Poi
     at_a, at_b = (np.full((len(z), 2), np.nan) for _ in range(2))
     low, up = z == 0, (z > 0) & (z <= HIGHEST_MM)
     at_a[low], at_b[low] = field_from_raw(a, pixels_a[low]), field_from_raw(b, pixels_b[low])
-    if up.any() and hasattr(a, "unproject") and hasattr(b, "unproject"):
+    if up.any() and isinstance(a, RayModel) and isinstance(b, RayModel):
         at_a[up], at_b[up] = a.unproject(pixels_a[up], z[up]), b.unproject(pixels_b[up], z[up])
     elif up.any() and not low.any():
         raise FitFailed(f"A model without rays cannot place what is {z[up][0]:g} mm above the carpet.",

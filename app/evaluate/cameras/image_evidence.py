@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Arc, Field, Line
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
+from app.core.progress import Progress, no_progress
 from app.evaluate.cameras.evidence import Evidence
-from app.models import CameraModel, Progress, field_from_raw, no_progress, raw_from_field
-from app.models.lens import Array
+from app.models import CameraModel, field_from_raw, raw_from_field
 from app.vision.lines.snap import Hint, Snapped, snap
 
 STEP_MM = 90.0

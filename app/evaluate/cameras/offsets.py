@@ -15,9 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
 from app.evaluate.cameras.evidence import Evidence
-from app.models.lens import Array
 
 PRIOR_MM = 300.0  # nobody's cameras are further apart
 LEAST_ROWS = (1, 10, 20)  # of degree 0, 1 and 2

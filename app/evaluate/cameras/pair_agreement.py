@@ -14,11 +14,10 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Field, Landmark, Line, Region
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.core.records import Observations
 from app.fitting.two_view.fundamental_matrix import as_matches
-from app.models import CameraModel, field_from_raw, raw_from_field
-from app.models.lens import Array
+from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 
 CELLS = 24  # along the longer side of the map
 NEAR_CELLS = 2.0  # how far from a measured place a cell still speaks of it
@@ -113,7 +112,7 @@ def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Poi
     at_a, at_b = (np.full((len(z), 2), np.nan) for _ in range(2))
     for model, pixels, places in ((a, pixels_a, at_a), (b, pixels_b, at_b)):
         places[on_carpet] = field_from_raw(model, pixels[on_carpet])
-        if hasattr(model, "unproject"):
+        if isinstance(model, RayModel):
             places[up] = model.unproject(pixels[up], z[up])
         elif not on_carpet.any() and up.any():
             raise FitFailed(f"A model without rays cannot place what is {z[up][0]:g} mm above the carpet.",

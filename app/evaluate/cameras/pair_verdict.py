@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.evaluate.cameras.pair_agreement import Agreement
 from app.evaluate.fit.report import FAIR_MM, GOOD_MM
-from app.models.lens import Array
 
 GOOD_PX, FAIR_PX = 1.0, 3.0  # a careful click is good to half a pixel, and two of them meet
 SPREAD_SHARE = 0.5  # of a shift: with less beside it, the shift is the matter

@@ -13,9 +13,8 @@ import numpy as np
 from app.core.errors import BadInput
 from app.core.field import Region
 from app.core.geometry import ImageSize
-from app.models import read_options
-from app.models.corrected_rectangle import rectangles
-from app.models.polynomial import Polynomial
+from app.core.options import read_options
+from app.fitting.corrected_rectangle import RECTANGLE_OPTIONS, rectangles
 
 NAMES = ("w_max_rectangle_px", "h_max_rectangle_px", "n_rectangles_x", "n_rectangles_y")
 SAME = 1e-6  # relative: what a product and a quotient of doubles leave
@@ -48,7 +47,7 @@ class Rectangles:
         if any(value is None for value in values):
             raise BadInput("Only some of the rig's rectangles are given.",
                            f"Give all of {', '.join(NAMES)}, or none.", reason="bad-rectangles")
-        read = read_options((o for o in Polynomial.OPTIONS if o.name in NAMES), dict(zip(NAMES, values, strict=True)))
+        read = read_options(RECTANGLE_OPTIONS, dict(zip(NAMES, values, strict=True)))
         return cls(*(read[name] for name in NAMES))
 
     def check(self, region: Region, image_size: ImageSize) -> None:

@@ -13,11 +13,10 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Field
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.evaluate.cameras.evidence import Evidence
 from app.evaluate.cameras.offsets import Offsets, offsets
-from app.models import CameraModel, field_from_raw, raw_from_field
-from app.models.lens import Array
+from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 
 COARSE, FINE = 96, 40  # cells along the longer side: to find the shared part, and to draw it
 NEAR_MM = 400.0  # so far from a measure the map rests on it
@@ -98,7 +97,7 @@ def agreement(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSi
 
 def _hat(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, z_mm: float, shared: Shared,
          found: Offsets) -> dict[str, Any] | None:
-    if not (hasattr(a, "project") and hasattr(b, "unproject")):
+    if not (isinstance(a, RayModel) and isinstance(b, RayModel)):
         return None
     hats = np.concatenate([shared.places, np.full((*shared.both.shape, 1), z_mm)], axis=-1)
     raw_a, raw_b = a.project(hats), b.project(hats)

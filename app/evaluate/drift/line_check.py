@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Arc, Field, Line, Region
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.evaluate.cameras.evidence import Evidence
 from app.evaluate.cameras.offsets import Offsets, offsets
 from app.fitting.field_lines.expected_lines import Expected, fine_pattern, spread_out
 from app.fitting.field_lines.pattern import FieldPattern
 from app.models import CameraModel, field_from_raw, raw_from_field
-from app.models.lens import Array
 from app.vision.lines.profiles import across_lines
 
 CAPTURES_PX = (4.0, 12.0, 32.0)  # in a picture of 1280 px, each about three times the last

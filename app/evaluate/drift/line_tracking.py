@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Field
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.evaluate.drift.search import best_motion
 from app.fitting.field_lines.expected_lines import Expected, fine_pattern, spread_out
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.image_motion import Flow, motion_of
 from app.models import CameraModel, raw_from_field
-from app.models.lens import Array
 from app.vision.lines.patches import LinePatches
 from app.vision.lines.profiles import across_lines
 

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.field import Field, Region
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.evaluate.drift.search import best_motion
 from app.fitting.field_lines.expected_lines import fine_pattern, spread_out
 from app.fitting.image_motion import Flow, Judged, PictureMotion, Yardstick, motion_of
 from app.models import CameraModel, raw_from_field
-from app.models.lens import Array
 from app.vision.lines.patches import LinePatches, Offsets
 from app.vision.lines.profiles import across_lines
 

@@ -7,8 +7,8 @@ picture moves each place by what it is across the line: the shift on which most 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.geometry import Array
 from app.fitting.image_motion import motion_of
-from app.models.lens import Array
 from app.vision.lines.patches import LinePatches
 from app.vision.lines.profiles import brightness_across
 

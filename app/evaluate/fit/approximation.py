@@ -15,7 +15,8 @@ import numpy as np
 
 from app.core.errors import Conflict, FitFailed
 from app.core.field import Region
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
+from app.fitting import FITTERS
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.linear import (
     Incidences,
@@ -24,9 +25,9 @@ from app.fitting.linear import (
     pose_from_homography,
 )
 from app.fitting.ray_camera.parameters import RayState
-from app.models import CameraModel, field_from_raw, raw_from_field
-from app.models.lens import Array
+from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 from app.models.ray_camera import RayCamera
+from app.models.top_view import VIEW_FIELDS
 
 GRID = (25, 19)  # columns, rows over the region: the figures
 FIT_GRID = (15, 13)
@@ -66,7 +67,7 @@ def loss_of(model: CameraModel, other: RayCamera, region: Region, hat_height_mm:
     errors = _length(other.unproject(pixels) - places)
     worst = int(np.argmax(errors))
     hat = None
-    if hasattr(model, "project"):
+    if isinstance(model, RayModel):
         hat_places, hat_pixels = _seen(model, region, GRID, hat_height_mm)
         hat = _length(other.unproject(hat_pixels, hat_height_mm) - hat_places)
     return Loss(_rms(errors), float(errors[worst]), tuple(map(float, places[worst])),
@@ -124,9 +125,9 @@ def _about(state: RayState) -> Array:
 
 def _samples(model: CameraModel, region: Region, hat_height_mm: float) -> tuple[Array, Points, Array]:
     """Field points (n, 3) mm, the pixels (n, 2) that they must be seen at, and what a pixel is worth (n, 2, 2) mm."""
-    heights = (0.0, hat_height_mm) if hasattr(model, "project") else (0.0,)
+    heights = (0.0, hat_height_mm) if isinstance(model, RayModel) else (0.0,)
     parts = [(*_seen(model, region, FIT_GRID, z), z, 1.0) for z in heights]
-    if hasattr(model, "project"):
+    if isinstance(model, RayModel):
         pixels = _grid(np.zeros(2), np.array(tuple(model.image_size), float) - 1, FIT_GRID)
         parts.append((_place(model, pixels, 0.0), pixels, 0.0, OUTSIDE))
     points, seen, weights = [], [], []
@@ -153,7 +154,7 @@ def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: 
     for r in BENDS:
         seen = model.LENS.distort(np.array(model.lens_terms), np.array([r, 0.0, 1.0]))[0]
         bends.append((float(seen) / r - 1) / r**2)
-    return [replace(own, lens=family.LENS, terms=np.asarray(family.lens_start(b), float))
+    return [replace(own, lens=family.LENS, terms=np.asarray(FITTERS[family.NAME].start_terms(b), float))
             for b in dict.fromkeys(bends) if np.isfinite(b)]
 
 
@@ -169,7 +170,8 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
     for focal in [model.image_size.width * f for f in FOCALS] + [told] * (told is not None):
         with suppress(FitFailed):
             rotation, position = pose_from_homography(plane_from_field, focal)
-            terms = np.asarray(family.lens_start(float(np.clip(found.bend * focal**2, -1.0, 0.5))), float)
+            k1 = float(np.clip(found.bend * focal**2, -1.0, 0.5))
+            terms = np.asarray(FITTERS[family.NAME].start_terms(k1), float)
             states.append(RayState(family.LENS, float(np.log(focal)), 1.0, centre, terms, rotation, position,
                                    np.empty(0)))
     if not states:
@@ -180,10 +182,7 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
 
 def _view(model: CameraModel, region: Region) -> dict[str, Any]:
     """The corrected rectangle that the model makes, so that both make the same picture."""
-    width, height = model.corrected_size
-    return {"width_px": float(getattr(model, "width_px", width - 1)),
-            "height_px": float(getattr(model, "height_px", height - 1)), "n_rectangles_x": model.n_rectangles_x,
-            "n_rectangles_y": model.n_rectangles_y, "region": region, "image_size": model.image_size}
+    return {**{name: getattr(model, name) for name in VIEW_FIELDS}, "region": region}
 
 
 def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float) -> tuple[Points, Points]:
@@ -201,7 +200,7 @@ def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float
 
 
 def _place(model: CameraModel, pixels: Points, z_mm: float) -> Points:
-    return model.unproject(pixels, z_mm) if hasattr(model, "unproject") else field_from_raw(model, pixels)
+    return model.unproject(pixels, z_mm) if isinstance(model, RayModel) else field_from_raw(model, pixels)
 
 
 def _grid(low: Array, high: Array, grid: tuple[int, int]) -> Points:

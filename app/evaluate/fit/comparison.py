@@ -19,6 +19,8 @@ from app.core.field import Region
 from app.core.records import Fit
 from app.evaluate.fit.difference import difference_mm
 from app.evaluate.fit.residuals import rms
+from app.models import RayModel
+from app.models.ray_camera import RayCamera
 
 WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about this factor
 SAME_MM = 0.3
@@ -65,7 +67,7 @@ def parameters_of(fit: Fit) -> int:
 
 
 def _reference(candidates: list[Candidate]) -> Candidate | None:
-    with_rays = [c for c in candidates if hasattr(c.fit.model, "project") and c.report["cv_rms_mm"] is not None]
+    with_rays = [c for c in candidates if isinstance(c.fit.model, RayModel) and c.report["cv_rms_mm"] is not None]
     return min(with_rays, key=lambda c: c.report["cv_rms_mm"], default=None)
 
 
@@ -91,8 +93,7 @@ def _no_significant_distortion(candidates: list[Candidate], known: list[dict[str
     def bends(c: Candidate) -> bool:
         if c.name in BENDS:
             return BENDS[c.name]
-        terms = getattr(c.fit.model, "lens_terms", None)
-        return terms is None or any(terms)
+        return not isinstance(c.fit.model, RayCamera) or any(c.fit.model.lens_terms)
 
     straight = {c.name for c in candidates if not bends(c)}
     return any(row["model"] in straight and row["field_mm"] <= WITHIN_CHANCE * least + SAME_MM for row in known)

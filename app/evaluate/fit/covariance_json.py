@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import Conflict
+from app.fitting import sensitivity_of
 from app.models import CameraModel
 
 LINE = re.compile(r"line_\d{1,6}")  # a line's own offset, which moves no ray
@@ -36,7 +37,8 @@ def told_covariance(value: Any, model: CameraModel) -> tuple[tuple[str, ...], ND
 
 def _named(names: tuple[Any, ...], model: CameraModel) -> bool:
     """Each once, all the model's, and not only of lines' offsets."""
-    own = set(model.covariance_names)
+    sensitivity = sensitivity_of(model)
+    own = set(sensitivity.names) if sensitivity else set()
     return (all(isinstance(name, str) and (name in own or LINE.fullmatch(name)) for name in names)
             and len(set(names)) == len(names) and any(name in own for name in names))
 

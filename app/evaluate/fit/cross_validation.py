@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from app.core.errors import FitFailed
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
+from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observation, Observations
 from app.evaluate.fit.folds import folds_for
 from app.evaluate.fit.residuals import feature_residuals
-from app.models import CameraModel, Progress, no_progress
+from app.fitting import FITTERS
 
 
-def held_out_mm(model_class: type[CameraModel], fit: Fit, observations: Observations, field: Field, region: Region,
+def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Region,
                 image_size: ImageSize, options: Mapping[str, Any] | None, progress: Progress = no_progress,
                 ) -> tuple[NDArray[np.float64], ...]:
     """Leave points out, fit the rest, and measure where the left-out ones land: mm per point.
@@ -27,12 +28,13 @@ def held_out_mm(model_class: type[CameraModel], fit: Fit, observations: Observat
     """
     clean = tuple(replace(o, points=o.points[fine]) for o, fine in zip(observations, fit.inliers, strict=True))
     result = tuple(np.full(len(o.points), np.nan) for o in observations)
-    folds = folds_for(clean, fit.used, needs_every_border=model_class.NEEDS_EVERY_BORDER)
+    fitter = FITTERS[fit.model.NAME]
+    folds = folds_for(clean, fit.used, needs_every_border=fitter.NEEDS_EVERY_BORDER)
     kept = {**(options or {}), **fit.notes.get("choices", {}), "robust": False}
     for fold, out in enumerate(folds):
         progress(fold / len(folds), "Checking with points left out")
         try:
-            model = model_class.fit(_without(clean, out), field, region, image_size, kept).model
+            model = fitter.fit(_without(clean, out), field, region, image_size, kept).model
         except FitFailed:
             continue
         for i, ks in _by_observation(out).items():

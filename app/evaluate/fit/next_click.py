@@ -8,6 +8,8 @@ from app.core.field import BORDERS, Field, Region
 from app.core.geometry import ImageSize
 from app.core.records import Fit
 from app.evaluate.fit.uncertainty import at_height, expected_error, grid_over, knows_its_error
+from app.fitting import sensitivity_of
+from app.models import RayModel
 
 CANDIDATES_PER_FEATURE = 25
 MARGIN_PX = 4.0  # nobody clicks on the picture's very edge
@@ -20,15 +22,15 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
 
     A click adds one row j to the information: Σ' = Σ - Σ jᵀ j Σ / (σ² + j Σ jᵀ), so each candidate costs one product.
     """
-    if not knows_its_error(fit) or not hasattr(fit.model, "click_jacobian"):
+    if not knows_its_error(fit):
         return None
     names, points, rows = _candidates(fit, field, region, image_size)
     known = np.isfinite(rows).all(axis=1) if len(rows) else np.zeros(0, bool)
     if not known.any():
         return None
     names, points, rows = [n for n, k in zip(names, known, strict=True) if k], points[known], rows[known]
-    z = field.hat_height_mm if hasattr(fit.model, "project") else 0.0
-    by = fit.model.field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
+    z = field.hat_height_mm if isinstance(fit.model, RayModel) else 0.0
+    by = sensitivity_of(fit.model).field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
     before = expected_error(fit, region, z).sigma_mm.ravel() ** 2
     seen = np.isfinite(before)
     by, before = by[seen], before[seen]
@@ -46,7 +48,7 @@ def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
     names, points, rows = [], [], []
     shapes = [(name, region.border(name)) for name in BORDERS]
     shapes += [(s.name, s) for s in (*field.lines.values(), *field.arcs.values())]
-    limit = np.array(tuple(image_size)) - 1 - MARGIN_PX
+    limit, sensitivity = np.array(tuple(image_size)) - 1 - MARGIN_PX, sensitivity_of(fit.model)
     for name, shape in shapes:
         samples = shape.sample(2 * CANDIDATES_PER_FEATURE + 1)
         places, ahead = samples[1::2], samples[2::2] - samples[1::2]
@@ -56,7 +58,7 @@ def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
         if seen.any():
             names += [name] * int(seen.sum())
             points.append(pixels[seen])
-            rows.append(fit.model.click_jacobian(places[seen], ahead[seen], fit.parameter_names))
+            rows.append(sensitivity.click_jacobian(places[seen], ahead[seen], fit.parameter_names))
     return (names, np.concatenate(points), np.concatenate(rows)) if names else ([], np.empty((0, 2)), np.empty((0, 0)))
 
 

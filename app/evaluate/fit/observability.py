@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from app.core.field import HAT_MM, Region
 from app.core.records import Fit, Warning
 from app.evaluate.fit.uncertainty import at_height, expected_error, grid_over, knows_its_error
+from app.fitting import sensitivity_of
+from app.models import RayModel
 
 WARN_MM = 5.0  # expected error, rms over the field, from which the operator is told
 TAPE_MM = 30.0  # how well a height is taped
@@ -35,8 +37,8 @@ def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -
     """The combination that costs most at hat height (on the carpet, for a model without rays)."""
     if not knows_its_error(fit):
         return None
-    z = hat_height_mm if hasattr(fit.model, "project") else 0.0
-    by = fit.model.field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
+    z = hat_height_mm if isinstance(fit.model, RayModel) else 0.0
+    by = sensitivity_of(fit.model).field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
     flat = by.reshape(-1, by.shape[-1])
     flat = flat[np.isfinite(flat).all(axis=1)]
     if not len(flat):
@@ -59,9 +61,9 @@ def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -
 
 def _group(fit: Fit, name: str) -> str:
     """What the operator calls it."""
-    if getattr(fit.model, "GUESSES_BETWEEN", False):
+    if fit.model.INTERPOLATES:
         return "how the picture bends between them"
-    return GROUPS.get(name, "lens" if hasattr(fit.model, "project") else "perspective")
+    return GROUPS.get(name, "lens" if isinstance(fit.model, RayModel) else "perspective")
 
 
 def _root(covariance: NDArray) -> NDArray:
@@ -83,7 +85,7 @@ def observability_warnings(fit: Fit, region: Region, hat_height_mm: float = HAT_
     weak = weakest_direction(fit, region, hat_height_mm)
     if weak is None or max(weak.carpet_mm, weak.hat_mm) <= WARN_MM:
         return []
-    rays = hasattr(fit.model, "project")
+    rays = isinstance(fit.model, RayModel)
     cost = f"{weak.carpet_mm:.1f} mm on the carpet"
     if rays:
         cost += f", {weak.hat_mm:.0f} mm at hat height ({hat_height_mm:g} mm)"

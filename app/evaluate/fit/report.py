@@ -12,6 +12,7 @@ from app.evaluate.fit.next_click import next_best_click
 from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
+from app.models import RayModel
 
 REPORTED_NOTES = ("degree", "relation", "terms", "click_sigma_px", "degrees_of_freedom", "parameters",
                   "line_offsets_mm")
@@ -44,7 +45,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "per_feature": [_feature_json(r, fine, used) for r, fine, used
                         in zip(residuals, fit.inliers, fit.used, strict=True)],
         "verdict": _verdict(cv_rms_mm, check_mm, sigma, knows_inside=_knows_inside(fit, observations),
-                            rays=hasattr(fit.model, "project"), hat_height_mm=hat_mm),
+                            rays=isinstance(fit.model, RayModel), hat_height_mm=hat_mm),
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
         "covariance": {"names": list(fit.parameter_names), "matrix": fit.covariance.tolist()}
@@ -90,7 +91,7 @@ def _vector(value: np.ndarray) -> list[float] | None:
 
 def _knows_inside(fit: Fit, observations: Observations) -> bool:
     """A lens bends the inside as it bends the borders; curves of their own and splines know nothing between them."""
-    lens = knows_its_error(fit) and not getattr(fit.model, "GUESSES_BETWEEN", False)
+    lens = knows_its_error(fit) and not fit.model.INTERPOLATES
     return lens or any(o.feature not in BORDERS and len(o.points) for o in observations)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from app.core.field import Field, Region
 from app.core.geometry import Points
 from app.core.records import Observation
-from app.models import CameraModel, field_from_raw, raw_from_field
+from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 
 LEAST_PX = 1e-6  # a smaller residual is rounding, and its direction chance
 
@@ -44,7 +44,7 @@ def feature_residuals(model: CameraModel, observation: Observation, field: Field
     feature, z_mm = field.feature(observation.feature, region), observation.z_mm
     if z_mm == 0:
         place = field_from_raw(model, observation.points)
-    elif hasattr(model, "unproject"):
+    elif isinstance(model, RayModel):
         place = model.unproject(observation.points, z_mm)
     else:
         place = np.full(observation.points.shape, np.nan)
@@ -54,7 +54,7 @@ def feature_residuals(model: CameraModel, observation: Observation, field: Field
 
 def _seen(model: CameraModel, places: Points, z_mm: float) -> Points:
     """Field mm (n, 2) in the plane at z_mm to raw pixels."""
-    if z_mm == 0 or not hasattr(model, "project"):
+    if z_mm == 0 or not isinstance(model, RayModel):
         return raw_from_field(model, places)
     return model.project(np.concatenate([places, np.full((len(places), 1), z_mm)], axis=-1))
 

@@ -1,6 +1,6 @@
 """Expected error over the field, at the carpet and at hat height, from what the fit knows of its parameters.
 
-    Σ_place = G Σ_θ Gᵀ,   G = how a ray's place in the plane moves with the parameters (RayCamera.field_jacobian)
+    Σ_place = G Σ_θ Gᵀ,   G = how a ray's place in the plane moves with the parameters (Sensitivity.field_jacobian)
 
 To first order; it knows the click noise and the priors, and not what the model cannot bend to: held-out error tells
 that, so the two are always shown together.
@@ -16,6 +16,8 @@ from app.core.errors import FitFailed
 from app.core.field import HAT_MM, Region
 from app.core.geometry import Points
 from app.core.records import Fit
+from app.fitting import sensitivity_of
+from app.models import RayModel
 
 GRID = (13, 11)  # columns, rows over the region
 
@@ -60,14 +62,14 @@ def at_height(places: Points, z_mm: float) -> NDArray[np.float64]:
 
 
 def knows_its_error(fit: Fit) -> bool:
-    return fit.covariance is not None and hasattr(fit.model, "field_jacobian")
+    return fit.covariance is not None and sensitivity_of(fit.model) is not None
 
 
 def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points | None = None,
                    covariance: NDArray | None = None) -> Sigma:
     """Expected error over the region in the plane at z_mm. covariance: another one to be asked about, mm and px."""
     places = grid_over(region) if places is None else places
-    by = fit.model.field_jacobian(at_height(places, z_mm), fit.parameter_names)
+    by = sensitivity_of(fit.model).field_jacobian(at_height(places, z_mm), fit.parameter_names)
     spread = fit.covariance if covariance is None else covariance
     with np.errstate(invalid="ignore"):
         variance = np.einsum("nik,kl,nil->n", by, spread, by)
@@ -82,6 +84,6 @@ def sigma_report(fit: Fit, region: Region, hat_mm: float = HAT_MM) -> dict[str, 
     if not knows_its_error(fit):
         return None
     report = expected_error(fit, region).to_json()
-    if hasattr(fit.model, "project"):
+    if isinstance(fit.model, RayModel):
         report["hat"] = expected_error(fit, region, hat_mm).to_json()
     return report

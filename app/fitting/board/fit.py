@@ -8,14 +8,16 @@ import numpy as np
 
 from app.core.board import BoardView
 from app.core.errors import BadInput, FitFailed
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
+from app.core.options import Option, read_options
+from app.core.progress import Progress, no_progress
+from app.fitting import FITTERS
 from app.fitting.board.initial import start_states, state_with_poses
 from app.fitting.board.model_selection import chosen_rung, ladder_of
 from app.fitting.board.outlier_rejection import FIRST_SIGMA_PX, Fitter, Gated, Solved, put_back
 from app.fitting.board.parameters import WARP, BoardState, Sights
 from app.fitting.board.views import LeftOut, refuse_what_is_no_board, unusable_views
-from app.models import MODELS, Option, Progress, no_progress, read_options
-from app.models.lens import Array
+from app.models import MODELS
 from app.models.pinhole_lens import PinholeLens
 from app.models.ray_camera import RayCamera
 
@@ -96,7 +98,7 @@ def board_model(name: str) -> type[RayCamera]:
 
 def board_options(model: type[RayCamera]) -> tuple[Option, ...]:
     """What a board calibration of that model can be told."""
-    return (*(option for option in model.OPTIONS if option.name == "terms"), *BOARD_OPTIONS)
+    return (*(option for option in FITTERS[model.NAME].OPTIONS if option.name == "terms"), *BOARD_OPTIONS)
 
 
 def fit_board(views: tuple[BoardView, ...], image_size: ImageSize, model: type[RayCamera],

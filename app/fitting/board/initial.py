@@ -9,9 +9,10 @@ from itertools import product
 
 import numpy as np
 
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
+from app.fitting import FITTERS
 from app.fitting.board.parameters import BoardState, Sights
-from app.models.lens import Array, Lens
+from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
 
 SCAN_VIEWS = 12  # enough to tell one valley from another
@@ -97,7 +98,7 @@ def start_states(model: type[RayCamera], sights: Sights, image_size: ImageSize, 
 
 
 def _terms(model: type[RayCamera], k1: float, bend: bool) -> Array:
-    return model.lens_start(k1) if bend else np.zeros(len(model.LENS.TERMS))
+    return FITTERS[model.NAME].start_terms(k1) if bend else np.zeros(len(model.LENS.TERMS))
 
 
 def _misfit(state: BoardState, sights: Sights) -> float:

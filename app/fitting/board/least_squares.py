@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from app.models.lens import Array
+from app.core.geometry import Array
 
 State = TypeVar("State")
 Look = tuple[Array, Array, Array]  # residuals (v, m, 2), by shared (v, m, 2, n), by own (v, m, 2, k)

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from app.core.geometry import Array
+from app.fitting import FITTERS
 from app.fitting.board.outlier_rejection import Solved
-from app.models.lens import Array
 from app.models.ray_camera import RayCamera
 
 # Terms of a fraction can hide errors of the board and bend wildly beyond the corners: they must earn a fifth of σ.
@@ -18,7 +19,7 @@ def ladder_of(model: type[RayCamera], settings: Mapping[str, Any]) -> tuple[tupl
     given = settings.get("terms", "auto")
     if given != "auto":
         return (tuple(given),)
-    ladder = model.term_ladder()
+    ladder = FITTERS[model.NAME].term_sets()
     return ladder if ladder[-1] == model.LENS.TERMS else (*ladder, model.LENS.TERMS)
 
 

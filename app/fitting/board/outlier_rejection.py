@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
 from app.core.text_format import plain
 from app.fitting.board.least_squares import Blocks
 from app.fitting.board.parameters import BoardState, Sights
 from app.fitting.board.problem import BoardProblem, free_mask
-from app.models.lens import Array
 
 FIRST_SIGMA_PX = 0.5  # of a corner, before the corners themselves tell
 LEAST_SIGMA_PX = 0.005  # exact corners must not make strays of rounding errors

@@ -13,8 +13,8 @@ from typing import Self
 import numpy as np
 
 from app.core.board import BoardView
-from app.core.geometry import ImageSize
-from app.models.lens import Array, Lens
+from app.core.geometry import Array, ImageSize
+from app.models.lenses import Lens
 from app.models.pinhole_lens import HELD, PinholeLens
 
 WARP = ("warp_x", "warp_y")  # mm, at the middle against the edges

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
 from app.fitting.board.least_squares import Blocks, minimise_blocks
 from app.fitting.board.parameters import WARP, BoardState, Sights
-from app.models.lens import Array
 
 # So wide that corners decide, and narrow enough that no unknown runs off to infinity. Shares of the picture's width
 # and of the board's half diagonal where they are lengths.

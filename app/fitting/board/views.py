@@ -8,9 +8,8 @@ import numpy as np
 
 from app.core.board import BoardView
 from app.core.errors import FitFailed
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
 from app.core.text_format import sentence
-from app.models.lens import Array
 
 MIN_CORNERS = 6  # a pose takes six of twelve numbers; with four corners, one wrong corner would go unseen
 THIN = 0.02  # corners narrower than this share of their length are on one line

@@ -10,8 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from app.core.geometry import ImageSize, Points
-from app.models.lens import Array
+from app.core.geometry import Array, ImageSize, Points
 
 BENDS = np.linspace(-1.1, 0.5, 65)  # from a fisheye's to a pincushion's
 FINER = np.linspace(-0.025, 0.025, 21)

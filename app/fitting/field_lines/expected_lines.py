@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.field import Field
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.fitting.field_lines.pattern import FieldPattern
-from app.models.lens import Array
 
 MARGIN_PX = 6.0
 FINE_MM_SHARE = 1 / 400  # of the field's length, between the places that are tried

@@ -14,8 +14,8 @@ from itertools import combinations
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.fitting.field_lines.line_merging import SeenLine
-from app.models.lens import Array
 
 FOCALS = np.geomspace(0.45, 14.0, 18)  # half diagonals
 SQUARE = 0.10  # cosine of what a right angle may come to: lens and centre are known roughly

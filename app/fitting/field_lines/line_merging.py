@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
 from app.fitting.field_lines.blind_distortion import Plane
-from app.models.lens import Array
 
 STRAIGHT_PX = 1.6  # rms of a chain that may be part of a line
 SAME_WAY = np.cos(np.radians(2.0))

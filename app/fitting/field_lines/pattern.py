@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from app.core.field import Arc, Field, Line, Region
-from app.models.lens import Array
+from app.core.geometry import Array
 
 REACH = 1.0  # of the region's size, beyond its border: what a camera over it may see as well
 

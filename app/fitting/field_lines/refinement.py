@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Arc
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.fitting.field_lines.blind_distortion import Plane
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.least_squares import minimise
@@ -18,7 +18,6 @@ from app.fitting.ray_camera.problem import Prior, RayProblem
 from app.fitting.ray_camera.search import Task, rows_of
 from app.models.brown_conrady import BrownConrady
 from app.models.division import Division
-from app.models.lens import Array
 
 CAPTURE_PX = (24.0, 14.0, 10.0, 6.0, 3.5, 2.0)  # in a picture of 1280 px, on the way in
 SAME_WAY = np.cos(np.radians(12))

@@ -12,10 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.fitting.field_lines.blind_distortion import Plane
 from app.fitting.field_lines.pattern import FieldPattern
-from app.models.lens import Array
 
 LONG_SIDE = 420  # of the map of distances, px: finer than the bend is known
 WAYS = 4  # directions that are told apart

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.core.field import Field, Region
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.fitting.field_lines.blind_distortion import Plane, bend_of
 from app.fitting.field_lines.hypotheses import Hypotheses, hypotheses
 from app.fitting.field_lines.line_merging import SeenLine, seen_lines
@@ -15,7 +15,6 @@ from app.fitting.field_lines.pattern import FieldPattern, levels, turns_onto_its
 from app.fitting.field_lines.refinement import Refined, first_state, refined
 from app.fitting.field_lines.score import Evidence, projected, scores
 from app.fitting.field_lines.three_lines import three_line_hypotheses
-from app.models.lens import Array
 
 MOST_LINES = 16
 COARSE_STEPS, FINE_STEPS = 12, 60  # samples along a line as long as the field

@@ -9,9 +9,9 @@ from itertools import combinations
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.fitting.field_lines.hypotheses import PARALLEL_REACH, Hypotheses
 from app.fitting.field_lines.line_merging import SeenLine
-from app.models.lens import Array
 
 FOCALS = np.geomspace(0.55, 9.0, 18)  # half diagonals
 MOST_LINES = 5

@@ -2,23 +2,27 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Field, Region
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
+from app.core.options import Option, read_options
+from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations, Warning
+from app.fitting.clicks import above_the_carpet, check_inside_picture, inlier_masks, name_strays
+from app.fitting.contract import Fitter, Sensitivity
+from app.fitting.corrected_rectangle import rectangles
 from app.fitting.homography.parameters import HomographyState
 from app.fitting.linear import MIN_ROWS, Incidences, homography_from_lines
-from app.fitting.ray_camera.fit import check_inside_picture, name_strays
+from app.fitting.options import CLICK_SIGMA, COMMON_OPTIONS, LINE_SIGMA
 from app.fitting.ray_camera.problem import Prior, RayProblem, gather, incidences
 from app.fitting.ray_camera.search import MAX_STRAYS, Found, Task, rows_of, solve
-from app.models import Progress, parameters_json, read_options
-from app.models.corrected_rectangle import rectangles
+from app.fitting.sensitivity import ParameterSensitivity
+from app.models import CameraModel, parameters_json
 from app.models.homography import Homography
-from app.models.lens import Array
 
 TRIALS, PER_TRIAL = 100, 10  # random tens of clicks: with four strays in 36, twenty-seven of them are clean
 SUSPECT_PX = 10.0  # a click this far off may have spoilt the linear start
@@ -27,44 +31,57 @@ MAX_SIGMA_SHARE = 0.1  # of the region's shorter side: a corner known no better 
 ENOUGH = "Click points on at least four lines, two in each direction, along their whole length."
 
 
-def fit_homography(observations: Observations, field: Field, region: Region, image_size: ImageSize,
-                   options: Mapping[str, Any] | None, progress: Progress) -> Fit:
-    """Fit Homography. Options: see its OPTIONS; "start" (parameters) begins near a known answer."""
-    given = dict(options or {})
-    start = given.pop("start", None)
-    settings = read_options(Homography.OPTIONS, given)
-    check_inside_picture(observations, image_size)
-    flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
-    problem = gather(flat, field, region, with_offsets=settings["line_sigma_mm"] > 0)
-    width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
-    progress(0.1, "Looking for a view of the field")
-    if start is None:
-        begin = _start(problem, incidences(flat, field, region), region, image_size)
-    else:
-        begin = HomographyState.of(Homography.from_parameters(start), len(problem.line_names))
-    whole, seen = problem, _seen(problem, begin, settings["robust"])
-    problem = whole.only(seen)
-    _refuse_too_few(problem)
-    priors = tuple(Prior(f"line_{i}", 0.0, settings["line_sigma_mm"]) for i in range(len(problem.line_names)))
-    names = begin.names
-    progress(0.4, "Refining")
-    found = solve(Task(problem, priors, np.ones(len(names), bool), names), begin, settings)
-    state = found.minimum.state
-    _refuse_what_cannot_be(found, region)
-    model = Homography(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
-                       n_rectangles_y=n_y, region=region, image_size=image_size)
-    inliers = tuple(np.ones(len(o.points), bool) for o in observations)
-    inlier = seen.copy()
-    inlier[seen] = found.inliers
-    for (i, k), fine in zip(whole.owners, inlier, strict=True):
-        inliers[i][k] = fine
-    notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": len(names),
-             "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
-             "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
-    return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations),
-               (*name_strays(observations, problem, found), *_beyond(observations, whole.owners[~seen]),
-                *above_the_carpet(observations, "a homography")), notes,
-               covariance=found.covariance, parameter_names=names)
+class HomographyFitter(Fitter):
+    MODEL: ClassVar[type[CameraModel]] = Homography
+    OPTIONS: ClassVar[tuple[Option, ...]] = (LINE_SIGMA, CLICK_SIGMA, *COMMON_OPTIONS)
+
+    @classmethod
+    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+        return "8 points on four lines, two each way (a landmark counts for 2); nine on each of the four are good."
+
+    @classmethod
+    def sensitivity(cls, model: Homography) -> Sensitivity:
+        return ParameterSensitivity(HomographyState.of(model))
+
+    @classmethod
+    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
+            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
+        """Fit to points anywhere along lines and arcs, and to landmarks.
+
+        Options: OPTIONS; "start" (parameters) begins near a known answer."""
+        given = dict(options or {})
+        start = given.pop("start", None)
+        settings = read_options(cls.OPTIONS, given)
+        check_inside_picture(observations, image_size)
+        flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
+        problem = gather(flat, field, region, with_offsets=settings["line_sigma_mm"] > 0)
+        width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
+        progress(0.1, "Looking for a view of the field")
+        if start is None:
+            begin = _start(problem, incidences(flat, field, region), region, image_size)
+        else:
+            begin = HomographyState.of(Homography.from_parameters(start), len(problem.line_names))
+        whole, seen = problem, _seen(problem, begin, settings["robust"])
+        problem = whole.only(seen)
+        _refuse_too_few(problem)
+        priors = tuple(Prior(f"line_{i}", 0.0, settings["line_sigma_mm"]) for i in range(len(problem.line_names)))
+        names = begin.names
+        progress(0.4, "Refining")
+        found = solve(Task(problem, priors, np.ones(len(names), bool), names), begin, settings)
+        state = found.minimum.state
+        _refuse_what_cannot_be(found, region)
+        model = Homography(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
+                           n_rectangles_y=n_y, region=region, image_size=image_size)
+        inlier = seen.copy()
+        inlier[seen] = found.inliers
+        inliers = inlier_masks(observations, whole.owners, inlier)
+        notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": len(names),
+                 "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
+                 "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
+        warnings = (*name_strays(observations, problem.owners, found.inliers, found.pixels),
+                    *_beyond(observations, whole.owners[~seen]), *above_the_carpet(observations, "a homography"))
+        return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), warnings, notes,
+                   covariance=found.covariance, parameter_names=names)
 
 
 def _start(problem: RayProblem, lines: Incidences, region: Region, image_size: ImageSize) -> HomographyState:
@@ -155,10 +172,3 @@ def _beyond(observations: Observations, owners: Array) -> list[Warning]:
     return [Warning("stray-click", f"Point {k + 1} of {observations[i].label} lies beyond the horizon of the others; "
                     "it was left out of the fit.", "Drag it onto the line, or remove it.",
                     str(observations[i].feature), int(k)) for i, k in owners]
-
-
-def above_the_carpet(observations: Observations, who: str) -> list[Warning]:
-    """A warning for each observation that a model without rays cannot use; who: "a homography"."""
-    return [Warning("above-the-carpet", f"The points on {o.label} are {o.z_mm:g} mm above the carpet; {who} knows only "
-                    "the carpet, so they were left out.", "Fit a lens model to use them.", str(o.feature))
-            for o in observations if o.z_mm != 0 and len(o.points)]

@@ -11,8 +11,8 @@ from typing import Any, Self
 import numpy as np
 
 from app.core.field import Region
+from app.core.geometry import Array
 from app.models.homography import Homography, normalised
-from app.models.lens import Array
 
 ENTRIES = tuple((i, j) for i in range(3) for j in range(3))[:8]
 

@@ -13,9 +13,9 @@ is part of what is not known of them.
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.fitting.least_squares import Minimum
 from app.fitting.plumb_line.problem import Bent, Chains
-from app.models.lens import Array
 
 SIDE_BY_SIDE = 0.03  # of the plane's unit: edges so near and as parallel as that are one object's
 PARALLEL = np.cos(np.radians(4))

@@ -10,12 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import ImageSize, Points, as_points
+from app.core.geometry import Array, ImageSize, Points, as_points
 from app.fitting.plumb_line.covariance import covariance, groups_of
 from app.fitting.plumb_line.initial import chain_rms, first_bend
 from app.fitting.plumb_line.problem import Chains
 from app.fitting.plumb_line.search import rms_under, solve, some_of, spread_covariance, start_of, task_of
-from app.models.lens import Array
 from app.models.plumb_line import PlumbLens, unit_px
 
 MIN_POINTS = 3  # two make a line whatever the lens

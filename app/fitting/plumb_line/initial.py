@@ -6,9 +6,9 @@ so that beyond a few px it no longer matters how wrong it is (S. Geman and D. Mc
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.fitting.linear import BENDS
 from app.fitting.plumb_line.problem import Chains, lines_through
-from app.models.lens import Array
 
 TAU_PX = 1.0  # a chain that far off tells as much against a bend as one can
 NEAR_HORIZON = 0.05  # of the scale at the centre: beyond, the picture would be torn apart

@@ -13,9 +13,8 @@ from typing import Literal
 
 import numpy as np
 
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
 from app.fitting.plumb_line.fit import PlumbFit
-from app.models.lens import Array
 from app.models.plumb_line import PlumbLens
 
 ALONG = np.linspace(0, 1, 33)[:, None]

@@ -14,8 +14,8 @@ from typing import Self
 
 import numpy as np
 
-from app.core.geometry import Points
-from app.models.lens import Array, rays_of
+from app.core.geometry import Array, Points
+from app.models.lenses.projection import rays_of
 
 SETTLE_STEPS = 8
 SETTLED_PX = 1e-5  # lines stand still to that: far less than clicks or edges can tell

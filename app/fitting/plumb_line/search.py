@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.core.errors import BadInput, FitFailed
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.plumb_line.covariance import with_spread
 from app.fitting.plumb_line.initial import brown_from_division
 from app.fitting.plumb_line.problem import Bent, Chains, lines_through, projected, settled
-from app.models.lens import Array
 from app.models.plumb_line import LENSES, unit_px
 
 CENTRE_SIGMA = 0.01  # of the diagonal: how far lenses are commonly mounted beside the sensor's centre

@@ -2,18 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from app.core.errors import BadInput, FitFailed
 from app.core.field import BORDERS, Field, Region
 from app.core.geometry import ImageSize, Points
+from app.core.options import Option, read_options
+from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations, Warning
 from app.fitting.border import CurveFit, fit_curve
+from app.fitting.contract import Fitter
+from app.fitting.corrected_rectangle import rectangles
+from app.fitting.options import COMMON_OPTIONS
 from app.fitting.polynomial.relation import relate
-from app.models import Progress, read_options
-from app.models.corrected_rectangle import rectangles
+from app.models import CameraModel
+from app.models.border_curve import MAX_DEGREE
 from app.models.polynomial import Polynomial
 
 MIN_HULL_SHARE = 0.01  # of the picture; clicks that enclose less are on one line
@@ -29,51 +34,71 @@ class _Border:
     owners: tuple[tuple[int, int], ...]  # (observation, point) of each
 
 
-def fit_polynomial(observations: Observations, field: Field, region: Region, image_size: ImageSize,
-                   options: Mapping[str, Any] | None, progress: Progress) -> Fit:
-    """Fit Polynomial to clicks on the four borders, and to known points inside where there are any.
+class PolynomialFitter(Fitter):
+    MODEL: ClassVar[type[CameraModel]] = Polynomial
+    OPTIONS: ClassVar[tuple[Option, ...]] = (
+        Option("degree", "int-or-auto", "auto", "Degree of each border's curve.", (1, MAX_DEGREE)),
+        Option("relation_degree", "int-or-auto", "auto",
+               "Degree of the relation from corrected rows to millimetres; above 1 it needs known points inside.",
+               (1, 5)),
+        *COMMON_OPTIONS,
+    )
+    NEEDS_EVERY_BORDER: ClassVar[bool] = True
 
-    "degree" may also be a mapping with one entry a border. Landmarks and lines parallel to a border refine the
-    relation to millimetres when there are enough of them; arcs and other lines only check.
-    """
-    degrees = _degrees(options)
-    settings = read_options(Polynomial.OPTIONS, {k: v for k, v in (options or {}).items() if k != "degree"})
-    borders = {name: _gather(name, observations) for name in BORDERS}
-    _check_clicks(borders, image_size)
-    robust = settings["robust"]
-    progress(0.1, "Fitting the left and right borders")
-    rows = (-0.5, image_size.height - 0.5)
-    fits = {name: fit_curve(borders[name].points[:, 1], borders[name].points[:, 0], degrees[name], rows,
-                            f"the {name} border", robust=robust) for name in ("left", "right")}
-    _refuse_crossing("left", "right", fits, _span_of_clicks(borders, 1))
-    width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
+    @classmethod
+    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+        degree = (options or {}).get("degree", "auto")
+        if isinstance(degree, int):
+            return f"{degree + 1} points on each of the four borders; {degree + 3} let it check itself."
+        return "3 points on each of the four borders; 9 are good."
 
-    progress(0.4, "Fitting the top and bottom borders")
-    for name in ("top", "bottom"):  # clicked on the raw picture, carried over to the horizontally corrected one
-        x, y = borders[name].points[:, 0], borders[name].points[:, 1]
-        x_initial = fits["left"].curve(y)
-        x_c = (x - x_initial) * width_px / (fits["right"].curve(y) - x_initial)  # Eq. (4)
-        fits[name] = fit_curve(x_c, y, degrees[name], (0.0, width_px), f"the {name} border", robust=robust)
-    _refuse_crossing("top", "bottom", fits, (0.0, width_px))
+    @classmethod
+    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
+            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
+        """Fit Polynomial to clicks on the four borders, and to known points inside where there are any.
 
-    straight = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
-                          (0.0, region.width_mm / width_px), (0.0, region.height_mm), region, image_size)
-    _refuse_crossing("left", "right", fits, _rows_of_the_field(straight))
-    progress(0.7, "Relating pixels to millimetres")
-    across, down, relation, used, stray_known = relate(straight, observations, field, settings["relation_degree"])
-    model = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
-                       across, down, region, image_size)
-    inliers = _inliers(observations, borders, fits, stray_known)
-    warnings = (*_strays(observations, borders, fits, inliers), *_extrapolations(borders, fits, straight))
-    notes = {"degree": {n: {"degree": f.curve.degree, "reason": f.reason} for n, f in fits.items()},
-             "held_out_px": {n: f.held_out_rms for n, f in fits.items()}, "relation": relation,
-             "choices": {"degree": {n: f.curve.degree for n, f in fits.items()}, "relation_degree": relation["degree"]}}
-    return Fit(model, inliers, used, warnings, notes)
+        "degree" may also be a mapping with one entry a border. Landmarks and lines parallel to a border refine the
+        relation to millimetres when there are enough of them; arcs and other lines only check.
+        """
+        degrees = _degrees(options)
+        settings = read_options(cls.OPTIONS, {k: v for k, v in (options or {}).items() if k != "degree"})
+        borders = {name: _gather(name, observations) for name in BORDERS}
+        _check_clicks(borders, image_size)
+        robust = settings["robust"]
+        progress(0.1, "Fitting the left and right borders")
+        rows = (-0.5, image_size.height - 0.5)
+        fits = {name: fit_curve(borders[name].points[:, 1], borders[name].points[:, 0], degrees[name], rows,
+                                f"the {name} border", robust=robust) for name in ("left", "right")}
+        _refuse_crossing("left", "right", fits, _span_of_clicks(borders, 1))
+        width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
+
+        progress(0.4, "Fitting the top and bottom borders")
+        for name in ("top", "bottom"):  # clicked on the raw picture, carried over to the horizontally corrected one
+            x, y = borders[name].points[:, 0], borders[name].points[:, 1]
+            x_initial = fits["left"].curve(y)
+            x_c = (x - x_initial) * width_px / (fits["right"].curve(y) - x_initial)  # Eq. (4)
+            fits[name] = fit_curve(x_c, y, degrees[name], (0.0, width_px), f"the {name} border", robust=robust)
+        _refuse_crossing("top", "bottom", fits, (0.0, width_px))
+
+        straight = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
+                              (0.0, region.width_mm / width_px), (0.0, region.height_mm), region, image_size)
+        _refuse_crossing("left", "right", fits, _rows_of_the_field(straight))
+        progress(0.7, "Relating pixels to millimetres")
+        across, down, relation, used, stray_known = relate(straight, observations, field, settings["relation_degree"])
+        model = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
+                           across, down, region, image_size)
+        inliers = _inliers(observations, borders, fits, stray_known)
+        warnings = (*_strays(observations, borders, fits, inliers), *_extrapolations(borders, fits, straight))
+        notes = {"degree": {n: {"degree": f.curve.degree, "reason": f.reason} for n, f in fits.items()},
+                 "held_out_px": {n: f.held_out_rms for n, f in fits.items()}, "relation": relation,
+                 "choices": {"degree": {n: f.curve.degree for n, f in fits.items()},
+                             "relation_degree": relation["degree"]}}
+        return Fit(model, inliers, used, warnings, notes)
 
 
 def _degrees(options: Mapping[str, Any] | None) -> dict[str, Any]:
     degree = (options or {}).get("degree")
-    option = next(o for o in Polynomial.OPTIONS if o.name == "degree")
+    option = next(o for o in PolynomialFitter.OPTIONS if o.name == "degree")
     if isinstance(degree, Mapping):
         unknown = set(degree) - set(BORDERS)
         if unknown:

@@ -15,9 +15,8 @@ from typing import Any, Self
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
 from app.fitting.ray_camera.parameters import RayState
-from app.models.lens import Array
 from app.models.plumb_line import LENSES, PlumbLens
 
 FAST = 1e-3  # of its σ: how well a bend is known that is to be held fast

@@ -1,9 +1,11 @@
 """Where the search for a ray camera begins: linear methods and two stages, several candidates, best first."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
 from app.fitting.linear import (
     PlaneStart,
     focal_from_vanishing_points,
@@ -13,28 +15,31 @@ from app.fitting.linear import (
 )
 from app.fitting.ray_camera.parameters import RayState
 from app.fitting.ray_camera.problem import Incidences, RayProblem
-from app.models.lens import Array
-from app.models.ray_camera import RayCamera
+from app.models.lenses import Lens
 
 FOCAL_GUESSES = (0.55, 0.8, 1.1, 1.6)  # of the picture's width: what field cameras have
 PLAUSIBLE_FOCAL = (0.2, 20.0)  # of the picture's width
 
 
-def start_states(model_class: type[RayCamera], problem: RayProblem, incidences: Incidences, image_size: ImageSize,
-                 height_mm: float | None) -> list[RayState]:
-    """Candidates for the refinement. Raises FitFailed where no linear method sees a camera."""
-    centre = np.array(image_size.centre)
+def start_states(lens: type[Lens], start_terms: Callable[[float], Array], problem: RayProblem,
+                 incidences: Incidences, image_size: ImageSize, height_mm: float | None) -> list[RayState]:
+    """Return candidates for the refinement. Raises FitFailed where no linear method sees a camera."""
+    centre, offsets_mm = np.array(image_size.centre), np.zeros(len(problem.line_names))
+
+    def state(focal: float, k1: float, rotation: Array, position: Array) -> RayState:
+        return RayState(lens, float(np.log(focal)), 1.0, centre, start_terms(k1), rotation, position, offsets_mm)
+
     found = homography_from_lines(incidences, centre)
-    states = [_state(model_class, centre, focal, found, problem) for focal in _focals(found, image_size, height_mm)]
+    plane_from_field = np.linalg.inv(found.field_from_plane)
+    states = [state(focal, float(np.clip(found.bend * focal**2, -1.0, 0.5)),
+                    *pose_from_homography(plane_from_field, focal)) for focal in _focals(found, image_size, height_mm)]
     flat = problem.spots[:, 2] == 0
     if flat.sum() >= 6:  # landmarks alone allow Tsai's two stages as well
         spots = problem.pixels[problem.curves:][flat]
         try:
             rotation, position, focal, k1 = tsai_two_stage(spots - centre, problem.spots[flat, :2])
             if PLAUSIBLE_FOCAL[0] < focal / image_size.width < PLAUSIBLE_FOCAL[1] and position[2] > 0:
-                states.append(RayState(model_class.LENS, float(np.log(focal)), 1.0, centre,
-                                       model_class.lens_start(float(np.clip(k1, -0.5, 0.5))), rotation, position,
-                                       np.zeros(len(problem.line_names))))
+                states.append(state(focal, float(np.clip(k1, -0.5, 0.5)), rotation, position))
         except FitFailed:
             pass  # the linear candidates remain
     return states
@@ -51,11 +56,3 @@ def _focals(found: PlaneStart, image_size: ImageSize, height_mm: float | None) -
         heights = np.array([pose_from_homography(plane_from_field, f)[1][2] for f in trial])
         focals.insert(0, float(trial[np.argmin(np.abs(heights - height_mm))]))
     return focals
-
-
-def _state(model_class: type[RayCamera], centre: Array, focal: float, found: PlaneStart,
-           problem: RayProblem) -> RayState:
-    rotation, position = pose_from_homography(np.linalg.inv(found.field_from_plane), focal)
-    k1 = float(np.clip(found.bend * focal**2, -1.0, 0.5))
-    return RayState(model_class.LENS, float(np.log(focal)), 1.0, centre, model_class.lens_start(k1), rotation, position,
-                    np.zeros(len(problem.line_names)))

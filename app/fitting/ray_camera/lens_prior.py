@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.geometry import ImageSize
+from app.core.geometry import Array, ImageSize
 from app.fitting.ray_camera.parameters import RayState
 from app.models import model_from_json
-from app.models.lens import Array
 from app.models.pinhole_lens import HELD, PinholeLens
 from app.models.ray_camera import RayCamera
 
@@ -39,7 +38,7 @@ class JointPrior:
         return by
 
 
-def held_lens(model_class: type[RayCamera], settings: Mapping[str, Any], image_size: ImageSize) -> PinholeLens | None:
+def held_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) -> PinholeLens | None:
     """The lens that the options hand over; BadInput if it is not this model's, or of another picture."""
     given = settings.get("lens")
     if given is None:
@@ -50,8 +49,8 @@ def held_lens(model_class: type[RayCamera], settings: Mapping[str, Any], image_s
         camera = model_from_json(given["name"], given["parameters"])
         lens = camera_lens(camera, given.get("covariance")) if isinstance(camera, RayCamera) else None
     name = lens.model if lens else given["name"]
-    if name != model_class.NAME:
-        raise BadInput(f"The held lens is {name}, the model to fit is {model_class.NAME}.",
+    if name != model:
+        raise BadInput(f"The held lens is {name}, the model to fit is {model}.",
                        f"Fit {name}, or hold another lens.", reason="bad-option")
     if lens.image_size != image_size:
         raise BadInput(f"The held lens is of pictures of {lens.image_size.width} × {lens.image_size.height} px, this "

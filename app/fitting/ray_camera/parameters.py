@@ -5,7 +5,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from app.models.lens import Array, Lens
+from app.core.geometry import Array
+from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
 from app.models.rotation import matrix_from_vector, vector_from_matrix
 

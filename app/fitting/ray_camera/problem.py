@@ -11,10 +11,10 @@ from dataclasses import field as member
 import numpy as np
 
 from app.core.field import Arc, Field, Landmark, Line, Region
+from app.core.geometry import Array
 from app.core.records import Observations
 from app.fitting.linear import Incidences, line_through
 from app.fitting.ray_camera.parameters import RayState
-from app.models.lens import Array
 
 FOOT_STEPS = 1  # from the last look's place, which was nearly right; the first look gets more
 FIRST_FOOT_STEPS = 12

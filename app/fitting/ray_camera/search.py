@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from app.core.errors import FitFailed
+from app.core.geometry import Array
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.ray_camera.distortion_prior import BendPrior
 from app.fitting.ray_camera.lens_prior import JointPrior
 from app.fitting.ray_camera.parameters import RayState
 from app.fitting.ray_camera.problem import Prior, RayProblem
-from app.models.lens import Array
 
 CLICK_PX = 0.5  # σ of a click before the clicks themselves tell
 START_STEPS = 8

@@ -2,22 +2,27 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Arc, Feature, Field, Landmark, Line, Region
-from app.core.geometry import MAX_COORDINATE, ImageSize, Points
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points
+from app.core.options import Option, read_options
+from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations, Warning
-from app.fitting.homography.fit import above_the_carpet
-from app.fitting.ray_camera.fit import check_inside_picture
+from app.fitting import FITTERS
+from app.fitting.clicks import above_the_carpet, check_inside_picture, inlier_masks
+from app.fitting.contract import Fitter, Sensitivity
+from app.fitting.options import CLICK_SIGMA, COMMON_OPTIONS
 from app.fitting.ray_camera.search import MAX_STRAYS, STRAY_PX, STRAY_SIGMAS
+from app.fitting.thin_plate.sensitivity import LatticeSensitivity
+from app.fitting.thin_plate.smoothing import Knowledge, Smoother, spline_through
 from app.fitting.thin_plate.uncertainty import BEND_NAMES, bend_covariance
-from app.models import MODELS, CameraModel, Progress, read_options
-from app.models.lens import Array
-from app.models.thin_plate import ThinPlate, frame, unfolded_reach
-from app.models.thin_plate_spline import Knowledge, Smoother, Spline, spline_through
+from app.models import CameraModel
+from app.models.thin_plate import BASES, ThinPlate, frame, unfolded_reach
+from app.models.thin_plate_spline import Spline
 
 MAX_CLICKS = 400  # a spline through n clicks solves n × n equations, and every drawn pixel looks at n knots
 ROUNDS, CHOOSING = 40, 2  # of finding where along its line each click lies; the first choose the smoothing anew
@@ -53,54 +58,73 @@ class _Settled:
     index: Array
 
 
-def fit_thin_plate(observations: Observations, field: Field, region: Region, image_size: ImageSize,
-                   options: Mapping[str, Any] | None, progress: Progress) -> Fit:
-    """Fit ThinPlate. Options: see its OPTIONS; "base_choices" are those that an earlier fit of the base made."""
-    given = dict(options or {})
-    base_choices = given.pop("base_choices", {})
-    settings = read_options(ThinPlate.OPTIONS, given)
-    check_inside_picture(observations, image_size)
-    flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
-    base_class = MODELS[settings["base"]]
-    known = {o.name for o in base_class.OPTIONS}
-    base_fit = base_class.fit(flat, field, region, image_size,
-                              {**{k: v for k, v in settings.items() if k in known}, **base_choices},
-                              lambda fraction, message: progress(0.6 * fraction, message))
-    base = base_fit.model
-    clicks = _gather(flat, field, region, base)
-    progress(0.7, "Bending what is left")
-    reachable = np.isfinite(clicks.base).all(axis=1) & np.isfinite(clicks.stretch).all(axis=(1, 2))
-    if reachable.mean() < 1 - MAX_STRAYS or (not settings["robust"] and not reachable.all()):
-        raise FitFailed("Clicks lie beyond the horizon of the model underneath.",
-                        "Check which line each click belongs to, or choose another base.", reason="no-camera")
-    fine = reachable.copy()
-    smoothing = settings["smoothing"]
-    if settings["robust"]:
-        fine[reachable] = _not_strays(clicks.only(reachable), base, smoothing)
-    settled = _settle(clicks.only(fine), base, smoothing)
-    spline, smoother, smoothing = settled.spline, settled.smoother, settled.smoothing
-    reach = unfolded_reach(base, spline)
-    if not reach:
-        raise _folds()
-    model = ThinPlate.of(base, spline, reach)
-    inliers = tuple(np.ones(len(o.points), bool) for o in observations)
-    warnings = []
-    for (i, k), ok, pixel in zip(clicks.owners, fine, clicks.raw, strict=True):
-        inliers[i][k] = ok
-        if not ok:
-            warnings.append(_stray(observations, i, k, pixel, model, clicks.features))
-    warnings += above_the_carpet(observations, "a thin-plate spline")
-    base_choices = {k: v for k, v in base_fit.notes.get("choices", {}).items() if k != "click_sigma_px"}
-    found = len(base_fit.parameter_names) or int(base_fit.notes.get("parameters", 0))
-    notes = {"parameters": found + round(smoother.effective_parameters(smoothing)),
-             "base": {"name": base.NAME, **{k: v for k, v in base_fit.notes.items() if k != "choices"}},
-             "smoothing": {"value": smoothing, "effective_parameters": smoother.effective_parameters(smoothing),
-                           "chosen": settings["smoothing"] is None},
-             "click_sigma_px": settings["click_sigma_px"] or smoother.sigma_px(smoothing),
-             "choices": {"base": base.NAME, "smoothing": smoothing, "base_choices": base_choices}}
-    covariance = _covariance(base_fit, clicks.only(fine), settled, settings["click_sigma_px"])
-    return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), tuple(warnings), notes,
-               covariance=covariance, parameter_names=BEND_NAMES)
+class ThinPlateFitter(Fitter):
+    MODEL: ClassVar[type[CameraModel]] = ThinPlate
+    OPTIONS: ClassVar[tuple[Option, ...]] = (
+        Option("base", "choice", "homography", "The model that is bent.", choices=BASES),
+        Option("smoothing", "float", None, "How stiff the spline is; 0 passes through every click. Empty: chosen by "
+               "cross-validation.", (0, 1e4)),
+        CLICK_SIGMA,
+        *COMMON_OPTIONS,
+    )
+
+    @classmethod
+    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+        return ("8 points on four lines, two each way, for the model underneath; nine on each border and as many again "
+                "on lines inside the field to bend it.")
+
+    @classmethod
+    def sensitivity(cls, model: ThinPlate) -> Sensitivity:
+        return LatticeSensitivity(model)
+
+    @classmethod
+    def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
+            options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
+        """Fit the base, then the spline to what it leaves.
+
+        Options: OPTIONS; "base_choices" are those that an earlier fit of the base made."""
+        given = dict(options or {})
+        base_choices = given.pop("base_choices", {})
+        settings = read_options(cls.OPTIONS, given)
+        check_inside_picture(observations, image_size)
+        flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
+        base_fitter = FITTERS[settings["base"]]
+        known = {o.name for o in base_fitter.OPTIONS}
+        base_fit = base_fitter.fit(flat, field, region, image_size,
+                                   {**{k: v for k, v in settings.items() if k in known}, **base_choices},
+                                   lambda fraction, message: progress(0.6 * fraction, message))
+        base = base_fit.model
+        clicks = _gather(flat, field, region, base)
+        progress(0.7, "Bending what is left")
+        reachable = np.isfinite(clicks.base).all(axis=1) & np.isfinite(clicks.stretch).all(axis=(1, 2))
+        if reachable.mean() < 1 - MAX_STRAYS or (not settings["robust"] and not reachable.all()):
+            raise FitFailed("Clicks lie beyond the horizon of the model underneath.",
+                            "Check which line each click belongs to, or choose another base.", reason="no-camera")
+        fine = reachable.copy()
+        smoothing = settings["smoothing"]
+        if settings["robust"]:
+            fine[reachable] = _not_strays(clicks.only(reachable), base, smoothing)
+        settled = _settle(clicks.only(fine), base, smoothing)
+        spline, smoother, smoothing = settled.spline, settled.smoother, settled.smoothing
+        reach = unfolded_reach(base, spline)
+        if not reach:
+            raise _folds()
+        model = ThinPlate.of(base, spline, reach)
+        inliers = inlier_masks(observations, clicks.owners, fine)
+        warnings = [_stray(observations, i, k, pixel, model, clicks.features)
+                    for (i, k), ok, pixel in zip(clicks.owners, fine, clicks.raw, strict=True) if not ok]
+        warnings += above_the_carpet(observations, "a thin-plate spline")
+        base_choices = {k: v for k, v in base_fit.notes.get("choices", {}).items() if k != "click_sigma_px"}
+        found = len(base_fit.parameter_names) or int(base_fit.notes.get("parameters", 0))
+        notes = {"parameters": found + round(smoother.effective_parameters(smoothing)),
+                 "base": {"name": base.NAME, **{k: v for k, v in base_fit.notes.items() if k != "choices"}},
+                 "smoothing": {"value": smoothing, "effective_parameters": smoother.effective_parameters(smoothing),
+                               "chosen": settings["smoothing"] is None},
+                 "click_sigma_px": settings["click_sigma_px"] or smoother.sigma_px(smoothing),
+                 "choices": {"base": base.NAME, "smoothing": smoothing, "base_choices": base_choices}}
+        covariance = _covariance(base_fit, clicks.only(fine), settled, settings["click_sigma_px"])
+        return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), tuple(warnings), notes,
+                   covariance=covariance, parameter_names=BEND_NAMES)
 
 
 def _covariance(base_fit: Fit, clicks: _Clicks, settled: _Settled, sigma_px: float | None,

@@ -12,10 +12,11 @@ Kept is the covariance of δq at the lattice; a thin-plate spline through the la
 
 import numpy as np
 
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
 from app.core.records import Fit
-from app.models.lens import Array
-from app.models.thin_plate_spline import Knowledge, Smoother, Spline, equations, hat_matrix, kernel, pull
+from app.fitting import sensitivity_of
+from app.fitting.thin_plate.smoothing import Knowledge, Smoother, equations, hat_matrix, pull
+from app.models.thin_plate_spline import Spline, kernel
 
 LATTICE = (7, 5)  # columns, rows: finer bends than these can follow are known no better than their clicks
 MARGIN = 0.05  # of the field's extent: how far outside it the lattice begins
@@ -77,7 +78,7 @@ def _by_base(base_fit: Fit, corrected: Points) -> Array:
     base = base_fit.model
     place = np.concatenate([base.field_from_corrected(corrected), np.zeros((len(corrected), 1))], axis=1)
     px_per_mm = base.corrected_from_field(np.eye(2)) - base.corrected_from_field(np.zeros((2, 2)))
-    by = np.einsum("nik,ij->njk", base.field_jacobian(place, base_fit.parameter_names), px_per_mm)
+    by = np.einsum("nik,ij->njk", sensitivity_of(base).field_jacobian(place, base_fit.parameter_names), px_per_mm)
     return np.where(np.isfinite(by), by, 0.0)
 
 

@@ -15,10 +15,9 @@ from math import sqrt
 
 import numpy as np
 
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
 from app.fitting.least_squares import minimise
 from app.fitting.two_view.epipolar import EpipolarState, lifted, normaliser, sampson_px, seven_point
-from app.models.lens import Array
 
 SIGMAS_PX = np.geomspace(0.08, 2.0, 5)
 SHARES = (0.2, 0.5, 0.8, 0.97)

@@ -11,8 +11,7 @@ from typing import Self
 
 import numpy as np
 
-from app.core.geometry import Points
-from app.models.lens import Array
+from app.core.geometry import Array, Points
 from app.models.rotation import cross_matrix, matrix_from_vector
 
 

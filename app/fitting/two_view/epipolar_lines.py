@@ -9,9 +9,8 @@ other camera's own place by way of the ray, and on past where the ray ends, or i
 
 import numpy as np
 
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points
 from app.fitting.two_view.epipolar import lifted
-from app.models.lens import Array
 from app.models.ray_camera import RayCamera
 
 COARSE, FINE = 181, 65  # steps of a degree at most find the part in the picture, which is then walked finely

@@ -11,10 +11,9 @@ from math import lgamma, log
 import numpy as np
 
 from app.core.errors import BadInput, FitFailed
-from app.core.geometry import Points, as_points
+from app.core.geometry import Array, Points, as_points
 from app.fitting.two_view.consensus import PARAMETERS, Consensus, consensus
 from app.fitting.two_view.epipolar import EpipolarState, epipolar_px, lifted, normaliser, sampson_px
-from app.models.lens import Array
 
 MIN_MATCHES = 12  # seven are used up by the answer; the rest must bear it out
 MAX_MATCHES = 20_000

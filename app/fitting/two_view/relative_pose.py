@@ -13,12 +13,11 @@ from typing import Self
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
 from app.fitting.least_squares import minimise
 from app.fitting.two_view.consensus import TAIL
 from app.fitting.two_view.epipolar import epipolar_px, lifted, sampson_jacobian
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
-from app.models.lens import Array
 from app.models.ray_camera import RayCamera
 from app.models.rotation import cross_matrix, matrix_from_vector, nearest_rotation
 

@@ -10,6 +10,7 @@ from app.core.errors import TouchlineError
 from app.core.records import Fit
 from app.evaluate.fit.covariance_json import told_covariance
 from app.evaluate.fit.uncertainty import expected_error
+from app.fitting import sensitivity_of
 from app.models import raw_from_field
 from app.scene.geometry.scene_camera import Standing
 
@@ -44,7 +45,7 @@ def _in_camera(place: NDArray[np.float64], camera: Standing) -> dict[str, Any]:
 
 def _sigma(camera: Standing, place: NDArray[np.float64], z_mm: float) -> float | None:
     model = camera.model
-    if camera.calibration.covariance is None or not hasattr(model, "field_jacobian") or (z_mm and camera.hung is None):
+    if camera.calibration.covariance is None or sensitivity_of(model) is None or (z_mm and camera.hung is None):
         return None
     try:
         names, matrix = told_covariance(camera.calibration.covariance, model)

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Protocol, Self
 
 from app.core.errors import BadInput, NotFound, Unavailable
+from app.core.options import Option
 from app.core.records import Frame
-from app.models import Option
 from app.sources import Control, Identity
 from app.sources.industrial.features import FEATURES, Nodes, controls_of, write_control
 from app.sources.industrial.pixel_formats import FORMATS, Pixels, best_of, known

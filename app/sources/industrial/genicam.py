@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 from urllib.parse import quote
 
 from app.core.errors import NotFound, Unavailable
-from app.models import Option
+from app.core.options import Option
 from app.sources import Identity, Surroundings
 from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource, of_several
 from app.sources.industrial.genicam_producers import (

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 
 from app.core.errors import BadImage, NotFound, Unavailable
+from app.core.options import Option
 from app.core.records import Frame
-from app.models import Option
 from app.sources import PlainSource, Surroundings
 from app.sources.local.files import by_name, file_within, folder_within, pictures_folder, read_bytes
 

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from app.core.errors import BadInput, Unavailable
+from app.core.options import Option
 from app.core.records import Frame
-from app.models import Option
 from app.sources import Control, Identity, Surroundings
 from app.sources.local.v4l2_controls import SIZE, Device, read_controls, set_control
 from app.sources.local.v4l2_devices import device_of

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from app.core.errors import BadImage, Unavailable
+from app.core.options import Option
 from app.core.records import Frame
-from app.models import Option
 from app.sources import Identity, PlainSource, Surroundings
 from app.sources.network.endpoint import Place, hardware_address
 from app.sources.network.http_client import HttpLine

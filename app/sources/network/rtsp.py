@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Self
 import cv2
 
 from app.core.errors import Unavailable
+from app.core.options import Option
 from app.core.records import Frame
-from app.models import Option
 from app.sources import Identity, PlainSource, Surroundings
 from app.sources.ffmpeg import open_capture
 from app.sources.network.endpoint import Place, connect, hardware_address

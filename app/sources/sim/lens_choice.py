@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from app.core.errors import BadInput
-from app.models import Option
+from app.core.options import Option
 from app.sources.sim.lens import LENSES, Lens
 
 TERMS = ("k", "a", "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")

@@ -12,8 +12,8 @@ import numpy as np
 from app.core.errors import BadInput, Unavailable
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
+from app.core.options import Option
 from app.core.records import Frame
-from app.models import Option
 from app.sources import Control, Identity, Surroundings, named_field
 from app.sources.sim import timecode
 from app.sources.sim.camera import SimCamera

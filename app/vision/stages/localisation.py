@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import ImageSize, Points
+from app.models import RayModel
 
 Jacobians = NDArray[np.float64]  # (n, 2, 2)
 _STEP_PX = 1.0
@@ -23,17 +24,19 @@ class View:
     """model: a camera model, or None where there is no calibration: a pixel then is mm_per_px everywhere.
 
     eye_mm: where the camera hangs, told by hand for a model without rays, so that heights are allowed for.
+    has_rays: the model can unproject to any height.
     """
 
     image_size: ImageSize
     model: Any = None
     flat_mm_per_px: float = 1.0
     eye_mm: tuple[float, float, float] | None = None
+    has_rays: bool = False
     _cache: dict = field(default_factory=dict)
 
     @classmethod
     def of(cls, model: Any, eye_mm: tuple[float, float, float] | None = None) -> Self:
-        return cls(model.image_size, model, eye_mm=eye_mm)
+        return cls(model.image_size, model, eye_mm=eye_mm, has_rays=isinstance(model, RayModel))
 
     @classmethod
     def flat(cls, image_size: ImageSize, mm_per_px: float) -> Self:
@@ -46,14 +49,14 @@ class View:
 
     @property
     def knows_heights(self) -> bool:
-        return hasattr(self.model, "unproject") or self.eye_mm is not None
+        return self.has_rays or self.eye_mm is not None
 
     def field_from_raw(self, pixels: Points, z_mm: float = 0.0) -> Points:
         """(..., 2) px to (..., 2) mm in the plane at z_mm, on the carpet if heights are unknown; NaN out of reach."""
         pixels = np.asarray(pixels, float)
         if self.model is None:
             return (pixels - np.array(self.image_size.centre)) * (self.flat_mm_per_px, -self.flat_mm_per_px)
-        if hasattr(self.model, "unproject"):
+        if self.has_rays:
             return self.model.unproject(pixels, z_mm)
         carpet = self.model.field_from_corrected(self.model.corrected_from_raw(pixels))
         if self.eye_mm is None or not z_mm:

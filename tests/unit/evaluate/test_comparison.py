@@ -10,7 +10,8 @@ from app.core.geometry import ImageSize
 from app.core.records import Observation, observations_from_json
 from app.evaluate.fit.difference import difference_report
 from app.evaluate.fit.folds import folds_for
-from app.models import MODELS, field_from_raw
+from app.fitting import FITTERS
+from app.models import MODELS, RayModel, field_from_raw
 from app.sources.sim.clicks import border_observations, known_grid, rms_mm
 from app.store.fields import load_fields
 from app.workflows import calibration
@@ -51,7 +52,7 @@ def test_the_ranking_is_near_the_truth(lens):
     raw, truth = known_grid(camera, REGION, 21, 17)
     found = calibration.compare(clicks(lens), FIELD, REGION, SIZE, QUICK)
     for row in found["ranking"]:
-        model = MODELS[row["model"]].fit(clicks(lens), FIELD, REGION, SIZE).model
+        model = FITTERS[row["model"]].fit(clicks(lens), FIELD, REGION, SIZE).model
         error = rms_mm(field_from_raw(model, raw), truth)
         assert row["field_mm"] == pytest.approx(error, rel=1.0, abs=2.5)
 
@@ -107,7 +108,7 @@ def test_every_model_is_fitted_to_real_clicks_ranked_and_the_choice_explained(na
     rows = {row["model"]: row for row in found["ranking"]}
     assert set(rows) == set(MODELS)
     assert all(row["parameters"] >= 7 for row in rows.values())
-    assert hasattr(MODELS[found["recommended"]], "project")
+    assert issubclass(MODELS[found["recommended"]], RayModel)
     assert all(rows[model]["field_mm"] > 2 * rows[found["recommended"]]["field_mm"] for model in worse)
     assert found["reason"].startswith(rows[found["recommended"]]["title"]) and found["reason"].count(".") >= 1
 

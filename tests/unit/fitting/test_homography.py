@@ -9,6 +9,7 @@ from app.core.errors import FitFailed
 from app.core.field import BORDERS
 from app.core.geometry import ImageSize
 from app.core.records import Observation
+from app.fitting.homography.fit import HomographyFitter
 from app.fitting.homography.parameters import HomographyState
 from app.models import field_from_raw, parameters_json, raw_from_field
 from app.models.homography import Homography
@@ -38,7 +39,7 @@ def circle_seen(model, count=24, noise_px=0.0, seed=0):
 @pytest.mark.parametrize("truth", [DOWN, TILTED], ids=["down", "tilted"])
 def test_noise_costs_a_millimetre_not_more(truth):
     errors = [np.sqrt(np.mean(carpet_error_mm(
-        Homography.fit(clicks(truth, seed=seed), FIELD, FULL, SIZE).model, truth) ** 2)) for seed in range(8)]
+        HomographyFitter.fit(clicks(truth, seed=seed), FIELD, FULL, SIZE).model, truth) ** 2)) for seed in range(8)]
     assert np.median(errors) < 1.2  # mm: 0.3 px are 1.4 mm here, and 36 clicks share eight unknowns
 
 
@@ -47,7 +48,7 @@ def test_the_stated_sigma_is_the_one_that_is_seen():
     corners = np.array([[-2000, -1500], [2000, -1500], [-2000, 1500], [2000, 1500.0]])
     moved, told = [], []
     for seed in range(60):
-        fit = Homography.fit(clicks(TILTED, seed=seed), FIELD, FULL, SIZE, {"click_sigma_px": NOISE_PX})
+        fit = HomographyFitter.fit(clicks(TILTED, seed=seed), FIELD, FULL, SIZE, {"click_sigma_px": NOISE_PX})
         moved.append(field_from_raw(fit.model, raw_from_field(TILTED, corners)) - corners)
         _, by_point, by = HomographyState.of(fit.model).project_jacobian(np.hstack([corners, np.zeros((4, 1))]))
         by_field = np.linalg.solve(by_point[:, :, :2], by)
@@ -74,8 +75,8 @@ def test_the_derivatives_are_those_of_the_projection():
 
 def test_an_arc_helps_as_much_as_lines_do():
     few = clicks(TILTED, per_border=3, seed=4)
-    alone = Homography.fit(few, FIELD, FULL, SIZE, {"click_sigma_px": NOISE_PX})
-    helped = Homography.fit((*few, circle_seen(TILTED, noise_px=NOISE_PX)), FIELD, FULL, SIZE,
+    alone = HomographyFitter.fit(few, FIELD, FULL, SIZE, {"click_sigma_px": NOISE_PX})
+    helped = HomographyFitter.fit((*few, circle_seen(TILTED, noise_px=NOISE_PX)), FIELD, FULL, SIZE,
                             {"click_sigma_px": NOISE_PX})
     assert np.trace(helped.covariance) < 0.8 * np.trace(alone.covariance)
     assert np.sqrt(np.mean(carpet_error_mm(helped.model, TILTED) ** 2)) < 2.5
@@ -87,7 +88,7 @@ def test_strays_are_named_and_left_out(far_px):
     spoilt = observations[0].points.copy()
     spoilt[4, 0] += far_px
     observations[0] = replace(observations[0], points=spoilt)
-    fit = Homography.fit(tuple(observations), FIELD, FULL, SIZE)
+    fit = HomographyFitter.fit(tuple(observations), FIELD, FULL, SIZE)
     assert [(w.reason, w.feature, w.index) for w in fit.warnings] == [("stray-click", "left", 4)]
     assert fit.inliers[0].tolist() == [k != 4 for k in range(9)]
     assert carpet_error_mm(fit.model, TILTED).max() < 5
@@ -103,24 +104,24 @@ def test_four_wild_clicks_among_thirty_six_are_found():
             spoilt = observations[i].points.copy()
             spoilt[rng.integers(9)] = rng.uniform([0, 0], tuple(SIZE))
             observations[i] = replace(observations[i], points=spoilt)
-        fit = Homography.fit(tuple(observations), FIELD, FULL, SIZE)
+        fit = HomographyFitter.fit(tuple(observations), FIELD, FULL, SIZE)
         right += carpet_error_mm(fit.model, TILTED).max() < 6
     assert right >= 11
 
 
 def test_points_above_the_carpet_are_left_out_and_said_so():
     hat = Observation((0.0, 0.0), "landmark", np.array([[640.0, 400.0]]), z_mm=150.0)
-    with_hat = Homography.fit((*clicks(DOWN), hat), FIELD, FULL, SIZE)
+    with_hat = HomographyFitter.fit((*clicks(DOWN), hat), FIELD, FULL, SIZE)
     assert with_hat.used == (True, True, True, True, False)
     assert [w.reason for w in with_hat.warnings] == ["above-the-carpet"]
-    assert with_hat.model == Homography.fit(clicks(DOWN), FIELD, FULL, SIZE).model
+    assert with_hat.model == HomographyFitter.fit(clicks(DOWN), FIELD, FULL, SIZE).model
 
 
 def test_a_mirrored_field_is_refused():
     swapped = {"left": "right", "right": "left"}
     observations = tuple(replace(o, feature=swapped.get(o.feature, o.feature)) for o in clicks(TILTED))
     with pytest.raises(FitFailed) as refusal:
-        Homography.fit(observations, FIELD, FULL, SIZE)
+        HomographyFitter.fit(observations, FIELD, FULL, SIZE)
     assert refusal.value.reason == "mirrored"
 
 
@@ -134,7 +135,7 @@ def test_lines_that_are_not_enough_are_refused_with_or_without_noise(names, nois
         places = raw_from_field(TILTED, FIELD.feature(name, FULL).sample(12))
         observations.append(Observation(name, "line", places + rng.normal(0, noise_px, places.shape)))
     with pytest.raises(FitFailed) as refusal:
-        Homography.fit(tuple(observations), FIELD, FULL, SIZE)
+        HomographyFitter.fit(tuple(observations), FIELD, FULL, SIZE)
     assert refusal.value.reason in ("lines-not-enough", *(["no-camera"] if noise_px > 1 else []))
 
 
@@ -147,7 +148,7 @@ def test_clicks_in_one_corner_do_not_tell_where_the_far_corner_is():
         places = raw_from_field(TILTED, np.linspace(start, end, 6)) + rng.normal(0, NOISE_PX, (6, 2))
         observations.append(Observation(name, "line", places))
     with pytest.raises(FitFailed, match=r"corner may lie anywhere within [0-9.e+]+ mm") as refusal:
-        Homography.fit(tuple(observations), FIELD, FULL, SIZE)
+        HomographyFitter.fit(tuple(observations), FIELD, FULL, SIZE)
     assert refusal.value.reason == "lines-not-enough"
 
 
@@ -155,14 +156,14 @@ def test_all_points_on_one_line_are_refused():
     on_one = np.stack([np.linspace(100, 1100, 9), np.linspace(200, 700, 9)], axis=1)
     observations = tuple(Observation(name, "line", on_one) for name in BORDERS)
     with pytest.raises(FitFailed) as refusal:
-        Homography.fit(observations, FIELD, FULL, SIZE)
+        HomographyFitter.fit(observations, FIELD, FULL, SIZE)
     assert refusal.value.reason in ("lines-not-enough", "no-camera", "mirrored")
 
 
 def test_a_click_outside_the_picture_is_named():
     outside = (*clicks(DOWN), Observation("circle", "line", np.array([[1400.0, 10.0]])))
     with pytest.raises(FitFailed) as refusal:
-        Homography.fit(outside, FIELD, FULL, SIZE)
+        HomographyFitter.fit(outside, FIELD, FULL, SIZE)
     assert refusal.value.reason == "outside-picture"
 
 
@@ -179,13 +180,14 @@ def test_beyond_the_horizon_there_is_no_carpet():
 
 
 def test_its_matrix_has_the_determinant_that_makes_it_unique():
-    for model in (*Homography.examples(), Homography.fit(clicks(TILTED), FIELD, FULL, SIZE).model):
+    for model in (*Homography.examples(), HomographyFitter.fit(clicks(TILTED), FIELD, FULL, SIZE).model):
         assert np.linalg.det(np.array(model.field_from_raw)) == pytest.approx(-1, abs=1e-9)
 
 
 def test_a_fit_that_starts_at_its_own_answer_stays_there():
-    first = Homography.fit(clicks(TILTED), FIELD, FULL, SIZE)
-    again = Homography.fit(clicks(TILTED), FIELD, FULL, SIZE, {"start": parameters_json(first.model), "robust": False})
+    first = HomographyFitter.fit(clicks(TILTED), FIELD, FULL, SIZE)
+    again = HomographyFitter.fit(clicks(TILTED), FIELD, FULL, SIZE,
+                                 {"start": parameters_json(first.model), "robust": False})
     assert carpet_error_mm(again.model, first.model).max() < 1e-3
     assert first.notes["choices"]["start"] == parameters_json(first.model)
 
@@ -197,7 +199,7 @@ def test_field_lines_that_err_are_found_when_they_may():
         line = FIELD.feature(name, FULL)
         aside = np.array([20.0, 0.0]) if name == "at-x-2" else 0.0
         observations.append(Observation(name, "line", raw_from_field(TILTED, line.sample(9) + aside)))
-    fit = Homography.fit(tuple(observations), FIELD, FULL, SIZE, {"line_sigma_mm": 10.0})
+    fit = HomographyFitter.fit(tuple(observations), FIELD, FULL, SIZE, {"line_sigma_mm": 10.0})
     offsets = fit.notes["line_offsets_mm"]
     assert max(offsets, key=lambda name: abs(offsets[name])) == "at-x-2"
     assert 14 < abs(offsets["at-x-2"]) < 20
@@ -211,4 +213,4 @@ def test_a_picture_that_falls_onto_one_line_is_no_view_of_a_field():
         observations = tuple(Observation(name, "line", rng.uniform([0, 0], [1279, 1023], (n, 2)))
                              for name, n in counts.items())
         with pytest.raises(FitFailed):
-            Homography.fit(observations, FIELD, FULL, SIZE)
+            HomographyFitter.fit(observations, FIELD, FULL, SIZE)

@@ -102,7 +102,7 @@ def test_a_lens_calibrated_at_one_pose_is_held_at_another_with_an_honest_error()
 
 def test_of_a_calibrations_covariance_only_the_lenss_part_is_held():
     fit = fitted(CAMERA, 0, terms=("k1",))
-    lens = held_lens(type(fit.model), taken_over(fit), SIZE)
+    lens = held_lens(fit.model.NAME, taken_over(fit), SIZE)
     assert lens.estimated == ("log_focal", "k1")
     assert lens.sigma["k1"] == pytest.approx(np.sqrt(fit.covariance[fit.parameter_names.index("k1")][
         fit.parameter_names.index("k1")]))

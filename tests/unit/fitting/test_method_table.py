@@ -8,8 +8,8 @@ with the model relation, a 5 × 5 grid of known points as well. Medians of six s
 import numpy as np
 import pytest
 
+from app.fitting.polynomial.fit import PolynomialFitter
 from app.models import field_from_raw
-from app.models.polynomial import Polynomial
 from app.sources.sim.clicks import border_observations, known_grid, landmark_observations, rms_mm
 from app.sources.sim.reference import SIZE, reference_camera, reference_field
 
@@ -28,7 +28,8 @@ def reached(lens: str, tilt_deg: float) -> tuple[float, float]:
         rng = np.random.default_rng(seed)
         borders = border_observations(camera, region, 9, 0.3, rng)
         known = landmark_observations(*known_grid(camera, region, 5, 5), 0.3, rng)
-        models = [Polynomial.fit(o, field, region, SIZE, {"degree": 4}).model for o in (borders, (*borders, *known))]
+        models = [PolynomialFitter.fit(o, field, region, SIZE, {"degree": 4}).model
+                  for o in (borders, (*borders, *known))]
         found.append([rms_mm(field_from_raw(model, raw), truth) for model in models])
     linear, related = np.median(found, axis=0)
     return float(linear), float(related)

@@ -11,8 +11,8 @@ from app.fitting.plumb_line.fit import fit_plumb
 from app.fitting.plumb_line.line_sag import bow_px, bow_verdict
 from app.fitting.plumb_line.problem import Bent, Chains
 from app.fitting.plumb_line.search import with_lines
-from app.models.division_even import EvenDivisionLens
-from app.models.lens import rays_of
+from app.models.lenses.even_division import EvenDivisionLens
+from app.models.lenses.projection import rays_of
 from app.models.plumb_line import LENSES, PlumbLens
 from app.workflows.straight_lines import straightness
 from tests.support.straight_edges import FLOOR_PX, SIZE, arc, lens_of, lines_seen

@@ -9,6 +9,7 @@ from app.core.errors import BadInput, FitFailed
 from app.core.field import BORDERS
 from app.core.geometry import ImageSize
 from app.core.records import Observation
+from app.fitting.polynomial.fit import PolynomialFitter
 from app.models import field_from_raw
 from app.models.polynomial import Polynomial
 from tests.support.fields import FULL, HALF, grid, marks_seen, plain_field, seen
@@ -18,7 +19,7 @@ BARREL, PINCUSHION, TILTED = Polynomial.examples()
 
 
 def fit(observations, region=FULL, size=SIZE, **options):
-    return Polynomial.fit(observations, plain_field(region), region, size, options)
+    return PolynomialFitter.fit(observations, plain_field(region), region, size, options)
 
 
 def clicks(model=PINCUSHION, count=9, noise_px=0.0, seed=0):
@@ -214,7 +215,7 @@ def test_each_border_may_have_its_own_degree():
 
 def test_progress_is_told_and_may_stop_the_fit():
     told = []
-    Polynomial.fit(clicks(), plain_field(), FULL, SIZE, None, lambda share, words: told.append((share, words)))
+    PolynomialFitter.fit(clicks(), plain_field(), FULL, SIZE, None, lambda share, words: told.append((share, words)))
     assert told == sorted(told) and all(words for _, words in told)
 
     class Stop(Exception):
@@ -223,4 +224,4 @@ def test_progress_is_told_and_may_stop_the_fit():
     def stop(share, words):
         raise Stop
     with pytest.raises(Stop):
-        Polynomial.fit(clicks(), plain_field(), FULL, SIZE, None, stop)
+        PolynomialFitter.fit(clicks(), plain_field(), FULL, SIZE, None, stop)

@@ -12,13 +12,14 @@ from app.core.field import Arc, Field
 from app.core.records import Observation
 from app.evaluate.fit.observability import observability_warnings, weakest_direction
 from app.evaluate.fit.uncertainty import HAT_MM, expected_error
-from app.models import MODELS, field_from_raw, parameters_json
+from app.fitting import FITTERS
+from app.models import MODELS, RayModel, field_from_raw, parameters_json
 from app.sources.sim.clicks import border_observations, known_grid, landmark_observations, rms_mm
 from app.workflows import calibration
 from tests.support.fields import plain_field
 from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera
 
-RAYS = [name for name in MODELS if hasattr(MODELS[name], "project")]
+RAYS = [name for name in MODELS if issubclass(MODELS[name], RayModel)]
 SEEDS = range(8)
 
 
@@ -41,7 +42,7 @@ def test_known_positions_along_the_border_reach_more():
             raw.append(camera.raw_from_field(places))
             field.append(places)
         spots = landmark_observations(np.concatenate(raw), np.concatenate(field), 0.3, rng)
-        model = MODELS["brown-conrady"].fit(spots, FIELD, REGION, SIZE, {"terms": ["k1", "k2"], "height_mm": {
+        model = FITTERS["brown-conrady"].fit(spots, FIELD, REGION, SIZE, {"terms": ["k1", "k2"], "height_mm": {
             "value": camera.position_mm[2], "sigma": 30.0}}).model
         grid, truth = known_grid(camera, REGION, 21, 17)
         errors.append(rms_mm(field_from_raw(model, grid), truth))
@@ -90,7 +91,7 @@ def test_arcs_landmarks_and_lines_mix_freely(model):
     circle, line = Observation("circle", "line", round_), Observation("at-x-1", "line", straight)
     spot = Observation("mark-1-3", "landmark", camera.raw_from_field(np.array([field.landmarks["mark-1-3"].position])))
     borders = border_observations(camera, REGION, 6, 0.3, rng, anywhere=True)
-    fit = MODELS[model].fit((*borders, circle, line, spot), field, REGION, SIZE)
+    fit = FITTERS[model].fit((*borders, circle, line, spot), field, REGION, SIZE)
     raw, truth = known_grid(camera, REGION, 11, 9)
     assert rms_mm(field_from_raw(fit.model, raw), truth) < (12 if model == "ssl" else 4)
     assert all(fit.used)
@@ -103,9 +104,9 @@ def test_a_stray_click_is_named_and_changes_next_to_nothing(model, border):
     observations = border_observations(camera, REGION, 9, 0.3, np.random.default_rng(5), anywhere=True)
     off = np.array([[25.0, 0.0]] if border == "left" else [[0.0, 25.0]]) * (np.arange(9) == 4)[:, None]
     spoilt = tuple(replace(o, points=o.points + off) if o.feature == border else o for o in observations)
-    fit = MODELS[model].fit(spoilt, FIELD, REGION, SIZE)
+    fit = FITTERS[model].fit(spoilt, FIELD, REGION, SIZE)
     assert [(w.reason, w.feature, w.index) for w in fit.warnings] == [("stray-click", border, 4)]
-    clean = MODELS[model].fit(observations, FIELD, REGION, SIZE)
+    clean = FITTERS[model].fit(observations, FIELD, REGION, SIZE)
     raw, _ = known_grid(camera, REGION, 9, 7)
     assert rms_mm(field_from_raw(fit.model, raw), field_from_raw(clean.model, raw)) < 3
 
@@ -123,7 +124,7 @@ def test_lines_painted_beside_their_places_are_found():
     raw, truth = known_grid(camera, REGION, 11, 9)
     errors = {}
     for sigma in (0.0, 10.0):
-        fit = MODELS["brown-conrady"].fit((*borders, *seen), field, REGION, SIZE,
+        fit = FITTERS["brown-conrady"].fit((*borders, *seen), field, REGION, SIZE,
                                           {"line_sigma_mm": sigma, "robust": False, "terms": ["k1", "k2"]})
         errors[sigma] = rms_mm(field_from_raw(fit.model, raw), truth)
     offsets = fit.notes["line_offsets_mm"]
@@ -141,7 +142,7 @@ def test_a_known_lens_is_held():
     assert fit.model.focal_px == pytest.approx(known.focal_px)
     assert carpet_and_hat_mm(fit, camera)[1] < 8
     with pytest.raises(BadInput, match="division"):
-        MODELS["division"].fit(border_observations(camera, REGION, 9), FIELD, REGION, SIZE, {"lens": lens})
+        FITTERS["division"].fit(border_observations(camera, REGION, 9), FIELD, REGION, SIZE, {"lens": lens})
 
 
 def test_expected_error_is_the_observed_one():
@@ -163,7 +164,7 @@ def test_the_next_best_click_lowers_the_worst_error_as_promised():
     assert told["worst_mm_then"] < told["worst_mm"]
     added = Observation(told["feature"], "line", [told["point"]])
     observations = border_observations(camera, REGION, 9, 0.3, np.random.default_rng(2), anywhere=True)
-    after = MODELS["brown-conrady"].fit((*observations, added), FIELD, REGION, SIZE,
+    after = FITTERS["brown-conrady"].fit((*observations, added), FIELD, REGION, SIZE,
                                         {"terms": ["k1", "k2"], "click_sigma_px": 0.3})
     assert expected_error(after, REGION, told["z_mm"]).worst[0] == pytest.approx(told["worst_mm_then"], rel=0.1)
     assert before.covariance is not None
@@ -187,7 +188,7 @@ def mirrored(observations):
 def test_degenerate_clicks_are_refused_by_name(model, spoil, reason):
     observations = spoil(border_observations(reference_camera("half", 8), REGION, 9))
     with pytest.raises(FitFailed) as refusal:
-        MODELS[model].fit(observations, FIELD, REGION, SIZE)
+        FITTERS[model].fit(observations, FIELD, REGION, SIZE)
     assert refusal.value.fix
     assert reason is None or refusal.value.reason == reason
 
@@ -215,7 +216,7 @@ def test_whatever_finite_clicks_come_it_answers_with_numbers_or_refuses(borders,
     observations = tuple(Observation(name, "line", np.array(p, float).reshape(-1, 2))
                          for name, p in zip(("left", "right", "top", "bottom"), borders, strict=True))
     try:
-        made = MODELS[model].fit(observations, FIELD, REGION, SIZE)
+        made = FITTERS[model].fit(observations, FIELD, REGION, SIZE)
     except TouchlineError as refusal:
         assert refusal.fix
     else:

@@ -16,7 +16,7 @@ from app.formats import EXPORTS
 from app.formats.approximation import own_camera
 from app.formats.camera_file import CameraFile
 from app.imaging.correction import correction_map
-from app.models import MODELS, field_from_raw, model_from_json, parameters_json
+from app.models import MODELS, RayModel, field_from_raw, model_from_json, parameters_json
 from app.models.polynomial import Polynomial
 from app.models.top_view import VIEW_FIELDS
 from app.workflows import interchange
@@ -109,7 +109,7 @@ def test_the_nearest_that_a_format_can_hold_errs_by_what_it_says(format, name, i
     assert error.max() <= made.loss.worst_mm * 1.1 + 1e-3
     assert error.max() >= made.loss.rms_mm * 0.5 - 1e-3
     assert made.loss.worst_mm < (40 if name == "polynomial" else 18)  # not a wrong sign: that is hundreds
-    if hasattr(model, "project"):
+    if isinstance(model, RayModel):
         flat = seen_places(model, made.loss.hat_height_mm)
         hats = np.linalg.norm(back.unproject(model.project(flat), made.loss.hat_height_mm) - flat[:, :2], axis=1)
         assert hats.max() <= made.loss.hat_worst_mm * 1.1 + 1e-3

@@ -8,8 +8,9 @@ import pytest
 
 from app.core.errors import BadInput, Conflict, TouchlineError
 from app.core.geometry import ImageSize
+from app.fitting import FITTERS
 from app.formats import EXPORTS
-from app.models import MODELS, model_from_json
+from app.models import model_from_json
 from app.store.fields import load_fields
 from app.workflows import interchange
 from app.workflows.interchange import Wanted
@@ -115,7 +116,7 @@ def test_a_file_of_another_program_is_a_lens_that_a_fit_can_hold(format):
                      aspect=record["lens"]["aspect"], centre_px=tuple(record["lens"]["centre_px"]),
                      image_size=ImageSize(*record["image_size"]), position_mm=(0.0, 0.0, 5500.0))
     clicks = seen(camera, camera.region, ends=0.25)
-    fit = MODELS[record["model"]].fit(clicks, field_around(camera.region), camera.region, camera.image_size,
+    fit = FITTERS[record["model"]].fit(clicks, field_around(camera.region), camera.region, camera.image_size,
                                       {"lens": {"name": record["model"], "lens": record["lens"]}})
     assert fit.model.position_mm == pytest.approx(camera.position_mm, abs=0.5)
 

@@ -13,7 +13,7 @@ from app.league.geometry_packet import Wiring, packet_of, spoken, wired
 from app.league.multicast_address import NetworkTrouble, Route, is_here
 from app.league.multicast_sender import Group
 from app.league.publisher import Publisher
-from app.models import MODELS
+from app.models import MODELS, RayModel
 from app.ssl_protocol.messages import DetectionFrame, WrapperPacket
 from app.ssl_protocol.protobuf import MAX_BYTES, decode, encode
 from tests.support import ssl_listener as listener
@@ -53,7 +53,7 @@ def test_a_listener_gets_every_camera_and_projects_as_we_do_within_the_stated_lo
             "SSL_Source_OTHER"].number
         (calib,) = packet.geometry.calib
         model = model_of(name, index)
-        if not hasattr(model, "project"):
+        if not isinstance(model, RayModel):
             continue
         for z_mm, worst_mm in ((0.0, one.wired.loss.worst_mm), (150.0, one.wired.loss.hat_worst_mm)):
             spots = places(model.region, z_mm, 25)

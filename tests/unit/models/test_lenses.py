@@ -4,16 +4,16 @@ import cv2
 import numpy as np
 import pytest
 
-from app.models.brown_conrady import BrownConradyLens
-from app.models.division import DivisionLens
-from app.models.fisheye import FisheyeLens
-from app.models.ssl import SslLens
+from app.models.lenses.brown_conrady import BrownConradyLens
+from app.models.lenses.division import DivisionLens
+from app.models.lenses.kannala_brandt import KannalaBrandtLens
+from app.models.lenses.ssl import SslLens
 
 CASES = [(BrownConradyLens, (-0.28, 0.09, 0.001, -0.002, 0.003, 0, 0, 0)),
          (BrownConradyLens, (0.4, 0.05, 0.0005, 0.001, 0.002, 0.7, 0.12, 0.006)),
          (DivisionLens, (-0.25,)), (DivisionLens, (0.06,)), (DivisionLens, (0.0,)),
          (SslLens, (0.3,)), (SslLens, (-0.05,)), (SslLens, (0.0,)),
-         (FisheyeLens, (0.0, 0.0, 0.0, 0.0)), (FisheyeLens, (0.08, -0.03, 0.01, -0.002))]
+         (KannalaBrandtLens, (0.0, 0.0, 0.0, 0.0)), (KannalaBrandtLens, (0.08, -0.03, 0.01, -0.002))]
 every_lens = pytest.mark.parametrize("lens, terms", [(lens, np.array(terms)) for lens, terms in CASES])
 
 
@@ -53,17 +53,17 @@ def test_brown_conrady_is_opencvs(terms):
     np.testing.assert_allclose(BrownConradyLens.distort(np.array(terms), there), seen.reshape(-1, 2), atol=1e-12)
 
 
-@pytest.mark.parametrize("terms", [terms for lens, terms in CASES if lens is FisheyeLens])
+@pytest.mark.parametrize("terms", [terms for lens, terms in CASES if lens is KannalaBrandtLens])
 def test_the_fisheye_is_opencvs(terms):
     there = rays()[2:]
     seen, _ = cv2.fisheye.projectPoints(there.reshape(1, -1, 3), np.zeros(3), np.zeros(3), np.eye(3), np.array(terms))
-    np.testing.assert_allclose(FisheyeLens.distort(np.array(terms), there), seen.reshape(-1, 2), atol=1e-12)
+    np.testing.assert_allclose(KannalaBrandtLens.distort(np.array(terms), there), seen.reshape(-1, 2), atol=1e-12)
 
 
 def test_a_fisheye_sees_behind_its_shoulder():
     aside = np.array([[1.0, 0.0, -0.2], [0.0, -1.0, -0.4]])
     terms = np.zeros(4)
-    back = FisheyeLens.undistort(terms, FisheyeLens.distort(terms, aside))
+    back = KannalaBrandtLens.undistort(terms, KannalaBrandtLens.distort(terms, aside))
     np.testing.assert_allclose(back / np.linalg.norm(back, axis=1, keepdims=True),
                                aside / np.linalg.norm(aside, axis=1, keepdims=True), atol=1e-12)
 
@@ -79,12 +79,12 @@ def test_beyond_the_horizon_is_nan(lens, terms, radius):
 
 @pytest.mark.parametrize("lens, terms, plane", [
     (BrownConradyLens, (-0.3, 0, 0, 0, 0, 0, 0, 0), 0.8), (DivisionLens, (-0.25,), 2.1), (DivisionLens, (0.25,), 2.1),
-    (SslLens, (-0.1,), 1.9), (FisheyeLens, (-0.3, 0, 0, 0), 1.2)])
+    (SslLens, (-0.1,), 1.9), (KannalaBrandtLens, (-0.3, 0, 0, 0), 1.2)])
 def test_a_pixel_beyond_the_horizon_has_no_ray(lens, terms, plane):
     assert np.isnan(lens.undistort(np.array(terms), np.array([[plane, 0.0]]))).all()
 
 
-@pytest.mark.parametrize("lens, terms", [(lens, terms) for lens, terms in CASES if lens is not FisheyeLens])
+@pytest.mark.parametrize("lens, terms", [(lens, terms) for lens, terms in CASES if lens is not KannalaBrandtLens])
 def test_what_is_behind_the_camera_is_nan(lens, terms):
     assert np.isnan(lens.distort(np.array(terms), np.array([[0.1, 0.1, -1.0], [0.1, 0.1, 0.0]]))).all()
 

@@ -8,30 +8,25 @@ import pytest
 
 from app.core.errors import BadInput, FitFailed, NotFound, TouchlineError
 from app.core.geometry import ImageSize
+from app.core.options import Option, read_options
 from app.core.records import Observation
-from app.models import (
-    MODELS,
-    CameraModel,
-    Option,
-    field_from_raw,
-    model_from_json,
-    parameters_json,
-    raw_from_field,
-    read_options,
-)
+from app.fitting import FITTERS
+from app.models import MODELS, CameraModel, RayModel, field_from_raw, model_from_json, parameters_json, raw_from_field
+from tests.support.examples import examples
 from tests.support.fields import grid, marks_seen, plain_field, seen
 
 EXAMPLES = [pytest.param(model, id=f"{name}-{i}") for name in MODELS
-            for i, model in enumerate(MODELS[name].examples())]
+            for i, model in enumerate(examples(name))]
 every_example = pytest.mark.parametrize("model", EXAMPLES)
 every_model = pytest.mark.parametrize("model_class", [pytest.param(MODELS[n], id=n) for n in MODELS])
 
 
 def own_options(model) -> dict:
     """What makes a fit look for just this example: its own degrees and rectangles."""
-    if hasattr(model, "project"):
+    if isinstance(model, RayModel):
         chosen = {"terms": [n for n, t in zip(model.LENS.TERMS, model.lens_terms, strict=True) if t]}
-        return {**(chosen if any(o.name == "terms" for o in model.OPTIONS) else {}), "click_sigma_px": 0.01,
+        has_terms = any(o.name == "terms" for o in FITTERS[model.NAME].OPTIONS)
+        return {**(chosen if has_terms else {}), "click_sigma_px": 0.01,
                 "height_mm": {"value": model.position_mm[2], "sigma": 1.0},
                 "n_rectangles_x": model.n_rectangles_x, "n_rectangles_y": model.n_rectangles_y,
                 **{f"{a}_max_rectangle_px": getattr(model, side) / getattr(model, f"n_rectangles_{b}")
@@ -55,7 +50,7 @@ def corrected_grid(model):
 def test_it_follows_the_contract(model):
     assert isinstance(model, CameraModel)
     assert MODELS[model.NAME] is type(model)
-    assert model.TITLE and model.HELP and all(isinstance(o, Option) and o.help for o in model.OPTIONS)
+    assert model.TITLE and model.HELP and all(isinstance(o, Option) and o.help for o in FITTERS[model.NAME].OPTIONS)
 
 
 @every_example
@@ -141,7 +136,7 @@ def test_any_single_spoilt_number_is_refused_or_harmless(model):
 def test_a_fit_on_its_own_exact_points_returns_itself(model):
     field = plain_field(model.region)
     observations = (*seen(model, model.region, 11), *marks_seen(model, field))
-    fit = type(model).fit(observations, field, model.region, model.image_size, own_options(model))
+    fit = FITTERS[model.NAME].fit(observations, field, model.region, model.image_size, own_options(model))
     assert all(fine.all() for fine in fit.inliers)
     corrected = corrected_grid(model)
     np.testing.assert_allclose(fit.model.raw_from_corrected(corrected), model.raw_from_corrected(corrected), atol=1e-6)
@@ -156,22 +151,22 @@ def test_a_scaled_image_gives_the_scaled_model(model):
     observations = (*seen(model, model.region, 11), *marks_seen(model, field))
     larger = tuple(replace(o, points=scale * (o.points + 0.5) - 0.5) for o in observations)
     size = ImageSize(*(round(scale * n) for n in model.image_size))
-    small = type(model).fit(observations, field, model.region, model.image_size, options).model
-    large = type(model).fit(larger, field, model.region, size, options).model
+    small = FITTERS[model.NAME].fit(observations, field, model.region, model.image_size, options).model
+    large = FITTERS[model.NAME].fit(larger, field, model.region, size, options).model
     raw = small.raw_from_corrected(corrected_grid(small))
     np.testing.assert_allclose(field_from_raw(large, scale * (raw + 0.5) - 0.5), field_from_raw(small, raw), atol=1e-5)
 
 
 @every_model
 def test_too_few_points_say_how_many_are_needed(model_class):
-    model = next(iter(model_class.examples()))
+    model = examples(model_class.NAME)[0]
     field = plain_field(model.region)
     one = Observation("left", "line", np.array([[100.0, 100.0]]))
     for observations in ((), (one,)):
         with pytest.raises(FitFailed) as refusal:
-            model_class.fit(observations, field, model.region, model.image_size)
+            FITTERS[model_class.NAME].fit(observations, field, model.region, model.image_size)
         assert refusal.value.fix
-    assert any(c.isdigit() for c in model_class.points_needed())
+    assert any(c.isdigit() for c in FITTERS[model_class.NAME].points_needed())
 
 
 def test_an_unknown_model_lists_the_known_ones():
@@ -185,10 +180,10 @@ def test_an_unknown_model_lists_the_known_ones():
                                          ("w_max_rectangle_px", float("inf")), ("n_rectangles_x", -1)])
 def test_an_option_out_of_range_is_refused_with_what_is_allowed(name, value):
     with pytest.raises(BadInput, match=name) as refusal:
-        read_options(MODELS["polynomial"].OPTIONS, {name: value})
+        read_options(FITTERS["polynomial"].OPTIONS, {name: value})
     assert refusal.value.fix.startswith("Use")
 
 
 def test_an_unknown_option_is_refused_by_name():
     with pytest.raises(BadInput, match="degre"):
-        read_options(MODELS["polynomial"].OPTIONS, {"degre": 3})
+        read_options(FITTERS["polynomial"].OPTIONS, {"degre": 3})

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
+from app.core.options import Option
 from app.images.in_process import decode_in_process
-from app.models import Option
 from app.sources import SOURCES, Source, Surroundings, source_from_url, split_address
 from app.store.fields import load_fields
 from tests.support.peers import HOSTS, PRODUCERS, address_of, with_option

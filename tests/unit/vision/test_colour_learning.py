@@ -14,7 +14,6 @@ from app.vision.colour.separability import health_of
 from app.vision.colour.table import CODES, cells, in_light, table_of
 from app.vision.stage_pipeline import Sight
 from app.vision.stages import Setting
-from app.vision.stages.localisation import View
 from tests.support.watched_field import clicked, world
 
 LEAGUE = ColourProfile("league", {name: (Sample(NAMES[name]),) for name in ("orange", "yellow", "blue", "pink")},
@@ -102,13 +101,13 @@ def test_light_is_measured_without_what_is_burnt_out():
 
 def test_without_a_click_colours_are_found_in_the_picture():
     """Robots are found nearly as well as with clicks, in a picture that is bluer than the leagues' colours."""
-    from tests.support.watched_field import ExactModel
+    from tests.support.watched_field import exact_view
     match = world(drift=0.0, noise=3.0)
     tint = np.array([1.1, 0.95, 0.8])
     frames = [np.clip(match.frame_at(i, 2.0 * i) * tint, 0, 255).astype(np.uint8) for i in range(4)]
     profile = automatic("found", frames[0])
     assert not profile.notes and profile.background
-    sight = Sight(load_plans()["ssl"], Setting(match.camera.image_size, profile, View.of(ExactModel(match.camera))))
+    sight = Sight(load_plans()["ssl"], Setting(match.camera.image_size, profile, exact_view(match.camera)))
     for i, pixels in enumerate(frames):
         told = {(d.team, d.id) for d in sight.see(pixels).detections.of("robot")}
         true = {(r.team, r.number) for r in match.truth_at(2.0 * i).robots}

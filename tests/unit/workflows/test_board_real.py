@@ -5,12 +5,12 @@ import json
 import cv2
 import numpy as np
 import pytest
+from app.fitting.board.stereo import stereo_pose
 
 from app.core.board import Board, BoardView
 from app.core.errors import FitFailed
 from app.core.geometry import ImageSize
 from app.fitting.board.fit import fit_board
-from app.fitting.board.stereo import stereo_pose
 from app.models import MODELS
 from app.vision.board.detection import find_board
 from app.workflows.board import calibrate_board

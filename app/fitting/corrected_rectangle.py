@@ -6,9 +6,18 @@ from typing import Any
 from app.core.errors import BadInput
 from app.core.field import Region
 from app.core.geometry import ImageSize
+from app.core.options import Option
 
 RECTANGLES = 10  # between the far apart borders, unless the rig says otherwise
 MAX_CORRECTED_PX = 50e6
+
+RECTANGLE_OPTIONS: tuple[Option, ...] = (
+    Option("w_max_rectangle_px", "float", None, "Width of the widest calibration rectangle; the same for all cameras "
+           "of a rig. Empty: from the field and the picture.", (1, 10_000), "px"),
+    Option("h_max_rectangle_px", "float", None, "Height of the highest calibration rectangle.", (1, 10_000), "px"),
+    Option("n_rectangles_x", "int", None, "Rectangles between the left and the right border.", (1, 1000)),
+    Option("n_rectangles_y", "int", None, "Rectangles between the top and the bottom border.", (1, 1000)),
+)
 
 
 def rectangles(settings: Mapping[str, Any], region: Region, image_size: ImageSize) -> tuple[float, float, int, int]:

@@ -13,7 +13,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from app.models.lens import Array, invert_radius, pinhole, pinhole_jacobian, radial, radial_jacobian, rays_of
+from app.core.geometry import Array
+from app.models.lenses.projection import invert_radius, pinhole, pinhole_jacobian, radial, radial_jacobian, rays_of
 
 
 class EvenDivisionLens:

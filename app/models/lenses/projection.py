@@ -1,38 +1,13 @@
-"""What a lens is: how a ray becomes a place on the normalised image plane, and back.
+"""What lenses share: the pinhole projection, radial scaling, and the inverse of a rising radius."""
 
-    plane = distort(terms, ray)         ray (X, Y, Z) in the camera's frame, any length; plane (…, 2), in focal lengths
-    ray   = undistort(terms, plane)     of unit depth where Z > 0
-
-A lens is a small class without state: TERMS are its numbers in order, and each function takes their values. Beyond
-the horizon, where the picture would fold back on itself, the answer is NaN. Derivatives come with distort_jacobian;
-tests check them by complex step.
-"""
-
-from typing import ClassVar, Protocol
+from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from app.core.geometry import Array
 
 UNDISTORT_STEPS = 50  # Newton needs about five; near the horizon a few more
 UNDISTORT_TOLERANCE = 1e-13  # focal lengths: 1e-10 px
-
-
-class Lens(Protocol):
-    TERMS: ClassVar[tuple[str, ...]]
-
-    @staticmethod
-    def distort(terms: Array, rays: Array) -> Array:
-        """(…, 3) to (…, 2)."""
-
-    @staticmethod
-    def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
-        """plane (…, 2), its derivative by the ray (…, 2, 3), and by the terms (…, 2, n)."""
-
-    @staticmethod
-    def undistort(terms: Array, plane: Array) -> Array:
-        """(…, 2) to rays (…, 3)."""
 
 
 def pinhole(rays: Array) -> Array:
@@ -68,7 +43,7 @@ def radial_jacobian(xy: Array, gain: Array, slope: Array) -> Array:
     return gain[..., None, None] * np.eye(2) + 2 * slope[..., None, None] * xy[..., :, None] * xy[..., None, :]
 
 
-def invert_radius(value: Array, function, limit: float) -> Array:
+def invert_radius(value: Array, function: Callable[[Array], tuple[Array, Array]], limit: float) -> Array:
     """Solve function(r)[0] = value for 0 ≤ r ≤ limit, where it rises; function returns the value and its derivative.
 
     Newton's method kept inside by bisection. NaN where value lies beyond function(limit).

@@ -1,0 +1,44 @@
+"""What fitters say of single clicks: which are refused, which were left out, and why."""
+
+import numpy as np
+
+from app.core.errors import FitFailed
+from app.core.geometry import Array, ImageSize
+from app.core.records import Observations, Warning
+
+
+def check_inside_picture(observations: Observations, image_size: ImageSize) -> None:
+    """Refuse, by name, a click that no picture of that size can have."""
+    for o in observations:
+        outside = np.flatnonzero(((o.points < -1) | (o.points > np.array(tuple(image_size)))).any(axis=1))
+        if outside.size:
+            x, y = o.points[outside[0]]
+            raise FitFailed(f"Point {outside[0] + 1} of {o.label}, ({x:.6g}, {y:.6g}), is outside the picture of "
+                            f"{image_size.width} × {image_size.height} px.", "Remove it, or choose the picture it was "
+                            "clicked on.", reason="outside-picture", feature=str(o.feature), index=int(outside[0]))
+
+
+def inlier_masks(observations: Observations, owners: Array, inliers: Array) -> tuple[Array, ...]:
+    """Return a mask of the points of each observation; owners (n, 2): observation and point of each of the inliers."""
+    masks = tuple(np.ones(len(o.points), bool) for o in observations)
+    for (i, k), fine in zip(owners, inliers, strict=True):
+        masks[i][k] = fine
+    return masks
+
+
+def name_strays(observations: Observations, owners: Array, inliers: Array, pixels: Array) -> list[Warning]:
+    """Return a warning for each click that was left out; pixels: how far off it is."""
+    named = []
+    for (i, k), fine, px in zip(owners, inliers, pixels, strict=True):
+        if not fine:
+            named.append(Warning("stray-click", f"Point {k + 1} of {observations[i].label} lies {abs(px):.1f} px from "
+                                 "where the camera sees it; it was left out of the fit.",
+                                 "Drag it onto the line, or remove it.", str(observations[i].feature), int(k)))
+    return named
+
+
+def above_the_carpet(observations: Observations, who: str) -> list[Warning]:
+    """Return a warning for each observation that a model without rays cannot use; who: "a homography"."""
+    return [Warning("above-the-carpet", f"The points on {o.label} are {o.z_mm:g} mm above the carpet; {who} knows only "
+                    "the carpet, so they were left out.", "Fit a lens model to use them.", str(o.feature))
+            for o in observations if o.z_mm != 0 and len(o.points)]

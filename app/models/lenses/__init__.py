@@ -1,0 +1,29 @@
+"""Lenses: distortion functions alone, one file each. A lens maps a ray to the normalised image plane, and back.
+
+    plane = distort(terms, ray)         ray (X, Y, Z) in the camera's frame, any length; plane (…, 2), in focal lengths
+    ray   = undistort(terms, plane)     of unit depth where Z > 0
+
+A lens is a class without state: TERMS names its coefficients in order, and each function takes their values. Beyond
+the horizon, where the picture would fold back on itself, the result is NaN. Tests check the derivatives by complex
+step. To add one: write its file here, then a model that uses it (app/models/__init__.py).
+"""
+
+from typing import ClassVar, Protocol
+
+from app.core.geometry import Array
+
+
+class Lens(Protocol):
+    TERMS: ClassVar[tuple[str, ...]]
+
+    @staticmethod
+    def distort(terms: Array, rays: Array) -> Array:
+        """Map rays (…, 3) to the plane (…, 2)."""
+
+    @staticmethod
+    def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
+        """Return plane (…, 2), its derivative by the ray (…, 2, 3), and by the terms (…, 2, n)."""
+
+    @staticmethod
+    def undistort(terms: Array, plane: Array) -> Array:
+        """Map the plane (…, 2) to rays (…, 3)."""

@@ -1,0 +1,130 @@
+"""Brown–Conrady: radial and tangential distortion of a pinhole, with OpenCV's terms in OpenCV's order.
+
+    r² = x² + y²,   L = (1 + k1 r² + k2 r⁴ + k3 r⁶) / (1 + k4 r² + k5 r⁴ + k6 r⁶)
+    x_d = x L + 2 p1 x y + p2 (r² + 2 x²),   y_d = y L + p1 (r² + 2 y²) + 2 p2 x y
+
+D. C. Brown, "Close-range camera calibration", 1971; A. E. Conrady, 1919.
+"""
+
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+
+from app.core.geometry import Array
+from app.models.lenses.projection import (
+    UNDISTORT_STEPS,
+    invert_radius,
+    pinhole,
+    pinhole_jacobian,
+    radial,
+    radial_jacobian,
+    rays_of,
+)
+
+TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+
+
+class BrownConradyLens:
+    TERMS: ClassVar[tuple[str, ...]] = TERMS
+
+    @staticmethod
+    def distort(terms: Array, rays: Array) -> Array:
+        p1, p2 = terms[2], terms[3]
+        xy = pinhole(rays)
+        x, y = xy[..., 0], xy[..., 1]
+        rr = x * x + y * y
+        plane = radial(xy, _gain(terms, rr))
+        if p1 or p2:
+            plane = plane + np.stack([2 * p1 * x * y + p2 * (rr + 2 * x * x),
+                                      p1 * (rr + 2 * y * y) + 2 * p2 * x * y], axis=-1)
+        limit = _horizon(tuple(np.real(terms)))
+        return plane if limit == np.inf else np.where((rr.real < limit**2)[..., None], plane, np.nan)
+
+    @staticmethod
+    def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
+        k1, k2, p1, p2, k3, k4, k5, k6 = terms
+        xy, by_ray = pinhole_jacobian(rays)
+        x, y = xy[..., 0], xy[..., 1]
+        rr = x * x + y * y
+        above = 1 + rr * (k1 + rr * (k2 + rr * k3))
+        below = 1 + rr * (k4 + rr * (k5 + rr * k6))
+        gain = above / below
+        slope = ((k1 + rr * (2 * k2 + 3 * rr * k3)) - gain * (k4 + rr * (2 * k5 + 3 * rr * k6))) / below
+        plane = radial(xy, gain)
+        plane[..., 0] += 2 * p1 * x * y + p2 * (rr + 2 * x * x)
+        plane[..., 1] += p1 * (rr + 2 * y * y) + 2 * p2 * x * y
+        # The radius must rise here; whether it rose all the way is distort's to say, too slow for each step of a fit.
+        plane = np.where((np.real(gain + 2 * rr * slope) > 0)[..., None], plane, np.nan)
+        by_xy = radial_jacobian(xy, gain, slope)
+        by_xy[..., 0, 0] += 2 * p1 * y + 6 * p2 * x
+        by_xy[..., 0, 1] += 2 * p1 * x + 2 * p2 * y
+        by_xy[..., 1, 0] += 2 * p1 * x + 2 * p2 * y
+        by_xy[..., 1, 1] += 6 * p1 * y + 2 * p2 * x
+        by_terms = np.empty((*xy.shape, 8), xy.dtype)
+        powers = np.stack([rr, rr**2, rr**3], axis=-1) / below[..., None]
+        by_powers = xy[..., :, None] * powers[..., None, :]
+        by_terms[..., [0, 1, 4]] = by_powers
+        by_terms[..., 5:] = -gain[..., None, None] * by_powers
+        by_terms[..., 0, 2], by_terms[..., 1, 2] = 2 * x * y, rr + 2 * y * y
+        by_terms[..., 0, 3], by_terms[..., 1, 3] = rr + 2 * x * x, 2 * x * y
+        return plane, by_xy @ by_ray, by_terms
+
+    @staticmethod
+    def undistort(terms: Array, plane: Array) -> Array:
+        """Radially first, in one dimension; then Newton's method for the tangential part."""
+        limit = _horizon(tuple(terms))
+
+        def distorted_radius(r: Array) -> tuple[Array, Array]:
+            rr = r * r
+            gain = _gain(terms, rr)
+            return r * gain, gain + 2 * rr * _gain_slope(terms, rr)
+
+        with np.errstate(all="ignore"):
+            rd = np.linalg.norm(plane, axis=-1)
+            r = invert_radius(np.minimum(rd, distorted_radius(np.asarray(limit))[0] if np.isfinite(limit) else rd)
+                              if terms[2] or terms[3] else rd, distorted_radius, limit)
+            xy = plane * np.where(rd > 0, r / np.where(rd > 0, rd, 1), 1)[..., None]
+            if terms[2] or terms[3]:
+                for _ in range(UNDISTORT_STEPS):
+                    found, by_ray, _ = BrownConradyLens.distort_jacobian(terms, rays_of(xy))
+                    m = by_ray[..., :2]
+                    det = m[..., 0, 0] * m[..., 1, 1] - m[..., 0, 1] * m[..., 1, 0]
+                    e = found - plane
+                    step = np.stack([m[..., 1, 1] * e[..., 0] - m[..., 0, 1] * e[..., 1],
+                                     m[..., 0, 0] * e[..., 1] - m[..., 1, 0] * e[..., 0]], -1) / det[..., None]
+                    xy = xy - step
+                    if not np.nanmax(np.abs(step), initial=0.0) > 1e-14:
+                        break
+                error = np.linalg.norm(BrownConradyLens.distort(terms, rays_of(xy)) - plane, axis=-1)
+                xy = np.where((error < 1e-9)[..., None], xy, np.nan)
+        return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), rays_of(xy), np.nan)
+
+
+def _gain(terms: Array, rr: Array) -> Array:
+    k1, k2, _, _, k3, k4, k5, k6 = terms
+    above = 1 + rr * (k1 + rr * (k2 + rr * k3))
+    return above if not (k4 or k5 or k6) else above / (1 + rr * (k4 + rr * (k5 + rr * k6)))
+
+
+def _gain_slope(terms: Array, rr: Array) -> Array:
+    k1, k2, _, _, k3, k4, k5, k6 = terms
+    below = 1 + rr * (k4 + rr * (k5 + rr * k6))
+    return ((k1 + rr * (2 * k2 + 3 * rr * k3)) - _gain(terms, rr) * (k4 + rr * (2 * k5 + 3 * rr * k6))) / below
+
+
+@lru_cache(maxsize=256)
+def _horizon(terms: tuple[float, ...]) -> float:
+    """The r at which the radial part stops rising; infinity if never."""
+    k1, k2, _, _, k3, k4, k5, k6 = terms
+    above, below = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])
+    s = np.polynomial.Polynomial([0, 1])  # r²
+    rising = above * below + 2 * s * (above.deriv() * below - above * below.deriv())  # (r·L)' · below²
+    ends = []
+    for factor in (rising, below):
+        coefficients = np.trim_zeros(factor.coef, "b")
+        if len(coefficients) > 1:
+            roots = np.polynomial.polynomial.polyroots(coefficients)
+            near_real = np.abs(roots.imag) < 1e-9 * np.maximum(1, np.abs(roots.real))
+            ends += [float(v) for v in roots[near_real & (roots.real > 0)].real]
+    return float(np.sqrt(min(ends))) if ends else np.inf

@@ -1,0 +1,90 @@
+"""Kannala–Brandt: the picture's radius grows with the angle, so it reaches past 90°.
+
+    θ = angle from the axis,   r_d = θ + k1 θ³ + k2 θ⁵ + k3 θ⁷ + k4 θ⁹
+
+J. Kannala, S. S. Brandt, "A generic camera model and calibration method …", PAMI 2006; OpenCV's fisheye terms.
+"""
+
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+
+from app.core.geometry import Array
+from app.models.lenses.projection import first_turn, invert_radius
+
+SMALL = 1e-7  # of sin θ: nearer to the axis, θ / sin θ is 1 to all digits
+TERMS = ("k1", "k2", "k3", "k4")
+
+
+class KannalaBrandtLens:
+    TERMS: ClassVar[tuple[str, ...]] = TERMS
+
+    @staticmethod
+    def distort(terms: Array, rays: Array) -> Array:
+        gain, _, _ = _gain(terms, rays)
+        return rays[..., :2] * gain[..., None]
+
+    @staticmethod
+    def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
+        """plane = (X, Y) g(ρ, Z), where ρ = √(X² + Y²), θ = atan2(ρ, Z), g = r_d(θ) / ρ."""
+        gain, theta, rho = _gain(terms, rays)
+        x, y, z = rays[..., 0], rays[..., 1], rays[..., 2]
+        length2 = rho**2 + z**2
+        slope = 1 + sum((2 * k + 3) * t * theta ** (2 * k + 2) for k, t in enumerate(terms))  # d r_d / d θ
+        near = np.abs(rho) < SMALL * np.abs(z)
+        with np.errstate(all="ignore"):
+            rho2 = np.where(near, 1, rho**2)
+            # d g/d ρ · 1/ρ = (r_d' z/length² - g) / ρ²;  on the axis its limit, from the series of r_d and atan
+            by_rho = np.where(near, (2 * terms[0] - 2 / 3) / z**3, (slope * z / length2 - gain) / rho2)
+        by_z = -slope / length2
+        by_ray = np.zeros((*gain.shape, 2, 3), gain.dtype)
+        by_ray[..., 0, 0], by_ray[..., 1, 1] = gain + x * x * by_rho, gain + y * y * by_rho
+        by_ray[..., 0, 1] = by_ray[..., 1, 0] = x * y * by_rho
+        by_ray[..., 0, 2], by_ray[..., 1, 2] = x * by_z, y * by_z
+        with np.errstate(all="ignore"):
+            per_rho = np.where(near, 0, 1 / np.where(near, 1, rho))
+        by_terms = np.stack([rays[..., :2] * (theta ** (2 * k + 3) * per_rho)[..., None] for k in range(4)], axis=-1)
+        return rays[..., :2] * gain[..., None], by_ray, by_terms
+
+    @staticmethod
+    def undistort(terms: Array, plane: Array) -> Array:
+        """Rays of unit length: past 90° there is no unit depth."""
+        with np.errstate(all="ignore"):
+            rd = np.linalg.norm(plane, axis=-1)
+
+            def distorted(theta: Array) -> tuple[Array, Array]:
+                r = theta * (1 + sum(t * theta ** (2 * k + 2) for k, t in enumerate(terms)))
+                return r, 1 + sum((2 * k + 3) * t * theta ** (2 * k + 2) for k, t in enumerate(terms))
+
+            theta = invert_radius(rd, distorted, _end(tuple(terms)))
+            side = np.where(rd > 0, np.sin(theta) / np.where(rd > 0, rd, 1), 1.0)
+            rays = np.concatenate([plane * side[..., None], np.cos(theta)[..., None]], axis=-1)
+        return np.where(np.isfinite(rays).all(axis=-1, keepdims=True), rays, np.nan)
+
+
+def _gain(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
+    """r_d / ρ, θ and ρ; NaN past the angle at which the picture would turn back."""
+    with np.errstate(all="ignore"):
+        rho = np.sqrt(rays[..., 0] ** 2 + rays[..., 1] ** 2)
+        z = rays[..., 2]
+        theta = _angle(rho, z)
+        near = (np.abs(rho) < SMALL * np.abs(z)) & (z.real > 0)
+        rd = theta * (1 + sum(t * theta ** (2 * k + 2) for k, t in enumerate(terms)))
+        gain = np.where(near, 1 / z, rd / np.where(near, 1, rho))
+        return np.where(theta.real <= _end(tuple(np.real(terms))), gain, np.nan), theta, rho
+
+
+def _angle(rho: Array, z: Array) -> Array:
+    """atan2(ρ, z) for ρ ≥ 0; complex input keeps its derivative."""
+    if not (np.iscomplexobj(rho) or np.iscomplexobj(z)):
+        return np.arctan2(rho, z)
+    real = np.arctan2(rho.real, z.real)
+    length2 = rho.real**2 + z.real**2
+    return real + 1j * (rho.imag * z.real - z.imag * rho.real) / length2
+
+
+@lru_cache(maxsize=256)
+def _end(terms: tuple[float, ...]) -> float:
+    """The largest angle used: where the radius stops rising, and never past 180°."""
+    return min(first_turn(np.array([1.0, *terms])), np.pi)
