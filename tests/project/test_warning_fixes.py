@@ -9,9 +9,11 @@ SOURCE = ROOT / "static" / "features" / "calibrate" / "warning_fixes.js"
 CURES = set(re.findall(r'^  "?([a-z-]+)"?: \(', SOURCE.read_text(), re.MULTILINE))
 
 # What fits an operator's clicks on a field, and judges them. Boards, pairs and edges have desks of their own.
-FITS = ["border.py", "polynomial_fit.py", "polynomial_relation.py", "lens_fit.py", "homography_fit.py",
-        "thin_plate_fit.py", "linear.py", "ray_solve.py", "spline.py", "held_lens.py"]
-JUDGES = ["report.py", "observability.py", "uncertainty.py"]
+FITS = ["fitting/border.py", "fitting/clicks.py", "fitting/linear.py", "fitting/polynomial/fit.py",
+        "fitting/polynomial/relation.py", "fitting/homography/fit.py", "fitting/ray_camera/fit.py",
+        "fitting/ray_camera/setup.py", "fitting/ray_camera/search.py", "fitting/ray_camera/lens_prior.py",
+        "fitting/thin_plate/fit.py", "fitting/thin_plate/smoothing.py", "evaluate/fit/report.py",
+        "evaluate/fit/observability.py", "evaluate/fit/uncertainty.py"]
 # Of callers of REST and the shell alone: the page sends none of it.
 NOT_OF_THE_PAGE = {"bad-axis", "bad-parameters"}
 
@@ -23,9 +25,8 @@ def called(tree: ast.AST, names: set[str]):
 
 def reasons() -> set[str]:
     found = set()
-    sources = [ROOT / "app" / "models" / name for name in FITS] + [ROOT / "app" / "evaluate" / name for name in JUDGES]
-    for source in sources:
-        tree = ast.parse(source.read_text())
+    for source in FITS:
+        tree = ast.parse((ROOT / "app" / source).read_text())
         for call in called(tree, {"Warning"}):
             found.add(call.args[0].value)
         for call in called(tree, {"FitFailed", "BadInput"}):

@@ -188,7 +188,7 @@ def significantly_better(simple: Found, rich: Found) -> bool:
     """Does the richer lens explain more than its extra terms would of noise? ENTER is F, tuned for least error.
 
     Measured over lenses and tilts, 24 to 48 seeds each: at 3 noise gets in, as k3 mostly (2.3 mm for 1.6 under a mild
-    lens); k2 need not pass, it comes with k1 (lens_fit.py).
+    lens); k2 need not pass, it comes with k1 (setup.py).
     """
     extra = int(rich.task.free.sum() - simple.task.free.sum())
     freedom = len(rich.pixels) - int(rich.task.free.sum())

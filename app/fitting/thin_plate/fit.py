@@ -129,7 +129,7 @@ class ThinPlateFitter(Fitter):
 
 def _covariance(base_fit: Fit, clicks: _Clicks, settled: _Settled, sigma_px: float | None,
                 *, unseen: bool = True) -> Array:
-    """Of the displacement at the lattice; see thin_plate_sigma.py."""
+    """Of the displacement at the lattice; see uncertainty.py."""
     trusted = np.array([base_fit.inliers[i][k] for i, k in clicks.owners])[settled.index]
     return bend_covariance(base_fit, clicks.base[settled.index], trusted, settled.known, settled.smoother,
                            settled.smoothing, settled.spline, sigma_px, unseen=unseen)

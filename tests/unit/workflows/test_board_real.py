@@ -5,7 +5,6 @@ import json
 import cv2
 import numpy as np
 import pytest
-from app.fitting.board.stereo import stereo_pose
 
 from app.core.board import Board, BoardView
 from app.core.errors import FitFailed
@@ -51,16 +50,6 @@ def test_the_classic_left_camera(seen):
     flat = fit_board(views, size, MODELS["brown-conrady"], {**PLAIN, "warp": False, "robust": False})
     assert flat.rms_px <= 0.187
     assert fit.lens.focal_px == pytest.approx(533.4, abs=1.5)  # five tools agree on 532 to 536
-
-
-def test_the_classic_pair(seen):
-    """30 mm squares; |T| 99.8 ± 0.3 mm and at most 0.14 px from the epipolar line."""
-    sides = [seen("opencv_left_right", f"{side}*.jpg", CHESS) for side in ("left", "right")]
-    fits = [fit_board(views, size, MODELS["brown-conrady"], PLAIN) for views, size in sides]
-    bow = tuple(np.mean([f.state.warp_mm for f in fits], axis=0))
-    pose = stereo_pose(fits[0].lens, fits[1].lens, sides[0][0], sides[1][0], bow)
-    assert pose.baseline_mm == pytest.approx(99.8, abs=0.3)
-    assert pose.epipolar_px <= 0.14
 
 
 def test_a_wide_action_camera_needs_k3_and_gets_it(seen):
