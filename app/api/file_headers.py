@@ -5,7 +5,7 @@ from typing import Literal
 from unicodedata import combining, normalize
 from urllib.parse import quote
 
-from app.evaluate.fit.approximation import Loss
+from app.evaluate.fit.approximation import ApproximationError
 
 # What ends a header or a path, is no letter anywhere, or turns the reading direction and so hides a name's ending.
 UNKEPT = re.compile(r'[\x00-\x1f\x7f-\x9f/\\:*?"<>|\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]')
@@ -29,7 +29,7 @@ def disposition(kind: Literal["attachment", "inline"], name: str) -> str:
     return f'{kind}; filename="{plain}"{more}'
 
 
-def error_header(loss: Loss | None) -> dict[str, str]:
+def error_header(loss: ApproximationError | None) -> dict[str, str]:
     """The worst error over the region, mm, and what else is known: 12.310;rms=3.200;hat=14.050;hat-rms=3.900."""
     if loss is None:
         return {}

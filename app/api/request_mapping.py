@@ -8,10 +8,10 @@ from app.api.schemas.requests import FitRequest
 from app.core.errors import BadInput, Conflict
 from app.core.geometry import ImageSize
 from app.core.records import observations_from_json
-from app.workflows.calibration_request import Task
+from app.workflows.calibration_request import CalibrationRequest
 
 
-def task_of(request: Request, body: FitRequest, models: Iterable[str]) -> Task:
+def task_of(request: Request, body: FitRequest, models: Iterable[str]) -> CalibrationRequest:
     """The task that a fit's body describes, to be fitted by `models`; says which name or size does not fit."""
     state = request.app.state
     field = state.fields[body.field]
@@ -27,10 +27,9 @@ def task_of(request: Request, body: FitRequest, models: Iterable[str]) -> Task:
     options = {**body.options}
     if isinstance(options.get("lens"), str):  # by its id: the fit is given the lens itself, and keeps it
         options["lens"] = state.store.held_lens(options["lens"])
-    task = Task(observations_from_json([o.model_dump(exclude_defaults=False) for o in body.observations]), field,
-                region, snapshot.size if snapshot else given, body.model, options,
-                camera=body.camera or (snapshot.camera if snapshot else None),
-                snapshot=snapshot.id if snapshot else None,
-                image_sha256=snapshot.sha256 if snapshot else None, note=body.note)
+    task = CalibrationRequest(observations_from_json([o.model_dump(exclude_defaults=False) for o in body.observations]),
+                              field, region, snapshot.size if snapshot else given, body.model, options,
+                              camera=body.camera or (snapshot.camera if snapshot else None), snapshot=snapshot.id if
+                              snapshot else None, image_sha256=snapshot.sha256 if snapshot else None, note=body.note)
     task.check_names(models)
     return task

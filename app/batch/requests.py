@@ -15,10 +15,11 @@ from app.core.errors import BadInput, Conflict, TouchlineError
 from app.core.geometry import ImageSize
 from app.core.records import Calibration, observations_from_json
 from app.images import ImageLimits, screen
-from app.workflows.calibration_request import Task
+from app.workflows.calibration_request import CalibrationRequest
 
 ReadFile = Callable[[Path], bytes]
-RequestOf = Callable[[Path, ImageSize, str, Path], Task]  # picture, its size, sha256 of its bytes, its clicks
+# picture, its size, sha256 of its bytes, its clicks
+RequestOf = Callable[[Path, ImageSize, str, Path], CalibrationRequest]
 
 
 @dataclass(frozen=True)

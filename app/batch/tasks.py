@@ -12,13 +12,13 @@ from app.core.records import Calibration, Frame, observations_from_json
 from app.images import ImageDecoder
 from app.models import model_from_json
 from app.store.snapshots import checked_bytes
-from app.workflows.calibration_request import Task
+from app.workflows.calibration_request import CalibrationRequest
 
 
 def run_calibration(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"picture", "task"}: the task fitted and judged, as the page and calibrate do it."""
     start = time.perf_counter()
-    task = Task.from_json(spec["task"])
+    task = CalibrationRequest.from_json(spec["task"])
     _checked(spec["picture"], task.image_size)
     report = task.run(progress).report
     distortion = report["distortion"]

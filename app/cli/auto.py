@@ -46,19 +46,19 @@ def auto(
     from app.images import ImageDecoder
     from app.settings import Settings
     from app.store.field_repository import FieldShelf
-    from app.workflows.automatic_request import AutoTask, one_picture
-    from app.workflows.calibration import part_of
+    from app.workflows.automatic_request import AutomaticRequest, median_frame
+    from app.workflows.calibration import subprogress
 
     if field is None:
         raise BadInput("No field is named.", "Give --field.", reason="no-field")
     seen = FieldShelf(fields or Settings().own_fields)[field]
     options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
     rough = {name: value for name, value in (("height_mm", height_mm), ("turn_deg", turn_deg)) if value is not None}
-    task = AutoTask(seen, seen.region(region, rotate), model, options, rough, note=note)
+    task = AutomaticRequest(seen, seen.region(region, rotate), model, options, rough, note=note)
     with progress_bar("Looking for lines") as progress, ImageDecoder(workers=1) as decoder:
         reads = [lambda path=path: decoder.frame_from_bytes(files.read_bytes(path)) for path in pictures]
-        frame = one_picture(reads, part_of(progress, 0.0, 0.1))
-        told, made = task.answer(frame, part_of(progress, 0.1, 1.0))
+        frame = median_frame(reads, subprogress(progress, 0.0, 0.1))
+        told, made = task.answer(frame, subprogress(progress, 0.1, 1.0))
     if points is not None:
         files.write_bytes(points, json.dumps(_points_file(told), allow_nan=False).encode())
     if output is not None and made is not None:

@@ -29,12 +29,12 @@ def board(
     from app.cli.requests import options_from
     from app.core.board import Board
     from app.images import ImageDecoder
-    from app.workflows.board_request import BoardTask
+    from app.workflows.board_request import BoardCalibrationRequest
 
     markers = {"marker_mm": marker_mm, "dictionary": dictionary, "legacy": legacy}
     seen = Board.from_json({"kind": kind, "columns": columns, "rows": rows, "square_mm": square_mm,
                             **{name: value for name, value in markers.items() if value}})
-    task = BoardTask(seen, model, options_from(option, None, None, None, None))
+    task = BoardCalibrationRequest(seen, model, options_from(option, None, None, None, None))
     with progress_bar("Looking for the board") as progress, ImageDecoder(workers=1) as decoder:
         found = task.from_pictures(
             ((path.name, lambda path=path: decoder.frame_from_bytes(files.read_bytes(path))) for path in pictures),

@@ -70,7 +70,7 @@ def correct(
     """Correct one picture."""
     from app.cli import files
     from app.cli.console import progress_bar
-    from app.imaging.correction import View
+    from app.imaging.correction import CorrectedView
     from app.models import model_from_json
     from app.workflows import calibration as workflow
 
@@ -79,7 +79,7 @@ def correct(
     with progress_bar("Correcting") as progress:
         frame = files.read_picture(image)
         progress(0.3, "Correcting")
-        corrected = workflow.correct(frame.pixels, model, known.image_size, View(margin, width))
+        corrected = workflow.correct(frame.pixels, model, known.image_size, CorrectedView(margin, width))
         progress(0.8, "Writing")
         files.write_picture(output, corrected)
 

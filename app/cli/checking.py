@@ -26,15 +26,15 @@ def check(
     from app.cli import files
     from app.cli.console import progress_bar
     from app.images import ImageDecoder
-    from app.workflows.automatic_request import one_picture
-    from app.workflows.calibration import part_of
+    from app.workflows.automatic_request import median_frame
+    from app.workflows.calibration import subprogress
     from app.workflows.check import check as judged
 
     known = files.read_calibration(calibration)
     with progress_bar("Checking the calibration") as progress, ImageDecoder(workers=1) as decoder:
         reads = [lambda path=path: decoder.frame_from_bytes(files.read_bytes(path)) for path in pictures]
-        frame = one_picture(reads, part_of(progress, 0.0, 0.4))
-        found = judged(known, frame.pixels, part_of(progress, 0.4, 1.0))
+        frame = median_frame(reads, subprogress(progress, 0.0, 0.4))
+        found = judged(known, frame.pixels, subprogress(progress, 0.4, 1.0))
     if drawn is not None:
         files.write_picture(drawn, _drawn(frame.pixels, found))
     print(json.dumps(found, allow_nan=False) if as_json else _in_words(found))

@@ -38,9 +38,9 @@ def detect(
     from app.cli import files
     from app.core.colour_profile import ColourProfile
     from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
+    from app.workflows.detection import context_for
     from app.workflows.detection import detect as detected
-    from app.workflows.detection import drawn as drawn_over
-    from app.workflows.detection import setting_for
+    from app.workflows.detection import detections_image as drawn_over
 
     told = None if calibration is None else files.read_calibration(calibration)
     profile = None if colours is None else ColourProfile.from_json(
@@ -51,7 +51,7 @@ def detect(
     found = detected(frame.pixels, plan, calibration=told, profile=profile, clicks=_clicks(click or []),
                      mm_per_px=mm_per_px, eye_mm=eye_mm, pictures=wanted)
     if drawn is not None:
-        view = setting_for(frame.size, found.profile, told, mm_per_px, eye_mm).view
+        view = context_for(frame.size, found.profile, told, mm_per_px, eye_mm).view
         files.write_picture(drawn, drawn_over(frame.pixels, found.seen.detections, view))
     for number, (name, pixels) in enumerate(found.seen.pictures.items(), 1):
         files.write_picture(stage_pictures / f"{number}-{name}.png", pixels)

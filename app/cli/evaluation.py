@@ -59,8 +59,8 @@ def difference(
     a, b = files.read_calibration(one), files.read_calibration(other)
     found = workflow.difference(_model(a), _model(b), _region(a))
     if png is not None:
-        files.write_picture(png, workflow.millimetre_map(_grid(found, "mm"), _region(a),
-                                                         f"{other.stem} from {one.stem}"))
+        files.write_picture(png, workflow.error_map_image(_grid(found, "mm"), _region(a),
+                                                          f"{other.stem} from {one.stem}"))
     if as_json:
         print(json.dumps(found, allow_nan=False))
     elif found["max_mm"] is None:
@@ -84,8 +84,8 @@ def uncertainty(
     known = files.read_calibration(calibration)
     found = workflow.uncertainty(_model(known), known.covariance, _region(known), z_mm)
     if png is not None:
-        files.write_picture(png, workflow.millimetre_map(_grid(found, "sigma_mm"), _region(known),
-                                                         f"expected error at z = {z_mm:g} mm"))
+        files.write_picture(png, workflow.error_map_image(_grid(found, "sigma_mm"), _region(known),
+                                                          f"expected error at z = {z_mm:g} mm"))
     if as_json:
         print(json.dumps(found, allow_nan=False))
     else:

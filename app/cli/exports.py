@@ -56,17 +56,18 @@ def import_file(
     from app.settings import Settings
     from app.store.field_repository import FieldShelf
     from app.workflows import interchange
-    from app.workflows.calibration_request import stamped
+    from app.workflows.calibration_request import with_new_id
 
     size = None if image_size is None else interchange.size_from_text(image_size)
-    wanted = interchange.Wanted(field, region, rotate, size, None, camera_id, model)
+    wanted = interchange.ImportOptions(field, region, rotate, size, None, camera_id, model)
     found = interchange.read_file(files.read_bytes(file, files.MAX_JSON_BYTES), file.name, camera_id)
     if interchange.is_lens(found):
-        files.write_lens(output, interchange.lens_from(found, wanted))
+        files.write_lens(output, interchange.lens_record_from_file(found, wanted))
         print(f"A lens, written to {output}: hold it with --lens; the field then tells where the camera hangs.")
         return
     if not isinstance(found, Calibration):
-        found = stamped(interchange.calibration_from(found, wanted, FieldShelf(fields or Settings().own_fields)))
+        found = with_new_id(interchange.calibration_from_file(found, wanted, FieldShelf(fields or
+                                                                                        Settings().own_fields)))
     files.write_calibration(output, found)
     print(f"A calibration ({found.model_name}, {found.image_size.width} × {found.image_size.height} px, "
           f"{found.field['name']} {found.region}), written to {output}.")

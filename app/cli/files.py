@@ -75,7 +75,7 @@ def read_held_lens(path: Path) -> dict[str, Any]:
             return {"name": bent.bend.name, "lens": bent.to_json()}
         lens = PinholeLens.from_json(value.get("lens"))
         return {"name": lens.model, "lens": lens.to_json()}
-    return EXPORTS["json"].read(data).held_lens()
+    return EXPORTS["json"].read(data).lens_option()
 
 
 def write_lens(path: Path, found: Mapping[str, Any]) -> None:

@@ -30,17 +30,17 @@ def motion(
         raise typer.BadParameter("there is no --calibration that could be refined", param_hint="--refined")
     rolling_request.check("report", kind, 0.0)
     told = None if calibration is None else files.read_calibration(calibration)
-    refinable = rolling_request.refinable(told) if refined is not None else None
+    refinable = rolling_request.check_refinable(told) if refined is not None else None
     with progress_bar("Following what moves") as progress:
-        rolling = rolling_request.followed(film.absolute(), progress, told)
-    found = rolling.report(*rolling_request.judged(told, rolling.size))
+        rolling = rolling_request.track_film(film.absolute(), progress, told)
+    found = rolling.report(*rolling_request.model_for_size(told, rolling.size))
     if drawn is not None:
         files.write_picture(drawn, _drawn(rolling.last, found))
     if lens is not None:
         files.write_lens(lens, rolling_request.lens_record(rolling.rolls, rolling.size, kind, note=f"From {film.name}"))
     if refined is not None:
         made = rolling_request.lens_record(rolling.rolls, rolling.size, refinable)
-        files.write_calibration(refined, rolling_request.refined(told, made))
+        files.write_calibration(refined, rolling_request.refine(told, made))
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
     for path in (lens, refined):
         if path is not None:

@@ -18,12 +18,13 @@ def pair(
     """Judge two cameras by matched points, by their calibrations, or by both."""
     from app.cli import files
     from app.cli.console import progress_bar
-    from app.workflows.pair import judge_pair
+    from app.workflows.pair import evaluate_pair
 
     given: dict[str, Any] = files.read_matches(matches) if matches is not None else {}
     one, other = (files.read_calibration(path) if path is not None else None for path in (a, b))
     with progress_bar("Judging the pair") as progress:
-        found = judge_pair(given.get("points_a"), given.get("points_b"), one, other, given.get("z_mm", z_mm), progress)
+        found = evaluate_pair(given.get("points_a"), given.get("points_b"), one, other, given.get("z_mm", z_mm),
+                              progress)
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
 
 

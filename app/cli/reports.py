@@ -62,8 +62,8 @@ def known_and_shown(calibration: str, picture: Path | None, data: Path | None, c
     known, shown = (_kept(calibration, data, config) if _is_id(calibration) else
                     (files.read_calibration(Path(calibration)), None))
     if picture is not None:
-        shown = made.Shown(_of_its_size(files.read_picture(picture), known, picture))
-    return known, shown or made.Shown(None, "No picture was given.")
+        shown = made.ReportPicture(_of_its_size(files.read_picture(picture), known, picture))
+    return known, shown or made.ReportPicture(None, "No picture was given.")
 
 
 def _is_id(word: str) -> bool:
@@ -75,7 +75,7 @@ def _kept(id: str, data: Path | None, config: Path | None) -> tuple[Any, Any]:
     from app.cli.console import FileTrouble
     from app.images import frame_from_bytes
     from app.main import store_of
-    from app.report import shown_of
+    from app.report import report_picture
     from app.settings import load_settings
 
     settings = load_settings(config, data=data)
@@ -83,7 +83,7 @@ def _kept(id: str, data: Path | None, config: Path | None) -> tuple[Any, Any]:
         raise FileTrouble(f"There is no data folder {settings.data}.", "Name the one that the server uses with --data.")
     with store_of(settings) as store:
         calibration = store.calibration(id)
-        return calibration, shown_of(calibration, lambda snapshot: frame_from_bytes(store.picture(snapshot)))
+        return calibration, report_picture(calibration, lambda snapshot: frame_from_bytes(store.picture(snapshot)))
 
 
 def _of_its_size(frame: Any, known: Any, path: Path) -> Any:

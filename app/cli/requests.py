@@ -49,7 +49,7 @@ def task_of(image: Path, size: Any, sha256: str, given: dict[str, Any], shelf: A
     from app.core.errors import BadInput, Conflict
     from app.core.geometry import ImageSize
     from app.core.records import observations_from_json
-    from app.workflows.calibration_request import Task
+    from app.workflows.calibration_request import CalibrationRequest
 
     field_name, region_name = field or given.get("field"), region or given.get("region")
     if field_name is None or region_name is None:
@@ -60,9 +60,9 @@ def task_of(image: Path, size: Any, sha256: str, given: dict[str, Any], shelf: A
     if "image_size" in given and ImageSize.of(given["image_size"]) != size:
         raise Conflict(f"{image} is {size.width} × {size.height} px; the points are for a picture of "
                        f"{given['image_size']}.", "Give the picture that was clicked.", reason="size-mismatch")
-    return Task(observations_from_json(given["observations"]), seen, seen.region(region_name, turn), size,
-                model or given.get("model") or "polynomial", {**(given.get("options") or {}), **options},
-                image_sha256=sha256, note=note or given.get("note", ""))
+    return CalibrationRequest(observations_from_json(given["observations"]), seen, seen.region(region_name, turn), size,
+                              model or given.get("model") or "polynomial", {**(given.get("options") or {}), **options},
+                              image_sha256=sha256, note=note or given.get("note", ""))
 
 
 def options_from(words: list[str] | None, lens: Path | None, lens_sigma: str | None, height_mm: float | None,

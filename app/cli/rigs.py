@@ -70,7 +70,7 @@ def stitch(
     made, names = stitcher_of(known, pictures, FieldView(field_from_json(known["field"]), width))
     files.write_picture(output, made.stitch([pictures[name] for name in names]))
     print(f"{output}: {made.view.size.width} × {made.view.size.height} px, {1 / made.view.px_per_mm:.2g} mm a px. "
-          f"{made.told()['words']}")
+          f"{made.unseen_summary()['words']}")
 
 
 def _rig(which: list[str], picture: list[Path] | None, data: Path | None, config: Path | None,

@@ -26,22 +26,23 @@ def straight(
     from app.core.geometry import ImageSize
     from app.images import ImageDecoder
     from app.models.plumb_line import PlumbLens
-    from app.workflows.straight_lines import straightened
-    from app.workflows.straight_lines_request import PlumbTask
+    from app.workflows.straight_lines import undistort
+    from app.workflows.straight_lines_request import StraightLinesRequest
 
     pictures = pictures or []
     if corrected is not None and not pictures:
         raise typer.BadParameter("--corrected needs a picture.")
     given: dict[str, Any] = files.read_lines(lines) if lines is not None else {"lines": []}
     size = given.get("image_size")
-    task = PlumbTask(lens, centre_sigma_px, tuple(given["lines"]), None if size is None else ImageSize.of(size))
+    task = StraightLinesRequest(lens, centre_sigma_px, tuple(given["lines"]), None if size is None else
+                                ImageSize.of(size))
     with progress_bar("Looking for edges") as progress, ImageDecoder(workers=1) as decoder:
         def read(path: Path) -> Any:
             return decoder.frame_from_bytes(files.read_bytes(path))
 
         found = task.answer(((path.name, lambda path=path: read(path)) for path in pictures), len(pictures), progress)
         if corrected is not None:
-            files.write_picture(corrected, straightened(read(pictures[0]).pixels, PlumbLens.from_json(found["lens"])))
+            files.write_picture(corrected, undistort(read(pictures[0]).pixels, PlumbLens.from_json(found["lens"])))
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
 
 

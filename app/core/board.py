@@ -92,7 +92,7 @@ class Board:
 
 @dataclass(frozen=True, eq=False)
 class BoardView:
-    """One picture's corners: pixels (n, 2) raw, places_mm (n, 3) on the board. name: what messages call it."""
+    """One picture's corners: pixels (n, 2) raw, places_mm (n, 3) on the board. name: for messages."""
 
     pixels: Points
     places_mm: NDArray[np.float64]

@@ -18,9 +18,9 @@ from typing import Any, Self
 from app.core.errors import BadInput
 
 Bgr = tuple[float, float, float]
-MOST_COLOURS = 12
-MOST_SAMPLES = 40  # of one colour; five clicks are usual
-NAMES = {  # what each colour is for, and how it looks where nobody has clicked yet (BGR)
+MAX_COLOURS = 12
+MAX_SAMPLES = 40  # of one colour; five clicks are usual
+NAMES = {  # how each colour usually looks (BGR), until it is clicked
     "orange": (30.0, 112.0, 250.0), "yellow": (40.0, 214.0, 246.0), "blue": (210.0, 96.0, 24.0),
     "pink": (190.0, 92.0, 250.0), "green": (92.0, 232.0, 110.0), "cyan": (222.0, 214.0, 60.0),
     "purple": (214.0, 52.0, 120.0), "red": (44.0, 30.0, 222.0)}
@@ -28,7 +28,7 @@ _FORM = "Give a profile as touchline detect --save-colours writes it."
 
 
 @dataclass(frozen=True)
-class Sample:
+class ColourSample:
     """A colour as it was seen, and how much it varied there: standard deviation of its chroma."""
 
     bgr: Bgr
@@ -40,11 +40,11 @@ class Sample:
 
 @dataclass(frozen=True)
 class ColourProfile:
-    """Samples by the colour's name. light: mean BGR of the picture they come from, None where nobody measured it."""
+    """Samples by the colour's name. light: mean BGR of the picture they come from, None if not measured."""
 
     name: str
-    colours: Mapping[str, tuple[Sample, ...]]
-    background: tuple[Sample, ...] = ()
+    colours: Mapping[str, tuple[ColourSample, ...]]
+    background: tuple[ColourSample, ...] = ()
     light: Bgr | None = None
     reach: float = 3.0
     margin: float = 0.7
@@ -59,14 +59,14 @@ class ColourProfile:
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
-        """Read what to_json wrote, or somebody wrote by hand; BadInput for anything else."""
+        """Read a profile written by to_json or by hand; BadInput for anything else."""
         known = {"name", "colours", "background", "light", "reach", "margin"}
         if not isinstance(value, Mapping) or not {"name", "colours"} <= set(value) <= known:
             raise _refused("This is no colour profile.")
         name, colours = value["name"], value["colours"]
         if not isinstance(name, str) or not 0 < len(name) <= 80 or not name.isprintable():
             raise _refused("The colour profile has no name.")
-        if not isinstance(colours, Mapping) or not 0 < len(colours) <= MOST_COLOURS:
+        if not isinstance(colours, Mapping) or not 0 < len(colours) <= MAX_COLOURS:
             raise _refused("The colour profile has no colours.")
         for colour in colours:
             if colour not in NAMES:
@@ -78,14 +78,14 @@ class ColourProfile:
                    _number(value.get("reach", 3.0), 0.5, 20), _number(value.get("margin", 0.7), 0, 10))
 
 
-def _samples(value: Any, colour: str) -> tuple[Sample, ...]:
-    if not isinstance(value, (list, tuple)) or len(value) > MOST_SAMPLES or (not value and colour != "background"):
-        raise _refused(f"The colour {colour} has no samples, or more than {MOST_SAMPLES}.")
+def _samples(value: Any, colour: str) -> tuple[ColourSample, ...]:
+    if not isinstance(value, (list, tuple)) or len(value) > MAX_SAMPLES or (not value and colour != "background"):
+        raise _refused(f"The colour {colour} has no samples, or more than {MAX_SAMPLES}.")
     found = []
     for sample in value:
         if not isinstance(sample, Mapping) or not {"rgb"} <= set(sample) <= {"rgb", "spread"}:
             raise _refused(f"A sample of {colour} is none.")
-        found.append(Sample(_bgr(sample["rgb"]), _number(sample.get("spread", 0.0), 0, 1)))
+        found.append(ColourSample(_bgr(sample["rgb"]), _number(sample.get("spread", 0.0), 0, 1)))
     return tuple(found)
 
 

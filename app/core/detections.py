@@ -1,6 +1,6 @@
-"""What is seen on a field at one moment: the ball, robots and their markers, each with how sure that is.
+"""Detections on a field at one moment: the ball, robots and their markers, each with its confidence.
 
-A detection's pixel is raw. Its place is in field mm at its own height z_mm, and None where no calibration tells it.
+A detection's pixel is raw. Its place is in field mm at its own height z_mm; None without a calibration.
 """
 
 from dataclasses import dataclass
@@ -19,10 +19,10 @@ _FORM = "Give what a detection's to_json wrote."
 
 @dataclass(frozen=True)
 class Detection:
-    """One thing that was seen.
+    """One detected thing.
 
     kind: "marker" is a patch of a team's colour of which nothing more is known. id: a robot's number, None where its
-    pattern cannot be told. pixel: of its middle, raw. covariance_mm2: of x_mm and y_mm. on_carpet: the place is where
+    pattern is not readable. pixel: of its middle, raw. covariance_mm2: of x_mm and y_mm. on_carpet: the place is where
     the line of sight meets the carpet, as the model has no rays; what is higher stands elsewhere.
     """
 
@@ -69,7 +69,7 @@ class Detection:
 
 @dataclass(frozen=True)
 class Detections:
-    """All that one frame showed. frame: its number, where somebody counts. time_s: when it was taken, unix."""
+    """All detections of one frame. frame: its number, if counted. time_s: when it was taken, unix."""
 
     items: tuple[Detection, ...]
     image_size: ImageSize

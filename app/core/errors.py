@@ -5,11 +5,11 @@
     │   ├── FitFailed             the points do not determine a model            (422)
     │   └── BadImage              the bytes are no picture that we would decode  (422)
     │       └── ImageTooLarge     more bytes or pixels than we would decode      (413)
-    ├── NotFound                  a name or id that nobody knows                 (404)
+    ├── NotFound                  a name or id that is not known                 (404)
     ├── Conflict                  it exists, but not in the state that is wanted (409)
-    ├── Stale                     somebody else was faster                       (412)
+    ├── Stale                     changed by another meanwhile                   (412)
     ├── Cancelled                 the caller asked to stop                       (409)
-    ├── Busy                      more is asked at once than can be done         (429)
+    ├── Busy                      more requests at once than can be served         (429)
     └── Unavailable               a part that we need is down or busy            (503)
         └── DiskFull              nothing more can be saved                      (507)
 """
@@ -18,7 +18,7 @@ from typing import ClassVar
 
 
 class TouchlineError(Exception):
-    """What happened, in one sentence, and the deed that cures it.
+    """What happened, in one sentence, and what to do about it.
 
     reason: a short kebab-case name that scripts can test, such as "too-few-points". It is the
     last part of a problem's type and never changes once published.

@@ -164,7 +164,7 @@ class Region:
 class Field:
     """A field by name, with everything that is painted on it.
 
-    hat_height_mm: how high above the carpet robots carry their patterns, where positions are judged as well.
+    hat_height_mm: how high above the carpet robots carry their patterns, where errors are evaluated as well.
     """
 
     name: str

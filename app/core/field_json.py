@@ -26,8 +26,8 @@ from app.core.field import (
 
 NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
 MAX_NAME = 64
-HIGHEST_HAT_MM = 2000.0  # a grown-up humanoid
-SMALLEST_MM, LARGEST_MM = 100.0, 100_000.0  # a table top to a stadium
+MAX_HAT_MM = 2000.0  # a grown-up humanoid
+MIN_SIDE_MM, MAX_SIDE_MM = 100.0, 100_000.0  # a table top to a stadium
 MAX_MEMBERS = 500  # of each kind; the richest league field has 60
 SAME_MM = 0.01  # two ways to say one place may differ by this
 
@@ -39,8 +39,8 @@ def field_from_json(value: Any) -> Field:
     keys(value, "The field", ("name", "length_mm", "width_mm", "regions"),
          ("title", "line_width_mm", "lines", "arcs", "landmarks", "hat_height_mm", "extras"))
     name = safe_name(value["name"], "name")
-    length = number(value["length_mm"], "length_mm", SMALLEST_MM, LARGEST_MM)
-    width = number(value["width_mm"], "width_mm", SMALLEST_MM, LARGEST_MM)
+    length = number(value["length_mm"], "length_mm", MIN_SIDE_MM, MAX_SIDE_MM)
+    width = number(value["width_mm"], "width_mm", MIN_SIDE_MM, MAX_SIDE_MM)
     thick = number(value.get("line_width_mm", DEFAULT_LINE_WIDTH_MM), "line_width_mm", 0.1, 500)
     far = (length, width)  # markings may lie outside the field, as goals do, but not by more than half of it
     lines = members(value.get("lines", []), "lines", lambda v, at: _line(v, at, far, thick))
@@ -53,7 +53,7 @@ def field_from_json(value: Any) -> Field:
     _every_name_once(lines, arcs, landmarks)
     return Field(name, text(value.get("title", name), "title", 120), length, width, lines, arcs, landmarks, regions,
                  _extras(value.get("extras", {}), landmarks),
-                 number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, HIGHEST_HAT_MM))
+                 number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, MAX_HAT_MM))
 
 
 def _line(value: Any, at: str, far: Point, thick: float) -> Line:
@@ -148,9 +148,9 @@ def _extras(value: Any, landmarks: Mapping[str, Landmark]) -> dict[str, Any]:
         at = f"extras.{key}"
         if key in sizes:
             keys(given, at, sizes[key], ())
-            extras[key] = {size: number(given[size], f"{at}.{size}", 0, LARGEST_MM) for size in sizes[key]}
+            extras[key] = {size: number(given[size], f"{at}.{size}", 0, MAX_SIDE_MM) for size in sizes[key]}
         elif key == "corner_cut_mm":
-            extras[key] = number(given, at, 0, LARGEST_MM)
+            extras[key] = number(given, at, 0, MAX_SIDE_MM)
         elif key == "carpet":
             extras[key] = choice(given, at, ("green", "black"))
         elif key == "note":

@@ -1,4 +1,4 @@
-"""The conventions that everything else keeps: frames, units, the pixel origin, and the NaN rule.
+"""The conventions of all packages: frames, units, the pixel origin, and the NaN rule.
 
 Frames
     raw         pixels of the picture as it came from the camera
@@ -82,6 +82,12 @@ def as_points(value: Any, what: str = "The points") -> Points:
             f"{what} contain a number that is not finite or beyond {MAX_COORDINATE:g} (point {bad[0] + 1}).",
             "Remove or correct that point.", reason="non-finite-points", index=int(bad[0]))
     return points
+
+
+def inside_picture(raw: Points, size: ImageSize, margin_px: float | NDArray = -0.5) -> NDArray[np.bool_]:
+    """(...,) whether raw px (..., 2) lie in a picture, at least margin_px from its outermost pixels' centres."""
+    with np.errstate(invalid="ignore"):
+        return ((raw >= margin_px) & (raw <= np.array(tuple(size)) - 1 - margin_px)).all(axis=-1)
 
 
 def unreachable_where(bad: NDArray[np.bool_], points: Points) -> Points:

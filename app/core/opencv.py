@@ -1,7 +1,6 @@
-"""The one seam to OpenCV: point shapes normalised, so that 4.x and 5.x answer alike.
+"""OpenCV functions that differ between versions or that several packages use, with one shape for points: (n, 2).
 
-OpenCV 5 returns (N, 2) where OpenCV 4 returned (N, 1, 2); fisheye functions take only (1, N, 2).
-Whoever passes points to cv2 or takes points from it comes through here.
+OpenCV 5 returns (N, 2) where OpenCV 4 returned (N, 1, 2).
 """
 
 import cv2
@@ -40,13 +39,13 @@ def paste(target: NDArray[np.uint8], pixels: NDArray[np.uint8], mask: NDArray[np
     cv2.copyTo(pixels, mask, target)
 
 
-def weighted(pixels: NDArray[np.uint8], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+def multiply(pixels: NDArray[np.uint8], weight: NDArray[np.float32]) -> NDArray[np.float32]:
     """Pixels (n, 3) times their weights (n, 3)."""
     return cv2.multiply(pixels, weight, dtype=cv2.CV_32F)
 
 
-def rounded(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """To the nearest grey level, 255 at most; no value may be negative."""
+def round_to_uint8(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Round to the nearest grey level, 255 at most; no value may be negative."""
     return cv2.convertScaleAbs(values)
 
 
@@ -81,8 +80,8 @@ def find_charuco(gray: NDArray[np.uint8], columns: int, rows: int, square: float
     return points_from_cv(corners), np.asarray(ids, np.int64).reshape(-1)
 
 
-def smaller(gray: NDArray[np.uint8], longest: int) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """The picture with its longer side at most `longest` px, and the scale (x, y) it was given; 1 where it fits."""
+def fit_within(gray: NDArray[np.uint8], longest: int) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+    """Shrink a picture to at most `longest` px on its longer side; return it and its scale (x, y), 1 where it fits."""
     height, width = gray.shape
     if max(height, width) <= longest:
         return gray, np.ones(2)
@@ -91,7 +90,7 @@ def smaller(gray: NDArray[np.uint8], longest: int) -> tuple[NDArray[np.uint8], N
     return cv2.resize(gray, size, interpolation=cv2.INTER_AREA), np.array([size[0] / width, size[1] / height])
 
 
-def shrunk(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
+def shrink_to_width(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
     """A picture (h, w[, channels]) at most so wide; as it is where it fits."""
     if pixels.shape[1] <= width:
         return pixels
@@ -99,38 +98,38 @@ def shrunk(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
                       interpolation=cv2.INTER_AREA)
 
 
-def resized(values: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
-    """A grid of values spread bilinearly over width × height pixels, its corners on the corners; NaN spreads."""
+def resize_grid(values: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
+    """Resize a grid of values bilinearly to width × height pixels, its corners on the corners; NaN spreads."""
     rows, columns = values.shape
     x, y = np.meshgrid(np.linspace(0, columns - 1, width, dtype=np.float32),
                        np.linspace(0, rows - 1, height, dtype=np.float32))
     return cv2.remap(values.astype(np.float32), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
 
 
-def colours() -> NDArray[np.uint8]:
-    """256 BGR shades from dark to bright that colour-blind eyes tell apart as well (viridis)."""
+def viridis() -> NDArray[np.uint8]:
+    """Return viridis: 256 BGR shades from dark to bright, distinct for colour-blind eyes as well."""
     return cv2.applyColorMap(np.arange(256, dtype=np.uint8)[:, None], cv2.COLORMAP_VIRIDIS)[:, 0]
 
 
-def write(picture: NDArray[np.uint8], text: str, at: tuple[int, int], colour: tuple[int, int, int]) -> None:
-    """Small text into a picture; at is its lower left corner."""
+def draw_text(picture: NDArray[np.uint8], text: str, at: tuple[int, int], colour: tuple[int, int, int]) -> None:
+    """Draw small text into a picture; at is its lower left corner."""
     cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.42, colour, 1, cv2.LINE_AA)
 
 
-def mark(picture: NDArray[np.uint8], at: tuple[int, int], colour: tuple[int, int, int]) -> None:
-    """A small cross in a ring."""
+def draw_marker(picture: NDArray[np.uint8], at: tuple[int, int], colour: tuple[int, int, int]) -> None:
+    """Draw a small cross in a ring."""
     cv2.circle(picture, at, 7, colour, 1, cv2.LINE_AA)
     cv2.drawMarker(picture, at, colour, cv2.MARKER_CROSS, 7, 1, cv2.LINE_AA)
 
 
-def grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """One channel of a picture (h, w), (h, w, 3) BGR or (h, w, 4) BGRA."""
+def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return one channel of a picture (h, w), (h, w, 3) BGR or (h, w, 4) BGRA."""
     if pixels.ndim == 2:
         return pixels
     return cv2.cvtColor(pixels, cv2.COLOR_BGRA2GRAY if pixels.shape[2] == 4 else cv2.COLOR_BGR2GRAY)
 
 
-def gradients(gray: NDArray[np.uint8], blur_px: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def blurred_gradients(gray: NDArray[np.uint8], blur_px: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Brightness by x and by y, grey levels a px, of the picture blurred by a Gaussian."""
     soft = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), blur_px, borderType=cv2.BORDER_REPLICATE)
     half = np.array([-0.5, 0.0, 0.5], np.float32)

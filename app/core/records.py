@@ -1,7 +1,7 @@
-"""The records that flow through the house: Frame → Observations → Fit → Report → Calibration.
+"""The records that flow through the program: Frame → Observations → Fit → Report → Calibration.
 
 Each is frozen; a better fit is a new Calibration that keeps its inputs and names its parent. Arrays inside
-are read-only. JSON both ways where a record is kept.
+are read-only. Stored records are written to and read from JSON.
 """
 
 from collections.abc import Mapping
@@ -53,7 +53,7 @@ class Observation:
 
     @property
     def label(self) -> str:
-        """How a message calls it: "the left border", "centre-line", "(0, 500) mm"."""
+        """Its name in messages: "the left border", "centre-line", "(0, 500) mm"."""
         if isinstance(self.feature, str):
             return f"the {self.feature} border" if self.feature in ("left", "right", "top", "bottom") else self.feature
         return f"({self.feature[0]:g}, {self.feature[1]:g}) mm"
@@ -105,7 +105,7 @@ def observations_from_json(value: Any) -> Observations:
 
 @dataclass(frozen=True)
 class Warning:
-    """Something the operator should know, with its cure. reason: kebab-case, for scripts."""
+    """Something the operator should know, with a fix. reason: kebab-case, for scripts."""
 
     reason: str
     text: str
@@ -122,12 +122,12 @@ class Warning:
 class Fit:
     """A model and how it came about.
 
-    inliers: for each observation a bool array, false where a point was named a stray and left out.
+    inliers: for each observation a bool array, false where a point was rejected as an outlier.
     used: for each observation, whether the model rests on it; the others only check it.
     covariance (n, n) of the parameters named by parameter_names, where the fit knows it.
     """
 
-    model: Any  # a CameraModel; models stand one floor up
+    model: Any  # a CameraModel; app.models imports this module
     inliers: tuple[NDArray[np.bool_], ...]
     used: tuple[bool, ...]
     warnings: tuple[Warning, ...] = ()
@@ -138,7 +138,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Calibration:
-    """One immutable version: the model, what it came from, and what it is worth. All plain JSON inside."""
+    """One immutable version: the model, what it was made from, and its report. All plain JSON inside."""
 
     id: str
     version: int
@@ -190,14 +190,14 @@ class Calibration:
             raise BadInput(f"This is no calibration: {error!r}.", "Give a file that Touchline exported as json.",
                            reason="bad-calibration") from None
 
-    def held_lens(self) -> dict[str, Any]:
-        """As the option "lens" of another fit takes it: the camera, and how well its fit knew it where that is told."""
+    def lens_option(self) -> dict[str, Any]:
+        """Return the value of the option "lens" of another fit: the camera, and its covariance where it is known."""
         return {"name": self.model_name, "parameters": dict(self.model_parameters),
                 **({} if self.covariance is None else {"covariance": self.covariance})}
 
     @property
     def covariance(self) -> Any:
-        """What the report says of it; a report from outside may be anything."""
+        """The report's covariance, if any."""
         return self.report.get("covariance") if isinstance(self.report, Mapping) else None
 
     def activated(self, active: bool) -> Self:

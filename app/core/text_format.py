@@ -4,18 +4,18 @@ import math
 import re
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-SMALLEST = 1e-6  # below it noughts are no longer counted: 3.1 × 10⁻⁸
-LARGEST = 1e6
-TINIEST = 1e-300  # a σ below it is none
+MIN_PLAIN = 1e-6  # below it noughts are no longer counted: 3.1 × 10⁻⁸
+MAX_PLAIN = 1e6
+MIN_SIGMA = 1e-300  # a σ below it is none
 
 
-def plain(value: float, digits: int = 2) -> str:
+def format_number(value: float, digits: int = 2) -> str:
     """With that many significant digits, whole parts in full: 0.26, 1.5, 124, −0.000064, 3.1 × 10⁻⁸."""
     if not math.isfinite(value):
         return "not known"
     rounded = float(f"{value:.{digits - 1}e}")
     power = _power(rounded)
-    if rounded != 0 and not SMALLEST <= abs(rounded) < LARGEST:
+    if rounded != 0 and not MIN_PLAIN <= abs(rounded) < MAX_PLAIN:
         mantissa = f"{rounded:.{digits - 1}e}".partition("e")[0].replace("-", "−")  # 10⁻³²⁴ is no number to divide by
         return f"{mantissa} × 10{str(power).translate(SUPERSCRIPT)}"
     if power >= digits:
@@ -24,15 +24,15 @@ def plain(value: float, digits: int = 2) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def with_sigma(value: float, sigma: float) -> str:
+def format_with_sigma(value: float, sigma: float) -> str:
     """A value and how well it is known, to two digits of its σ: −0.000064 ± 0.00008, (−6.4 ± 8) × 10⁻⁸."""
-    if not (math.isfinite(value) and math.isfinite(sigma) and sigma > TINIEST):
-        return plain(value)
+    if not (math.isfinite(value) and math.isfinite(sigma) and sigma > MIN_SIGMA):
+        return format_number(value)
     power = _power(sigma)
-    if not SMALLEST <= sigma < LARGEST:
-        both = f"({_fixed(value / 10.0**power, 1)} ± {plain(sigma / 10.0**power)})"
+    if not MIN_PLAIN <= sigma < MAX_PLAIN:
+        both = f"({_fixed(value / 10.0**power, 1)} ± {format_number(sigma / 10.0**power)})"
         return f"{both} × 10{str(power).translate(SUPERSCRIPT)}"
-    return f"{_fixed(value, max(0, 1 - power))} ± {plain(sigma)}"
+    return f"{_fixed(value, max(0, 1 - power))} ± {format_number(sigma)}"
 
 
 def _power(value: float) -> int:

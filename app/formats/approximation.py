@@ -9,7 +9,7 @@ from app.core.errors import Conflict
 from app.core.field import Region
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
-from app.evaluate.fit.approximation import Loss, loss_of, stand_in
+from app.evaluate.fit.approximation import ApproximationError, approximate_camera, approximation_error
 from app.models import MODELS, CameraModel, model_from_json
 from app.models.ray_camera import RayCamera
 
@@ -23,7 +23,7 @@ class Held:
     """The camera that is written; loss: None where it is the calibration's own. camera_id: of formats that number."""
 
     camera: RayCamera
-    loss: Loss | None = None
+    loss: ApproximationError | None = None
     camera_id: int | None = None
 
 
@@ -56,17 +56,17 @@ def own_camera(model: CameraModel, lenses: Mapping[str, tuple[str, ...]], square
 
 @lru_cache(maxsize=64)
 def nearest(model: CameraModel, lenses: tuple[tuple[str, tuple[str, ...]], ...], square: bool, region: Region,
-            hat_height_mm: float) -> tuple[RayCamera, Loss]:
+            hat_height_mm: float) -> tuple[RayCamera, ApproximationError]:
     """The nearest camera with one of those lenses, with as few terms as do, and what it costs."""
     found = []
     for name, terms in lenses:
         family = MODELS[name]
         for chosen in dict.fromkeys([*(rung for rung in LADDER if set(rung) < set(terms)), terms]):
             try:
-                camera = stand_in(model, family, chosen, region, hat_height_mm, square=square)
+                camera = approximate_camera(model, family, chosen, region, hat_height_mm, square=square)
             except Conflict:
                 continue
-            found.append((camera, loss_of(model, camera, region, hat_height_mm)))
+            found.append((camera, approximation_error(model, camera, region, hat_height_mm)))
     best = min((_worst(loss) for _, loss in found), default=float("inf"))
     if not best < float("inf"):
         raise Conflict("No lens of this format comes near this calibration over its region.",
@@ -74,7 +74,7 @@ def nearest(model: CameraModel, lenses: tuple[tuple[str, tuple[str, ...]], ...],
     return next((c, loss) for c, loss in found if _worst(loss) <= NO_WORSE * best + NO_WORSE_MM)
 
 
-def _worst(loss: Loss) -> float:
+def _worst(loss: ApproximationError) -> float:
     return max(loss.worst_mm, loss.hat_worst_mm or 0.0)
 
 

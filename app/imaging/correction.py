@@ -21,7 +21,7 @@ BORDER_BGR = (24, 20, 16)  # what the raw picture does not show
 
 
 @dataclass(frozen=True)
-class View:
+class CorrectedView:
     """Which part of the corrected frame is drawn, and how large.
 
     margin_px: corrected pixels shown around the field on each side. width: of the picture that is drawn, px;
@@ -80,7 +80,7 @@ class CorrectionMap:
         return opencv.fixed_point_maps(self.raw_x, self.raw_y)
 
 
-def correction_map(model: Rectification, view: View = View()) -> CorrectionMap:
+def correction_map(model: Rectification, view: CorrectedView = CorrectedView()) -> CorrectionMap:
     """The map for one view of one model."""
     size = view.size(model)
     if size.width * size.height > MAX_MAP_PX:

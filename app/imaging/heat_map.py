@@ -20,9 +20,9 @@ def heat_map(values: NDArray[np.float64], *, width: int, height: int, unit: str,
     known = values[np.isfinite(values)]
     largest = float(known.max()) if known.size else 1.0
     end = top or round_up(largest)
-    field = opencv.resized(np.where(np.isfinite(values), values, np.nan), width, height)
+    field = opencv.resize_grid(np.where(np.isfinite(values), values, np.nan), width, height)
     picture = np.full((height + 2 * MARGIN_PX + 16, width + 3 * MARGIN_PX + BAR_PX + LABEL_PX, 3), paper, np.uint8)
-    shades = opencv.colours()
+    shades = opencv.viridis()
     index = np.clip(np.nan_to_num(field) / end * (SHADES - 1), 0, SHADES - 1).astype(int)
     inside = shades[index]
     inside[~np.isfinite(field)] = paper
@@ -32,8 +32,9 @@ def heat_map(values: NDArray[np.float64], *, width: int, height: int, unit: str,
     ramp = shades[np.linspace(SHADES - 1, 0, height).astype(int)]
     picture[y0:y0 + height, bar_x:bar_x + BAR_PX] = ramp[:, None]
     for share in (0.0, 0.5, 1.0):
-        opencv.write(picture, f"{end * share:g} {unit}", (bar_x + BAR_PX + 5, int(y0 + height * (1 - share)) + 4), ink)
-    opencv.write(picture, title, (x0, MARGIN_PX + 4), ink)
+        opencv.draw_text(picture, f"{end * share:g} {unit}", (bar_x + BAR_PX + 5, int(y0 + height * (1 - share)) + 4),
+                         ink)
+    opencv.draw_text(picture, title, (x0, MARGIN_PX + 4), ink)
     if known.size:
         row, column = np.unravel_index(np.nanargmax(values), values.shape)
         rows, columns = values.shape
@@ -41,8 +42,8 @@ def heat_map(values: NDArray[np.float64], *, width: int, height: int, unit: str,
         y = y0 + row / max(rows - 1, 1) * (height - 1)
         at = shades[int(np.clip(largest / end * (SHADES - 1), 0, SHADES - 1))]
         ink = BRIGHT if at.mean() < 128 else DARK  # to be seen on the colour of that place
-        opencv.mark(picture, (int(x), int(y)), ink)
-        opencv.write(picture, f"{largest:.2g} {unit}", (int(min(max(x - 20, x0 + 2), x0 + width - 60)),
+        opencv.draw_marker(picture, (int(x), int(y)), ink)
+        opencv.draw_text(picture, f"{largest:.2g} {unit}", (int(min(max(x - 20, x0 + 2), x0 + width - 60)),
                                                    int(y + (18 if y < y0 + height / 2 else -12))), ink)
     return picture
 

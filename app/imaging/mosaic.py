@@ -17,17 +17,16 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.errors import BadInput, FitFailed
 from app.core.field import Arc, Field, Region
-from app.core.geometry import ImageSize, Points
-from app.evaluate.cameras.rig_agreement import inside
+from app.core.geometry import ImageSize, Points, inside_picture
 from app.imaging.correction import BLOCK_PX, BORDER_BGR, CorrectionMap
 from app.models import CameraModel, model_from_json, raw_from_field
 
 MARGIN_MM = 300.0  # of carpet around the lines
 FEATHER_MM = 200.0  # of a seam between two regions, on either side
 FEATHER_PX = 40.0  # raw, at a picture's edge
-FILLS = 1e-3  # a camera's weight beside its region
+FILL_WEIGHT = 1e-3  # a camera's weight beside its region
 HATCH_PX, HATCH_BGR = 14, (52, 44, 38)
-SURE = 0.998  # a weight beyond that is all
+FULL_WEIGHT = 0.998  # a weight beyond that is all
 
 
 @dataclass(frozen=True)
@@ -72,12 +71,12 @@ class FieldView:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class CameraPart:
     """One camera's share: where in the view (rows, columns), its map there, and where it alone is shown."""
 
     window: tuple[slice, slice]
     map: CorrectionMap
-    alone: NDArray[np.uint8]  # 255 where nobody else is
+    alone: NDArray[np.uint8]  # 255 where no other camera shows
     seam: NDArray[np.int64]  # flat place in the window for each of the stitcher's seam; 0 where it shows nothing
     weight: NDArray[np.float32]  # (n, 3) of those
     size: ImageSize
@@ -91,7 +90,7 @@ class Stitcher:
     """
 
     view: FieldView
-    parts: tuple[Part | None, ...]
+    parts: tuple[CameraPart | None, ...]
     seam: NDArray[np.int64]
     background: NDArray[np.uint8]
     unseen: NDArray[np.bool_]
@@ -110,8 +109,8 @@ class Stitcher:
         total = weights.sum(axis=0)
         seen = total > 0
         weights = np.where(seen, weights / np.where(seen, total, 1), 0)
-        weights[weights > SURE] = 1
-        weights[weights < 1 - SURE] = 0
+        weights[weights > FULL_WEIGHT] = 1
+        weights[weights < 1 - FULL_WEIGHT] = 0
         total = weights.sum(axis=0)
         weights = np.where(seen, weights / np.where(total > 0, total, 1), 0).astype(np.float32)
         background = np.full((size.height, size.width, 3), BORDER_BGR, np.uint8)
@@ -135,13 +134,13 @@ class Stitcher:
             seen = part.map.apply(pixels)
             opencv.paste(out[part.window], seen, part.alone)
             if len(self.seam):
-                blended += opencv.weighted(_whole(seen).take(part.seam).view(np.uint8).reshape(-1, 3), part.weight)
+                blended += opencv.multiply(_whole(seen).take(part.seam).view(np.uint8).reshape(-1, 3), part.weight)
         if len(self.seam):
-            np.put(_whole(out), self.seam, _whole(opencv.rounded(blended)))
+            np.put(_whole(out), self.seam, _whole(opencv.round_to_uint8(blended)))
         return out
 
-    def told(self) -> dict[str, Any]:
-        """What nobody sees, of the field itself, without the margin: share, m², and where in words; plain JSON."""
+    def unseen_summary(self) -> dict[str, Any]:
+        """Return which part of the field no camera sees, without the margin: share, m², where, in words; plain JSON."""
         size, field = self.view.size, self.view.field
         at = self.view.field_from_view(np.stack(np.meshgrid(np.arange(size.width), np.arange(size.height)), axis=-1)
                                        .astype(float))
@@ -179,13 +178,13 @@ def _weight(raw: Points, size: ImageSize, region: Region, view: FieldView) -> ND
     """0 where the camera shows nothing, 1 well inside its picture and its region."""
     with np.errstate(invalid="ignore"):
         edge = np.minimum(raw, np.array(tuple(size)) - 1 - raw).min(axis=-1)
-        ramp = np.where(inside(raw, size), np.clip((edge + 1) / FEATHER_PX, FILLS, 1), 0)
+        ramp = np.where(inside_picture(raw, size), np.clip((edge + 1) / FEATHER_PX, FILL_WEIGHT, 1), 0)
     shape = view.size
     x = view.field_from_view(np.stack([np.arange(shape.width), np.zeros(shape.width)], axis=-1).astype(float))[:, 0]
     y = view.field_from_view(np.stack([np.zeros(shape.height), np.arange(shape.height)], axis=-1).astype(float))[:, 1]
     into = np.minimum(_into(x, region.x_mm, view.field.length_mm)[None], _into(y, region.y_mm,
                                                                               view.field.width_mm)[:, None])
-    return ramp * np.clip((into + FEATHER_MM) / (2 * FEATHER_MM), FILLS, 1)
+    return ramp * np.clip((into + FEATHER_MM) / (2 * FEATHER_MM), FILL_WEIGHT, 1)
 
 
 def _into(at: NDArray, span: tuple[float, float], side_mm: float) -> NDArray:
@@ -195,7 +194,7 @@ def _into(at: NDArray, span: tuple[float, float], side_mm: float) -> NDArray:
     return np.minimum(low, high)
 
 
-def _part(raw: Points, weight: NDArray[np.float32], seam: NDArray[np.int64], size: ImageSize) -> Part | None:
+def _part(raw: Points, weight: NDArray[np.float32], seam: NDArray[np.int64], size: ImageSize) -> CameraPart | None:
     shown = weight > 0
     if not shown.any():
         return None
@@ -206,7 +205,7 @@ def _part(raw: Points, weight: NDArray[np.float32], seam: NDArray[np.int64], siz
     of_seam = weight.ravel()[seam]
     row, column = np.divmod(seam, weight.shape[1])
     here = (row - rows[0]) * alone.shape[1] + column - columns[0]
-    return Part(window, maps, alone, np.where(of_seam > 0, here, 0), np.repeat(of_seam[:, None], 3, axis=1), size)
+    return CameraPart(window, maps, alone, np.where(of_seam > 0, here, 0), np.repeat(of_seam[:, None], 3, axis=1), size)
 
 
 def stitcher_of(rig: Mapping[str, Any], names: Container[str], view: FieldView) -> tuple[Stitcher, list[str]]:

@@ -13,11 +13,11 @@ from app.core.geometry import ImageSize, Points
 from app.models.contract import Rectification
 from app.models.plumb_line import PlumbLens
 
-LEAST_SCALE = 1 / 3  # a lens that sends its edges further is drawn without them
+MIN_SCALE = 1 / 3  # a lens that sends its edges further is drawn without them
 
 
 @dataclass(frozen=True)
-class StraightPicture(Rectification):
+class UndistortedView(Rectification):
     """The rectification that draws it."""
 
     lens: PlumbLens
@@ -33,7 +33,7 @@ class StraightPicture(Rectification):
         raw = np.array([[0, y], [width - 1, y], [x, 0], [x, height - 1]], float)
         away = np.abs(self.lens.straight_from_raw(raw) - (x, y)).max(axis=1) / np.array([x, x, y, y])
         seen = away[np.isfinite(away) & (away > 0)]
-        return float(np.clip(1 / seen.max(), LEAST_SCALE, 1 / LEAST_SCALE)) if seen.size else 1.0
+        return float(np.clip(1 / seen.max(), MIN_SCALE, 1 / MIN_SCALE)) if seen.size else 1.0
 
     def corrected_from_raw(self, raw: Points) -> Points:
         """(..., 2) px; NaN beyond the lens' horizon."""

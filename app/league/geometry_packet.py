@@ -9,7 +9,7 @@ from typing import Any
 from app.core.errors import Conflict, TouchlineError
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
-from app.evaluate.fit.approximation import Loss, loss_of
+from app.evaluate.fit.approximation import ApproximationError, approximation_error
 from app.formats.approximation import held
 from app.formats.ssl_field import wire_field
 from app.formats.ssl_geometry import camera_from_wire, camera_number, wire_camera
@@ -30,7 +30,7 @@ class Wired:
     """
 
     sent: CameraCalibration
-    loss: Loss
+    loss: ApproximationError
     exact: bool
 
     @property
@@ -95,7 +95,7 @@ def wired(calibration: Calibration) -> Wired | TouchlineError:
         read = camera_from_wire(decode(CameraCalibration, encode(sent)), field)
         back = read.camera({name: getattr(camera.camera, name) for name in VIEW_FIELDS})
         model = model_from_json(calibration.model_name, calibration.model_parameters)
-        return Wired(sent, loss_of(model, back, region, field.hat_height_mm), camera.loss is None)
+        return Wired(sent, approximation_error(model, back, region, field.hat_height_mm), camera.loss is None)
     except TouchlineError as refused:
         return refused
 

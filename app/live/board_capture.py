@@ -18,9 +18,9 @@ import numpy as np
 from app.core.board import Board
 from app.core.errors import Unavailable
 from app.core.geometry import ImageSize
-from app.evaluate.board.poses import Held, Pose, held
+from app.evaluate.board.poses import BoardPose, PoseHistory, pose_history
 from app.live.capture import FrameCapture
-from app.vision.board.quick_board import glimpse
+from app.vision.board.quick_board import find_board_quickly
 
 WAIT_S = 2.0  # for the next frame
 STILL_S = 0.4  # longer than anybody's hand turns round in
@@ -38,9 +38,9 @@ def find_board(capture: FrameCapture, board: dict[str, Any], after: int) -> dict
         raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
                           reason="camera-silent")
     begun, which = time.monotonic(), Board.from_json(board)
-    view = glimpse(taken.frame.pixels, which)
+    view = find_board_quickly(taken.frame.pixels, which)
     size = taken.frame.size
-    pose = None if view is None else Pose.of(view, which, size)
+    pose = None if view is None else BoardPose.of(view, which, size)
     return {"seq": taken.seq, "time": taken.time, "width": size.width, "height": size.height,
             "corners": [] if view is None else np.round(view.pixels, 1).tolist(),
             "quad": None if pose is None else pose.quad.tolist(), "took_s": time.monotonic() - begun}
@@ -52,13 +52,13 @@ class BoardCapture:
 
     board: Board
     size: ImageSize
-    poses: list[Pose] = field(default_factory=list)
-    _before: list[tuple[float, Pose]] = field(default_factory=list)
-    _held: Held | None = None
+    poses: list[BoardPose] = field(default_factory=list)
+    _before: list[tuple[float, BoardPose]] = field(default_factory=list)
+    _held: PoseHistory | None = None
 
     def update(self, quad: Any, now_s: float) -> dict[str, Any]:
         """One look: whether it is still, whether it is new, and in words what hinders a picture ("" nothing)."""
-        pose = None if quad is None else Pose.from_points(quad, self.size)
+        pose = None if quad is None else BoardPose.from_points(quad, self.size)
         if pose is None:
             self._before.clear()
             return {"still": False, "new": False, "hint": "No board is seen: show it whole, and in enough light."}
@@ -73,7 +73,7 @@ class BoardCapture:
     def add_view(self, quad: Any) -> None:
         """That view was taken."""
         if len(self.poses) < MAX_VIEWS:
-            self.poses.append(Pose.from_points(quad, self.size))
+            self.poses.append(BoardPose.from_points(quad, self.size))
         self._held = None
         self._before.clear()
 
@@ -82,7 +82,7 @@ class BoardCapture:
         return len(self.poses) >= MAX_VIEWS
 
     @property
-    def coverage(self) -> Held:
+    def coverage(self) -> PoseHistory:
         if self._held is None:
-            self._held = held(self.poses, self.board, self.size)
+            self._held = pose_history(self.poses, self.board, self.size)
         return self._held

@@ -24,8 +24,8 @@ from app.live.picture import AppliedCalibration
 from app.live.ssl_detection import detection_packet
 from app.live.stage_renderer import StageRenderer
 from app.live.stream_spec import StreamSpec
-from app.vision.stage_pipeline import Plan, Seen, Sight
-from app.workflows.detection import profile_from, sight_for
+from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
+from app.workflows.detection import colour_profile_for, pipeline_for
 
 IDLE_S = 0.5
 RETRY_S = 1.0  # after a picture that could not be looked at
@@ -41,7 +41,7 @@ class DetectionRequest:
     sighted_as: plan and profile as they came; as long as they stay the same, the stages remember.
     """
 
-    plan: Plan
+    plan: StageConfig
     profile: ColourProfile | None
     run: bool
     publish: bool
@@ -52,7 +52,7 @@ class DetectionRequest:
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "DetectionRequest":
         profile = value["profile"]
-        return cls(Plan.from_json(value["plan"]), None if profile is None else ColourProfile.from_json(profile),
+        return cls(StageConfig.from_json(value["plan"]), None if profile is None else ColourProfile.from_json(profile),
                    value["run"], value["publish"], value["camera_number"], value["extent_mm"],
                    repr((value["plan"], profile)))
 
@@ -62,7 +62,7 @@ class DetectorState:
     """The stages as they are set up now, and for what. learned: colours that were found in the picture."""
 
     key: tuple[Any, ...] = ()
-    sight: Sight | None = None
+    sight: StagePipeline | None = None
     learned: ColourProfile | None = None
     calibration: Calibration | None = None
     notes: tuple[str, ...] = field(default=())
@@ -128,12 +128,12 @@ class LiveDetector:
         eyes = self._eyes_for(taken, wanted)
         due = self._painter.due(channels, taken)
         stages = {channel.stage for channel in due.values() if channel.stage is not None}
-        seen = eyes.sight.see(taken.frame.pixels, clock=time.thread_time, pictures=stages, frame=taken.seq,
-                              time_s=taken.time)
+        seen = eyes.sight.process(taken.frame.pixels, clock=time.thread_time, pictures=stages, frame=taken.seq,
+                                  time_s=taken.time)
         self._moments.append(time.monotonic())
         self._tell(taken, wanted, seen, eyes.notes)
         if due:
-            self._painter.offer(taken, seen, due, eyes.sight.setting.view)
+            self._painter.offer(taken, seen, due, eyes.sight.context.view)
 
     def _eyes_for(self, taken: CapturedFrame, wanted: DetectionRequest) -> DetectorState:
         """Set up anew where the plan, the colours, the calibration or the picture's size is another."""
@@ -141,16 +141,17 @@ class LiveDetector:
         calibration = shown.calibration if shown is not None and shown.calibration.image_size == size else None
         key = (wanted.sighted_as, calibration.id if calibration else None, size, wanted.extent_mm)
         if key != self._eyes.key:
-            profile = wanted.profile or profile_from(taken.frame.pixels, wanted.plan)
+            profile = wanted.profile or colour_profile_for(taken.frame.pixels, wanted.plan)
             notes = (*profile.notes, *(() if calibration else (NO_POSITIONS,)))
             scale = None if calibration else _mm_per_px(wanted, size)
-            self._eyes = DetectorState(key, sight_for(wanted.plan, size, profile, calibration, scale),
+            self._eyes = DetectorState(key, pipeline_for(wanted.plan, size, profile, calibration, scale),
                                None if wanted.profile else profile, calibration, notes)
             self._moments.clear()
             self.told = {"learned": None if wanted.profile else replace(profile, name="found").to_json()}
         return self._eyes
 
-    def _tell(self, taken: CapturedFrame, wanted: DetectionRequest, seen: Seen | None, notes: tuple[str, ...]) -> None:
+    def _tell(self, taken: CapturedFrame, wanted: DetectionRequest, seen: FrameResult | None,
+              notes: tuple[str, ...]) -> None:
         calibration = self._eyes.calibration
         head = detection_json(seen, taken.seq, taken.time, taken.frame.size, calibration, notes, self._fps())
         packet = b""
@@ -163,7 +164,7 @@ class LiveDetector:
         return count / max(self._moments[-1] - self._moments[0], 1e-6) if count > 0 else 0.0
 
 
-def detection_json(seen: Seen | None, seq: int, time_s: float, size: ImageSize, calibration: Calibration | None,
+def detection_json(seen: FrameResult | None, seq: int, time_s: float, size: ImageSize, calibration: Calibration | None,
             notes: tuple[str, ...], fps: float) -> dict[str, Any]:
     """What a frame showed, plain JSON: of a live camera, or of a clip. seen: None where it could not be looked at."""
     items = seen.detections.items if seen else ()

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from app.core.errors import TouchlineError
 from app.core.field_json import field_from_json
 from app.evaluate.drift.alarm import DriftWatch
-from app.evaluate.drift.monitor import Reference, Sample
+from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.images import ImageLimits, decode_in_process
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.picture import AppliedCalibration
@@ -74,7 +74,7 @@ class CameraDriftMonitor:
 
         def tell(source: str | None, took_s: float = 0.0) -> None:
             if self._wanted is wanted:
-                self.newest = {**watch.told.to_json(), "calibration": calibration.id, "reference": source,
+                self.newest = {**watch.status.to_json(), "calibration": calibration.id, "reference": source,
                                "took_ms": round(1000 * took_s, 1)}
         tell(None)
         reference = self._reference_of_picture(shown, picture)
@@ -87,7 +87,7 @@ class CameraDriftMonitor:
                 if self._changed.wait(again_s):
                     return
                 again_s = min(2 * again_s, MAX_RETRY_S)
-        sample: Sample | None = None
+        sample: DriftSample | None = None
         while not self._changed.is_set():
             taken = self._capture.after(seq, WAIT_S, in_passing=True)
             if taken is not None and taken.frame.size == reference.size:
@@ -97,7 +97,7 @@ class CameraDriftMonitor:
                 tell(source, time.thread_time() - begun)
             self._changed.wait(DOUBTFUL_S if watch.doubtful else EVERY_S)
 
-    def _reference_of_picture(self, shown: AppliedCalibration, picture: dict[str, Any] | None) -> Reference | None:
+    def _reference_of_picture(self, shown: AppliedCalibration, picture: dict[str, Any] | None) -> DriftReference | None:
         if picture is None:
             return None
         try:
@@ -106,7 +106,7 @@ class CameraDriftMonitor:
             return None
         return _reference([frame.pixels], shown)
 
-    def _learnt(self, shown: AppliedCalibration) -> Reference | None:
+    def _learnt(self, shown: AppliedCalibration) -> DriftReference | None:
         """From some frames, in which what moves is not in the same place."""
         pictures: list[NDArray[np.uint8]] = []
         taken: CapturedFrame | None = None
@@ -121,13 +121,13 @@ class CameraDriftMonitor:
         return _reference(pictures, shown)
 
 
-def _reference(pictures: list[NDArray[np.uint8]], shown: AppliedCalibration) -> Reference | None:
+def _reference(pictures: list[NDArray[np.uint8]], shown: AppliedCalibration) -> DriftReference | None:
     calibration = shown.calibration
     height, width = pictures[0].shape[:2]
     if (width, height) != tuple(calibration.image_size):
         return None
     field = field_from_json(calibration.field)
     try:
-        return Reference.of(pictures, shown.model, field, field.region(calibration.region, calibration.rotate))
+        return DriftReference.of(pictures, shown.model, field, field.region(calibration.region, calibration.rotate))
     except (TouchlineError, np.linalg.LinAlgError):
         return None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
-from app.imaging.correction import CorrectionMap, View, correction_map
+from app.imaging.correction import CorrectedView, CorrectionMap, correction_map
 from app.live.stream_spec import StreamSpec
 from app.models import CameraModel, model_from_json
 from app.workflows.calibration import overlay
@@ -35,9 +35,9 @@ class AppliedCalibration:
     def of(cls, calibration: Calibration) -> "AppliedCalibration":
         return cls(calibration, model_from_json(calibration.model_name, calibration.model_parameters), {}, {})
 
-    def view(self, width: int) -> View:
+    def view(self, width: int) -> CorrectedView:
         """How the corrected frame is drawn at a width; 0: one pixel per corrected pixel."""
-        return View(round(MARGIN * self.model.corrected_size.width), width or None)
+        return CorrectedView(round(MARGIN * self.model.corrected_size.width), width or None)
 
     def corrected(self, pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
         if width not in self.maps:

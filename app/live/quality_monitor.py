@@ -60,9 +60,9 @@ class QualityMonitor:
             self._same_since = taken.moment
         self._before = small
         field = self._field_of(small.shape[1], small.shape[0], taken.frame.size)
-        found_light = light.light_of(small, field)
-        found_sharpness = sharpness.sharpness_of(taken.frame.pixels, field)  # reduced, a soft edge looks sharp
-        words = [*light.words(found_light), *sharpness.words(found_sharpness), *flicker.words(self._flicker)]
+        found_light = light.measure_light(small, field)
+        found_sharpness = sharpness.measure_sharpness(taken.frame.pixels, field)  # reduced, a soft edge looks sharp
+        words = [*light.advice(found_light), *sharpness.advice(found_sharpness), *flicker.advice(self._flicker)]
         words.sort(key=lambda word: word["severity"] != "warning")
         return {"unchanged_s": round(taken.moment - self._same_since, 2), "light": found_light.to_json(),
                 "sharpness": found_sharpness.to_json(), "words": words,
@@ -81,7 +81,7 @@ class QualityMonitor:
                 break
             times.append(taken.moment)
             rows.append(row)
-        return flicker.flicker_of(times, rows)
+        return flicker.measure_flicker(times, rows)
 
     def _field_of(self, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_] | None:
         """Where the field lies in the reduced picture, as far as a calibration tells."""

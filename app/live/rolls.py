@@ -17,7 +17,7 @@ import numpy as np
 
 from app.core.errors import Unavailable
 from app.live.capture import CapturedFrame, FrameCapture
-from app.workflows.rolling import Rolling
+from app.workflows.rolling import RollRecorder
 
 KEEP_S = 3.0  # without a question: then nobody watches any more
 WAIT_S = 2.0  # for the next frame
@@ -58,7 +58,7 @@ class RollMonitor:
     def _follow(self) -> None:
         with suppress(OSError, AttributeError):  # of this thread alone, on Linux
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
-        watch, rolling, count, seq = _new_watch(), Rolling(live=True), 0, 0
+        watch, rolling, count, seq = _new_watch(), RollRecorder(live=True), 0, 0
         self._rolls.clear()
         while True:
             taken = self._capture.after(seq, WAIT_S)
@@ -70,7 +70,7 @@ class RollMonitor:
                 continue
             seq, size = taken.seq, taken.frame.size
             if rolling.frames and rolling.size != size:
-                watch, rolling, count = _new_watch(), Rolling(live=True), 0
+                watch, rolling, count = _new_watch(), RollRecorder(live=True), 0
             ended = rolling.add(taken.moment, taken.frame.pixels, seq)
             rolling.rolls.clear()  # they are told, and kept by whoever hears it
             new = []
@@ -95,7 +95,7 @@ def _new_watch() -> str:
     return secrets.token_hex(6)  # with four digits of a roll's number it is an id
 
 
-def _drawn_tracks(rolling: Rolling, taken: CapturedFrame) -> list[list[list[float]]]:
+def _drawn_tracks(rolling: RollRecorder, taken: CapturedFrame) -> list[list[list[float]]]:
     """Where things came from in the last seconds, px; what stands is not drawn."""
     tracks = []
     for track in rolling.now:

@@ -10,9 +10,9 @@ from app.live import messages
 from app.live.capture import CapturedFrame
 from app.live.picture import scaled_down
 from app.live.stream_spec import StreamSpec
-from app.vision.stage_pipeline import Seen
-from app.vision.stages.localisation import View
-from app.workflows.detection import drawn
+from app.vision.stage_pipeline import FrameResult
+from app.vision.stages.localisation import FieldLocator
+from app.workflows.detection import detections_image
 
 MIN_INTERVAL_S = 1 / 15  # between two pictures of a channel: drawing costs as much as seeing
 EARLY_SHARE = 0.25  # of that: a frame so much too early is still taken
@@ -25,7 +25,7 @@ class StageRenderer:
         self._send = send
         self._due: dict[int, float] = {}
         self._came = threading.Event()
-        self._work: tuple[CapturedFrame, Seen, Mapping[int, StreamSpec], View] | None = None
+        self._work: tuple[CapturedFrame, FrameResult, Mapping[int, StreamSpec], FieldLocator] | None = None
 
     def start(self) -> None:
         threading.Thread(target=self._run, name="painter", daemon=True).start()
@@ -44,7 +44,8 @@ class StageRenderer:
                 wanted[number] = channel
         return wanted
 
-    def offer(self, taken: CapturedFrame, seen: Seen, channels: Mapping[int, StreamSpec], view: View) -> None:
+    def offer(self, taken: CapturedFrame, seen: FrameResult, channels: Mapping[int, StreamSpec],
+              view: FieldLocator) -> None:
         self._work = (taken, seen, channels, view)
         self._came.set()
 
@@ -58,14 +59,15 @@ class StageRenderer:
                 finally:
                     self._work = None
 
-    def _paint(self, taken: CapturedFrame, seen: Seen, channels: Mapping[int, StreamSpec], view: View) -> None:
+    def _paint(self, taken: CapturedFrame, seen: FrameResult, channels: Mapping[int, StreamSpec],
+               view: FieldLocator) -> None:
         marked = None
         for number, channel in channels.items():
             begin = time.monotonic()
             if channel.stage is not None:
                 picture = seen.pictures.get(channel.stage)  # None: the plan has no such stage now
             else:
-                marked = drawn(taken.frame.pixels, seen.detections, view) if marked is None else marked
+                marked = detections_image(taken.frame.pixels, seen.detections, view) if marked is None else marked
                 picture = marked
             if picture is None:
                 continue

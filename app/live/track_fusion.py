@@ -9,7 +9,7 @@ from typing import Any
 
 from app.core.detections import Detection
 from app.core.errors import TouchlineError, Unavailable
-from app.evaluate.motion.object_tracks import PlayTracker, seams_of
+from app.evaluate.motion.object_tracks import ObjectTracker, seams_of
 from app.live.camera import LiveCamera
 from app.live.detection_feed import json_text
 from app.live.viewer import Viewer
@@ -28,7 +28,7 @@ class TrackFusion:
         self._camera = camera
         self._viewers: set[Viewer] = set()
         self._tasks: list[asyncio.Task[None]] = []
-        self._tracker = PlayTracker()
+        self._tracker = ObjectTracker()
         self._heard: dict[str, float] = {}
         self._problems: dict[str, TouchlineError] = {}
 
@@ -38,7 +38,7 @@ class TrackFusion:
         viewer = Viewer()
         self._viewers.add(viewer)
         if not self._tasks:
-            self._tracker = PlayTracker()
+            self._tracker = ObjectTracker()
             self._tasks = [asyncio.create_task(self._follow(name)) for name in self.names]
             self._tasks.append(asyncio.create_task(self._tell()))
         try:
@@ -91,7 +91,7 @@ class TrackFusion:
                     viewer.offer(text, now)
 
     def _told(self) -> dict[str, Any]:
-        tracks = self._tracker.told()
+        tracks = self._tracker.to_json()
         now = time.time()
         return {"time_s": round(max(self._heard.values(), default=now), 4), "items": tracks, "seams": seams_of(tracks),
                 "cameras": [{"camera": name, "age_s": round(now - self._heard[name], 3) if name in self._heard else

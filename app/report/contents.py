@@ -1,4 +1,4 @@
-"""Everything a report says, as plain JSON in which nothing is NaN; the page is made of this and of pictures alone."""
+"""All contents of a report, as plain JSON in which nothing is NaN; the page is made of this and of pictures alone."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -20,11 +20,11 @@ from app.workflows import calibration as workflow
 
 FORMAT, FORMAT_VERSION = "touchline-report", 1
 LEVELS = ("good", "fair", "poor", "unknown")
-MOST_FEATURES, MOST_STRAYS, MOST_WARNINGS = 500, 200, 50
+MAX_FEATURES, MAX_OUTLIERS, MAX_WARNINGS = 500, 200, 50
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class ReportPicture:
     """The picture that a report shows; without one, why there is none. camera_name: as operators call the camera."""
 
     frame: Frame | None
@@ -32,15 +32,17 @@ class Shown:
     camera_name: str | None = None
 
 
-def shown_of(calibration: Calibration, frame_of: Callable[[str], Frame], camera_name: str | None = None) -> Shown:
-    """The picture that was clicked, if it is still here; a report is had without it as well. frame_of: by its id."""
+def report_picture(calibration: Calibration, frame_of: Callable[[str], Frame],
+                   camera_name: str | None = None) -> ReportPicture:
+    """Load the picture that was clicked, if it is still stored. frame_of: by its id."""
     if calibration.snapshot is None:
-        return Shown(None, "The calibration came without its picture: it was imported, or made from points alone.",
-                     camera_name)
+        return ReportPicture(None,
+                             "The calibration came without its picture: it was imported, or made from points alone.",
+                             camera_name)
     try:
-        return Shown(frame_of(calibration.snapshot), camera_name=camera_name)
+        return ReportPicture(frame_of(calibration.snapshot), camera_name=camera_name)
     except (NotFound, DamagedFile, BadImage) as refusal:
-        return Shown(None, f"Its picture cannot be shown: {refusal.what}", camera_name)
+        return ReportPicture(None, f"Its picture cannot be shown: {refusal.what}", camera_name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,29 +60,29 @@ class Rebuilt:
                    field.region(calibration.region, calibration.rotate))
 
 
-def contents(calibration: Calibration, shown: Shown) -> dict[str, Any]:
+def contents(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]:
     """The whole report."""
     built = Rebuilt.of(calibration)
     report = table(calibration.report)
-    features, strays = _features(report), _strays(report)
+    features, outliers = _features(report), _outliers(report)
     return {"format": FORMAT, "format_version": FORMAT_VERSION, "written_by": f"touchline {__version__}",
-            "calibration": _versions(calibration, shown), "field": _field(built), "model": _model(calibration, built),
-            "picture": _picture(calibration, shown), "verdict": _verdict(report), "figures": figures(report),
-            "distortion": _distortion(report), "per_feature": features[:MOST_FEATURES],
-            "outliers": strays[:MOST_STRAYS], "outliers_not_listed": max(0, len(strays) - MOST_STRAYS),
+            "calibration": _versions(calibration, picture), "field": _field(built), "model": _model(calibration, built),
+            "picture": _picture(calibration, picture), "verdict": _verdict(report), "figures": figures(report),
+            "distortion": _distortion(report), "per_feature": features[:MAX_FEATURES],
+            "outliers": outliers[:MAX_OUTLIERS], "outliers_not_listed": max(0, len(outliers) - MAX_OUTLIERS),
             "uncertainty": uncertainty(calibration, built), "next_click": _next_click(report),
             "warnings": [{"reason": text(w.get("reason")), "text": text(w.get("text")), "fix": text(w.get("fix")),
                           "feature": feature(w.get("feature")), "index": whole(w.get("index"))}
-                         for w in rows(report.get("warnings"), MOST_WARNINGS)]}
+                         for w in rows(report.get("warnings"), MAX_WARNINGS)]}
 
 
-def _versions(calibration: Calibration, shown: Shown) -> dict[str, Any]:
-    return {"id": calibration.id, "version": calibration.version, "active": calibration.active,
-            "camera": calibration.camera, "camera_name": text(shown.camera_name), "note": text(calibration.note, 2000),
-            "created_at": text(calibration.created_at), "parent": calibration.parent,
-            "software": text(calibration.software), "snapshot": calibration.snapshot,
-            "image_sha256": text(calibration.image_sha256), "image_size": list(calibration.image_size),
-            "corrected_size": list(calibration.corrected_size), "options": plain(calibration.options)}
+def _versions(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]:
+    return {"id": calibration.id, "version": calibration.version, "active": calibration.active, "camera":
+            calibration.camera, "camera_name": text(picture.camera_name), "note": text(calibration.note, 2000),
+            "created_at": text(calibration.created_at), "parent": calibration.parent, "software":
+            text(calibration.software), "snapshot": calibration.snapshot, "image_sha256":
+            text(calibration.image_sha256), "image_size": list(calibration.image_size), "corrected_size":
+            list(calibration.corrected_size), "options": plain(calibration.options)}
 
 
 def _field(built: Rebuilt) -> dict[str, Any]:
@@ -97,26 +99,26 @@ def _model(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:
             "parameters_sha256": sha256(written.encode("utf-8", "replace")).hexdigest()}
 
 
-def _picture(calibration: Calibration, shown: Shown) -> dict[str, Any]:
+def _picture(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]:
     """same: whether the picture is the one that was clicked, to the byte; None where nobody can say."""
-    frame, clicked = shown.frame, calibration.image_sha256
-    return {"shown": frame is not None, "why_not": None if frame is not None else shown.why,
+    frame, clicked = picture.frame, calibration.image_sha256
+    return {"shown": frame is not None, "why_not": None if frame is not None else picture.why,
             "sha256": frame.sha256 or None if frame is not None else None,
             "same": frame.sha256 == clicked if frame is not None and frame.sha256 and clicked else None}
 
 
 def _verdict(report: Mapping[str, Any]) -> dict[str, Any]:
-    told = table(report.get("verdict"))
-    level = told.get("level")
-    return {"level": level if isinstance(level, str) and level in LEVELS else "unknown", "mm": number(told.get("mm")),
-            "sentence": text(told.get("sentence")) or "The calibration came without a verdict, so nothing is known of "
+    part = table(report.get("verdict"))
+    level = part.get("level")
+    return {"level": level if isinstance(level, str) and level in LEVELS else "unknown", "mm": number(part.get("mm")),
+            "sentence": text(part.get("sentence")) or "The calibration came without a verdict, so nothing is known of "
             "its error."}
 
 
 def _distortion(report: Mapping[str, Any]) -> dict[str, Any]:
-    told = table(report.get("distortion"))
-    per_border = table(told.get("per_border"))
-    return {"kind": text(told.get("kind")), "standard_lens_pct": number(told.get("standard_lens_pct")),
+    part = table(report.get("distortion"))
+    per_border = table(part.get("per_border"))
+    return {"kind": text(part.get("kind")), "standard_lens_pct": number(part.get("standard_lens_pct")),
             "per_border": {name: {when: number(table(per_border.get(name)).get(when))
                                   for when in ("before_pct", "after_pct")} for name in BORDERS}}
 
@@ -126,22 +128,22 @@ def _features(report: Mapping[str, Any]) -> list[dict[str, Any]]:
              "used": row.get("used") is not False,
              "outliers": sum(r.get("outlier") is True for r in rows(row.get("residuals"), 20_000)),
              **{name: number(row.get(name)) for name in ("rms_px", "rms_mm", "max_mm")}}
-            for row in rows(report.get("per_feature"), MOST_FEATURES)]
+            for row in rows(report.get("per_feature"), MAX_FEATURES)]
 
 
-def _strays(report: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _outliers(report: Mapping[str, Any]) -> list[dict[str, Any]]:
     return [{"feature": feature(row.get("feature")), "index": index, "point": pair(r.get("point")),
              "px": number(r.get("px")), "mm": number(r.get("mm"))}
-            for row in rows(report.get("per_feature"), MOST_FEATURES)
+            for row in rows(report.get("per_feature"), MAX_FEATURES)
             for index, r in enumerate(rows(row.get("residuals"), 20_000)) if r.get("outlier") is True]
 
 
 def _next_click(report: Mapping[str, Any]) -> dict[str, Any] | None:
-    told = table(report.get("next_click"))
-    if not told:
+    part = table(report.get("next_click"))
+    if not part:
         return None
-    return {"feature": feature(told.get("feature")), "point": pair(told.get("point")),
-            **{name: number(told.get(name)) for name in ("worst_mm", "worst_mm_then", "z_mm")}}
+    return {"feature": feature(part.get("feature")), "point": pair(part.get("point")),
+            **{name: number(part.get(name)) for name in ("worst_mm", "worst_mm_then", "z_mm")}}
 
 
 def uncertainty(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:

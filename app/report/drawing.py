@@ -17,18 +17,18 @@ from app.core.field import BORDERS, Region
 from app.core.geometry import ImageSize
 from app.core.records import Calibration, Observations, observations_from_json
 from app.images import encode
-from app.imaging.correction import View
+from app.imaging.correction import CorrectedView
 from app.imaging.heat_map import heat_map, round_up
-from app.report.contents import Rebuilt, Shown
+from app.report.contents import Rebuilt, ReportPicture
 from app.report.markup import Html, element
 from app.report.reading import rows, table
 from app.workflows import calibration as workflow
 
-WIDEST_PX = 1600  # an A4 page is 190 mm wide: 210 dots an inch
-LARGEST_BYTES = 800_000  # of one photograph; two of them in base64 leave 0.8 of 3 MB for all the rest
-TRIES = ((WIDEST_PX, 88), (WIDEST_PX, 75), (WIDEST_PX, 55), (1200, 55), (800, 50))  # width, JPEG quality
+MAX_SIDE_PX = 1600  # an A4 page is 190 mm wide: 210 dots an inch
+MAX_PHOTO_BYTES = 800_000  # of one photograph; two of them in base64 leave 0.8 of 3 MB for all the rest
+TRIES = ((MAX_SIDE_PX, 88), (MAX_SIDE_PX, 75), (MAX_SIDE_PX, 55), (1200, 55), (800, 50))  # width, JPEG quality
 MARGIN = 0.04  # of the corrected picture's width, shown around the region
-MOST_POINTS = 20_000  # of one drawing's lines; the richest league field has 3000
+MAX_POINTS = 20_000  # of one drawing's lines; the richest league field has 3000
 MAP_PX = 270  # the longer side of an error map: two stand beside each other, their words in the size of print
 INK, PAPER = (34, 26, 20), (255, 255, 255)
 # Okabe and Ito's palette, as on the page: told apart by colour-blind eyes
@@ -37,7 +37,7 @@ LINE_COLOUR, OTHER_CLICKS = "#7fe0b0", "#ffffff"
 
 
 @dataclass(frozen=True)
-class Drawn:
+class ReportDrawings:
     """before, after: SVG, None where there is no picture. maps: by "carpet" and "hat", as data addresses."""
 
     before: Html | None
@@ -46,32 +46,33 @@ class Drawn:
     after_why: str | None = None  # why there is no corrected picture although there is one as it was taken
 
 
-def draw(calibration: Calibration, shown: Shown, said: Mapping[str, Any]) -> Drawn:
-    """All pictures of one report. said: its contents."""
+def draw(calibration: Calibration, picture: ReportPicture, contents: Mapping[str, Any]) -> ReportDrawings:
+    """All pictures of one report. contents: its data."""
     built = Rebuilt.of(calibration)
-    maps = _maps(said["uncertainty"], built.region)
-    if shown.frame is None:
-        return Drawn(None, None, maps)
+    maps = _maps(contents["uncertainty"], built.region)
+    if picture.frame is None:
+        return ReportDrawings(None, None, maps)
     observations = observations_from_json(calibration.observations)
     lines = workflow.overlay(built.model, built.field, built.region)
-    before = _picture(shown.frame.pixels, [*_lines(lines, calibration.image_size),
-                                           *_clicks(observations, _strays(calibration, observations),
-                                                    calibration.image_size)], "The picture as it was taken")
+    before = _picture(picture.frame.pixels, [*_lines(lines, calibration.image_size),
+                                             *_clicks(observations, _outliers(calibration, observations),
+                                                      calibration.image_size)], "The picture as it was taken")
     try:
         view = _view(calibration.corrected_size)
-        pixels = workflow.correct(shown.frame.pixels, built.model, calibration.image_size, view)
+        pixels = workflow.correct(picture.frame.pixels, built.model, calibration.image_size, view)
         lines = workflow.overlay(built.model, built.field, built.region, "corrected", view)
     except TouchlineError as refusal:
-        return Drawn(before, None, maps, str(refusal))
+        return ReportDrawings(before, None, maps, str(refusal))
     height, width = pixels.shape[:2]
-    return Drawn(before, _picture(pixels, _lines(lines, ImageSize(width, height)), "The corrected picture"), maps)
+    return ReportDrawings(before, _picture(pixels, _lines(lines, ImageSize(width, height)), "The corrected picture"),
+                          maps)
 
 
-def jpeg_within(pixels: NDArray[np.uint8], most: int = LARGEST_BYTES) -> bytes:
+def jpeg_within(pixels: NDArray[np.uint8], most: int = MAX_PHOTO_BYTES) -> bytes:
     """A JPEG of at most so many bytes: smaller, then coarser, until it fits; the last try counts as it is."""
     data = b""
     for width, quality in TRIES:
-        data = encode(opencv.shrunk(pixels, width), "jpg", quality)
+        data = encode(opencv.shrink_to_width(pixels, width), "jpg", quality)
         if len(data) <= most:
             break
     return data
@@ -81,12 +82,12 @@ def data_address(data: bytes, kind: str) -> str:
     return f"data:image/{kind};base64,{b64encode(data).decode()}"
 
 
-def _view(size: ImageSize) -> View:
+def _view(size: ImageSize) -> CorrectedView:
     """The region with some carpet around it, at most WIDEST_PX on its longer side."""
     margin = round(MARGIN * size.width)
     width, height = size.width + 2 * margin, size.height + 2 * margin
-    scale = WIDEST_PX / max(width, height)
-    return View(margin, max(16, round(width * scale)) if scale < 1 else None)
+    scale = MAX_SIDE_PX / max(width, height)
+    return CorrectedView(margin, max(16, round(width * scale)) if scale < 1 else None)
 
 
 def _picture(pixels: NDArray[np.uint8], over: Sequence[Html], title: str) -> Html:
@@ -101,7 +102,7 @@ def _picture(pixels: NDArray[np.uint8], over: Sequence[Html], title: str) -> Htm
 def _lines(lines: Iterable[Mapping[str, Any]], size: ImageSize) -> list[Html]:
     """The field's lines as one path, each border as one of its own, over a dark seam that parts them from carpet."""
     unit = max(size) / 800
-    left = MOST_POINTS
+    left = MAX_POINTS
     paths: dict[str, list[str]] = {}
     for line in lines:
         points = line["points"][:left]
@@ -131,12 +132,12 @@ def _path(points: Sequence[Sequence[float] | None], size: ImageSize) -> str:
     return "".join(words)
 
 
-def _clicks(observations: Observations, strays: Sequence[NDArray[np.bool_]], size: ImageSize) -> list[Html]:
+def _clicks(observations: Observations, outliers: Sequence[NDArray[np.bool_]], size: ImageSize) -> list[Html]:
     """A dot for each click in its border's colour, a red cross for each stray."""
     unit = max(size) / 800
     dots: dict[str, list[str]] = {}
     crosses = []
-    for observation, out in zip(observations, strays, strict=True):
+    for observation, out in zip(observations, outliers, strict=True):
         name = observation.feature if isinstance(observation.feature, str) else ""
         spots = [f"M{x:.2f} {y:.2f}h0" for x, y in observation.points[~out]]
         dots.setdefault(BORDER_COLOURS.get(name, OTHER_CLICKS), []).extend(spots)
@@ -154,16 +155,16 @@ def _clicks(observations: Observations, strays: Sequence[NDArray[np.bool_]], siz
         element("path", d=cross, stroke="#d00000", stroke_width=2 * unit, fill="none")]
 
 
-def _strays(calibration: Calibration, observations: Observations) -> list[NDArray[np.bool_]]:
-    """For each observation, which of its points (n,) the report calls strays; none where it does not tell."""
-    told = rows(table(calibration.report).get("per_feature"), len(observations))
-    strays = []
+def _outliers(calibration: Calibration, observations: Observations) -> list[NDArray[np.bool_]]:
+    """For each observation, which of its points (n,) are outliers by the report."""
+    features = rows(table(calibration.report).get("per_feature"), len(observations))
+    outliers = []
     for index, observation in enumerate(observations):
-        residuals = rows(told[index].get("residuals"), len(observation.points)) if index < len(told) else []
+        residuals = rows(features[index].get("residuals"), len(observation.points)) if index < len(features) else []
         out = np.zeros(len(observation.points), bool)
         out[:len(residuals)] = [residual.get("outlier") is True for residual in residuals]
-        strays.append(out)
-    return strays
+        outliers.append(out)
+    return outliers
 
 
 def _maps(uncertainty: Mapping[str, Any], region: Region) -> dict[str, str]:

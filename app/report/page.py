@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from app.report.drawing import Drawn
+from app.report.drawing import ReportDrawings
 from app.report.figures import HEAD
 from app.report.markup import Html, element, joined
 from app.report.style import CSS
@@ -13,33 +13,34 @@ from app.report.style import CSS
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 SCENE = "scene.html"  # as REST and `touchline scene` call it
 LEVEL = {"good": "Good", "fair": "Fair", "poor": "Poor", "unknown": "Not known"}
-LONGEST_PARAMETERS = 12_000  # characters; a spline through thousands of clicks is told by its hash alone
+MAX_PARAMETER_CHARACTERS = 12_000  # characters; a spline through thousands of clicks is told by its hash alone
 
 
-def page(said: Mapping[str, Any], drawn: Drawn) -> str:
+def page(contents: Mapping[str, Any], drawn: ReportDrawings) -> str:
     """The report as HTML, from its contents and its pictures."""
-    title = f"Calibration of {_camera(said)}, version {said['calibration']['version']}"
+    title = f"Calibration of {_camera(contents)}, version {contents['calibration']['version']}"
     head = element("head", element("meta", charset="utf-8"),
                    element("meta", http_equiv="Content-Security-Policy", content=POLICY),
                    element("meta", name="viewport", content="width=device-width, initial-scale=1"),
                    element("title", title), element("style", Html(CSS)))
-    body = element("body", _header(said, title), _figures(said), _warnings(said), _pictures(said, drawn),
-                   _distortion(said), _uncertainty(said, drawn), _residuals(said), _provenance(said))
+    body = element("body", _header(contents, title), _figures(contents), _warnings(contents),
+                   _pictures(contents, drawn),
+                   _distortion(contents), _uncertainty(contents, drawn), _residuals(contents), _provenance(contents))
     return f"<!doctype html>\n{element('html', head, body, lang='en')}\n"
 
 
-def _camera(said: Mapping[str, Any]) -> str:
-    it = said["calibration"]
+def _camera(contents: Mapping[str, Any]) -> str:
+    it = contents["calibration"]
     return it["camera_name"] or it["camera"] or "a picture without a camera"
 
 
-def _header(said: Mapping[str, Any], title: str) -> Html:
-    it, field, verdict = said["calibration"], said["field"], said["verdict"]
+def _header(contents: Mapping[str, Any], title: str) -> Html:
+    it, field, verdict = contents["calibration"], contents["field"], contents["verdict"]
     turned = f", turned by {field['rotate']}°" if field["rotate"] else ""
     length = [": ", value(verdict["mm"], "mm", 1)] if verdict["mm"] is not None else None
     return joined([
         element("h1", title),
-        element("p", f"{said['model']['title']} on {field['title']}, region {field['region']}{turned}. Made "
+        element("p", f"{contents['model']['title']} on {field['title']}, region {field['region']}{turned}. Made "
                 f"{it['created_at']}{', the active one of its camera' if it['active'] else ''}.", class_="dim"),
         element("p", "Note: ", it["note"]) if it["note"] else None,
         element("p", "Where the camera hangs and where its rays miss: ", element("a", "the scene in 3-D", href=SCENE),
@@ -48,16 +49,16 @@ def _header(said: Mapping[str, Any], title: str) -> Html:
                 element("p", verdict["sentence"]), class_=f"verdict {verdict['level']}")])
 
 
-def _figures(said: Mapping[str, Any]) -> Html:
+def _figures(contents: Mapping[str, Any]) -> Html:
     rows = [(it["title"], value(it["value"], it["unit"], HEAD[key].digits), element("span", it["reading"],
                                                                                       class_="reading"))
-            for key, it in said["figures"].items()]
+            for key, it in contents["figures"].items()]
     return joined([element("h2", "The numbers"), _table(("", "", "how to read it"), rows, numbers={1})])
 
 
-def _warnings(said: Mapping[str, Any]) -> Html:
-    items = [element("li", element("b", warning["text"]), " ", warning["fix"]) for warning in said["warnings"]]
-    best = said["next_click"]
+def _warnings(contents: Mapping[str, Any]) -> Html:
+    items = [element("li", element("b", warning["text"]), " ", warning["fix"]) for warning in contents["warnings"]]
+    best = contents["next_click"]
     if best and best["worst_mm_then"] is not None and best["point"]:
         items.append(element("li", "The next best click: ", _feature(best["feature"]), " at ", _place(best["point"]),
                              " px would lower the worst expected error from ", value(best["worst_mm"], "mm", 1), " to ",
@@ -66,12 +67,12 @@ def _warnings(said: Mapping[str, Any]) -> Html:
                    element("ul", items) if items else element("p", "Nothing.")])
 
 
-def _pictures(said: Mapping[str, Any], drawn: Drawn) -> Html:
-    told, it = said["picture"], said["calibration"]
+def _pictures(contents: Mapping[str, Any], drawn: ReportDrawings) -> Html:
+    section, it = contents["picture"], contents["calibration"]
     if drawn.before is None:
-        return joined([element("h2", "Before and after"), _missing(told["why_not"], None)])
+        return joined([element("h2", "Before and after"), _missing(section["why_not"], None)])
     other = [element("p", element("b", "This is not the picture that was clicked"), ": its sha256 is another one. Its "
-                     "lines may lie elsewhere.")] if told["same"] is False else None
+                     "lines may lie elsewhere.")] if section["same"] is False else None
     before = element("figure", drawn.before, element(
         "figcaption", f"Before: as the camera took it, {_size(it['image_size'])}. Lines: the field as the model sees "
         "it. Dots: clicks, in their border's colour (left blue, right orange, top pink, bottom yellow, others white). "
@@ -82,12 +83,12 @@ def _pictures(said: Mapping[str, Any], drawn: Drawn) -> Html:
     return joined([element("h2", "Before and after"), other, before, after])
 
 
-def _distortion(said: Mapping[str, Any]) -> Html:
-    told = said["distortion"]
+def _distortion(contents: Mapping[str, Any]) -> Html:
+    section = contents["distortion"]
     kind = {"barrel": "Barrel distortion: borders bow outwards.", "none": "No clear bend.",
-            "pincushion": "Pincushion distortion: borders bow inwards."}.get(told["kind"] or "")
+            "pincushion": "Pincushion distortion: borders bow inwards."}.get(section["kind"] or "")
     rows = [(name.capitalize(), value(it["before_pct"], "%", 2), value(it["after_pct"], "%", 2))
-            for name, it in told["per_border"].items()]
+            for name, it in section["per_border"].items()]
     return joined([element("h2", "Distortion of each border"), element("p", kind) if kind else None,
                    _table(("border", "before", "after"), rows, numbers={1, 2}),
                    element("p", "How far a border bows from its chord, in parts of its length, negative outwards; "
@@ -95,9 +96,9 @@ def _distortion(said: Mapping[str, Any]) -> Html:
                            class_="dim")])
 
 
-def _uncertainty(said: Mapping[str, Any], drawn: Drawn) -> Html:
+def _uncertainty(contents: Mapping[str, Any], drawn: ReportDrawings) -> Html:
     parts, whys = [], []
-    for name, it in said["uncertainty"].items():
+    for name, it in contents["uncertainty"].items():
         where = "on the carpet" if name == "carpet" else f"at hat height, {it['z_mm']:g} mm"
         if it["map"] is None:
             whys.append(_missing(f"Expected error {where}: {it['why']}", it["fix"]))
@@ -114,14 +115,14 @@ def _uncertainty(said: Mapping[str, Any], drawn: Drawn) -> Html:
                    if parts else None])
 
 
-def _residuals(said: Mapping[str, Any]) -> Html:
+def _residuals(contents: Mapping[str, Any]) -> Html:
     lengths = (("rms_px", "px"), ("rms_mm", "mm"), ("max_mm", "mm"))
     rows = [(_feature(it["feature"]) + ("" if it["used"] else ", only checked"), it["kind"] or "–",
              value(it["n"], "", 0), value(it["outliers"], "", 0), *(value(it[key], unit, 2) for key, unit in lengths))
-            for it in said["per_feature"]]
+            for it in contents["per_feature"]]
     strays = [(_feature(it["feature"]), it["index"] + 1, _place(it["point"]), value(it["px"], "px", 2),
-               value(it["mm"], "mm", 1)) for it in said["outliers"]]
-    more = said["outliers_not_listed"]
+               value(it["mm"], "mm", 1)) for it in contents["outliers"]]
+    more = contents["outliers_not_listed"]
     return joined([
         element("h2", "Residuals, feature by feature"),
         _table(("feature", "kind", "points", "strays", "rms", "rms", "largest"), rows, numbers={2, 3, 4, 5, 6})
@@ -132,16 +133,16 @@ def _residuals(said: Mapping[str, Any]) -> Html:
          element("p", f"{more} more are not listed.") if more else None] if strays else None])
 
 
-def _provenance(said: Mapping[str, Any]) -> Html:
-    it, field, model, picture = said["calibration"], said["field"], said["model"], said["picture"]
+def _provenance(contents: Mapping[str, Any]) -> Html:
+    it, field, model, picture = contents["calibration"], contents["field"], contents["model"], contents["picture"]
     x, y = field["region_x_mm"], field["region_y_mm"]
     parameters = "\n".join(f"{name}: {_json(given)}" for name, given in model["parameters"].items())
-    if len(parameters) > LONGEST_PARAMETERS:
+    if len(parameters) > MAX_PARAMETER_CHARACTERS:
         parameters = f"{len(parameters)} characters: export the calibration as JSON for them."
     rows = [("Calibration", element("code", it["id"])), ("Version", it["version"]),
             ("Parent", element("code", it["parent"]) if it["parent"] else "none"),
             ("Camera", [it["camera_name"], " ", element("code", it["camera"])] if it["camera"] else "none"),
-            ("Made", [it["created_at"], f", {it['software']}"]), ("This report", f"by {said['written_by']}"),
+            ("Made", [it["created_at"], f", {it['software']}"]), ("This report", f"by {contents['written_by']}"),
             ("Field", f"{field['title']} ({field['name']}), {field['length_mm']:g} × {field['width_mm']:g} mm"),
             ("Region", f"{field['region']}, x {_mm(x)}, y {_mm(y)}, turned by {field['rotate']}°"),
             ("Raw picture", _size(it["image_size"])), ("Corrected picture", _size(it["corrected_size"])),

@@ -7,8 +7,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-LONGEST = 400  # characters of a sentence; ours have 200
-LONGEST_NAME = 64
+MAX_TEXT = 400  # characters of a sentence; ours have 200
+MAX_NAME = 64
 
 
 def number(value: Any) -> float | None:
@@ -27,7 +27,7 @@ def whole(value: Any) -> int | None:
     return None if found is None or found != int(found) else int(found)
 
 
-def text(value: Any, longest: int = LONGEST) -> str | None:
+def text(value: Any, longest: int = MAX_TEXT) -> str | None:
     """A text, cut with an ellipsis where it is longer."""
     if not isinstance(value, str):
         return None
@@ -53,7 +53,7 @@ def pair(value: Any) -> list[float] | None:
 
 def feature(value: Any) -> str | list[float] | None:
     """A border, line, arc or landmark by name, or a field position in mm."""
-    return text(value, LONGEST_NAME) if isinstance(value, str) else pair(value)
+    return text(value, MAX_NAME) if isinstance(value, str) else pair(value)
 
 
 def plain(value: Any) -> Any:

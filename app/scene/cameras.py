@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.geometry import ImageSize
-from app.imaging.correction import CorrectionMap, View, correction_map
+from app.imaging.correction import CorrectedView, CorrectionMap, correction_map
 from app.scene import METRES
 from app.scene.geometry.frustum import Hung
 from app.scene.geometry.scene_camera import Standing
@@ -99,7 +99,7 @@ class Camera:
         """From a raw picture of another size than the calibration's."""
         if getattr(self, "_map_of", None) != size:
             model = self.standing.model
-            full = correction_map(model, View(width=min(LYING_PX, model.corrected_size.width)))
+            full = correction_map(model, CorrectedView(width=min(LYING_PX, model.corrected_size.width)))
             kx, ky = (a / b for a, b in zip(size, model.image_size, strict=True))
             self._map = CorrectionMap(((full.raw_x + 0.5) * kx - 0.5).astype(np.float32),
                                       ((full.raw_y + 0.5) * ky - 0.5).astype(np.float32))
@@ -131,7 +131,7 @@ def add_lying(scene: viser.SceneApi, name: str, picture: Pixels, lying: Lying, a
 
 def small(raw: Pixels) -> Pixels:
     """As large as it is ever drawn."""
-    return opencv.shrunk(raw, LYING_PX)
+    return opencv.shrink_to_width(raw, LYING_PX)
 
 
 def _pose(hung: Hung) -> dict[str, object]:

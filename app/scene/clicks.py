@@ -5,7 +5,7 @@ import viser
 from numpy.typing import NDArray
 
 from app.core.field import Field
-from app.core.text_format import plain
+from app.core.text_format import format_number
 from app.scene import METRES
 from app.scene.cameras import Colour
 from app.scene.geometry.scene_camera import Standing
@@ -44,7 +44,7 @@ def draw_moved(scene: viser.SceneApi, name: str, standing: Standing, scale: floa
 def draw_scale(scene: viser.SceneApi, field: Field, scale: float) -> viser.SceneNodeHandle:
     """Beside the field, how many times arrows are enlarged: a picture of it goes where no page tells."""
     beside = -(field.width_mm / 2 + field.extras.get("boundary", {}).get("touch_mm", 0.0))
-    return scene.add_label("/scale", f"arrows × {plain(scale)}", position=(0.0, beside * METRES, 0.0),
+    return scene.add_label("/scale", f"arrows × {format_number(scale)}", position=(0.0, beside * METRES, 0.0),
                            anchor="top-center", font_screen_scale=0.9)
 
 

@@ -20,8 +20,8 @@ from app.services.publishing import PublishingShelf
 from app.store import Store
 from app.store.field_repository import FieldShelf
 from app.store.stages import named_plan
-from app.vision.colour.separability import health_of
-from app.vision.stage_pipeline import Plan
+from app.vision.colour.separability import colour_health
+from app.vision.stage_pipeline import StageConfig
 
 UNKEPT = "unset"  # the ETag of what nobody has set yet
 SMALL_MM = 100.0  # robots lower than that wear two colours, and no butterfly
@@ -48,7 +48,7 @@ class SeeingShelf:
     def save(self, id: str, body: Mapping[str, Any], etag: str, by: str) -> None:
         """Stale where somebody else was faster; NotFound or BadInput for a profile or a plan that there is not."""
         self._cameras.get(id)
-        plan = named_plan(body["plan"]) if isinstance(body["plan"], str) else Plan.from_json(body["plan"])
+        plan = named_plan(body["plan"]) if isinstance(body["plan"], str) else StageConfig.from_json(body["plan"])
         profile = None if body["profile"] is None else ColourProfile.from_json(body["profile"]).to_json()
         if body["colours"] is not None and self.colours(body["colours"]).to_json() == profile:
             profile = None  # it is the shared one, and follows it
@@ -86,7 +86,7 @@ class SeeingShelf:
         """What a camera's process is told; switched off where what was kept is not understood any more."""
         try:
             kept, _ = self.kept(id)
-            Plan.from_json(kept["plan"])
+            StageConfig.from_json(kept["plan"])
             calibration = self._store.active(id)
             return {"on": kept["on"], "plan": kept["plan"], "profile": self.profile(kept),
                     "publish": kept["publish"] and kept["on"], "camera_number": self._number(id, calibration),
@@ -147,6 +147,6 @@ def health_json(profile: Mapping[str, Any] | None) -> list[dict[str, Any]]:
     """How well each colour is told from the others, in words; margin: in spreads, null where nothing is near."""
     if profile is None:
         return []
-    told = [health.to_json() for health in health_of(ColourProfile.from_json(profile))]
+    told = [health.to_json() for health in colour_health(ColourProfile.from_json(profile))]
     return [{"colour": one["colour"], "margin": one["gap"], "words": one["sentence"], "level": one["level"],
              "nearest": one["nearest"]} for one in told]

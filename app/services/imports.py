@@ -14,7 +14,15 @@ from app.core.errors import BadInput
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
 from app.models import model_from_json
-from app.workflows.interchange import Wanted, calibration_from, is_lens, lens_from, read_file, renamed, size_from_text
+from app.workflows.interchange import (
+    ImportOptions,
+    calibration_from_file,
+    for_camera,
+    is_lens,
+    lens_record_from_file,
+    read_file,
+    size_from_text,
+)
 
 Text = Annotated[str, Field(max_length=2000)]
 FIX = "Give a file that Touchline exported as json."
@@ -69,14 +77,14 @@ def keep_import(state: State, data: bytes, texts: Mapping[str, str], who: str,
         if said:
             raise BadInput(f"A calibration exported as json says its {said[0]} itself.", f"Leave {said[0]} out.",
                            reason="bad-request")
-        return state.store.save(renamed(_checked(found, data), wanted.camera), who).to_json(), "calibrations"
+        return state.store.save(for_camera(_checked(found, data), wanted.camera), who).to_json(), "calibrations"
     if is_lens(found):
-        return state.store.add_lens(lens_from(found, wanted)), "lenses"
-    made = calibration_from(found, wanted, state.fields)
+        return state.store.add_lens(lens_record_from_file(found, wanted)), "lenses"
+    made = calibration_from_file(found, wanted, state.fields)
     return state.store.save(replace(made, note=f"{made.note} {origin}".strip()), who).to_json(), "calibrations"
 
 
-def _wanted(texts: Mapping[str, str]) -> Wanted:
+def _wanted(texts: Mapping[str, str]) -> ImportOptions:
     """What the form says beside the file."""
     said: dict[str, Any] = {name: text for name, text in texts.items() if name != "file" and text}
     for name in ("field", "region", "camera", "model"):
@@ -90,7 +98,7 @@ def _wanted(texts: Mapping[str, str]) -> Wanted:
             said[name] = int(said[name])
     if "image_size" in said:
         said["image_size"] = size_from_text(said["image_size"])
-    return Wanted(**said)
+    return ImportOptions(**said)
 
 
 def _checked(calibration: Calibration, data: bytes) -> Calibration:

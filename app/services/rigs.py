@@ -17,7 +17,7 @@ from app.core.geometry import ImageSize
 from app.evaluate.cameras.rectangles import NAMES, Rectangles
 from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
 from app.store import KeptRig
-from app.workflows.rig import standing
+from app.workflows.rig import rig_status
 
 Pictures = Mapping[str, Mapping[str, Any]]
 KEPT_STITCHERS = 4
@@ -60,7 +60,7 @@ def described(request: Request, kept: KeptRig) -> dict[str, Any]:
     """As GET answers it."""
     body = kept.body
     return {"name": kept.name, "title": body["title"], "field": body["field"], **{n: body[n] for n in NAMES},
-            **standing(whole(request, kept)), "updated_at": kept.updated_at, "updated_by": kept.updated_by}
+            **rig_status(whole(request, kept)), "updated_at": kept.updated_at, "updated_by": kept.updated_by}
 
 
 def snapshots_given(request: Request, kept: KeptRig, given: Iterable[str]) -> dict[str, str]:

@@ -8,7 +8,7 @@ from starlette.requests import HTTPConnection
 
 from app.api.schemas.scenes import SceneShow
 from app.core.errors import BadInput, Conflict, NotFound, TouchlineError
-from app.core.opencv import shrunk
+from app.core.opencv import shrink_to_width
 from app.core.records import Calibration
 from app.images import encode
 
@@ -73,4 +73,4 @@ def still_of(connection: HTTPConnection, calibration: Calibration) -> bytes | No
         frame = connection.app.state.frames[calibration.snapshot]
     except TouchlineError:
         return None
-    return encode(shrunk(frame.pixels, STILL_PX), "jpg") if frame.size == calibration.image_size else None
+    return encode(shrink_to_width(frame.pixels, STILL_PX), "jpg") if frame.size == calibration.image_size else None

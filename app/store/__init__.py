@@ -211,7 +211,7 @@ class Store:
         """A lens for a fit's option, by the id of the calibration or the lens from a board that has it."""
         with suppress(NotFound):
             calibration = self.calibration(id)
-            return {"id": id, **calibration.held_lens()}
+            return {"id": id, **calibration.lens_option()}
         with suppress(NotFound):
             lens = self.lens(id)
             return {"id": id, "name": lens["model"], "lens": lens["lens"]}

@@ -4,14 +4,14 @@ from pathlib import Path
 
 from app.core.errors import BadInput, NotFound
 from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
-from app.vision.stage_pipeline import Plan
+from app.vision.stage_pipeline import StageConfig
 
 _APP = Path(__file__).resolve().parent.parent
 # An installed wheel carries configs/ inside the package; a checkout has it beside.
 _PLACES = (_APP / "_configs" / "stages", _APP.parent / "configs" / "stages")
 
 
-def load_plans() -> dict[str, Plan]:
+def load_plans() -> dict[str, StageConfig]:
     """Every plan that comes with Touchline, by name, in order."""
     for place in _PLACES:
         if place.is_dir():
@@ -21,7 +21,7 @@ def load_plans() -> dict[str, Plan]:
                    reason="no-stages")
 
 
-def load_plan(path: Path) -> Plan:
+def load_plan(path: Path) -> StageConfig:
     """The plan in one file."""
     try:
         with path.open("rb") as file:
@@ -30,12 +30,12 @@ def load_plan(path: Path) -> Plan:
         raise NotFound(f"The plan {path.name} cannot be read: {error.strerror}.",
                        "Check the file and who may read it.", reason="no-stages") from None
     try:
-        return Plan.from_json(plain_from_yaml(raw, f"The file {path.name}"))
+        return StageConfig.from_json(plain_from_yaml(raw, f"The file {path.name}"))
     except BadInput as error:
         raise BadInput(f"{path.name}: {error.what}", error.fix, reason=error.reason) from None
 
 
-def named_plan(name: str) -> Plan:
+def named_plan(name: str) -> StageConfig:
     """A plan that comes with Touchline."""
     plans = load_plans()
     if name not in plans:

@@ -1,10 +1,10 @@
-"""A plan of stages, and a camera's sight by it: frame in, detections out, with each stage's picture and time if asked.
+"""A pipeline of stages: frame in, detections out, with each stage's picture and time if asked.
 
-    plan = Plan.from_json({"name": "ssl", "title": …, "stages": [{"stage": "colours", "follow": true}, …]})
-    sight = Sight(plan, setting)
-    seen = sight.see(pixels, clock=time.perf_counter, pictures=("colours",))
+    config = StageConfig.from_json({"name": "ssl", "title": …, "stages": [{"stage": "colours", "follow": true}, …]})
+    pipeline = StagePipeline(config, context)
+    result = pipeline.process(pixels, clock=time.perf_counter, pictures=("colours",))
 
-A sight belongs to one camera at one size, and remembers what its stages remember; one thread at a time.
+A pipeline belongs to one camera at one size, and keeps its stages' state; one thread at a time.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -18,16 +18,16 @@ from app.core.detections import Detections
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize
 from app.core.options import read_options
-from app.vision.stages import STAGES, Seeing, Setting, Stage
+from app.vision.stages import STAGES, FrameState, Stage, StageContext
 
-MOST_STAGES = 20
+MAX_STAGES = 20
 _FORM = 'Write {"name", "title", "stages": [{"stage": NAME, OPTION: VALUE, …}, …]}, and "corrected": true if you like.'
 # What a stage reads that another one writes.
 _AFTER = {"blobs": "colours", "butterfly": "blobs", "tags": "blobs", "markers": "blobs", "ball": "blobs"}
 
 
 @dataclass(frozen=True)
-class Plan:
+class StageConfig:
     """Stages in order with their options, read and checked. corrected: they look at the corrected picture."""
 
     name: str
@@ -42,8 +42,8 @@ class Plan:
         listed, corrected = value["stages"], value.get("corrected", False)
         if not isinstance(corrected, bool):
             raise BadInput("A plan's corrected is neither true nor false.", _FORM, reason="bad-stages")
-        if not isinstance(listed, (list, tuple)) or not 0 < len(listed) <= MOST_STAGES:
-            raise BadInput(f"A plan has between 1 and {MOST_STAGES} stages.", _FORM, reason="bad-stages")
+        if not isinstance(listed, (list, tuple)) or not 0 < len(listed) <= MAX_STAGES:
+            raise BadInput(f"A plan has between 1 and {MAX_STAGES} stages.", _FORM, reason="bad-stages")
         texts = [value["name"], value["title"]]
         if not all(isinstance(text, str) and 0 < len(text) <= 80 and text.isprintable() for text in texts):
             raise BadInput("The plan of stages has no name or no title.", _FORM, reason="bad-stages")
@@ -67,8 +67,8 @@ class Plan:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """What a frame showed. took_ms: of each stage, empty without a clock. pictures: those that were asked for."""
+class FrameResult:
+    """The result of a frame. took_ms: of each stage, empty without a clock. pictures: those that were asked for."""
 
     detections: Detections
     took_ms: Mapping[str, float] = field(default_factory=dict)
@@ -76,28 +76,28 @@ class Seen:
     notes: tuple[str, ...] = ()
 
 
-class Sight:
+class StagePipeline:
     """The stages of one camera."""
 
-    def __init__(self, plan: Plan, setting: Setting) -> None:
-        self.plan, self.setting = plan, setting
-        self._stages: list[Stage] = [STAGES[name](options, setting) for name, options in plan.stages]
+    def __init__(self, config: StageConfig, context: StageContext) -> None:
+        self.config, self.context = config, context
+        self._stages: list[Stage] = [STAGES[name](options, context) for name, options in config.stages]
 
-    def see(self, pixels: NDArray[np.uint8], *, clock: Callable[[], float] | None = None,
-            pictures: Collection[str] = (), camera: str | None = None, frame: int | None = None,
-            time_s: float | None = None) -> Seen:
-        """One frame (height, width, 3) BGR. clock: seconds, to time the stages; what drawing takes is not counted."""
+    def process(self, pixels: NDArray[np.uint8], *, clock: Callable[[], float] | None = None,
+                pictures: Collection[str] = (), camera: str | None = None, frame: int | None = None,
+                time_s: float | None = None) -> FrameResult:
+        """Process one frame (height, width, 3) BGR. clock: seconds, to time the stages, without drawing."""
         size = ImageSize(pixels.shape[1], pixels.shape[0])
-        if size != self.setting.image_size:
+        if size != self.context.image_size:
             raise BadInput(f"The picture is {size.width} × {size.height} px; these stages were set up for "
-                           f"{self.setting.image_size.width} × {self.setting.image_size.height} px.",
+                           f"{self.context.image_size.width} × {self.context.image_size.height} px.",
                            "Set them up for this size.", reason="size-mismatch")
-        seeing, took, drawn = Seeing.of(pixels), {}, {}
+        state, took, drawn = FrameState.of(pixels), {}, {}
         for stage in self._stages:
             began = clock() if clock else 0.0
-            seeing = stage.run(seeing)
+            state = stage.run(state)
             if clock:
                 took[stage.NAME] = 1000 * (clock() - began)
             if stage.NAME in pictures:
-                drawn[stage.NAME] = stage.picture(seeing)
-        return Seen(Detections(seeing.found, size, camera, frame, time_s), took, drawn, seeing.notes)
+                drawn[stage.NAME] = stage.picture(state)
+        return FrameResult(Detections(state.found, size, camera, frame, time_s), took, drawn, state.notes)

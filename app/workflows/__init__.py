@@ -1,1 +1,1 @@
-"""How a use case flows from observations to a result, one file each; jobs, routes and commands call these."""
+"""One file a use case, from observations to a result; jobs, routes and commands call these."""

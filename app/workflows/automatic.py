@@ -1,8 +1,9 @@
-"""A calibration without clicks: from one picture to the field's lines by name, and to what speaks for and against.
+"""Calibration without clicks: from one picture to the field's lines by name, a fit, and its verification.
 
-    seen = look(pixels)                          ridges along bright lines, as chains of points
-    found = find(seen, field, region)            which line is which; points on each, as an operator would click them
-    made = calibrated(found, …)                  the same models, gates and verdicts as for clicks, and a proof besides
+    lines = detect_lines(pixels)                 ridges along bright lines, as chains of points
+    found, _ = assign_lines(lines, field, region)    which line is which; points on each, as an operator would click
+    made = calibrate(found, …)                   the same models, outlier rejection and verdicts as for clicks
+    verify(found, lines, field, region)          whether the picture shows what that camera expects
 """
 
 from collections.abc import Mapping
@@ -18,12 +19,12 @@ from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import Array, ImageSize, Points
 from app.core.progress import Progress, no_progress
 from app.core.records import Observation, Observations
-from app.evaluate.fit.verification import Proof
+from app.evaluate.fit.verification import Verification
 from app.fitting import FITTERS
 from app.fitting.field_lines.expected_lines import Expected, fine_pattern, spread_out
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.field_lines.refinement import FINER_PX, nearest_markings, refined, with_finer_lens
-from app.fitting.field_lines.search import FINE_STEPS, Candidate, Rough, Searched, described, search
+from app.fitting.field_lines.search import FINE_STEPS, Candidate, PosePrior, Searched, described, search
 from app.fitting.ray_camera.parameters import RayState
 from app.models import MODELS, parameters_json
 from app.models.brown_conrady import BrownConrady
@@ -32,25 +33,25 @@ from app.vision.lines.profiles import across_lines
 from app.vision.lines.ridge_chains import ridge_chains
 from app.vision.lines.ridges import ridges
 from app.workflows import calibration
-from app.workflows.calibration import Calibrated, part_of
+from app.workflows.calibration import CalibrationResult, subprogress
 
-LOOK_PX = 1400  # of the longer side: finer than that, lines are looked for in a smaller picture, and measured in this
+SEARCH_PX = 1400  # of the longer side: finer than that, lines are looked for in a smaller picture, and measured in this
 POINTS = 240  # in all: more cost time and tell nothing new
 APART_PX = 6.0  # at least, from one to the next
 CAPTURE_PX = 4.0  # about the expected place, in a picture of 1280 px
 CLEAR_PX = 4.0  # of other paint
 STRAY_SPREADS, STRAY_PX = 4.5, 1.5
-LEAST_OF_ONE = 3  # points of a marking that are worth naming it
+MIN_MARKING_POINTS = 3  # points of a marking that are worth naming it
 LONG = 0.05  # of the diagonal: a line of that length on the carpet wants an explanation
 ON_LINE_PX = 5.0
 EVERY = 4  # px along those chains
-MOST_SHOWN = 60
+MAX_CHAINS_SHOWN = 60
 TWIN_PX = 12.0  # between the region's corners as two cameras see them, which are then the same
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """The picture in grey, and chains (n, 2) px with their directions, the longest first."""
+class DetectedLines:
+    """The grey picture, and chains (n, 2) px of bright lines with their directions, the longest first."""
 
     gray: NDArray[np.uint8]
     chains: tuple[Points, ...]
@@ -60,15 +61,15 @@ class Seen:
     def size(self) -> ImageSize:
         return ImageSize(self.gray.shape[1], self.gray.shape[0])
 
-    def shown(self) -> list[list[list[float]]]:
+    def polylines(self) -> list[list[list[float]]]:
         """The longest chains as polylines, for drawing."""
         return [chain[np.unique(np.linspace(0, len(chain) - 1, 12).round().astype(int))].round(1).tolist()
-                for chain in self.chains[:MOST_SHOWN]]
+                for chain in self.chains[:MAX_CHAINS_SHOWN]]
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """observations: points on each marking. state: the camera that named them. hits: where a line was as expected.
+class LineAssignment:
+    """observations: points on each marking. state: the camera that named them. hits: where a line was found.
 
     rms_px: of the points about the field as that camera sees it.
     """
@@ -82,21 +83,21 @@ class Found:
     rms_px: float
 
 
-def look(pixels: NDArray[np.uint8]) -> Seen:
-    """The bright lines of a picture."""
-    gray = opencv.grey(pixels)
-    small, scale = opencv.smaller(gray, LOOK_PX)
+def detect_lines(pixels: NDArray[np.uint8]) -> DetectedLines:
+    """Detect the bright lines of a picture."""
+    gray = opencv.to_grey(pixels)
+    small, scale = opencv.fit_within(gray, SEARCH_PX)
     found = ridges(small)
     chains = ridge_chains(found, small.shape)
-    return Seen(gray, tuple((found.points[c] + 0.5) / scale - 0.5 for c in chains),
-                tuple(found.along[c] for c in chains))
+    return DetectedLines(gray, tuple((found.points[c] + 0.5) / scale - 0.5 for c in chains),
+                         tuple(found.along[c] for c in chains))
 
 
-def find(seen: Seen, field: Field, region: Region, rough: Rough = Rough(),  # noqa: B008
-         progress: Progress = no_progress) -> tuple[Found | None, Searched]:
-    """Which line is which, and points on each; None where no camera fits."""
+def assign_lines(seen: DetectedLines, field: Field, region: Region, rough: PosePrior = PosePrior(),  # noqa: B008
+                 progress: Progress = no_progress) -> tuple[LineAssignment | None, Searched]:
+    """Find which line is which, and points on each; None where no camera fits."""
     size = seen.size
-    searched = search(seen.chains, seen.along, field, region, size, rough, part_of(progress, 0.0, 0.8))
+    searched = search(seen.chains, seen.along, field, region, size, rough, subprogress(progress, 0.0, 0.8))
     if not searched.candidates:
         return None, searched
     progress(0.8, "Measuring the lines")
@@ -110,7 +111,8 @@ def find(seen: Seen, field: Field, region: Region, rough: Rough = Rough(),  # no
     return _measured(seen, state, pattern, region, searched), searched
 
 
-def _measured(seen: Seen, state: RayState, pattern: FieldPattern, region: Region, searched: Searched) -> Found | None:
+def _measured(seen: DetectedLines, state: RayState, pattern: FieldPattern, region: Region,
+              searched: Searched) -> LineAssignment | None:
     size = seen.size
     scale = max(size.width / 1280, 0.8)
     places = spread_out(state.project, pattern, size, POINTS, APART_PX, CLEAR_PX)
@@ -126,16 +128,16 @@ def _measured(seen: Seen, state: RayState, pattern: FieldPattern, region: Region
     observations = []
     for number, marking in enumerate(pattern.markings):
         of = hits & (places.marking == number)
-        if of.sum() >= LEAST_OF_ONE:
-            observations.append(Observation(border_under(marking, region), "line", points[of]))
+        if of.sum() >= MIN_MARKING_POINTS:
+            observations.append(Observation(observed_feature(marking, region), "line", points[of]))
         else:
             hits = hits & ~of
     rms_px = float(np.sqrt(np.mean(profiles.middle[hits] ** 2))) if hits.any() else np.inf
-    return Found(tuple(observations), state, searched, places, hits, pattern, rms_px) if observations else None
+    return LineAssignment(tuple(observations), state, searched, places, hits, pattern, rms_px) if observations else None
 
 
-def border_under(marking: Line | Arc, region: Region) -> str:
-    """The marking's name, or that of the region's border along it, which every model knows what to do with."""
+def observed_feature(marking: Line | Arc, region: Region) -> str:
+    """Return the marking's name, or that of the region's border along it, which every model accepts."""
     if isinstance(marking, Line):
         for name in BORDERS:
             ends = np.array([region.border(name).start, region.border(name).end])
@@ -145,9 +147,10 @@ def border_under(marking: Line | Arc, region: Region) -> str:
     return marking.name
 
 
-def calibrated(found: Found, field: Field, region: Region, size: ImageSize, model: str, options: Mapping[str, Any],
-               progress: Progress = no_progress) -> Calibrated:
-    """The found points fitted and judged as clicks are. A model with rays begins where the search ended."""
+def calibrate(found: LineAssignment, field: Field, region: Region, size: ImageSize, model: str, options: Mapping[str,
+                                                                                                                 Any],
+              progress: Progress = no_progress) -> CalibrationResult:
+    """Fit and evaluate the found points as clicks are. A model with rays starts from the camera that was found."""
     begin = _start(found.state, model, region, size)
     if begin is not None:
         try:
@@ -159,7 +162,7 @@ def calibrated(found: Found, field: Field, region: Region, size: ImageSize, mode
 
 
 def _start(state: RayState, name: str, region: Region, size: ImageSize) -> dict[str, Any] | None:
-    """The found camera as parameters of that model; None for one that begins otherwise, or cannot be."""
+    """Return the found camera as parameters of that model; None for a model without such a start."""
     model_class = MODELS[name]
     if not issubclass(model_class, RayCamera):
         return None
@@ -170,20 +173,20 @@ def _start(state: RayState, name: str, region: Region, size: ImageSize) -> dict[
     return parameters_json(begin) if begin.plausible() else None
 
 
-def proof_of(found: Found, seen: Seen, field: Field, region: Region) -> Proof:
-    """What the camera expects, and what is there; whatever model is fitted to the points afterwards."""
+def verify(found: LineAssignment, seen: DetectedLines, field: Field, region: Region) -> Verification:
+    """Compare what the camera expects with what the picture shows; independent of the model fitted afterwards."""
     count = len(found.pattern.markings)
     length = np.where(found.expected.clear, found.expected.length_px, 0.0)
     wanted = np.bincount(found.expected.marking, weights=length, minlength=count)
     there = np.bincount(found.expected.marking, weights=length * found.hits, minlength=count)
     explained, unexplained = _explained(found, seen, field)
     best, *others = found.searched.candidates
-    return Proof(tuple(m.name for m in found.pattern.markings), wanted, there, explained, unexplained,
-                 found.rms_px, _rival(best, others, region), float(np.hypot(*seen.size)))
+    return Verification(tuple(m.name for m in found.pattern.markings), wanted, there, explained, unexplained,
+                        found.rms_px, _rival(best, others, region), float(np.hypot(*seen.size)))
 
 
 def _rival(best: Candidate, others: list[Candidate], region: Region) -> float:
-    """The field turned by 180° is often the same field: which of the two is seen, the region says, not the lines."""
+    """Return the best rival's share, leaving out the same camera over the field turned by 180°."""
     return max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c, region)), default=0.0)
 
 
@@ -194,7 +197,7 @@ def _twins(one: Candidate, other: Candidate, region: Region) -> bool:
     return bool(np.abs(apart).max() < TWIN_PX)
 
 
-def _explained(found: Found, seen: Seen, field: Field) -> tuple[float, float]:
+def _explained(found: LineAssignment, seen: DetectedLines, field: Field) -> tuple[float, float]:
     """Px of long chains on the field's carpet that lie along markings, and that do not."""
     size = seen.size
     long = [(chain[::EVERY], along[::EVERY]) for chain, along in zip(seen.chains, seen.along, strict=True)
@@ -217,8 +220,8 @@ def candidates_json(searched: Searched, region: Region) -> list[dict[str, Any]]:
             for c in searched.candidates]
 
 
-def nothing_seen(seen: Seen, searched: Searched) -> FitFailed:
-    """Why no camera was found, from what was seen."""
+def no_match_error(seen: DetectedLines, searched: Searched) -> FitFailed:
+    """Return the error that says why no camera was found."""
     lines = len(searched.lines)
     if lines < 3:
         return FitFailed(f"Only {lines} straight line{'' if lines == 1 else 's'} could be seen in the picture."
@@ -229,4 +232,13 @@ def nothing_seen(seen: Seen, searched: Searched) -> FitFailed:
                      "Check that the field and the region are the right ones, or click points.", reason="no-match")
 
 
-__all__ = ["Found", "Seen", "calibrated", "candidates_json", "find", "look", "nothing_seen", "proof_of"]
+__all__ = [
+    "DetectedLines",
+    "LineAssignment",
+    "assign_lines",
+    "calibrate",
+    "candidates_json",
+    "detect_lines",
+    "no_match_error",
+    "verify",
+]

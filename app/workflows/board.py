@@ -1,8 +1,8 @@
-"""From pictures of a board to a lens and its report: what the doors call.
+"""From pictures of a board to a lens and its report.
 
     view = find(frame.pixels, board)                for every picture
     answer = calibrate_board(views, board, image_size, "brown-conrady")
-    answer["lens"]                                  held by a later fit: {"name": answer["model"], "lens": …}
+    answer["lens"]                                  fixed in a later fit: {"name": answer["model"], "lens": …}
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ FITTING = 0.7  # of the whole calibration's time
 
 
 def find(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView:
-    """The board in one picture; FitFailed where there is none."""
+    """Find the board in one picture; FitFailed where there is none."""
     view = find_board(pixels, board, name)
     if view is None:
         raise FitFailed(sentence(f"{name or 'The picture'} shows no {board.kind} of {board.columns} × {board.rows} "

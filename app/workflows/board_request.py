@@ -1,4 +1,4 @@
-"""One lens to be found, from pictures of a board or from corners found elsewhere; every door finds the same one."""
+"""A request for a lens, from pictures of a board or from corners found elsewhere."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -17,31 +17,31 @@ from app.fitting.board.fit import board_model, board_options
 from app.images import ImageDecoder
 from app.store.snapshots import checked_bytes
 from app.workflows import board
-from app.workflows.calibration import part_of
+from app.workflows.calibration import subprogress
 
 LOOKING = 0.6  # of a calibration from pictures: finding the board takes longer than all arithmetic
-Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # what each is called, and how it is had
+Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # each one's name, and how to read it
 
 
 @dataclass(frozen=True, eq=False)
-class BoardTask:
-    """What to find, from which views. board: None where the views carry places of their own."""
+class BoardCalibrationRequest:
+    """The board, model and options. board: None where views carry object points of their own."""
 
     board: Board | None
     model: str = "brown-conrady"
     options: Mapping[str, Any] = member(default_factory=dict)
 
     def __post_init__(self) -> None:
-        read_options(board_options(board_model(self.model)), self.options)  # refused before anybody waits for it
+        read_options(board_options(board_model(self.model)), self.options)  # refused before a job starts
 
     def from_views(self, views: tuple[BoardView, ...], size: ImageSize, progress: Progress = no_progress,
                    ) -> dict[str, Any]:
-        """The lens with its report: the JSON of one that nobody has kept yet."""
+        """Fit views; return the lens with its report as JSON, not yet stored."""
         done = board.calibrate_board(views, self.board, size, self.model, self.options, progress)
         return {**done, "software": f"touchline {__version__}"}
 
     def from_pictures(self, pictures: Pictures, count: int, progress: Progress = no_progress) -> dict[str, Any]:
-        """The same from pictures of one size. One that shows no board is left out and named in the report."""
+        """Find the board in pictures of one size and fit. A picture without a board is left out, with a warning."""
         if self.board is None:
             raise BadInput("No board is given.", "Say what the pictures show: kind, columns, rows and square_mm.",
                            reason="no-board")
@@ -61,7 +61,7 @@ class BoardTask:
         if size is None or not views:
             raise blank[0][1] if blank else BadInput("There are no pictures.", "Give about twenty pictures of the "
                                                      "board.", reason="too-few-views")
-        done = self.from_views(tuple(views), size, part_of(progress, LOOKING, 1.0))
+        done = self.from_views(tuple(views), size, subprogress(progress, LOOKING, 1.0))
         warnings = [Warning(none.reason, none.what, none.fix, index=number).to_json() for number, none in blank]
         return {**done, "report": {**done["report"], "warnings": [*done["report"]["warnings"], *warnings]}}
 
@@ -77,13 +77,13 @@ class BoardTask:
 
 def run_views(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "views", "image_size"}."""
-    task = BoardTask.from_json(spec["task"])
-    return task.from_views(views_from_json(spec["views"]), ImageSize.of(spec["image_size"]), progress)
+    request = BoardCalibrationRequest.from_json(spec["task"])
+    return request.from_views(views_from_json(spec["views"]), ImageSize.of(spec["image_size"]), progress)
 
 
 def run_pictures(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; they are a stranger's, and decoded as such."""
-    task, pictures = BoardTask.from_json(spec["task"]), spec["pictures"]
+    """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; untrusted, decoded in a child."""
+    request, pictures = BoardCalibrationRequest.from_json(spec["task"]), spec["pictures"]
     with ImageDecoder(workers=1) as decoder:
-        return task.from_pictures(((p["name"], lambda p=p: decoder.frame_from_bytes(checked_bytes(**p)))
-                                   for p in pictures), len(pictures), progress)
+        return request.from_pictures(((p["name"], lambda p=p: decoder.frame_from_bytes(checked_bytes(**p)))
+                                      for p in pictures), len(pictures), progress)

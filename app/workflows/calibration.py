@@ -1,4 +1,4 @@
-"""How things flow: observations become a fit, a fit becomes a report, a model becomes a picture. A dozen lines each."""
+"""The main flow: observations → fit → report, and what a model is used for: transforms, pictures, overlays, maps."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,18 +12,18 @@ from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import ImageSize, Points, as_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
-from app.evaluate.fit.comparison import Candidate, parameters_of
+from app.evaluate.fit import residual_vectors as vectors
+from app.evaluate.fit.comparison import FittedModel, parameter_count
 from app.evaluate.fit.comparison import compare as compare_fits
-from app.evaluate.fit.covariance_json import told_covariance
+from app.evaluate.fit.covariance_json import covariance_from_json
 from app.evaluate.fit.cross_validation import held_out_mm
 from app.evaluate.fit.difference import difference_report
-from app.evaluate.fit.distortion import bow_pct, kind_of
+from app.evaluate.fit.distortion import distortion_kind, sag_pct
 from app.evaluate.fit.report import report
-from app.evaluate.fit.residual_vectors import residual_arrows
 from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting import FITTERS, sensitivity_of
 from app.fitting.border import fit_curve
-from app.imaging.correction import View, correction_map
+from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.heat_map import heat_map
 from app.models import MODELS, CameraModel, RayModel, field_from_raw, raw_from_field
 from app.models.border_curve import MAX_DEGREE
@@ -36,7 +36,7 @@ OVERLAY_STEP_DEG = 4.0
 
 
 @dataclass(frozen=True)
-class Calibrated:
+class CalibrationResult:
     """A fit with its report."""
 
     fit: Fit
@@ -49,19 +49,19 @@ class Calibrated:
 
 def calibrate(observations: Observations, field: Field, region: Region, image_size: ImageSize,
               model: str = "polynomial", options: Mapping[str, Any] | None = None,
-              progress: Progress = no_progress, *, cross_validate: bool = True) -> Calibrated:
-    """Fit a model to the observations and judge it. cross_validate=False is quick, for while a point is dragged."""
+              progress: Progress = no_progress, *, cross_validate: bool = True) -> CalibrationResult:
+    """Fit a model to the observations and evaluate it. cross_validate=False is quick, for while a point is dragged."""
     for observation in observations:
         field.feature(observation.feature, region)  # an unknown name is refused before anything is computed
-    first, second = part_of(progress, 0.0, 0.5), part_of(progress, 0.5, 1.0)
+    first, second = subprogress(progress, 0.0, 0.5), subprogress(progress, 0.5, 1.0)
     fit = FITTERS[model].fit(observations, field, region, image_size, options, first)
     held_out = held_out_mm(fit, observations, field, region, image_size, options,
                            second) if cross_validate else None
-    return Calibrated(fit, report(fit, observations, field, region, held_out))
+    return CalibrationResult(fit, report(fit, observations, field, region, held_out))
 
 
-def part_of(progress: Progress, start: float, end: float, title: str = "") -> Progress:
-    """The progress of one part of a longer work, told as that stretch of the whole."""
+def subprogress(progress: Progress, start: float, end: float, title: str = "") -> Progress:
+    """Return the progress callback of one part of a longer work, mapped to [start, end] of the whole."""
     return lambda share, words: progress(start + share * (end - start), title + words)
 
 
@@ -79,14 +79,14 @@ def compare(observations: Observations, field: Field, region: Region, image_size
         title, known = MODELS[name].TITLE, {o.name for o in FITTERS[name].OPTIONS}
         mine = {key: value for key, value in (options or {}).items() if key in known}
 
-        part = part_of(progress, index / len(names), (index + 1) / len(names), f"{title}: ")
+        part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}: ")
         try:
             made = calibrate(observations, field, region, image_size, name, mine, part)
         except FitFailed as refusal:
             failed.append({"model": name, "title": title, "reason": refusal.reason,
                            "what": refusal.what, "fix": refusal.fix})
             continue
-        fitted.append(Candidate(name, title, made.fit, made.report, parameters_of(made.fit)))
+        fitted.append(FittedModel(name, title, made.fit, made.report, parameter_count(made.fit)))
     if not fitted:
         raise FitFailed("No model could be fitted to these points.", failed[0]["fix"], reason=failed[0]["reason"])
     return {**compare_fits(fitted, region), "failed": failed}
@@ -96,7 +96,7 @@ def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float
                 columns: int = 25, rows: int = 19) -> dict[str, Any]:
     """Expected field error in the plane at z_mm over a grid, as plain JSON.
 
-    covariance: a report's, which may be a stranger's; Conflict where it is not this model's.
+    covariance: a report's, possibly imported; Conflict where it is not this model's.
     """
     if covariance is None or sensitivity_of(model) is None:
         raise Conflict(f"{model.TITLE} have no common parameters whose error could be known." if covariance is None else
@@ -105,7 +105,7 @@ def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float
     if z_mm != 0 and not isinstance(model, RayModel):
         raise Conflict(f"{model.TITLE} knows only the carpet, not what is {z_mm:g} mm above it.",
                        "Use a lens model, or z_mm 0.", reason="no-rays")
-    names, matrix = told_covariance(covariance, model)
+    names, matrix = covariance_from_json(covariance, model)
     fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
     sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows))
     return {**sigma.to_json(), "grid": {"places": sigma.places.tolist(),
@@ -120,15 +120,15 @@ def difference(one: CameraModel, other: CameraModel, region: Region) -> dict[str
     return difference_report(one, other, region)
 
 
-def millimetre_map(values: Sequence[Sequence[float | None]], region: Region, title: str) -> NDArray[np.uint8]:
-    """A grid of millimetres over the region as a picture with its scale."""
+def error_map_image(values: Sequence[Sequence[float | None]], region: Region, title: str) -> NDArray[np.uint8]:
+    """Draw a grid of millimetres over the region as a picture with a scale."""
     width = 640
     return heat_map(np.array(values, float), width=width, height=round(width * region.height_mm / region.width_mm),
                     unit="mm", title=title)
 
 
-def border(points: Points, axis: str, degree: int | str, image_size: ImageSize | None = None) -> dict[str, Any]:
-    """One border at once: its curve, residuals and distortion, as plain JSON.
+def fit_border(points: Points, axis: str, degree: int | str, image_size: ImageSize | None = None) -> dict[str, Any]:
+    """Fit one border: its curve, residuals and distortion, as plain JSON.
 
     axis: "x_of_y" for a border that runs down the picture, "y_of_x" for one across it. With image_size the curve
     spans the picture and the distortion is signed, its middle taken for the inside; without, it is a magnitude.
@@ -147,13 +147,13 @@ def border(points: Points, axis: str, degree: int | str, image_size: ImageSize |
     drawn = np.linspace(*(span if image_size else ends), CURVE_POINTS)
     between = np.linspace(*ends, CURVE_POINTS)
     inside = np.array(image_size.centre) if image_size else None
-    pct = bow_pct(_along(between, fitted.curve(between), run), inside if inside is not None else points[0])
+    pct = sag_pct(_along(between, fitted.curve(between), run), inside if inside is not None else points[0])
     return {"degree": fitted.curve.degree, "degree_reason": fitted.reason,
             "coefficients": list(fitted.curve.plain_coefficients()), "rms_px": fitted.rms,
             "loo_rms_px": fitted.held_out_rms, "residuals_px": fitted.residuals.tolist(),
             "outliers": np.flatnonzero(~fitted.inliers).tolist(),
             "curve": _along(drawn, fitted.curve(drawn), run).tolist(),
-            "distortion_pct": pct if image_size else abs(pct), "kind": kind_of(pct) if image_size else None}
+            "distortion_pct": pct if image_size else abs(pct), "kind": distortion_kind(pct) if image_size else None}
 
 
 def _along(position: NDArray, value: NDArray, run: int) -> Points:
@@ -188,9 +188,9 @@ def _transform_at_height(model: CameraModel, points: Points, source: Space, targ
     return model.unproject(points if source == "image" else model.raw_from_corrected(points), z_mm)
 
 
-def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize, view: View = View(),  # noqa: B008
-            ) -> NDArray[np.uint8]:
-    """The corrected picture of a raw one that has the calibration's own size."""
+def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize,
+            view: CorrectedView = CorrectedView()) -> NDArray[np.uint8]:  # noqa: B008
+    """Correct a raw picture that has the calibration's own size."""
     height, width = pixels.shape[:2]
     if (width, height) != tuple(image_size):
         raise Conflict(f"The picture is {width} × {height} px; the calibration was made for {image_size.width} × "
@@ -200,7 +200,7 @@ def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize
 
 
 def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["raw", "corrected"] = "raw",
-            view: View | None = None) -> list[dict[str, Any]]:
+            view: CorrectedView | None = None) -> list[dict[str, Any]]:
     """The region's borders and all that is painted on the field, as polylines; None where out of reach.
 
     In raw pixels, or in those of a corrected view.
@@ -220,20 +220,20 @@ def _steps(shape: Line | Arc) -> int:
     return max(2, min(400, 1 + round(max(shape.length_mm / OVERLAY_STEP_MM, by_angle))))
 
 
-def _seen(model: CameraModel, field_points: Points, frame: str, view: View | None) -> Points:
+def _seen(model: CameraModel, field_points: Points, frame: str, view: CorrectedView | None) -> Points:
     if frame == "raw":
         return raw_from_field(model, field_points)
     corrected = model.corrected_from_field(field_points)
     return corrected if view is None else view.view_from_corrected(model, corrected)
 
 
-def arrows(model: CameraModel, observations: Observations, field: Field, region: Region,
-           strays: Sequence[NDArray[np.bool_]], frame: Literal["raw", "corrected"] = "raw",
-           view: View = View()) -> dict[str, Any]:  # noqa: B008
-    """From each clicked point to where the model puts it, in raw pixels or in those of a corrected view; plain JSON."""
+def residual_vectors(model: CameraModel, observations: Observations, field: Field, region: Region,
+                     strays: Sequence[NDArray[np.bool_]], frame: Literal["raw", "corrected"] = "raw",
+                     view: CorrectedView = CorrectedView()) -> dict[str, Any]:  # noqa: B008
+    """Residuals as vectors in raw pixels or in those of a corrected view; plain JSON."""
     def seen(raw: Points) -> Points:
         return raw if frame == "raw" else view.view_from_corrected(model, model.corrected_from_raw(raw))
-    return {"frame": frame, **residual_arrows(model, observations, field, region, strays, seen)}
+    return {"frame": frame, **vectors.residual_vectors(model, observations, field, region, strays, seen)}
 
 
 def _plain_numbers(values: NDArray) -> list[float | None]:
@@ -244,4 +244,13 @@ def _plain(points: Points) -> list[list[float] | None]:
     return [p.tolist() if np.isfinite(p).all() else None for p in points]
 
 
-__all__ = ["Calibrated", "arrows", "border", "calibrate", "correct", "field_from_raw", "overlay", "transform"]
+__all__ = [
+    "CalibrationResult",
+    "calibrate",
+    "correct",
+    "field_from_raw",
+    "fit_border",
+    "overlay",
+    "residual_vectors",
+    "transform",
+]

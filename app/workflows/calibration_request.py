@@ -1,4 +1,4 @@
-"""One calibration to be made: everything it rests on, looked up and checked; every door makes the same one."""
+"""A request for a calibration: everything it rests on, looked up and checked; routes, jobs and commands share it."""
 
 import secrets
 from collections.abc import Iterable, Mapping
@@ -16,23 +16,23 @@ from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Observations, observations_from_json
 from app.models import MODELS, parameters_json
 from app.workflows import calibration
-from app.workflows.calibration import Calibrated
+from app.workflows.calibration import CalibrationResult
 
 
 def run_fit(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: the task of spec, fitted and judged, as the JSON of a calibration that nobody has kept yet."""
-    task = Task.from_json(spec["task"])
-    return task.record(task.run(progress)).to_json()
+    """A job: fit and evaluate spec["task"]; return the calibration as JSON, not yet stored."""
+    request = CalibrationRequest.from_json(spec["task"])
+    return request.record(request.run(progress)).to_json()
 
 
 def run_compare(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: the models of spec (all, where none are named) on its task, ranked."""
-    return Task.from_json(spec["task"]).compare(spec["models"], progress)
+    """A job: rank the models spec["models"] (all where none are named) on spec["task"]."""
+    return CalibrationRequest.from_json(spec["task"]).compare(spec["models"], progress)
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
-    """What to fit, to which clicks, on which picture."""
+class CalibrationRequest:
+    """The model and options to fit, to which observations, of which picture."""
 
     observations: Observations
     field: Field
@@ -50,14 +50,14 @@ class Task:
             raise BadInput("There are no observations.", "Click points on the four borders.", reason="too-few-points")
 
     def check_names(self, models: Iterable[str]) -> None:
-        """Refuse models and features that do not exist before anybody waits for them."""
+        """Refuse models and features that do not exist, before a job starts."""
         for name in models:
             MODELS[name]
         for observation in self.observations:
             self.field.feature(observation.feature, self.region)
 
     def to_json(self) -> dict[str, Any]:
-        """Everything, for a job in another process."""
+        """Return everything, for a job in another process."""
         return {"observations": [o.to_json() for o in self.observations], "field": self.field.to_json(),
                 "region": self.region.name, "rotate": self.region.rotate_deg, "image_size": list(self.image_size),
                 "model": self.model, "options": dict(self.options), "camera": self.camera, "snapshot": self.snapshot,
@@ -71,19 +71,19 @@ class Task:
                    field.region(value["region"], value["rotate"]), ImageSize.of(value["image_size"]), value["model"],
                    value["options"], value["camera"], value["snapshot"], value["image_sha256"], value["note"])
 
-    def run(self, progress: Progress = no_progress, *, cross_validate: bool = True) -> Calibrated:
-        """Fit and judge; nothing is kept."""
+    def run(self, progress: Progress = no_progress, *, cross_validate: bool = True) -> CalibrationResult:
+        """Fit and evaluate; nothing is stored."""
         return calibration.calibrate(self.observations, self.field, self.region, self.image_size, self.model,
                                   self.options, progress, cross_validate=cross_validate)
 
     def compare(self, models: list[str] | None, progress: Progress = no_progress) -> dict[str, Any]:
-        """Several models (all, where none are named) on the same observations, ranked."""
+        """Rank several models (all where none are named) on the same observations."""
         return calibration.compare(self.observations, self.field, self.region, self.image_size,
                                 tuple(models) if models else None, self.options, progress)
 
-    def record(self, done: Calibrated, *, version: int = 1, parent: str | None = None) -> Calibration:
-        """The result as one immutable version, with all that it came from."""
-        return stamped(Calibration(
+    def record(self, done: CalibrationResult, *, version: int = 1, parent: str | None = None) -> Calibration:
+        """Return the result as one immutable version, with all that it came from."""
+        return with_new_id(Calibration(
             id="", version=version, camera=self.camera, field=self.field.to_json(),
             region=self.region.name, rotate=self.region.rotate_deg, model_name=self.model,
             model_parameters=parameters_json(done.model), image_size=self.image_size,
@@ -93,7 +93,7 @@ class Task:
             parent=parent, note=self.note))
 
 
-def stamped(calibration: Calibration) -> Calibration:
-    """The same with an id and the date, for whoever has no store that gives them."""
+def with_new_id(calibration: Calibration) -> Calibration:
+    """Return it with an id and a date, where no store gives them."""
     return replace(calibration, id=secrets.token_hex(8),
                    created_at=datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z"))

@@ -1,7 +1,4 @@
-"""Check only: whether yesterday's calibration still holds in today's picture, line by line, in mm.
-
-Nothing is fitted and nothing is kept. The same for every door: the shell, REST and the page.
-"""
+"""Check whether a calibration still holds in a new picture, line by line, in mm. Nothing is fitted or stored."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
@@ -17,20 +14,20 @@ from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame
-from app.evaluate.cameras.offsets import offsets
+from app.evaluate.cameras.offsets import fit_offset_field
 from app.evaluate.cameras.rig_agreement import agreement
-from app.evaluate.drift.check_verdict import LEAST_FOUND, UNTOLD, Checked, of_check
-from app.evaluate.drift.line_check import LinesSeen, each_line, lines_seen
+from app.evaluate.drift.check_verdict import INCONCLUSIVE, MIN_FOUND, CheckFigures, check_verdict
+from app.evaluate.drift.line_check import LineMeasurements, line_deviations, measure_lines
 from app.images import ImageDecoder
 from app.models import CameraModel, model_from_json
 from app.store.snapshots import checked_bytes
-from app.workflows.automatic import look
-from app.workflows.automatic_request import one_picture
-from app.workflows.calibration import part_of
+from app.workflows.automatic import detect_lines
+from app.workflows.automatic_request import median_frame
+from app.workflows.calibration import subprogress
 
 Pixels = NDArray[np.uint8]
-MOST_DRAWN = 400
-LONG = 0.05  # of the diagonal: a line that somebody laid
+MAX_DRAWN = 400
+LONG = 0.05  # of the diagonal: a laid line, not a scratch
 ON_LINE_PX = 8.0
 
 
@@ -49,37 +46,37 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
     region = field.region(calibration.region, calibration.rotate)
     model = model_from_json(calibration.model_name, calibration.model_parameters)
     progress(0.0, "Looking for the field's lines")
-    gray = opencv.grey(pixels)
-    seen = lines_seen(model, gray, field, region)
+    gray = opencv.to_grey(pixels)
+    seen = measure_lines(model, gray, field, region)
     progress(0.7, "Judging")
-    lines = [asdict(line) for line in each_line(seen)]
+    lines = [asdict(line) for line in line_deviations(seen)]
     found = replace(_judged(model, gray, field, seen), own_mm=_own_mm(calibration))
-    verdict = of_check(found, lines)
-    if verdict["reason"] in UNTOLD:  # what lies where a line is expected is then something else
+    verdict = check_verdict(found, lines)
+    if verdict["reason"] in INCONCLUSIVE:  # what lies where a line is expected is then something else
         found = replace(found, rms_mm=None, p95_mm=None, rms_px=None, left_mm=None, carpet=None, hat=None)
         lines = [{**line, "mean_mm": None, "rms_mm": None, "worst_mm": None, "rms_px": None} for line in lines]
     return {"calibration": calibration.id, "camera": calibration.camera, "version": calibration.version,
             "model": calibration.model_name, "field": calibration.field["name"], "region": calibration.region,
             "image_size": list(calibration.image_size), "verdict": verdict, "lines": lines,
-            **found.told(), "points": _drawn(seen)}
+            **found.to_json(), "points": _drawn(seen)}
 
 
-def _judged(model: CameraModel, gray: Pixels, field: Field, seen: LinesSeen) -> Checked:
+def _judged(model: CameraModel, gray: Pixels, field: Field, seen: LineMeasurements) -> CheckFigures:
     of = seen.found
     mm = np.abs(seen.off_mm[of])
     carpet, hat, left = None, None, None
     try:
         evidence = seen.evidence()
-        moved = offsets(evidence)
+        moved = fit_offset_field(evidence)
         rest = evidence.offset_mm - np.sum(moved.at(evidence.places)[0] * evidence.normals, axis=1)
         left = float(np.sqrt(np.mean(rest[moved.good] ** 2))) if moved.good.any() else None
         size = ImageSize(gray.shape[1], gray.shape[0])
-        told = agreement(model, size, model, size, field, evidence)
-        carpet, hat = told["carpet"], told["hat"]
+        figures = agreement(model, size, model, size, field, evidence, moved)
+        carpet, hat = figures["carpet"], figures["hat"]
     except FitFailed:
         pass  # too little was seen for a map; the lines speak for themselves
     expected_px = float(seen.stands_for_px.sum())
-    return Checked(
+    return CheckFigures(
         found_share=seen.share, lines_found=len(set(seen.marking[of].tolist())),
         rms_mm=float(np.sqrt(np.mean(mm**2))) if len(mm) else None,
         p95_mm=float(np.percentile(mm, 95)) if len(mm) else None,
@@ -88,17 +85,17 @@ def _judged(model: CameraModel, gray: Pixels, field: Field, seen: LinesSeen) -> 
 
 
 def _own_mm(calibration: Calibration) -> float | None:
-    """The error that it told of itself; None where it has no report, as one that was imported."""
-    told = ((calibration.report or {}).get("verdict") or {}).get("mm")
-    return float(told) if isinstance(told, (int, float)) and np.isfinite(told) else None
+    """Return the error that its own report states; None where it has none, as after an import."""
+    figures = ((calibration.report or {}).get("verdict") or {}).get("mm")
+    return float(figures) if isinstance(figures, (int, float)) and np.isfinite(figures) else None
 
 
-def _other_lines_px(gray: Pixels, seen: LinesSeen) -> float:
-    """Length of the long bright lines that lie where none is expected; 0 where most are: then nobody asks."""
-    if seen.share >= LEAST_FOUND:
+def _other_lines_px(gray: Pixels, seen: LineMeasurements) -> float:
+    """Return the length of long bright lines where none is expected; 0 where most lines were found."""
+    if seen.share >= MIN_FOUND:
         return 0.0
     total = 0.0
-    for chain in look(gray).chains:
+    for chain in detect_lines(gray).chains:
         if len(chain) < 2 or not (length := float(np.linalg.norm(np.diff(chain, axis=0), axis=1).sum())
                                   ) > LONG * float(np.hypot(*gray.shape)):
             continue
@@ -107,19 +104,19 @@ def _other_lines_px(gray: Pixels, seen: LinesSeen) -> float:
     return total
 
 
-def _drawn(seen: LinesSeen) -> list[dict[str, Any]]:
+def _drawn(seen: LineMeasurements) -> list[dict[str, Any]]:
     """Where lines were found and where the calibration has them, for drawing; raw px and mm."""
     index = np.flatnonzero(seen.found)
-    index = index[np.unique(np.linspace(0, max(len(index) - 1, 0), min(len(index), MOST_DRAWN)).round().astype(int))]
+    index = index[np.unique(np.linspace(0, max(len(index) - 1, 0), min(len(index), MAX_DRAWN)).round().astype(int))]
     return [{"feature": seen.names[seen.marking[i]], "expected": seen.expected_px[i].round(2).tolist(),
              "found": seen.raw[i].round(2).tolist(), "off_mm": round(float(seen.off_mm[i]), 2)} for i in index]
 
 
 def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"calibration": whole, "snapshot", "pictures": [{"name", "path", "sha256"}, …]}; a stranger's."""
+    """A job: {"calibration": whole, "snapshot", "pictures": [{"name", "path", "sha256"}, …], untrusted}."""
     with ImageDecoder(workers=1) as decoder:
         reads: Sequence[Callable[[], Frame]] = [
             lambda p=p: decoder.frame_from_bytes(checked_bytes(**p)) for p in spec["pictures"]]
-        frame = one_picture(reads, part_of(progress, 0.0, 0.4))
-    found = check(Calibration.from_json(spec["calibration"]), frame.pixels, part_of(progress, 0.4, 1.0))
+        frame = median_frame(reads, subprogress(progress, 0.0, 0.4))
+    found = check(Calibration.from_json(spec["calibration"]), frame.pixels, subprogress(progress, 0.4, 1.0))
     return {**found, "snapshot": spec["snapshot"]}

@@ -1,9 +1,7 @@
-"""From a picture to what plays on it: what the doors call, and what a camera's process keeps from frame to frame.
+"""Detection of ball and robots: a stage pipeline set up for a camera, and detect() for one still picture.
 
-    sight = sight_for(plan, size, profile, calibration)     once for a camera
-    sight.see(pixels, clock=perf_counter)                   for each frame
-
-detect() is all of that for one still picture.
+    pipeline = pipeline_for(config, size, profile, calibration)     once for a camera
+    pipeline.process(pixels, clock=perf_counter)                    for each frame
 """
 
 import time
@@ -23,40 +21,40 @@ from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, as_points
 from app.core.records import Calibration
 from app.models import model_from_json
-from app.vision.colour.automatic import automatic
-from app.vision.colour.learning import BACKGROUND, learned
-from app.vision.colour.separability import health_of
-from app.vision.stage_pipeline import Plan, Seen, Sight
-from app.vision.stages import Setting
-from app.vision.stages.localisation import View
-from app.workflows.rectified_detection import CorrectedSight
+from app.vision.colour.automatic import automatic_profile
+from app.vision.colour.learning import BACKGROUND, learn_profile
+from app.vision.colour.separability import colour_health
+from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
+from app.vision.stages import StageContext
+from app.vision.stages.localisation import FieldLocator
+from app.workflows.rectified_detection import RectifiedDetector
 
 Clicks = Mapping[str, Sequence[Sequence[float]]]  # by colour: x, y of a click, or x0, y0, x1, y1 of a box
 BESIDE_MM = 300.0  # around the field, where a ball or a robot may still be
-MOST_CLICKS = 40  # of one colour
+MAX_CLICKS = 40  # of one colour
 _GRID_PX = 12  # how finely the field's edge is known in the picture
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """What a picture showed, and by which colours."""
+class DetectionResult:
+    """What a picture showed, and by which stages and colours."""
 
-    seen: Seen
-    plan: Plan
+    seen: FrameResult
+    config: StageConfig
     profile: ColourProfile
 
     def to_json(self) -> dict[str, Any]:
-        return {**self.seen.detections.to_json(), "stages": self.plan.name, "took_ms": dict(self.seen.took_ms),
+        return {**self.seen.detections.to_json(), "stages": self.config.name, "took_ms": dict(self.seen.took_ms),
                 "notes": [*self.profile.notes, *self.seen.notes], "colours": self.profile.to_json(),
-                "health": [health.to_json() for health in health_of(self.profile)]}
+                "health": [health.to_json() for health in colour_health(self.profile)]}
 
 
-def detect(pixels: NDArray[np.uint8], plan: Plan, *, calibration: Calibration | None = None,
+def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calibration | None = None,
            profile: ColourProfile | None = None, clicks: Clicks | None = None, mm_per_px: float | None = None,
-           eye_mm: tuple[float, float, float] | None = None, pictures: Collection[str] = ()) -> Found:
-    """Ball and robots in one picture. Colours are a profile's, or clicked in this picture, or found in it.
+           eye_mm: tuple[float, float, float] | None = None, pictures: Collection[str] = ()) -> DetectionResult:
+    """Detect ball and robots in one picture. Colours are a profile's, or clicked in this picture, or found in it.
 
-    mm_per_px: how large things are, where there is no calibration. eye_mm: where the camera hangs, field mm, told by
+    mm_per_px: how large things are, where there is no calibration. eye_mm: the camera's position, field mm, given by
     hand for a model without rays.
     """
     size = ImageSize(pixels.shape[1], pixels.shape[0])
@@ -66,64 +64,65 @@ def detect(pixels: NDArray[np.uint8], plan: Plan, *, calibration: Calibration | 
     if eye_mm is not None and not eye_mm[2] > 0:
         raise BadInput("A camera hangs above the carpet.", "Give its height in mm, more than 0.", reason="bad-eye")
     _refuse_other_size(size, calibration)
-    profile = profile_from(pixels, plan, profile, clicks)
+    profile = colour_profile_for(pixels, config, profile, clicks)
     # What is loaded and made at the first frame is no part of a frame's time.
-    sight_for(plan, size, profile, calibration, mm_per_px, eye_mm).see(pixels)
-    sight = sight_for(plan, size, profile, calibration, mm_per_px, eye_mm)
-    plan = sight.plan
-    return Found(sight.see(pixels, clock=time.perf_counter, pictures=pictures), plan, profile)
+    pipeline_for(config, size, profile, calibration, mm_per_px, eye_mm).process(pixels)
+    pipeline = pipeline_for(config, size, profile, calibration, mm_per_px, eye_mm)
+    config = pipeline.config
+    return DetectionResult(pipeline.process(pixels, clock=time.perf_counter, pictures=pictures), config, profile)
 
 
-def profile_from(pixels: NDArray[np.uint8], plan: Plan, profile: ColourProfile | None = None,
-                 clicks: Clicks | None = None) -> ColourProfile:
-    """A profile as it is or with clicks in this picture added; without both it is found in the picture."""
+def colour_profile_for(pixels: NDArray[np.uint8], config: StageConfig, profile: ColourProfile | None = None,
+                       clicks: Clicks | None = None) -> ColourProfile:
+    """Return a profile, with clicks in this picture added; without both it is found in the picture."""
     if clicks:
-        return learned(profile.name if profile else "clicked", [(pixels, _read(clicks))], profile)
+        return learn_profile(profile.name if profile else "clicked", [(pixels, _read(clicks))], profile)
     if profile is not None:
         return profile
-    everywhere = next((options["everywhere"] for name, options in plan.stages if name == "colours"), ())
-    read_near = ("pink", "green") if any(name == "butterfly" for name, _ in plan.stages) else ()
-    return automatic("found in the picture", pixels, tuple(dict.fromkeys([*everywhere, *read_near])))
+    everywhere = next((options["everywhere"] for name, options in config.stages if name == "colours"), ())
+    read_near = ("pink", "green") if any(name == "butterfly" for name, _ in config.stages) else ()
+    return automatic_profile("found in the picture", pixels, tuple(dict.fromkeys([*everywhere, *read_near])))
 
 
 def _read(clicks: Clicks) -> dict[str, list[tuple[float, ...]]]:
-    """Clicks and boxes checked: finite pairs, or fours."""
+    """Check clicks and boxes: finite pairs, or fours."""
     found = {}
     for colour, places in clicks.items():
         if colour != BACKGROUND and colour not in NAMES:
             raise BadInput(f"There is no colour called {str(colour)[:40]!r} here.",
                            f"Use one of: {', '.join(NAMES)}, {BACKGROUND}.", reason="unknown-colour")
-        if len(places) > MOST_CLICKS or any(len(place) not in (2, 4) for place in places):
-            raise BadInput(f"The clicks on {colour} are no clicks, or more than {MOST_CLICKS}.",
+        if len(places) > MAX_CLICKS or any(len(place) not in (2, 4) for place in places):
+            raise BadInput(f"The clicks on {colour} are no clicks, or more than {MAX_CLICKS}.",
                            "Send [x, y] for a click, or [x0, y0, x1, y1] for a box.", reason="bad-clicks")
         found[colour] = [tuple(as_points(np.reshape(place, (-1, 2)), f"The clicks on {colour}").ravel().tolist())
                          for place in places]
     return found
 
 
-def setting_for(size: ImageSize, profile: ColourProfile, calibration: Calibration | None = None,
-                mm_per_px: float | None = None, eye_mm: tuple[float, float, float] | None = None) -> Setting:
-    """What the stages of a camera need to know; a calibration tells places, sizes, heights and where the field is."""
+def context_for(size: ImageSize, profile: ColourProfile, calibration: Calibration | None = None,
+                mm_per_px: float | None = None, eye_mm: tuple[float, float, float] | None = None) -> StageContext:
+    """Return the stages' context; a calibration gives places, sizes, heights and where the field is."""
     if calibration is None:
-        return Setting(size, profile, View.flat(size, mm_per_px or 1.0))
+        return StageContext(size, profile, FieldLocator.flat(size, mm_per_px or 1.0))
     _refuse_other_size(size, calibration)
     field = field_from_json(calibration.field)
-    view = View.of(model_from_json(calibration.model_name, calibration.model_parameters), eye_mm)
+    view = FieldLocator.of(model_from_json(calibration.model_name, calibration.model_parameters), eye_mm)
     ball = field.extras.get("ball", {}).get("radius_mm", 21.5)
-    return Setting(size, profile, view, field.hat_height_mm, ball, on_field(view, field))
+    return StageContext(size, profile, view, field.hat_height_mm, ball, field_area(view, field))
 
 
-def sight_for(plan: Plan, size: ImageSize, profile: ColourProfile, calibration: Calibration | None = None,
-              mm_per_px: float | None = None, eye_mm: tuple[float, float, float] | None = None,
-              ) -> Sight | CorrectedSight:
-    """The stages of a camera, set up. Conflict no-calibration for a plan that wants pictures corrected without one."""
-    setting, plan = setting_for(size, profile, calibration, mm_per_px, eye_mm), plan_for(plan, calibration)
-    if not plan.corrected:
-        return Sight(plan, setting)
+def pipeline_for(config: StageConfig, size: ImageSize, profile: ColourProfile, calibration: Calibration | None = None,
+                 mm_per_px: float | None = None, eye_mm: tuple[float, float, float] | None = None,
+                 ) -> StagePipeline | RectifiedDetector:
+    """Set up the stages of a camera. Conflict no-calibration where corrected pictures are asked for without one."""
+    context = context_for(size, profile, calibration, mm_per_px, eye_mm)
+    config = with_calibration_sigma(config, calibration)
+    if not config.corrected:
+        return StagePipeline(config, context)
     if calibration is None:
         raise Conflict("A picture is corrected by a calibration, and there is none.",
                        "Activate or name a calibration, or look at the raw picture.", reason="no-calibration")
-    return CorrectedSight(plan, setting, calibration, BESIDE_MM, on_field)
+    return RectifiedDetector(config, context, calibration, BESIDE_MM, field_area)
 
 
 def _refuse_other_size(size: ImageSize, calibration: Calibration | None) -> None:
@@ -133,25 +132,25 @@ def _refuse_other_size(size: ImageSize, calibration: Calibration | None) -> None
                        "Use a picture of that size, or calibrate this one.", reason="size-mismatch")
 
 
-def plan_for(plan: Plan, calibration: Calibration | None) -> Plan:
-    """With the calibration's own expected error in every place's covariance, unless the plan says another."""
-    told = (calibration.report.get("sigma_mm") or {}) if calibration is not None else {}
-    carpet = _each_way(told)
-    sigmas = {"calibration_sigma_mm": carpet, "hat_sigma_mm": _each_way(told.get("hat")) or carpet}
-    return replace(plan, stages=tuple(
+def with_calibration_sigma(config: StageConfig, calibration: Calibration | None) -> StageConfig:
+    """Add the calibration's own expected error to every place's covariance, unless the config gives another."""
+    sigma = (calibration.report.get("sigma_mm") or {}) if calibration is not None else {}
+    carpet = _each_way(sigma)
+    sigmas = {"calibration_sigma_mm": carpet, "hat_sigma_mm": _each_way(sigma.get("hat")) or carpet}
+    return replace(config, stages=tuple(
         (name, {**options, **{k: v for k, v in sigmas.items() if not options[k]}}) if name == "places"
-        else (name, options) for name, options in plan.stages))
+        else (name, options) for name, options in config.stages))
 
 
-def _each_way(told: Any) -> float:
-    """A report's expected error is a length; each of x and y has half of its square. 0 where nothing is told."""
-    median = told.get("median") if isinstance(told, Mapping) else None
+def _each_way(sigma: Any) -> float:
+    """Split a report's expected error, a length, into σ of each axis; 0 where it is not known."""
+    median = sigma.get("median") if isinstance(sigma, Mapping) else None
     good = isinstance(median, (int, float)) and np.isfinite(median)
     return float(np.clip(median / np.sqrt(2), 0, 500)) if good else 0.0
 
 
-def on_field(view: View, field: Field) -> NDArray[np.uint8] | None:
-    """(height, width) 255 where the field is or a robot on it; None where the model does not tell."""
+def field_area(view: FieldLocator, field: Field) -> NDArray[np.uint8] | None:
+    """Return a mask (height, width), 255 where the field is or a robot on it; None where the model cannot tell."""
     w, h = view.image_size
     columns, rows = max(2, -(-w // _GRID_PX)), max(2, -(-h // _GRID_PX))
     grid = np.stack(np.meshgrid((np.arange(columns) + 0.5) * w / columns, (np.arange(rows) + 0.5) * h / rows), -1)
@@ -166,8 +165,9 @@ def on_field(view: View, field: Field) -> NDArray[np.uint8] | None:
     return cv2.resize(cells, (w, h), interpolation=cv2.INTER_NEAREST)
 
 
-def drawn(pixels: NDArray[np.uint8], detections: Detections, view: View, robot_mm: float = 90.0) -> NDArray[np.uint8]:
-    """The picture with a ring around each thing, each robot's front and number."""
+def detections_image(pixels: NDArray[np.uint8], detections: Detections, view: FieldLocator,
+                    robot_mm: float = 90.0) -> NDArray[np.uint8]:
+    """Draw a ring around each thing, and each robot's front and number."""
     picture = pixels.copy()
     for item in detections.items:
         paint = NAMES.get(item.team or "", NAMES["orange"] if item.kind == "ball" else (255, 255, 255))

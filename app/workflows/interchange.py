@@ -1,7 +1,7 @@
-"""Files out to other programs and in from them: the same for every door.
+"""Export to and import from other programs' files.
 
-Out: the camera that the format can hold, written, read back by our own reader, and what that cost in millimetres.
-In: the reader that knows the file, then a calibration where the file says where the camera hangs, else a lens.
+Export: the camera that the format can hold, written, read back by our own reader, and its error in millimetres.
+Import: the reader that recognises the file, then a calibration where the file holds a pose, else a lens.
 """
 
 import re
@@ -15,9 +15,9 @@ from app import __version__
 from app.core.errors import BadInput, NotFound, TouchlineError
 from app.core.field import QUARTER_TURNS, Field, Region
 from app.core.field_json import field_from_json
-from app.core.geometry import ImageSize
+from app.core.geometry import ImageSize, inside_picture
 from app.core.records import Calibration, Fit, Observations, Warning
-from app.evaluate.fit.approximation import Loss, loss_of
+from app.evaluate.fit.approximation import ApproximationError, approximation_error
 from app.evaluate.fit.report import report
 from app.fitting.corrected_rectangle import rectangles
 from app.formats import EXPORTS
@@ -26,7 +26,7 @@ from app.formats.camera_file import CameraFile
 from app.formats.ssl_field import field_from_wire, wire_field
 from app.models import model_from_json, parameters_json
 from app.models.top_view import VIEW_FIELDS
-from app.workflows.calibration_request import Task
+from app.workflows.calibration_request import CalibrationRequest
 
 EXACT_MM = 1e-6  # less is rounding
 NO_OPTIONS = dict.fromkeys(("n_rectangles_x", "n_rectangles_y", "w_max_rectangle_px", "h_max_rectangle_px"))
@@ -34,18 +34,18 @@ GRID = 41  # places each way by which a region is told from what a camera sees
 
 
 @dataclass(frozen=True)
-class Exported:
-    """A file to be sent. loss: what its reader will be off by; None where that is nothing."""
+class ExportedFile:
+    """A file to be sent. loss: the error that its reader will have; None where it is exact."""
 
     data: bytes
     name: str
     media_type: str
-    loss: Loss | None = None
+    loss: ApproximationError | None = None
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What is said about a file from outside, beside what it says itself; None says nothing."""
+class ImportOptions:
+    """What the caller states about an imported file, beside what it holds itself; None where nothing is stated."""
 
     field: str | None = None
     region: str | None = None
@@ -57,44 +57,44 @@ class Wanted:
 
 
 def export(calibration: Calibration, format: str, approximate: bool = False,
-           camera_id: int | None = None) -> Exported:
-    """The calibration as a file of that format; Conflict where that takes `approximate`."""
+           camera_id: int | None = None) -> ExportedFile:
+    """Write the calibration as a file of that format; Conflict where that takes `approximate`."""
     kind = EXPORTS[format]
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}{kind.SUFFIX}"
     if not hasattr(kind, "LENSES"):
-        return Exported(kind.write(calibration), name, kind.MEDIA_TYPE)
+        return ExportedFile(kind.write(calibration), name, kind.MEDIA_TYPE)
     camera = held(calibration, kind, approximate, camera_id)
     data = kind.write(calibration, camera)
     field = field_from_json(calibration.field)
     back = kind.read(data).camera({name: getattr(camera.camera, name) for name in VIEW_FIELDS})
-    loss = loss_of(model_from_json(calibration.model_name, calibration.model_parameters), back,
-                   field.region(calibration.region, calibration.rotate), field.hat_height_mm)
+    loss = approximation_error(model_from_json(calibration.model_name, calibration.model_parameters), back,
+                               field.region(calibration.region, calibration.rotate), field.hat_height_mm)
     exact = camera.loss is None and max(loss.worst_mm, loss.hat_worst_mm or 0.0) < EXACT_MM
-    return Exported(data, name, kind.MEDIA_TYPE, None if exact else loss)
+    return ExportedFile(data, name, kind.MEDIA_TYPE, None if exact else loss)
 
 
 def formats(calibration: Calibration) -> list[dict[str, Any]]:
-    """Every format, whether it holds this calibration, and what it costs where it must approximate; plain JSON."""
+    """List every format, whether it holds this calibration exactly, and its error where it must approximate; JSON."""
     model = model_from_json(calibration.model_name, calibration.model_parameters)
     return [_format(calibration, model, name) for name in EXPORTS]
 
 
 def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
     kind = EXPORTS[name]
-    told = {"format": name, "title": kind.TITLE, "holds": kind.HOLDS, "suffix": kind.SUFFIX,
-            "reads": hasattr(kind, "read"), "exact": True, "loss": None, "problem": None}
+    entry = {"format": name, "title": kind.TITLE, "holds": kind.HOLDS, "suffix": kind.SUFFIX,
+             "reads": hasattr(kind, "read"), "exact": True, "loss": None, "problem": None}
     if not hasattr(kind, "LENSES"):
-        return told
+        return entry
     exact = own_camera(model, kind.LENSES, kind.SQUARE_PIXELS) is not None
     try:
         loss = export(calibration, name, approximate=True).loss
     except TouchlineError as refused:
-        return {**told, "exact": exact, "problem": {"what": refused.what, "fix": refused.fix}}
-    return {**told, "exact": exact, "loss": None if loss is None else loss.to_json()}
+        return {**entry, "exact": exact, "problem": {"what": refused.what, "fix": refused.fix}}
+    return {**entry, "exact": exact, "loss": None if loss is None else loss.to_json()}
 
 
 def read_file(data: bytes, name: str = "", camera_id: int | None = None) -> Calibration | CameraFile | Observations:
-    """What a file holds. The reader is chosen by content, and by the name where content leaves a choice."""
+    """Read a file. The reader is chosen by content, and by name where several recognise the content."""
     readable = {n: EXPORTS[n] for n in EXPORTS if hasattr(EXPORTS[n], "read")}
     found = [n for n, kind in readable.items() if kind.recognises(data)]
     named = [n for n, kind in readable.items() if name.lower().endswith(kind.SUFFIX) and (not found or n in found)]
@@ -110,59 +110,61 @@ def read_file(data: bytes, name: str = "", camera_id: int | None = None) -> Cali
     return readable[chosen].read(data)
 
 
-def calibration_from(found: CameraFile | Observations, wanted: Wanted, fields: Mapping[str, Field]) -> Calibration:
-    """A calibration of a file that is none of ours; points are fitted. Its id and date are for whoever keeps it."""
+def calibration_from_file(found: CameraFile | Observations, options: ImportOptions,
+                          fields: Mapping[str, Field]) -> Calibration:
+    """Make a calibration of another program's file; points are fitted. The store gives its id and date."""
     if isinstance(found, CameraFile):
-        return _of_camera(found, wanted, fields)
-    if wanted.field is None or wanted.region is None or wanted.image_size is None:
+        return _of_camera(found, options, fields)
+    if options.field is None or options.region is None or options.image_size is None:
         raise BadInput("The table holds points, and not where they are from.",
                        "Say field, region and image_size, as WIDTHxHEIGHT.", reason="no-field")
-    field = _known(fields, wanted.field)
-    task = Task(found, field, field.region(wanted.region, wanted.rotate), wanted.image_size,
-                wanted.model or "polynomial", camera=wanted.camera, note="Fitted to imported points.")
-    task.check_names((task.model,))
-    return task.record(task.run())
+    field = _known(fields, options.field)
+    request = CalibrationRequest(found, field, field.region(options.region, options.rotate), options.image_size,
+                                 options.model or "polynomial", camera=options.camera,
+                                 note="Fitted to imported points.")
+    request.check_names((request.model,))
+    return request.record(request.run())
 
 
 def is_lens(found: Any) -> bool:
-    """Whether a file tells a lens and not where it hangs."""
+    """Whether a file holds a lens without a pose."""
     return isinstance(found, CameraFile) and found.pose is None
 
 
-def lens_from(found: CameraFile, wanted: Wanted) -> dict[str, Any]:
-    """A lens record, as one from a board; of its error nothing is known."""
-    lens = found.at_size(wanted.image_size)
+def lens_record_from_file(found: CameraFile, options: ImportOptions) -> dict[str, Any]:
+    """Return a lens record like one from a board; its error is not known."""
+    lens = found.at_size(options.image_size)
     known = lens.lens()
     note = " ".join([f"Imported from {EXPORTS[found.format].TITLE}.", *lens.notes])
-    return {"camera": wanted.camera or found.about.camera, "note": note, "model": known.model, "lens": known.to_json(),
+    return {"camera": options.camera or found.about.camera, "note": note, "model": known.model, "lens": known.to_json(),
             "board": None, "image_size": list(known.image_size), "snapshots": None,
             "software": f"touchline {__version__}",
             "report": {"rms_px": None, "views": [], "warnings": [], "verdict": {
                 "level": "unknown", "sentence": "It was imported: nothing is known of its error."}}}
 
 
-def _of_camera(given: CameraFile, wanted: Wanted, fields: Mapping[str, Field]) -> Calibration:
-    found = given.at_size(wanted.image_size)
-    field = _field(found, wanted, fields)
-    region = _region(found, wanted, field)
+def _of_camera(given: CameraFile, options: ImportOptions, fields: Mapping[str, Field]) -> Calibration:
+    found = given.at_size(options.image_size)
+    field = _field(found, options, fields)
+    region = _region(found, options, field)
     view = _view(found, region)
     camera = found.camera(view)
     judged = report(Fit(camera, (), (), (_UNKNOWN,)), (), field, region, None)
     note = " ".join([f"Imported from {EXPORTS[found.format].TITLE}.", *found.notes])
-    return Calibration(
-        id="imported", version=1, camera=wanted.camera or found.about.camera, field=field.to_json(), region=region.name,
-        rotate=region.rotate_deg, model_name=camera.NAME, model_parameters=parameters_json(camera),
-        image_size=camera.image_size, corrected_size=camera.corrected_size, observations=(), options={}, report=judged,
-        created_at="", software=f"touchline {__version__}", note=note)
+    return Calibration(id="imported", version=1, camera=options.camera or found.about.camera, field=field.to_json(),
+                       region=region.name, rotate=region.rotate_deg, model_name=camera.NAME,
+                       model_parameters=parameters_json(camera), image_size=camera.image_size,
+                       corrected_size=camera.corrected_size, observations=(), options={}, report=judged, created_at="",
+                       software=f"touchline {__version__}", note=note)
 
 
 _UNKNOWN = Warning("imported", "This calibration was imported: nothing here knows how large its error is.",
                    "Click the field's lines in a picture of this camera and compare.")
 
 
-def _field(found: CameraFile, wanted: Wanted, fields: Mapping[str, Field]) -> Field:
-    if wanted.field is not None:
-        return _known(fields, wanted.field)
+def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field]) -> Field:
+    if options.field is not None:
+        return _known(fields, options.field)
     if found.field is not None:
         return field_from_wire(wire_field(found.field), fields.values())
     if found.about.field is None:
@@ -177,10 +179,10 @@ def _known(fields: Mapping[str, Field], name: str) -> Field:
     return fields[name]
 
 
-def _region(found: CameraFile, wanted: Wanted, field: Field) -> Region:
-    """As it is said, here or in the file; else the region that comes nearest to what the camera sees, upright."""
-    name = wanted.region or (found.about.region if found.about.region in field.regions else None)
-    rotate = wanted.rotate if wanted.rotate is not None else found.about.rotate
+def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
+    """Return the region stated here or in the file; else the one nearest to what the camera sees, upright."""
+    name = options.region or (found.about.region if found.about.region in field.regions else None)
+    rotate = options.rotate if options.rotate is not None else found.about.rotate
     if name is not None:
         return field.region(name, rotate)
     x = np.linspace(-field.length_mm / 2, field.length_mm / 2, GRID)
@@ -188,8 +190,7 @@ def _region(found: CameraFile, wanted: Wanted, field: Field) -> Region:
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     camera = found.camera(_view(found, next(iter(field.regions.values()))))
     pixels = camera.project(np.concatenate([places, np.zeros((len(places), 1))], axis=1))
-    with np.errstate(invalid="ignore"):
-        seen = (pixels > -0.5).all(axis=1) & (pixels < np.array(tuple(camera.image_size)) - 0.5).all(axis=1)
+    seen = inside_picture(pixels, camera.image_size)
 
     def share(region: Region) -> float:
         inside = ((places >= np.array([region.x_mm[0], region.y_mm[0]]))
@@ -226,6 +227,6 @@ def size_from_text(text: str) -> ImageSize:
     return ImageSize.of((int(found[1]), int(found[2])))
 
 
-def renamed(calibration: Calibration, camera: str | None) -> Calibration:
-    """The same for a camera of this house, where one is named."""
+def for_camera(calibration: Calibration, camera: str | None) -> Calibration:
+    """Assign the calibration to a camera of this server, where one is named."""
     return calibration if camera is None else replace(calibration, camera=camera)

@@ -12,11 +12,12 @@ import numpy as np
 
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_json import field_from_json
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.evaluate.cameras import pair_verdict
-from app.evaluate.cameras.pair_agreement import from_matches, from_observations, overlap
+from app.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
+from app.evaluate.cameras.shared_area import overlap
 from app.fitting.two_view.epipolar_lines import bent_lines, straight_lines
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
 from app.fitting.two_view.relative_pose import calibrated_epipolar_px, pose_between, relative_pose
@@ -27,12 +28,12 @@ from app.models.rotation import vector_from_matrix
 def run_pair(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"points_a", "points_b", "calibration_a", "calibration_b" (whole, as JSON; or None), "z_mm"}."""
     a, b = (None if spec[k] is None else Calibration.from_json(spec[k]) for k in ("calibration_a", "calibration_b"))
-    return judge_pair(spec["points_a"], spec["points_b"], a, b, spec["z_mm"], progress)
+    return evaluate_pair(spec["points_a"], spec["points_b"], a, b, spec["z_mm"], progress)
 
 
-def judge_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b: Calibration | None = None,
-               z_mm: float | Sequence[float | None] = 0.0, progress: Progress = no_progress) -> dict[str, Any]:
-    """Plain JSON: "fundamental", "pose", "calibrated" and "agreement", each None where it was not asked for.
+def evaluate_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b: Calibration | None = None,
+                  z_mm: float | Sequence[float | None] = 0.0, progress: Progress = no_progress) -> dict[str, Any]:
+    """Evaluate a pair; plain JSON: "fundamental", "pose", "calibrated" and "agreement", None where not asked for.
 
     points_a, points_b (n, 2) raw px: the same things in both pictures; None for one that is not clicked yet, and such a
     match counts only in the numbering. z_mm above the carpet: all of them, or each its own, None for one whose height
@@ -90,8 +91,8 @@ class _Matches:
             points_a, points_b = ([points[i] for i in which] for points in (points_a, points_b))
         return cls(*as_matches(points_a, points_b), _heights(z_mm, count)[which], which, count)
 
-    def told(self, values: Array) -> list[float | None]:
-        """A value of each, in the numbering that was given."""
+    def result(self, values: Array) -> list[float | None]:
+        """Put a value of each into the order in which the matches were given."""
         all_values = np.full(self.count, np.nan)
         all_values[self.which] = values
         return [float(v) if np.isfinite(v) else None for v in all_values]
@@ -128,13 +129,13 @@ def _heights(z_mm: float | Sequence[float | None], count: int) -> Array:
 def _fundamental(matches: _Matches) -> dict[str, Any]:
     found = fundamental_matrix(matches.a, matches.b)
     return {"matrix": found.fundamental.tolist(), "rms_px": found.rms_px, "sigma_px": found.sigma_px,
-            "epipolar_px": matches.told(found.epipolar_px), "outliers": matches.numbers(~found.good),
+            "epipolar_px": matches.in_given_order(found.epipolar_px), "outliers": matches.numbers(~found.good),
             "epipoles": [e.tolist() for e in found.epipoles],
             "verdict": pair_verdict.of_fundamental(found.epipolar_px, found.good, matches.which)}
 
 
 def _pose(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -> dict[str, Any]:
-    """From matches and lenses alone; beside it, how far that is from what the two calibrations say of the cameras."""
+    """Relative pose from matches and lenses alone, and how far it is from the pose by the two calibrations."""
     found = relative_pose(model_a, model_b, matches.a, matches.b)
     good = found.epipolar_px[found.good]
     rotation, centre = pose_between(model_a, model_b)
@@ -147,7 +148,7 @@ def _pose(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -> dict
             "from_calibrations_deg": {"rotation": apart_deg, "direction": None if cosine is None else float(
                 np.degrees(np.arccos(np.clip(cosine, -1, 1))))},
             "essential": found.essential.tolist(), "rms_px": float(np.sqrt(np.mean(good**2))),
-            "epipolar_px": matches.told(found.epipolar_px), "outliers": matches.numbers(~found.good),
+            "epipolar_px": matches.in_given_order(found.epipolar_px), "outliers": matches.numbers(~found.good),
             "verdict": pair_verdict.of_pose(apart_deg, found.rotation_sigma_deg)}
 
 
@@ -169,7 +170,7 @@ def _calibrated(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -
                         "cameras.", reason="nothing-shared")
     rotation, centre = pose_between(model_a, model_b)
     return {"median_px": float(np.median(seen)), "rms_px": float(np.sqrt(np.mean(seen**2))),
-            "epipolar_px": matches.told(found), **_turn(rotation), "translation_mm": centre.tolist(),
+            "epipolar_px": matches.in_given_order(found), **_turn(rotation), "translation_mm": centre.tolist(),
             "distance_mm": float(np.linalg.norm(centre)),
             "verdict": pair_verdict.of_calibrated(found, matches.which)}
 
@@ -177,20 +178,20 @@ def _calibrated(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -
 def _agreement(a: Calibration, b: Calibration, model_a: CameraModel, model_b: CameraModel,
                matches: _Matches | None) -> dict[str, Any]:
     field = field_from_json(a.field)
-    shared = overlap(model_a, a.image_size, model_b, b.image_size, field)
+    shared = overlap(model_a, a.image_size, model_b, b.image_size, field, CELLS)
     apart = None
     if matches is not None and np.isfinite(matches.heights_mm).any():
         found = from_matches(model_a, model_b, matches.a, matches.b, matches.heights_mm)
         placed = np.full(len(matches.a), np.nan)
         placed[found.which] = found.apart_mm
-        apart = matches.told(placed)
+        apart = matches.in_given_order(placed)
     else:
         seen = [observations_from_json(c.observations) for c in (a, b)]
         found = from_observations(model_a, seen[0], model_b, seen[1], field, field.region(a.region, a.rotate),
                                   field.region(b.region, b.rotate))
-    told = found.to_json(shared)
-    return {**told, "from": "clicks" if apart is None else "matches", "apart_mm": apart,
-            "verdict": pair_verdict.of_agreement(found, told["covered"])}
+    result = found.to_json(shared)
+    return {**result, "from": "clicks" if apart is None else "matches", "apart_mm": apart,
+            "verdict": pair_verdict.of_agreement(found, result["covered"])}
 
 
 def lines_by_matrix(matrix: Any, points_a: Any, points_b: Any, size_a: ImageSize, size_b: ImageSize) -> dict[str, Any]:
@@ -202,19 +203,19 @@ def lines_by_matrix(matrix: Any, points_a: Any, points_b: Any, size_a: ImageSize
 
 def lines_by_calibrations(a: Calibration, b: Calibration, points_a: Any, points_b: Any,
                           z_mm: float | None = 0.0) -> dict[str, Any]:
-    """The same as two calibrations foretell it, bent as the lenses bend; None for models without rays.
+    """The same predicted by two calibrations, bent as the lenses bend; None for models without rays.
 
     "place_in_b": where picture b shows what picture a shows at points_a, if that is z_mm above the carpet.
     """
     _refuse_different_fields(a, b)
     models = _models(a, b)
     ends = [np.array(p, float).reshape(-1, 2) for p in (points_a, points_b)]
-    told: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for other, points, here, there, size in (("b", ends[0], *models, b.image_size),
                                              ("a", ends[1], *models[::-1], a.image_size)):
-        told[f"in_{other}"] = _drawn(bent_lines(here, there, points)) if _have_rays(models) else None
-        told[f"place_in_{other}"] = None if z_mm is None else _place(here, there, points, z_mm, size)
-    return told
+        result[f"in_{other}"] = _drawn(bent_lines(here, there, points)) if _have_rays(models) else None
+        result[f"place_in_{other}"] = None if z_mm is None else _place(here, there, points, z_mm, size)
+    return result
 
 
 def _place(here: CameraModel, there: CameraModel, points: Points, z_mm: float, size: ImageSize,
@@ -226,9 +227,7 @@ def _place(here: CameraModel, there: CameraModel, points: Points, z_mm: float, s
         found = there.project(np.column_stack([places, np.full(len(places), z_mm)]))
     else:
         return None
-    with np.errstate(invalid="ignore"):
-        inside = ((found >= -0.5) & (found <= np.array(tuple(size)) - 0.5)).all(axis=1)
-    return [p if ok else None for p, ok in zip(found.tolist(), inside.tolist(), strict=True)]
+    return [p if ok else None for p, ok in zip(found.tolist(), inside_picture(found, size).tolist(), strict=True)]
 
 
 def _drawn(lines: Array) -> list[list[list[float] | None] | None]:

@@ -1,7 +1,7 @@
-"""Seeing in the corrected picture, where somebody asks for it: each frame is straightened first, then looked at.
+"""Detection in the corrected picture: each frame is rectified first, then processed by the stages.
 
-    sight = CorrectedSight(plan, setting, calibration, beside_mm, on_field)    instead of Sight(plan, setting)
-    sight.see(pixels, …)                                   pixels of what was found are raw ones either way
+    pipeline = RectifiedDetector(config, context, calibration, beside_mm, field_area)
+    pipeline.process(pixels, …)                            detections are in raw pixels either way
 
 It costs a remap a frame and resamples what is then measured; colours and patterns are the same size all over the field.
 Where heights are known they are allowed for as on the raw picture: along the ray of the raw pixel.
@@ -19,21 +19,21 @@ from app.core.field import Field
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, Points
 from app.core.records import Calibration
-from app.imaging.correction import View as CorrectedView
+from app.imaging.correction import CorrectedView as CorrectedView
 from app.imaging.correction import correction_map
 from app.models import CameraModel, RayModel, model_from_json
-from app.vision.colour.learning import light_of
-from app.vision.stage_pipeline import Plan, Seen, Sight
-from app.vision.stages import Setting
-from app.vision.stages.localisation import View
+from app.vision.colour.learning import mean_light
+from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
+from app.vision.stages import StageContext
+from app.vision.stages.localisation import FieldLocator
 
-MOST_PX = 4096
+MAX_PX = 4096
 STAGE = "correct"  # what its time is called
 
 
 @dataclass(frozen=True, eq=False)
-class _Straightened:
-    """A camera whose pictures are corrected ones already: what View asks of a model."""
+class _RectifiedCamera:
+    """A camera whose pictures are corrected already: what FieldLocator needs of a model."""
 
     model: CameraModel
     shown: CorrectedView
@@ -52,15 +52,15 @@ class _Straightened:
         return self.model.unproject(self.raw(pixels), z_mm)
 
 
-class CorrectedSight:
-    """Sight on straightened frames. setting is that of the raw picture, in whose pixels everything is told.
+class RectifiedDetector:
+    """StagePipeline on rectified frames. context is that of the raw picture, in whose pixels results are given.
 
-    beside_mm of carpet around the region is shown as well; on_field: where of such a picture anything is looked for.
+    beside_mm of carpet around the region is shown as well; on_field: makes the mask in which anything is looked for.
     """
 
-    def __init__(self, plan: Plan, setting: Setting, calibration: Calibration, beside_mm: float,
-                 on_field: Callable[[View, Field], NDArray[np.uint8] | None]) -> None:
-        self.plan, self.setting = plan, setting
+    def __init__(self, config: StageConfig, context: StageContext, calibration: Calibration, beside_mm: float,
+                 on_field: Callable[[FieldLocator, Field], NDArray[np.uint8] | None]) -> None:
+        self.config, self.context = config, context
         model = model_from_json(calibration.model_name, calibration.model_parameters)
         field = field_from_json(calibration.field)
         region = field.region(calibration.region, calibration.rotate)
@@ -68,40 +68,40 @@ class CorrectedSight:
         # As fine as the raw picture where that is finest: no dot becomes smaller than it was.
         axes = (np.linspace(0, n - 1, 9) for n in calibration.image_size)
         spots = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-        finest = float(np.nanmin(setting.view.scale(spots)))
-        shown = CorrectedView(margin_px, int(np.clip((region.width_mm + 2 * beside_mm) / finest, 64, MOST_PX)))
-        self._straight = _Straightened(model, shown, shown.size(model))
+        finest = float(np.nanmin(context.view.scale(spots)))
+        shown = CorrectedView(margin_px, int(np.clip((region.width_mm + 2 * beside_mm) / finest, 64, MAX_PX)))
+        self._straight = _RectifiedCamera(model, shown, shown.size(model))
         self._map = correction_map(model, shown)
-        view = View(self._straight.image_size, self._straight, eye_mm=setting.view.eye_mm,
-                    has_rays=isinstance(model, RayModel))
-        self._inside = replace(setting, image_size=self._straight.image_size, view=view, within=on_field(view, field))
-        self._inner: Sight | None = None
+        view = FieldLocator(self._straight.image_size, self._straight, eye_mm=context.view.eye_mm,
+                             has_rays=isinstance(model, RayModel))
+        self._inside = replace(context, image_size=self._straight.image_size, view=view, within=on_field(view, field))
+        self._inner: StagePipeline | None = None
 
-    def _sight(self, pixels: NDArray[np.uint8], straight: NDArray[np.uint8]) -> Sight:
-        """Made at the first frame, which tells how much darker a corrected picture is than its raw one."""
+    def _pipeline(self, pixels: NDArray[np.uint8], rectified: NDArray[np.uint8]) -> StagePipeline:
+        """Return the pipeline, made at the first frame, which shows how much darker a corrected picture is."""
         if self._inner is None:
             profile = self._inside.profile
             if profile.light is not None:
-                darker = [(b + 1) / (a + 1) for a, b in zip(light_of(pixels), light_of(straight), strict=True)]
+                darker = [(b + 1) / (a + 1) for a, b in zip(mean_light(pixels), mean_light(rectified), strict=True)]
                 light = tuple(float(v * d) for v, d in zip(profile.light, darker, strict=True))
                 profile = replace(profile, light=light)
-            self._inner = Sight(self.plan, replace(self._inside, profile=profile))
+            self._inner = StagePipeline(self.config, replace(self._inside, profile=profile))
         return self._inner
 
-    def see(self, pixels: NDArray[np.uint8], *, clock: Callable[[], float] | None = None,
-            pictures: Collection[str] = (), camera: str | None = None, frame: int | None = None,
-            time_s: float | None = None) -> Seen:
-        """As Sight.see; the stages' pictures are corrected ones."""
+    def process(self, pixels: NDArray[np.uint8], *, clock: Callable[[], float] | None = None,
+                pictures: Collection[str] = (), camera: str | None = None, frame: int | None = None,
+                time_s: float | None = None) -> FrameResult:
+        """As StagePipeline.process; the stages' pictures are corrected ones."""
         size = ImageSize(pixels.shape[1], pixels.shape[0])
-        if size != self.setting.image_size:
+        if size != self.context.image_size:
             raise BadInput(f"The picture is {size.width} × {size.height} px, the calibration was made for "
-                           f"{self.setting.image_size.width} × {self.setting.image_size.height} px.",
+                           f"{self.context.image_size.width} × {self.context.image_size.height} px.",
                            "Use a picture of that size, or calibrate this one.", reason="size-mismatch")
         began = clock() if clock else 0.0
-        straight = self._map.apply(pixels)
+        rectified = self._map.apply(pixels)
         took = {STAGE: 1000 * (clock() - began)} if clock else {}
-        seen = self._sight(pixels, straight).see(straight, clock=clock, pictures=pictures, camera=camera, frame=frame,
-                                                 time_s=time_s)
+        seen = self._pipeline(pixels, rectified).process(rectified, clock=clock, pictures=pictures, camera=camera,
+                                                      frame=frame, time_s=time_s)
         items = seen.detections.items
         raw = self._straight.raw(np.array([item.pixel for item in items]).reshape(-1, 2))
         found = tuple(replace(item, pixel=(float(x), float(y))) for item, (x, y) in zip(items, raw, strict=True)

@@ -1,9 +1,9 @@
-"""A knocked camera's pose registered anew: its lens is kept, and the field's lines say where it stands now.
+"""Registers a knocked camera's pose again: the lens is kept, and the field's lines give the new pose.
 
-    told, made = registered(calibration, frame)     a new version, the child of the one before; nobody has kept it yet
+    summary, made = reregister(calibration, frame)     a new version, child of the one before, not yet stored
 
-A model with rays keeps its lens, and gets a pose. One without has none to keep apart: the points that it rests on are
-moved along with the picture, and fitted as they were.
+A model with rays keeps its lens and gets a pose. One without rays has no separate lens: the points that it rests on
+are moved along with the picture, and fitted again.
 """
 
 from collections.abc import Mapping
@@ -19,29 +19,29 @@ from app.core.field_json import field_from_json
 from app.core.geometry import Array, ImageSize, Points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame, Observation, Observations, observations_from_json
-from app.evaluate.drift.line_tracking import SIGMA_PX, LinesNow, lines_now
+from app.evaluate.drift.line_tracking import SIGMA_PX, TrackedLines, track_lines
 from app.fitting.image_motion import motion_of
 from app.images import ImageDecoder
 from app.models import CameraModel, RayModel, field_from_raw, model_from_json, parameters_json, raw_from_field
 from app.store.snapshots import checked_bytes
 from app.workflows import calibration as workflow
-from app.workflows.automatic import border_under
-from app.workflows.calibration import Calibrated, part_of
-from app.workflows.calibration_request import Task
+from app.workflows.automatic import observed_feature
+from app.workflows.calibration import CalibrationResult, subprogress
+from app.workflows.calibration_request import CalibrationRequest
 
-LEAST_LINES, LEAST_OF_ONE = 3, 3  # and points on each
+MIN_LINES, MIN_MARKING_POINTS = 3, 3  # and points on each
 WORSE, WORSE_PX = 3.0, 1.5  # times, and px of 1280, that lines may lie further off than before: else it is another lens
 AFRESH = "Calibrate the camera anew: find its lines, or click them."
-# What the lens and its fit chose for themselves; everything else was the operator's choice.
-NOT_TAKEN_OVER = ("lens", "lens_sigma", "terms", "leanings", "start", "click_sigma_px", "height_mm", "centre_sigma_px")
+# Options that the kept lens replaces; everything else was the operator's choice.
+OWN_OPTIONS = ("lens", "lens_sigma", "terms", "leanings", "start", "click_sigma_px", "height_mm", "centre_sigma_px")
 
 
-def registered(calibration: Calibration, frame: Frame, progress: Progress = no_progress,
+def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_progress,
                before: Frame | None = None, snapshot: str | None = None,
                note: str = "") -> tuple[dict[str, Any], Calibration]:
-    """What was found, and the new version. FitFailed where the lines do not say; Conflict for another size.
+    """Return a summary and the new version. FitFailed where lines do not suffice; Conflict for another size.
 
-    before: the picture that the calibration came from, where it is kept.
+    before: the picture that the calibration came from, where it is stored.
     """
     if tuple(frame.size) != tuple(calibration.image_size):
         width, height = calibration.image_size
@@ -52,15 +52,16 @@ def registered(calibration: Calibration, frame: Frame, progress: Progress = no_p
     region = field.region(calibration.region, calibration.rotate)
     model = model_from_json(calibration.model_name, calibration.model_parameters)
     progress(0.0, "Looking for the field's lines")
-    found = lines_now(opencv.grey(frame.pixels), model, field, None if before is None else opencv.grey(before.pixels))
+    found = track_lines(opencv.to_grey(frame.pixels), model, field,
+                        None if before is None else opencv.to_grey(before.pixels))
     observations = None if found is None else _observed(found, region)
-    if found is None or len(observations) < LEAST_LINES:
+    if found is None or len(observations) < MIN_LINES:
         raise FitFailed("Too few of the field's lines are where this camera could have been moved to.",
                         f"Clear the lines and switch the lamps on, then try again. {AFRESH}", reason="lines-not-found")
-    size, part = frame.size, part_of(progress, 0.3, 1.0)
-    options = {name: value for name, value in calibration.options.items() if name not in NOT_TAKEN_OVER}
+    size, part = frame.size, subprogress(progress, 0.3, 1.0)
+    options = {name: value for name, value in calibration.options.items() if name not in OWN_OPTIONS}
     if isinstance(model, RayModel):
-        options |= {"lens": calibration.held_lens(), "lens_sigma": "0"}
+        options |= {"lens": calibration.lens_option(), "lens_sigma": "0"}
         done = workflow.calibrate(observations, field, region, size, calibration.model_name,
                                   {**options, "start": parameters_json(model)}, part)
     else:
@@ -76,21 +77,21 @@ def registered(calibration: Calibration, frame: Frame, progress: Progress = no_p
         raise FitFailed(f"Moved along with the picture, the lines lie {off_px:.1f} px off: that is too far for "
                         f"{model.TITLE.lower()}, which knows no lens apart from where it stands.", AFRESH,
                         reason="moved-too-far")
-    task = Task(observations, field, region, size, calibration.model_name, options, calibration.camera, snapshot,
-                frame.sha256 or None, note)
-    return _told(calibration, model, done, found, off_px), task.record(done, parent=calibration.id)
+    request = CalibrationRequest(observations, field, region, size, calibration.model_name, options, calibration.camera,
+                                 snapshot, frame.sha256 or None, note)
+    return _summary(calibration, model, done, found, off_px), request.record(done, parent=calibration.id)
 
 
-def _observed(found: LinesNow, region: Region) -> Observations:
+def _observed(found: TrackedLines, region: Region) -> Observations:
     observations = []
     for number, marking in enumerate(found.pattern.markings):
         of = found.marking == number
-        if of.sum() >= LEAST_OF_ONE:
-            observations.append(Observation(border_under(marking, region), "line", found.points[of]))
+        if of.sum() >= MIN_MARKING_POINTS:
+            observations.append(Observation(observed_feature(marking, region), "line", found.points[of]))
     return tuple(observations)
 
 
-def _moved_along(calibration: Calibration, found: LinesNow, size: ImageSize) -> Observations:
+def _moved_along(calibration: Calibration, found: TrackedLines, size: ImageSize) -> Observations:
     """The points that a model without rays rests on, moved as the picture was; a tilt moves it as a homography does."""
     before = observations_from_json(list(calibration.observations))
     if not before:
@@ -116,7 +117,7 @@ def _bending(places: Points, size: ImageSize) -> Array:
                      np.stack([none, one, none, none, x, y, x * y, y * y], axis=-1)], axis=1)
 
 
-def _off_px(model: CameraModel, found: LinesNow) -> float:
+def _off_px(model: CameraModel, found: TrackedLines) -> float:
     """How far the lines lie from where the model has them, px: rms without the furthest tenth."""
     markings = [found.pattern.markings[int(number)] for number in found.marking]
     on_field = field_from_raw(model, found.points)
@@ -126,19 +127,21 @@ def _off_px(model: CameraModel, found: LinesNow) -> float:
     return float(np.sqrt(np.mean(off[:max(1, int(0.9 * len(off)))] ** 2))) if len(off) else np.inf
 
 
-def _told(calibration: Calibration, before: CameraModel, done: Calibrated, found: LinesNow,
-          off_px: float) -> dict[str, Any]:
-    told = {"parent": calibration.id, "points": len(found.points), "lines": len(set(found.marking.tolist())),
-            "seen_share": round(found.share, 3), "lines_px": round(off_px, 3), "picture_px": round(found.moved_px, 2),
-            "turned_deg": None, "moved_mm": None, "verdict": done.report["verdict"]}
+def _summary(calibration: Calibration, before: CameraModel, done: CalibrationResult, found: TrackedLines,
+             off_px: float) -> dict[str, Any]:
+    summary = {"parent": calibration.id, "points": len(found.points), "lines": len(set(found.marking.tolist())),
+               "seen_share": round(found.share, 3), "lines_px": round(off_px, 3), "picture_px": round(found.moved_px,
+                                                                                                      2), "turned_deg":
+               None, "moved_mm": None, "verdict": done.report["verdict"]}
     kept = "moved along"
     if isinstance(before, RayModel):
         turn = np.array(done.model.camera_from_field) @ np.array(before.camera_from_field).T
-        told["turned_deg"] = round(float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))), 4)
-        told["moved_mm"] = round(float(np.linalg.norm(np.subtract(done.model.position_mm, before.position_mm))), 1)
+        summary["turned_deg"] = round(float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))), 4)
+        summary["moved_mm"] = round(float(np.linalg.norm(np.subtract(done.model.position_mm, before.position_mm))), 1)
         kept = "with its lens kept"
-    return {**told, "sentence": f"The picture had moved by {found.moved_px:.1f} px; {kept}, {told['points']} points on "
-                                f"{told['lines']} lines fit to {off_px:.2f} px."}
+    return {**summary, "sentence":
+            f"The picture had moved by {found.moved_px:.1f} px; {kept}, {summary['points']} points on "
+            f"{summary['lines']} lines fit to {off_px:.2f} px."}
 
 
 def run_register(spec: Any, progress: Progress) -> dict[str, Any]:
@@ -148,6 +151,6 @@ def run_register(spec: Any, progress: Progress) -> dict[str, Any]:
         before = None
         with suppress(TouchlineError):  # gone or damaged: then the model itself says where lines were
             before = decoder.frame_from_bytes(checked_bytes(**spec["before"])) if spec["before"] else None
-    told, made = registered(Calibration.from_json(spec["calibration"]), frame, part_of(progress, 0.1, 1.0), before,
-                            spec["snapshot"], spec["note"])
-    return {"told": told, "made": made.to_json()}
+    summary, made = reregister(Calibration.from_json(spec["calibration"]), frame, subprogress(progress, 0.1, 1.0),
+                               before, spec["snapshot"], spec["note"])
+    return {"told": summary, "made": made.to_json()}

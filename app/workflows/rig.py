@@ -1,8 +1,8 @@
-"""A rig: cameras that share a field. How its calibrations stand to it, how well they agree, how one is refitted.
+"""A rig of cameras that share a field: status of its calibrations, their agreement, and refits.
 
 A rig here is plain JSON, {"name", "title", "field": a whole field, "rectangles": given ones, "cameras": [{"camera",
 "title", "region", "rotate", "calibration": whole or None, "picture": {"name", "path", "sha256"} or None}, …]}: what a
-job in another process needs. The shell makes the same one of files.
+job in another process needs; the command line makes the same of files.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,27 +18,27 @@ from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.evaluate.cameras import rig_verdict
 from app.evaluate.cameras.epipolar_check import geometry
-from app.evaluate.cameras.evidence import Evidence, from_clicks, from_matches
+from app.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
 from app.evaluate.cameras.image_evidence import from_pictures
-from app.evaluate.cameras.rectangles import Rectangles, common
+from app.evaluate.cameras.rectangles import Rectangles, most_common
 from app.evaluate.cameras.rig_agreement import agreement
 from app.images import ImageDecoder
 from app.models import CameraModel, RayModel, model_from_json
 from app.store.snapshots import checked_bytes
-from app.workflows.calibration import part_of
-from app.workflows.calibration_request import Task
-from app.workflows.pair import judge_pair
+from app.workflows.calibration import subprogress
+from app.workflows.calibration_request import CalibrationRequest
+from app.workflows.pair import evaluate_pair
 
 Pixels = NDArray[np.uint8]
 READING = 0.2  # of a check with pictures
-FEW = 6  # measures in pictures: fewer are chance
+MIN_MEASURES = 6  # measures in pictures: fewer are chance
 MAX_CAMERAS = 16
 
 
 def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"rig", "missing": cameras without a picture, "matches": [{"a", "b", "points_a", "points_b", "z_mm"}]}.
 
-    Pictures are a stranger's, and decoded as such.
+    Pictures are untrusted, decoded in a child.
     """
     rig, pictures = spec["rig"], {}
     wanted = [c for c in rig["cameras"] if c["picture"] is not None]
@@ -47,26 +47,27 @@ def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
             for number, camera in enumerate(wanted):
                 progress(READING * number / len(wanted), f"Reading the picture of {camera['title']}")
                 pictures[camera["camera"]] = decoder.frame_from_bytes(checked_bytes(**camera["picture"])).pixels
-    found = check(rig, pictures, spec["matches"], part_of(progress, READING if wanted else 0.0, 1.0))
+    found = check(rig, pictures, spec["matches"], subprogress(progress, READING if wanted else 0.0, 1.0))
     return {**found, "missing": spec["missing"]}
 
 
 def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Sequence[Mapping[str, Any]] = (),
           progress: Progress = no_progress) -> dict[str, Any]:
-    """Plain JSON: how each camera stands to the rig, and how far each two are apart that see a common part."""
-    told = standing(rig)
+    """Plain JSON: each camera's status in the rig, and how far each two are apart that see a common part."""
+    status = rig_status(rig)
     calibrations = {c["camera"]: Calibration.from_json(c["calibration"]) for c in rig["cameras"]
                     if c["calibration"] is not None and c["calibration"]["field"] == rig["field"]["name"]}
     _refuse_unknown(matches, {c["camera"] for c in rig["cameras"]})
     titles = {c["camera"]: c["title"] for c in rig["cameras"]}
     couples, pairs = list(combinations(calibrations, 2)), []
     for number, (a, b) in enumerate(couples):
-        part = part_of(progress, number / len(couples), (number + 1) / len(couples), f"{titles[a]} and {titles[b]}: ")
+        part = subprogress(progress, number / len(couples), (number + 1) / len(couples),
+                           f"{titles[a]} and {titles[b]}: ")
         part(0.0, "Comparing")
         pairs.append({"a": a, "b": b, **_pair(rig, titles, (a, b), calibrations, pictures,
                                              _matches_of(matches, a, b), part)})
-    troubles = [trouble for camera in told["cameras"] for trouble in camera["troubles"]]
-    return {**told, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles)}
+    troubles = [trouble for camera in status["cameras"] for trouble in camera["troubles"]]
+    return {**status, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles)}
 
 
 def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, str],
@@ -89,17 +90,17 @@ def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, s
 
 
 def _crosscheck(a: Calibration, b: Calibration, given: Mapping[str, Any]) -> dict[str, Any]:
-    """What the matches say by themselves and beside the calibrations, as POST /pairs does."""
+    """Evaluate the matches by themselves and against the calibrations, as POST /pairs does."""
     try:
-        return judge_pair(given["points_a"], given["points_b"], a, b, given["z_mm"])
+        return evaluate_pair(given["points_a"], given["points_b"], a, b, given["z_mm"])
     except FitFailed as refusal:
         return {"failed": [{"part": "all", "reason": refusal.reason, "what": refusal.what, "fix": refusal.fix}]}
 
 
 def _evidence(rig: Mapping[str, Any], names: tuple[str, str], both: tuple[Calibration, Calibration],
               models: tuple[CameraModel, CameraModel], pictures: Mapping[str, Pixels],
-              given: Mapping[str, Any] | None, progress: Progress) -> tuple[Evidence, str, list[str]]:
-    """The best that there is: matches, else today's pictures, else the clicks of the calibrations."""
+              given: Mapping[str, Any] | None, progress: Progress) -> tuple[OffsetMeasurements, str, list[str]]:
+    """Return the best evidence there is: matches, else pictures, else the clicks of the calibrations."""
     field, notes = field_from_json(rig["field"]), []
     if given is not None:
         z = given["z_mm"]
@@ -108,12 +109,12 @@ def _evidence(rig: Mapping[str, Any], names: tuple[str, str], both: tuple[Calibr
         points = (np.array([given[key][i] for i in complete], float) for key in ("points_a", "points_b"))
         if isinstance(heights, np.ndarray):
             heights = heights[complete]
-        return Evidence.together([from_matches(*models, *points, heights)]), "matches", notes
+        return OffsetMeasurements.together([from_matches(*models, *points, heights)]), "matches", notes
     shown = [pictures.get(name) for name in names]
     if all(pixels is not None and (pixels.shape[1], pixels.shape[0]) == tuple(calibration.image_size)
            for pixels, calibration in zip(shown, both, strict=True)):
         evidence = from_pictures(models[0], shown[0], models[1], shown[1], field, progress)
-        if len(evidence) >= FEW:
+        if len(evidence) >= MIN_MEASURES:
             return evidence, "pictures", notes
         notes.append("The pictures show too few lines where both cameras look.")
     a, b = both
@@ -121,24 +122,24 @@ def _evidence(rig: Mapping[str, Any], names: tuple[str, str], both: tuple[Calibr
                        observations_from_json(b.observations), field.region(b.region, b.rotate), field), "clicks", notes
 
 
-def standing(rig: Mapping[str, Any]) -> dict[str, Any]:
+def rig_status(rig: Mapping[str, Any]) -> dict[str, Any]:
     """{"rectangles", "rectangles_from", "cameras": […, each with its "troubles"]}; plain JSON."""
     given, cameras = Rectangles.of_rig(rig["rectangles"]), rig["cameras"]
     own = {c["camera"]: Rectangles.of_parameters(c["calibration"]["model"]["parameters"]) for c in cameras
            if c["calibration"] is not None}
-    wanted = given or common([one for one in own.values() if one is not None])
-    told = []
+    wanted = given or most_common([one for one in own.values() if one is not None])
+    status = []
     for camera in cameras:
         mine = own.get(camera["camera"])
-        told.append({"camera": camera["camera"], "title": camera["title"], "region": camera["region"],
-                     "rotate": camera["rotate"],
-                     "calibration": camera["calibration"] and camera["calibration"]["id"],
-                     "version": camera["calibration"] and camera["calibration"]["version"],
-                     "model": camera["calibration"] and camera["calibration"]["model"]["name"],
-                     "rectangles": mine.options() if mine else None,
-                     "troubles": list(_troubles(rig, camera, mine, wanted))})
+        status.append({"camera": camera["camera"], "title": camera["title"], "region": camera["region"],
+                       "rotate": camera["rotate"],
+                       "calibration": camera["calibration"] and camera["calibration"]["id"],
+                       "version": camera["calibration"] and camera["calibration"]["version"],
+                       "model": camera["calibration"] and camera["calibration"]["model"]["name"],
+                       "rectangles": mine.options() if mine else None,
+                       "troubles": list(_troubles(rig, camera, mine, wanted))})
     return {"rectangles": wanted.options() if wanted else None,
-            "rectangles_from": "rig" if given else "cameras" if wanted else None, "cameras": told}
+            "rectangles_from": "rig" if given else "cameras" if wanted else None, "cameras": status}
 
 
 def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangles | None,
@@ -164,27 +165,28 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
                       f"Refit {title} with the rig's rectangles, then activate the new version.")
 
 
-def refit_task(calibration: Calibration, wanted: Mapping[str, Any]) -> Task:
-    """The same clicks, model and options with the rig's rectangles."""
+def refit_request(calibration: Calibration, wanted: Mapping[str, Any]) -> CalibrationRequest:
+    """Return a request for the same clicks, model and options with the rig's rectangles."""
     field = field_from_json(calibration.field)
-    return Task(observations_from_json(calibration.observations), field,
-                field.region(calibration.region, calibration.rotate), calibration.image_size, calibration.model_name,
-                {**calibration.options, **wanted}, camera=calibration.camera, snapshot=calibration.snapshot,
-                image_sha256=calibration.image_sha256, note="refitted with the rectangles of its rig")
+    return CalibrationRequest(observations_from_json(calibration.observations), field, field.region(calibration.region,
+                                                                                                    calibration.rotate),
+                              calibration.image_size, calibration.model_name, {**calibration.options, **wanted},
+                              camera=calibration.camera, snapshot=calibration.snapshot,
+                              image_sha256=calibration.image_sha256, note="refitted with the rectangles of its rig")
 
 
 def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"calibrations": [whole, …], "rectangles"}: each refitted; {"made": [JSON of one nobody has kept, …]}."""
+    """A job: {"calibrations": [whole, …], "rectangles"}: each refitted; {"made": [JSON of one not yet stored, …]}."""
     made = []
     for number, one in enumerate(spec["calibrations"]):
         before = Calibration.from_json(one)
-        share = part_of(progress, number / len(spec["calibrations"]), (number + 1) / len(spec["calibrations"]),
-                        f"{before.camera}: ")
+        share = subprogress(progress, number / len(spec["calibrations"]), (number + 1) / len(spec["calibrations"]),
+                            f"{before.camera}: ")
         if not before.observations:
             raise Conflict(f"The calibration of {before.camera} keeps no clicks.", "It was imported: calibrate the "
                            "camera anew with the rig's rectangles.", reason="no-observations")
-        task = refit_task(before, spec["rectangles"])
-        made.append(task.record(task.run(share), parent=before.id).to_json())
+        request = refit_request(before, spec["rectangles"])
+        made.append(request.record(request.run(share), parent=before.id).to_json())
     return {"made": made}
 
 

@@ -1,6 +1,6 @@
-"""From frames of a still camera to what rolling things say about its lens: what the doors call.
+"""From frames of a still camera to straight rolls, and what they tell of its lens.
 
-    rolling = Rolling()
+    rolling = RollRecorder()
     for seconds, pixels in frames: new = rolling.add(seconds, pixels)       each a straight roll that has just ended
     rolling.report(model)           Eq. (9) per roll, zone and lens: raw, and as far as the model leaves it
 """
@@ -13,39 +13,39 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput, FitFailed
 from app.core.geometry import ImageSize
-from app.evaluate.motion.roll_report import Rolled, roll_report
+from app.evaluate.motion.roll_report import RecordedRoll, roll_report
 from app.models import CameraModel
-from app.vision.motion.foreground import Movers
-from app.vision.motion.straight_runs import Run, straight_runs
+from app.vision.motion.foreground import MotionDetector
+from app.vision.motion.straight_runs import StraightRun, straight_runs
 from app.vision.motion.tracks import Track, Tracker
 from app.workflows.straight_lines import straightness
 
-MOST_UPSET = 0.1  # of the frames in which nearly all changed: the camera is not still
+MAX_UPSET_SHARE = 0.1  # of the frames in which nearly all changed: the camera is not still
 UPSET_ANYWAY = 2  # times that light may be switched
-LEAST_FOR_LENS = 3  # rolls
+MIN_FOR_LENS = 3  # rolls
 LOOK_EVERY = 8  # frames, at what is still being followed
-SETTLED = 6  # frames after its end that a roll is told: until then it may still go on
-LONGEST_LOOK = 240  # points of a track that are looked at before it has ended: what stands and shakes has no end
+SETTLED = 6  # frames after its end until a roll is reported: until then it may still go on
+MAX_OPEN_POINTS = 240  # points of a track that are looked at before it has ended: what stands and shakes has no end
 KNOWN_FRAMES = 4096  # whose times are remembered; tracks are shorter
 
 
-class Rolling:
-    """Follows what moves, cuts its tracks into straight rolls, and keeps them. One thread at a time.
+class RollRecorder:
+    """Tracks what moves, cuts tracks into straight rolls, and collects them. One thread at a time.
 
-    live: tell a roll soon after it has ended, though the thing that rolled is still followed.
+    live: report a roll soon after its end, while its track is still open.
     """
 
     def __init__(self, live: bool = False) -> None:
-        self._movers, self._tracker = Movers(), Tracker()
+        self._movers, self._tracker = MotionDetector(), Tracker()
         self._live = live
         self._times: dict[int, float] = {}
         self._first_s = self._last_s = 0.0
         self._size: ImageSize | None = None
         self.frames = 0
-        self.rolls: list[Rolled] = []
+        self.rolls: list[RecordedRoll] = []
 
-    def add(self, seconds: float, pixels: NDArray[np.uint8], number: int | None = None) -> list[Rolled]:
-        """A frame (h, w, 3), when it was taken, and its number where some were missed; the rolls that have just ended.
+    def add(self, seconds: float, pixels: NDArray[np.uint8], number: int | None = None) -> list[RecordedRoll]:
+        """Add a frame (h, w, 3), when it was taken, and its number where some were missed; return the rolls just ended.
 
         BadInput for another size.
         """
@@ -62,19 +62,19 @@ class Rolling:
         ended = self._cut(self._tracker.add(number, self._movers.add(pixels)))
         return ended + (self._settled(number) if self._live and self.frames % LOOK_EVERY == 0 else [])
 
-    def end(self) -> list[Rolled]:
-        """No more frames: what was still moving has ended too."""
+    def end(self) -> list[RecordedRoll]:
+        """End all tracks; return their rolls."""
         return self._cut(self._tracker.end())
 
     @property
     def now(self) -> list[Track]:
-        """What is being followed."""
+        """The open tracks."""
         return self._tracker.now
 
     @property
     def is_still(self) -> bool:
-        """Whether the camera is: not where nearly the whole picture changes again and again."""
-        return self._movers.upset <= MOST_UPSET * self.frames + UPSET_ANYWAY
+        """Whether the camera stands still: not where nearly the whole picture changes again and again."""
+        return self._movers.upset <= MAX_UPSET_SHARE * self.frames + UPSET_ANYWAY
 
     @property
     def size(self) -> ImageSize:
@@ -83,45 +83,45 @@ class Rolling:
         return self._size
 
     def report(self, model: CameraModel | None = None, name: str | None = None) -> dict[str, Any]:
-        """Everything so far as plain JSON; `corrected` where a model was given, `lens` where three rolls tell one."""
-        told = roll_report(self.rolls, self.size, model, name)
+        """Return all figures as plain JSON; `corrected` where a model was given, `lens` where three rolls give one."""
+        figures = roll_report(self.rolls, self.size, model, name)
         if not self.is_still:
             raise BadInput("Nearly the whole picture changes again and again: the camera is not still, or its light is "
                            "not.", "Fix the camera, and switch its automatic exposure off.", reason="camera-not-still")
-        return {**told, "frames": self.frames, "seconds": self._last_s - self._first_s,
-                "runs": [roll.to_json() for roll in self.rolls], "lens": lens_or_none(self.rolls, told, self.size)}
+        return {**figures, "frames": self.frames, "seconds": self._last_s - self._first_s,
+                "runs": [roll.to_json() for roll in self.rolls], "lens": lens_or_none(self.rolls, figures, self.size)}
 
-    def _cut(self, tracks: Sequence[Track]) -> list[Rolled]:
+    def _cut(self, tracks: Sequence[Track]) -> list[RecordedRoll]:
         new = [self._rolled(run) for track in tracks for run in self._runs(track)]
         self.rolls += new
         return new
 
-    def _settled(self, now: int) -> list[Rolled]:
-        """The rolls that have ended of what is still followed; a ball that is kicked again and again is one track."""
-        new: list[Rolled] = []
+    def _settled(self, now: int) -> list[RecordedRoll]:
+        """Return rolls that have ended within open tracks; a ball that is kicked again and again is one track."""
+        new: list[RecordedRoll] = []
         for track in self._tracker.now:
             runs = self._runs(track)
             done = [run for run in runs if run.frames[-1] <= now - SETTLED]
             new += [self._rolled(run) for run in done]
             if done:
                 self._tracker.forget(track.number, int(done[-1].frames[-1]))
-            elif not runs and len(track.points) > LONGEST_LOOK:
-                self._tracker.forget(track.number, int(track.frames[LONGEST_LOOK // 2]))
+            elif not runs and len(track.points) > MAX_OPEN_POINTS:
+                self._tracker.forget(track.number, int(track.frames[MAX_OPEN_POINTS // 2]))
         self.rolls += new
         return new
 
-    def _runs(self, track: Track) -> list[Run]:
+    def _runs(self, track: Track) -> list[StraightRun]:
         return straight_runs(track.frames, track.points, float(np.hypot(self.size.width, self.size.height)))
 
-    def _rolled(self, run: Run) -> Rolled:
-        return Rolled(run.points, self._times[int(run.frames[0])], self._times[int(run.frames[-1])], run.rms_px,
-                      run.straight_px)
+    def _rolled(self, run: StraightRun) -> RecordedRoll:
+        return RecordedRoll(run.points, self._times[int(run.frames[0])], self._times[int(run.frames[-1])], run.rms_px,
+                            run.straight_px)
 
 
-def lens_or_none(rolls: Sequence[Rolled], told: dict[str, Any], size: ImageSize) -> dict[str, Any] | None:
-    """The rolls as plumb lines, fitted as edges are; None where they do not tell a lens. told: their report."""
-    quick = counted(rolls, told)
-    if len(quick) < LEAST_FOR_LENS:
+def lens_or_none(rolls: Sequence[RecordedRoll], figures: dict[str, Any], size: ImageSize) -> dict[str, Any] | None:
+    """Fit the rolls as plumb lines, as edges are; None where they give no lens. figures: their report."""
+    quick = agreeing_rolls(rolls, figures)
+    if len(quick) < MIN_FOR_LENS:
         return None
     try:
         return straightness(lines=[roll.points for roll in quick], image_size=size)
@@ -129,6 +129,6 @@ def lens_or_none(rolls: Sequence[Rolled], told: dict[str, Any], size: ImageSize)
         return None
 
 
-def counted(rolls: Sequence[Rolled], told: dict[str, Any]) -> list[Rolled]:
-    """Those that agree with the others, by their report."""
-    return [rolls[roll["number"]] for roll in told["raw"]["rolls"] if roll["used"]]
+def agreeing_rolls(rolls: Sequence[RecordedRoll], figures: dict[str, Any]) -> list[RecordedRoll]:
+    """Return those that agree with the others, by their report."""
+    return [rolls[roll["number"]] for roll in figures["raw"]["rolls"] if roll["used"]]

@@ -1,7 +1,7 @@
-"""What is asked about rolling things, by every door: what a film or kept rolls say, and the lens that they make.
+"""Requests about rolls: a report on a film or on stored rolls, a lens from them, a calibration refined by them.
 
     report    how far rolls bow, raw and as far as a calibration leaves it
-    lens      the same rolls as plumb lines: a lens that a later fit can hold
+    lens      the same rolls as plumb lines: a lens that a later fit can fix
     refined   a calibration fitted anew to its own clicks and to the rolls together
 """
 
@@ -18,46 +18,47 @@ from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
-from app.evaluate.motion.roll_report import Rolled, roll_report
+from app.evaluate.motion.roll_report import RecordedRoll, roll_report
 from app.fitting.ray_camera.distortion_prior import BentLens
 from app.images import frame_from_bytes
 from app.models import CameraModel, model_from_json
 from app.models.plumb_line import LENSES, PlumbLens
 from app.sources import Surroundings
 from app.sources.local.video import VideoSource
-from app.workflows.calibration import part_of
-from app.workflows.calibration_request import Task
-from app.workflows.rolling import LEAST_FOR_LENS, Rolling, counted
+from app.workflows.calibration import subprogress
+from app.workflows.calibration_request import CalibrationRequest
+from app.workflows.rolling import MIN_FOR_LENS, RollRecorder, agreeing_rolls
 from app.workflows.straight_lines import check_choice, straightness
 
 MAKE = ("report", "lens", "refined")
-MOST_FRAMES = 100_000
-SAY_EVERY = 10  # frames
+MAX_FRAMES = 100_000
+PROGRESS_EVERY = 10  # frames
 FOLLOWING = 0.7  # of the work, where there is a film
 DRAWN = 33  # points of a roll that a page needs
 OPTIONS = {"loop": False, "pace": "fast", "start_s": 0.0, "fps": None}
 
 
 def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"film": path | None, "rolls": as kept, "image_size", "calibration": JSON | None, "make", "lens",
+    """A job: {"film": path | None, "rolls": as stored, "image_size", "calibration": JSON | None, "make", "lens",
     "centre_sigma_px", "note", "camera"} to {"report", "lens": a record | None, "calibration": JSON | None}."""
     given = spec["calibration"]
     calibration = None if given is None else Calibration.from_json(given)
     if spec["film"] is not None:
-        rolling = followed(Path(spec["film"]), part_of(progress, 0.0, FOLLOWING), calibration)
-        rolls, size, report = rolling.rolls, rolling.size, rolling.report(*judged(calibration, rolling.size))
+        rolling = track_film(Path(spec["film"]), subprogress(progress, 0.0, FOLLOWING), calibration)
+        rolls, size, report = rolling.rolls, rolling.size, rolling.report(*model_for_size(calibration, rolling.size))
     else:
-        rolls, size = [rolled(one) for one in spec["rolls"]], ImageSize.of(spec["image_size"])
-        report = {**roll_report(rolls, size, *judged(calibration, size)), "runs": [roll.to_json() for roll in rolls]}
+        rolls, size = [roll_from_json(one) for one in spec["rolls"]], ImageSize.of(spec["image_size"])
+        report = {**roll_report(rolls, size, *model_for_size(calibration, size)), "runs": [roll.to_json() for roll in
+                                                                                           rolls]}
     lens = made = None
     if spec["make"] != "report":
         progress(FOLLOWING, "Making the rolls straight")
         kind, held = spec["lens"], spec["centre_sigma_px"]
         if spec["make"] == "refined":
-            kind, held = refinable(calibration), _centre_sigma(calibration)
+            kind, held = check_refinable(calibration), _centre_sigma(calibration)
         lens = lens_record(rolls, size, kind, held, spec["note"], spec["camera"])
     if spec["make"] == "refined":
-        made = refined(calibration, lens, spec["note"], part_of(progress, 0.8, 1.0)).to_json()
+        made = refine(calibration, lens, spec["note"], subprogress(progress, 0.8, 1.0)).to_json()
     progress(1.0, "Done")
     return {"report": report, "lens": lens, "calibration": made}
 
@@ -65,16 +66,16 @@ def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
 def rolls_in_film(path: Path, calibration: Calibration | None = None, progress: Progress = no_progress,
                   ) -> dict[str, Any]:
     """The report on a film. BadInput for what is no film, Conflict where the calibration is of another size."""
-    rolling = followed(path, progress, calibration)
-    return rolling.report(*judged(calibration, rolling.size))
+    rolling = track_film(path, progress, calibration)
+    return rolling.report(*model_for_size(calibration, rolling.size))
 
 
-def followed(path: Path, progress: Progress = no_progress, calibration: Calibration | None = None,
-             ) -> "FilmRolling":
-    """What rolled in a film, which is read once. The calibration is asked only whether it is of this size."""
-    film, rolling = _film(path), FilmRolling()
+def track_film(path: Path, progress: Progress = no_progress, calibration: Calibration | None = None,
+               ) -> "FilmRecorder":
+    """Record the rolls of a film, which is read once. calibration: refused early where its picture size differs."""
+    film, rolling = _film(path), FilmRecorder()
     try:
-        for number in range(MOST_FRAMES):
+        for number in range(MAX_FRAMES):
             try:
                 frame = film.read()
             except Unavailable as error:
@@ -82,10 +83,10 @@ def followed(path: Path, progress: Progress = no_progress, calibration: Calibrat
                     raise
                 break
             if number == 0:
-                judged(calibration, frame.size)
+                model_for_size(calibration, frame.size)
             rolling.add(film.moment_s, frame.pixels)
             rolling.last = frame.pixels
-            if number % SAY_EVERY == 0:
+            if number % PROGRESS_EVERY == 0:
                 progress(number / (number + 200), f"Following what moves: {film.moment_s:.1f} s, "
                                                   f"{len(rolling.rolls)} rolls")
     finally:
@@ -94,59 +95,59 @@ def followed(path: Path, progress: Progress = no_progress, calibration: Calibrat
     return rolling
 
 
-class FilmRolling(Rolling):
+class FilmRecorder(RollRecorder):
     """A film's rolls, and its last frame, on which they can be drawn."""
 
     last: Any = None
 
 
-def told_of_kept(kept: Sequence[Mapping[str, Any]], calibration: Calibration | None) -> dict[str, Any]:
-    """Rolls as the store has them, oldest first, with what each and all of them say: {"items", "report"}.
+def stored_rolls_json(stored: Sequence[Mapping[str, Any]], calibration: Calibration | None) -> dict[str, Any]:
+    """Stored rolls, oldest first, with the figures of each and of all: {"items", "report"}.
 
-    Only those of the newest one's picture size say anything; the report is None without any.
+    Only those of the newest one's picture size count; the report is None without any.
     """
-    size = ImageSize.of(kept[-1]["image_size"]) if kept else None
-    here = [one for one in kept if ImageSize.of(one["image_size"]) == size and not one["left_out"]]
+    size = ImageSize.of(stored[-1]["image_size"]) if stored else None
+    here = [one for one in stored if ImageSize.of(one["image_size"]) == size and not one["left_out"]]
     model = name = None
     if calibration is not None and calibration.image_size == size:
         model, name = _model(calibration), calibration.id
-    report = roll_report([rolled(one) for one in here], size, model, name) if kept else None
-    by_id: dict[str, dict[str, Any]] = {one["id"]: {"raw": None, "corrected": None} for one in kept}
+    report = roll_report([roll_from_json(one) for one in here], size, model, name) if stored else None
+    by_id: dict[str, dict[str, Any]] = {one["id"]: {"raw": None, "corrected": None} for one in stored}
     for view in ("raw", "corrected"):
-        told = report[view] if report else None
-        for one in told.pop("rolls") if told else ():
+        figures = report[view] if report else None
+        for one in figures.pop("rolls") if figures else ():
             by_id[here[one["number"]]["id"]][view] = one
     items = [{"id": one["id"], "at": one["at"], "seconds": one["seconds"], "left_out": one["left_out"],
               "counts": ImageSize.of(one["image_size"]) == size, "points": _few(one["points"]), **by_id[one["id"]]}
-             for one in kept]
+             for one in stored]
     return {"items": items, "report": report}
 
 
-def rolled(one: Mapping[str, Any]) -> Rolled:
-    """A roll as it is kept or sent: {"points", "seconds"}, perhaps with when it ended and how rough it is."""
+def roll_from_json(one: Mapping[str, Any]) -> RecordedRoll:
+    """Read a roll as it is stored or sent: {"points", "seconds"}, perhaps "at", "rms_px" and "straight_px"."""
     end = float(one.get("at") or one["seconds"])
-    return Rolled(np.array(one["points"], float), end - one["seconds"], end, one.get("rms_px", 0.0),
-                  one.get("straight_px", 0.0))
+    return RecordedRoll(np.array(one["points"], float), end - one["seconds"], end, one.get("rms_px", 0.0),
+                        one.get("straight_px", 0.0))
 
 
-def lens_record(rolls: Sequence[Rolled], size: ImageSize, kind: str = "auto", centre_sigma_px: float | None = 0.0,
+def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "auto", centre_sigma_px: float | None = 0.0,
                 note: str = "", camera: str | None = None) -> dict[str, Any]:
-    """A lens from rolls as plumb lines, as GET /lenses has it; FitFailed where they do not tell one.
+    """Return a lens from rolls as plumb lines, as GET /lenses has it; FitFailed where they give none.
 
     Its covariance is that of plumb lines, but never less than rolls allow, which spin and slope push aside.
     """
-    told = roll_report(rolls, size)
-    used = counted(rolls, told)
-    if not told["raw"]["free"]:
+    figures = roll_report(rolls, size)
+    used = agreeing_rolls(rolls, figures)
+    if not figures["raw"]["free"]:
         raise FitFailed("These are no free rolls: what moved was driven or pushed.", "Forget them, and let one ball "
                         "roll while nobody else moves.", reason="not-free")
-    if len(used) < LEAST_FOR_LENS:
-        raise FitFailed(f"{len(used)} rolls agree with each other; {LEAST_FOR_LENS} are needed for a lens.",
+    if len(used) < MIN_FOR_LENS:
+        raise FitFailed(f"{len(used)} rolls agree with each other; {MIN_FOR_LENS} are needed for a lens.",
                         "Roll more, quickly, in several directions, near the borders.", reason="too-few-rolls")
     found = straightness(lines=[roll.points for roll in used], image_size=size, lens=kind,
                          centre_sigma_px=centre_sigma_px)
     border = found["bow"]["border"]
-    by_lines, by_rolls = 100 * border["sigma_px"] / border["length_px"], told["raw"]["border_sigma_pct"]
+    by_lines, by_rolls = 100 * border["sigma_px"] / border["length_px"], figures["raw"]["border_sigma_pct"]
     wider = max(1.0, by_rolls / max(by_lines, 1e-9))
     lens = BentLens(PlumbLens.from_json(found["lens"]), tuple(found["names"]), wider**2 * np.array(found["covariance"]))
     level = {"significant": "good", "none": "good", "unknown": "fair"}[found["distortion"]]
@@ -159,8 +160,8 @@ def lens_record(rolls: Sequence[Rolled], size: ImageSize, kind: str = "auto", ce
                        "sigma": {name: float(np.sqrt(lens.covariance[i, i])) for i, name in enumerate(lens.names)}}}
 
 
-def refinable(calibration: Calibration | None) -> str:
-    """The name of the calibration's lens, where rolls can refine it; Conflict, with why, where they cannot."""
+def check_refinable(calibration: Calibration | None) -> str:
+    """Return the name of the calibration's lens; Conflict where rolls cannot refine it."""
     if calibration is None:
         raise Conflict("There is no calibration to refine.", "Activate one, or name one.", reason="not-calibrated")
     if calibration.model_name not in LENSES:
@@ -176,21 +177,22 @@ def refinable(calibration: Calibration | None) -> str:
     return calibration.model_name
 
 
-def refined(calibration: Calibration, lens: Mapping[str, Any], note: str = "", progress: Progress = no_progress,
-            ) -> Calibration:
-    """The calibration's own clicks fitted anew, with the bend of that lens record known as well as rolls tell it."""
-    refinable(calibration)
+def refine(calibration: Calibration, lens: Mapping[str, Any], note: str = "", progress: Progress = no_progress,
+           ) -> Calibration:
+    """Fit the calibration's own clicks again, with the distortion of that lens record as a prior."""
+    check_refinable(calibration)
     field = field_from_json(calibration.field)
     options = {**calibration.options, "lens": {"name": lens["model"], "lens": lens["lens"]}, "lens_sigma": "own"}
-    task = Task(observations_from_json(calibration.observations), field,
-                field.region(calibration.region, calibration.rotate), calibration.image_size, calibration.model_name,
-                options, calibration.camera, calibration.snapshot, calibration.image_sha256,
-                note or f"Version {calibration.version}, its lens refined by {lens['report']['rolls']} rolls")
-    return replace(task.record(task.run(progress)), parent=calibration.id)
+    request = CalibrationRequest(observations_from_json(calibration.observations), field,
+                                 field.region(calibration.region, calibration.rotate), calibration.image_size,
+                                 calibration.model_name, options, calibration.camera, calibration.snapshot,
+                                 calibration.image_sha256, note or
+                                 f"Version {calibration.version}, its lens refined by {lens['report']['rolls']} rolls")
+    return replace(request.record(request.run(progress)), parent=calibration.id)
 
 
 def check(make: str, lens: str, centre_sigma_px: float | None) -> None:
-    """Refuse what can be refused before anybody looks at a film."""
+    """Refuse what can be refused before a film is read."""
     if make not in MAKE:
         raise BadInput(f"Rolls make no {make!r}.", f"Use one of: {', '.join(MAKE)}.", reason="bad-option")
     check_choice(lens, centre_sigma_px)
@@ -210,8 +212,8 @@ def _film(path: Path) -> VideoSource:
     return VideoSource.open(path.name, OPTIONS, Surroundings(decode=frame_from_bytes, pictures=path.parent))
 
 
-def judged(calibration: Calibration | None, size: ImageSize) -> tuple[CameraModel | None, str | None]:
-    """The model to judge, and its name; Conflict where it is of pictures of another size."""
+def model_for_size(calibration: Calibration | None, size: ImageSize) -> tuple[CameraModel | None, str | None]:
+    """Return the calibration's model and id; Conflict where it is of pictures of another size."""
     if calibration is None:
         return None, None
     wanted = calibration.image_size

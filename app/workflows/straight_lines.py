@@ -1,8 +1,8 @@
-"""From a picture, or lines clicked in it, to how straight it shows straight edges: what the doors call.
+"""From a picture, or lines clicked in it, to how straight it shows straight edges, and the lens that undoes the bend.
 
     report = straightness([frame.pixels, …])                    edges are looked for
-    report = straightness(lines=[[[x, y], …], …], image_size=…) each a line that somebody clicked
-    pixels = straightened(frame.pixels, lens)                   the picture without the bend
+    report = straightness(lines=[[[x, y], …], …], image_size=…) each a clicked line
+    pixels = undistort(frame.pixels, lens)                      the picture without the bend
 """
 
 from collections.abc import Sequence
@@ -17,8 +17,8 @@ from app.core.progress import Progress, no_progress
 from app.fitting.plumb_line.fit import PlumbFit, fit_plumb
 from app.fitting.plumb_line.line_sag import Bow, BowVerdict, bow_verdict
 from app.fitting.plumb_line.search import task_of
-from app.imaging.correction import View, correction_map
-from app.imaging.undistorted_view import StraightPicture
+from app.imaging.correction import CorrectedView, correction_map
+from app.imaging.undistorted_view import UndistortedView
 from app.models.plumb_line import LENSES, PlumbLens
 from app.vision.lines.edges import edge_chains
 
@@ -26,14 +26,14 @@ LADDER = ("division", "division-even")  # what "auto" tries, simplest first
 MUCH_STRAIGHTER = 0.95  # of the simpler lens' misfit: less is no reason for another term
 TAU_PX = 1.0  # a crooked chain counts against every lens alike
 LOOKING = 0.5  # of the work: edges take about as long as the lens
-MOST_DRAWN = 40_000  # points of all chains together that the report repeats, for drawing
-MOST_DRAWN_OF_ONE = 33
+MAX_DRAWN = 40_000  # points of all chains together that the report repeats, for drawing
+MAX_DRAWN_OF_ONE = 33
 
 
 def straightness(pictures: Sequence[NDArray[np.uint8]] = (), lines: Sequence[Any] = (),
                  image_size: ImageSize | None = None, *, lens: str = "auto", centre_sigma_px: float | None = None,
                  progress: Progress = no_progress) -> dict[str, Any]:
-    """One lens for all pictures of one camera, and how straight edges are before and after; plain JSON.
+    """Fit one lens to all pictures of one camera; how straight edges are before and after, as plain JSON.
 
     lines: clicked points [[x, y], …] of one straight edge each, in the first picture or one of image_size.
     """
@@ -61,18 +61,18 @@ def straightness_of_edges(edges: Sequence[Sequence[Points]], lines: Sequence[Any
 
 
 def check_choice(lens: str, centre_sigma_px: float | None) -> None:
-    """Refuse a lens or a σ that cannot be, before anybody looks for edges."""
+    """Refuse an impossible lens or σ before edges are looked for."""
     task_of(LADDER[0] if lens == "auto" else lens, None, centre_sigma_px, ImageSize(2, 2))
 
 
-def straightened(pixels: NDArray[np.uint8], lens: PlumbLens, width: int | None = None) -> NDArray[np.uint8]:
-    """A picture (h, w, 3) without its lens' bend, of its own shape, or so many px wide; Conflict for another size."""
+def undistort(pixels: NDArray[np.uint8], lens: PlumbLens, width: int | None = None) -> NDArray[np.uint8]:
+    """Undo a lens' distortion of a picture (h, w, 3), at its own size or `width` px wide; Conflict for another size."""
     seen = ImageSize(pixels.shape[1], pixels.shape[0])
     if seen != lens.image_size:
         raise Conflict(f"The picture is {seen.width} × {seen.height} px, the lens is of pictures of "
                        f"{lens.image_size.width} × {lens.image_size.height} px.",
                        "Send a picture of the camera and mode that the lens is of.", reason="size-mismatch")
-    return correction_map(StraightPicture(lens), View(width=width)).apply_finely(pixels)
+    return correction_map(UndistortedView(lens), CorrectedView(width=width)).apply_finely(pixels)
 
 
 def _one_size(pictures: Sequence[NDArray[np.uint8]], image_size: ImageSize | None) -> ImageSize:
@@ -115,8 +115,8 @@ def _misfit(fit: PlumbFit) -> float:
 def _report(fit: PlumbFit, chains: list[Points], clicked: int) -> dict[str, Any]:
     verdict = bow_verdict(fit, chains)
     used = sum(c.used for c in fit.chains)
-    most = int(np.clip(MOST_DRAWN // max(len(chains), 1), 2, MOST_DRAWN_OF_ONE))
-    straight = StraightPicture(fit.lens)
+    most = int(np.clip(MAX_DRAWN // max(len(chains), 1), 2, MAX_DRAWN_OF_ONE))
+    straight = UndistortedView(fit.lens)
     drawn = [_drawn(chain, most, ordered=i >= clicked) for i, chain in enumerate(chains)]
     return {
         "lens": fit.lens.to_json(),

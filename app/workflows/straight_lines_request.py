@@ -1,4 +1,4 @@
-"""One question about straight edges, from pictures or from lines clicked in them; every door asks the same one."""
+"""A request about straight edges, from pictures or from lines clicked in them."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from app.images import ImageDecoder
 from app.store.snapshots import checked_bytes
 from app.workflows import straight_lines
 
-Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # what each is called, and how it is had
+Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # each one's name, and how to read it
 
 
 @dataclass(frozen=True, eq=False)
-class PlumbTask:
-    """How to ask. lines: clicked points [[x, y], …] px of one straight edge each, in the first picture.
+class StraightLinesRequest:
+    """The lens to fit. lines: clicked points [[x, y], …] px of one straight edge each, in the first picture.
 
-    image_size: needed where there are only lines. Refused here is what can be before anybody looks at a picture.
+    image_size: needed where there are only lines.
     """
 
     lens: str = "auto"
@@ -32,7 +32,7 @@ class PlumbTask:
         straight_lines.check_choice(self.lens, self.centre_sigma_px)
 
     def answer(self, pictures: Pictures = (), count: int = 0, progress: Progress = no_progress) -> dict[str, Any]:
-        """The report, with the pictures' names. One picture is held in memory at a time."""
+        """Return the report, with the pictures' names. One picture is in memory at a time."""
         self.check_given(count)
         size, edges, names = self.image_size, [], {}
         for number, (name, read) in enumerate(pictures):
@@ -53,7 +53,7 @@ class PlumbTask:
         return {**found, "pictures": list(names.values())}
 
     def check_given(self, count: int) -> None:
-        """Refuse what says too little. count: of pictures."""
+        """Refuse a request without pictures and lines. count: of pictures."""
         if not count and not self.lines:
             raise BadInput("There is neither a picture nor a line.", "Give pictures of one camera, or lines and the "
                            "size of their picture.", reason="nothing-given")
@@ -72,8 +72,8 @@ class PlumbTask:
 
 
 def run_straightness(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; they are a stranger's, and decoded as such."""
-    task, pictures = PlumbTask.from_json(spec["task"]), spec["pictures"]
+    """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; untrusted, decoded in a child."""
+    request, pictures = StraightLinesRequest.from_json(spec["task"]), spec["pictures"]
     with ImageDecoder(workers=1) as decoder:
-        return task.answer(((p["name"], lambda p=p: decoder.frame_from_bytes(checked_bytes(**p))) for p in pictures),
-                           len(pictures), progress)
+        return request.answer(((p["name"], lambda p=p: decoder.frame_from_bytes(checked_bytes(**p))) for p in pictures),
+                              len(pictures), progress)

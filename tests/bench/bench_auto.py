@@ -17,7 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.records import Calibration, Frame
 from app.models import field_from_raw, model_from_json
-from app.workflows.automatic_request import AutoTask
+from app.workflows.automatic_request import AutomaticRequest
 from tests.support.auto_scenes import FIELDS, SceneSpec, SeenScene, carpet_error_mm, fields, scene_of, spec_of
 
 RIGHT_MM, RIGHT_PX = 5.0, 0.5  # whichever is more: a wrong assignment is off by decimetres
@@ -28,7 +28,7 @@ def asked(scene: SeenScene, field_name: str | None = None) -> tuple[dict, Calibr
     field = fields()[field_name or scene.spec.field]
     region = field.regions.get(scene.spec.region, field.regions["full"])
     clock, work = time.perf_counter(), time.process_time()
-    told, made = AutoTask(field, region).answer(Frame(scene.pixels))
+    told, made = AutomaticRequest(field, region).answer(Frame(scene.pixels))
     return told, made, time.perf_counter() - clock, time.process_time() - work
 
 

@@ -16,7 +16,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.records import Calibration, Frame
 from app.models import model_from_json, raw_from_field
-from app.workflows.automatic_request import AutoTask
+from app.workflows.automatic_request import AutomaticRequest
 from app.workflows.check import check
 from tests.support.auto_scenes import fields
 
@@ -78,7 +78,7 @@ def main(out: Path) -> None:
             continue
         pixels, field = read(path), fields()[field_name]
         start = time.process_time()
-        told, made = AutoTask(field, field.regions[region]).answer(Frame(pixels))
+        told, made = AutomaticRequest(field, field.regions[region]).answer(Frame(pixels))
         work = time.process_time() - start
         if made is not None:
             found = check(made, pixels)

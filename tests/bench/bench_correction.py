@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.imaging.correction import View, correction_map
+from app.imaging.correction import CorrectedView, correction_map
 from app.models.polynomial import Polynomial
 
 FULL_HD = replace(next(iter(Polynomial.examples())), width_px=1919.0, height_px=1079.0)
@@ -56,7 +56,7 @@ def test_building_the_map_for_1080p(benchmark):
 
 
 def test_building_the_map_for_a_watched_width(benchmark):
-    benchmark(correction_map, FULL_HD, View(width=960))
+    benchmark(correction_map, FULL_HD, CorrectedView(width=960))
 
 
 def test_applying_the_map_is_remap_alone(benchmark):

@@ -17,8 +17,8 @@ from app.cli.files import read_points_file
 from app.core.board import Board
 from app.core.records import observations_from_json
 from app.jobs import JobEngine
-from app.workflows.board_request import BoardTask, run_pictures, run_views
-from app.workflows.calibration_request import Task
+from app.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
+from app.workflows.calibration_request import CalibrationRequest
 from tests.support import batch_pictures, sample_jobs
 from tests.support.batch_pictures import folder_of
 from tests.support.board_views import SIZE, TRUTH, picture_of, views_of
@@ -41,7 +41,7 @@ def jobs(request, tmp_path_factory):
 
 
 def board_spec(count, seed=0):
-    return {"task": BoardTask(None).to_json(), "image_size": list(SIZE),
+    return {"task": BoardCalibrationRequest(None).to_json(), "image_size": list(SIZE),
             "views": [view.to_json() for view in views_of(TRUTH, count, seed=seed)]}
 
 
@@ -88,7 +88,7 @@ def test_pictures_of_boards(jobs, tmp_path):
         path = tmp_path / f"{number}.png"
         path.write_bytes(data)
         pictures.append({"name": path.name, "path": str(path), "sha256": hashlib.sha256(data).hexdigest()})
-    spec = {"task": BoardTask(board).to_json(), "pictures": pictures[:10]}
+    spec = {"task": BoardCalibrationRequest(board).to_json(), "pictures": pictures[:10]}
     specs = [{**spec, "pictures": [pictures[(job + k) % len(pictures)] for k in range(10)]} for job in range(20)]
     told(f"{PICTURES} pictures in 20 jobs", jobs, all_done(jobs, run_pictures, specs)[1])
 
@@ -100,8 +100,8 @@ def test_an_archive_of_two_hundred_pictures(jobs, tmp_path):
         for suffix in (".png", ".json"):
             shutil.copy(folder / f"north-{number % DISTINCT + 1}{suffix}", folder / f"more-{number}{suffix}")
     given = read_points_file(folder / "north-1.json")
-    task = Task(observations_from_json(given["observations"]), batch_pictures.FIELD, batch_pictures.REGION,
-                batch_pictures.SIZE, "brown-conrady")
+    task = CalibrationRequest(observations_from_json(given["observations"]), batch_pictures.FIELD,
+                              batch_pictures.REGION, batch_pictures.SIZE, "brown-conrady")
     batch = BatchPlan(Path.read_bytes, read_points_file, None, calibration=task.record(task.run()))
     start = time.perf_counter()
     rows = list(run_requests(jobs, 2 * jobs.count, batch.asked(pictures_in(folder))))

@@ -15,7 +15,7 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from app.core.geometry import ImageSize
-from app.evaluate.fit.approximation import loss_of
+from app.evaluate.fit.approximation import approximation_error
 from app.models.brown_conrady import BrownConrady
 from app.models.rotation import vector_from_matrix
 from app.models.ssl import Ssl
@@ -53,7 +53,7 @@ def costs(lens: str, tilt_deg: float) -> list[float]:
     for sign in (-1, 1):
         plain = Ssl(**{f.name: getattr(model, f.name) for f in fields(Ssl) if f.name != "lens_terms"},
                     lens_terms=(sign * LENSES[lens][0],))
-        naive.append(loss_of(model, plain, model.region, FIELD.hat_height_mm).worst_mm)
+        naive.append(approximation_error(model, plain, model.region, FIELD.hat_height_mm).worst_mm)
     return [loss.worst_mm, loss.rms_mm, loss.hat_worst_mm, loss.hat_rms_mm, *naive]
 
 

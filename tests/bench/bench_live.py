@@ -21,7 +21,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from app.imaging.correction import View, correction_map
+from app.imaging.correction import CorrectedView, correction_map
 from app.live import StreamSpec
 from app.live.picture import AppliedCalibration
 from tests.support.live_cameras import calibrated, live, until
@@ -95,8 +95,8 @@ def test_correcting_straight_to_the_watched_size_saves_most_of_it(model):
     shown = AppliedCalibration.of(calibration)
     frame = np.random.default_rng(0).integers(0, 255, (1080, 1920, 3), np.uint8)
     cv2.setNumThreads(1)
-    full = correction_map(shown.model, View(0, 1920))
-    small = correction_map(shown.model, View(0, 960))
+    full = correction_map(shown.model, CorrectedView(0, 1920))
+    small = correction_map(shown.model, CorrectedView(0, 960))
 
     def straight():
         small.apply(frame)

@@ -14,16 +14,16 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from app.core.geometry import ImageSize  # noqa: E402
-from app.evaluate.motion.roll_report import Rolled  # noqa: E402
+from app.evaluate.motion.roll_report import RecordedRoll  # noqa: E402
 from app.models import field_from_raw, model_from_json  # noqa: E402
 from app.sources import Surroundings, source_from_url  # noqa: E402
 from app.sources.sim.camera import SimCamera  # noqa: E402
 from app.sources.sim.clicks import border_observations, known_grid, rms_mm  # noqa: E402
 from app.sources.sim.lens import LENSES  # noqa: E402
 from app.store.fields import load_fields  # noqa: E402
-from app.workflows.calibration_request import Task  # noqa: E402
-from app.workflows.rolling import Rolling  # noqa: E402
-from app.workflows.rolling_request import lens_record, refined  # noqa: E402
+from app.workflows.calibration_request import CalibrationRequest  # noqa: E402
+from app.workflows.rolling import RollRecorder  # noqa: E402
+from app.workflows.rolling_request import lens_record, refine  # noqa: E402
 
 FIELDS = load_fields()
 SIZE = ImageSize(1224, 1024)
@@ -35,7 +35,7 @@ def stream() -> None:
         for seed in (1, 2):
             source = source_from_url(f"sim://ssl-div-b?robots=0&ball=true&lens={lens}&size=1224x1024&fps=30&seed={seed}",
                                      Surroundings(fields=FIELDS))
-            rolling, took = Rolling(live=True), []
+            rolling, took = RollRecorder(live=True), []
             for number in range(SECONDS * FPS):
                 pixels = source.rendering.frame_at(number, number / FPS, source.settings.shot(source._level))
                 begun = time.process_time()
@@ -59,10 +59,11 @@ def refined_by_rolls() -> None:
         for seed in range(16):
             rng = np.random.default_rng(seed)
             camera = SimCamera.above(region, SIZE, LENSES[lens], height_mm=6500)
-            task = Task(border_observations(camera, region, 4, 0.5, rng, anywhere=True), field, region, SIZE,
-                        "brown-conrady", {"height_mm": {"value": 6500.0 + rng.normal(0, 30), "sigma": 30.0}})
+            task = CalibrationRequest(border_observations(camera, region, 4, 0.5, rng, anywhere=True), field, region,
+                                      SIZE, "brown-conrady", {"height_mm": {"value": 6500.0 + rng.normal(0, 30),
+                                                                            "sigma": 30.0}})
             made = task.record(task.run(cross_validate=False))
-            better = refined(made, lens_record(_rolls(camera, rng, 30), SIZE, "brown-conrady"))
+            better = refine(made, lens_record(_rolls(camera, rng, 30), SIZE, "brown-conrady"))
             raw, places = (points.reshape(-1, 2) for points in known_grid(camera, region, 21, 17))
             off.append([rms_mm(field_from_raw(model_from_json(c.model_name, c.model_parameters), raw), places)
                         for c in (made, better)])
@@ -71,8 +72,8 @@ def refined_by_rolls() -> None:
               f"{before.max():.1f} and {after.max():.1f} mm", flush=True)
 
 
-def _rolls(camera: SimCamera, rng: np.random.Generator, count: int) -> list[Rolled]:
-    rolls: list[Rolled] = []
+def _rolls(camera: SimCamera, rng: np.random.Generator, count: int) -> list[RecordedRoll]:
+    rolls: list[RecordedRoll] = []
     while len(rolls) < count:
         start, angle = rng.uniform([-4300, -2900], [4300, 2900]), rng.uniform(0, 2 * np.pi)
         end = start + rng.uniform(1500, 5000) * np.array([np.cos(angle), np.sin(angle)])
@@ -80,7 +81,7 @@ def _rolls(camera: SimCamera, rng: np.random.Generator, count: int) -> list[Roll
             t = np.linspace(0, 1, int(rng.integers(20, 60)))[:, None]
             places = np.concatenate([start * (1 - t) + end * t, np.full((len(t), 1), 21.5)], axis=1)
             raw = camera.raw_from_field(places)
-            rolls.append(Rolled(raw + rng.normal(0, 0.25, raw.shape), 0.0, len(t) / FPS, 0.25, 0.3))
+            rolls.append(RecordedRoll(raw + rng.normal(0, 0.25, raw.shape), 0.0, len(t) / FPS, 0.25, 0.3))
     return rolls
 
 

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from app.core.geometry import ImageSize  # noqa: E402
-from app.evaluate.motion.rolls import border_pct, rolls_of  # noqa: E402
+from app.evaluate.motion.rolls import analyse_rolls, border_pct  # noqa: E402
 from tests.support.rolling_balls import chords, lens_of  # noqa: E402
 
 SIZE = ImageSize(1224, 1024)
@@ -24,7 +24,7 @@ def main() -> None:
         rng, off, told_sigma = np.random.default_rng(seed), [], []
         for _ in range(SETS):
             k = rng.uniform(-0.35, 0.15)
-            told = rolls_of(*chords(rng, lens_of(k, SIZE), int(rng.integers(2, 13))), SIZE)
+            told = analyse_rolls(*chords(rng, lens_of(k, SIZE), int(rng.integers(2, 13))), SIZE)
             off.append((told.border_pct - border_pct(k, SIZE)) / told.border_sigma_pct)
             told_sigma.append(told.border_sigma_pct)
         print(f"seed {seed}: {100 * np.mean(np.abs(off) < 2):.1f} % within 2 sigma, "

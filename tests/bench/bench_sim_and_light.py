@@ -17,9 +17,9 @@ from app.sources import Surroundings, source_from_url
 from app.sources.sim.render import Rendering
 from app.store.fields import load_fields
 from app.vision.motion.background import Background
-from app.vision.quality.flicker import flicker_of, row_means
-from app.vision.quality.light import light_of
-from app.vision.quality.sharpness import sharpness_of
+from app.vision.quality.flicker import measure_flicker, row_means
+from app.vision.quality.light import measure_light
+from app.vision.quality.sharpness import measure_sharpness
 from tests.support.line_centres import centroids, clear_of_others
 
 FIELDS = load_fields()
@@ -53,11 +53,11 @@ def looks() -> None:
     full = rendering("size=1920x1080&robots=8").frame(0)
     small = cv2.resize(full, (640, 360), interpolation=cv2.INTER_AREA)
     light, focus, full_focus = (median_ms(lambda _, f=f: f()) for f in (
-        lambda: light_of(small), lambda: sharpness_of(small), lambda: sharpness_of(full)))
+        lambda: measure_light(small), lambda: measure_sharpness(small), lambda: measure_sharpness(full)))
     print(f"640 × 360: light {light:.1f} ms, sharpness {focus:.1f} ms; sharpness of 1920 × 1080 {full_focus:.1f} ms")
     rows = [row_means(rendering("size=640x360&flicker=0.1").frame(i, 30)) for i in range(30)]
     print(f"row means of 1920 × 1080 {median_ms(lambda _: row_means(full)):.2f} ms, flicker of 30 frames "
-          f"{median_ms(lambda _: flicker_of(np.arange(30) / 30, rows), 15):.1f} ms")
+          f"{median_ms(lambda _: measure_flicker(np.arange(30) / 30, rows), 15):.1f} ms")
 
 
 def most_memory_mb() -> float:

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from app.core.options import read_options  # noqa: E402
-from app.vision.stages import STAGES, Seeing  # noqa: E402
+from app.vision.stages import STAGES, FrameState  # noqa: E402
 from tests.support.labelled import SETS, read_set, tallies, there  # noqa: E402
 from tests.support.watched_field import Score, clicked, scored, sight_of, world  # noqa: E402
 
@@ -34,7 +34,7 @@ def match(frames: int, small: bool = False) -> None:
         sight, count = sight_of(field, "vsss" if small else "ssl"), frames // len(SEEDS)
         for i in range(count):
             time_s = i * 3.0 * PERIOD_S / count
-            scored(total, sight.see(field.frame_at(i, time_s)), field.truth_at(time_s), 40.0 if small else 100.0)
+            scored(total, sight.process(field.frame_at(i, time_s)), field.truth_at(time_s), 40.0 if small else 100.0)
         print(f"seed {seed}: {total.robots} robots so far, {total.wrong} wrong, {total.missed} missed", flush=True)
     print(f"{total.robots} robots in {frames // len(SEEDS) * len(SEEDS)} frames: wrong number or team {total.wrong}, "
           f"without a number {total.unnamed}, missed {total.missed}, not there {total.invented}")
@@ -79,7 +79,7 @@ def speed(runs: int = 150) -> None:
     took: dict[str, list[float]] = {}
     for i in range(runs):
         pixels = frames[i % len(frames)]
-        for name, ms in sight.see(pixels, clock=time.perf_counter).took_ms.items():
+        for name, ms in sight.process(pixels, clock=time.perf_counter).took_ms.items():
             took.setdefault(name, []).append(ms)
         began = time.perf_counter()
         _plain(pixels, {name: ranges[name] for name in ("orange", "yellow", "blue")})
@@ -87,7 +87,7 @@ def speed(runs: int = 150) -> None:
         began = time.perf_counter()
         _plain(pixels, ranges)
         took.setdefault("plain OpenCV, five colours", []).append(1000 * (time.perf_counter() - began))
-    busy = [sight.see(frames[i % len(frames)], clock=time.process_time).took_ms for i in range(runs)]
+    busy = [sight.process(frames[i % len(frames)], clock=time.process_time).took_ms for i in range(runs)]
     print("processor time, which other work beside it does not lengthen much: "
           f"median {np.median([sum(ms.values()) for ms in busy]):.2f}, "
           f"p95 {np.quantile([sum(ms.values()) for ms in busy], 0.95):.2f} ms; of it "
@@ -111,10 +111,10 @@ def _choices(sight, frames: list) -> None:
                           ("noise", {"method": "bilateral"}), ("edges", {"channel": "grey"}),
                           ("edges", {"channel": "all"})):
         kind = STAGES[name]
-        stage = kind(read_options(kind.OPTIONS, options), sight.setting)
+        stage = kind(read_options(kind.OPTIONS, options), sight.context)
         ms = []
         for i in range(30):
-            seeing = Seeing.of(frames[i % len(frames)])
+            seeing = FrameState.of(frames[i % len(frames)])
             began = time.perf_counter()
             stage.run(seeing)
             ms.append(1000 * (time.perf_counter() - began))

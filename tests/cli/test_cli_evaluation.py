@@ -10,8 +10,8 @@ import yaml
 
 from app.cli.files import write_calibration, write_lens
 from app.core.board import Board
-from app.workflows.board_request import BoardTask
-from app.workflows.pair import judge_pair
+from app.workflows.board_request import BoardCalibrationRequest
+from app.workflows.pair import evaluate_pair
 from tests.support.board_views import BOARD, SIZE, TRUTH, picture_of, views_of
 from tests.support.lens_over_field import FIELD, clicks_through_the_lens
 from tests.support.pair_over_field import calibrations, matches
@@ -130,7 +130,7 @@ def test_board_refuses_what_tells_no_lens_and_writes_nothing(touchline, board_pi
 @pytest.fixture(scope="module")
 def found_lens():
     """What a board calibration answers, from corners alone."""
-    return BoardTask(BOARD).from_views(views_of(count=12), SIZE)
+    return BoardCalibrationRequest(BOARD).from_views(views_of(count=12), SIZE)
 
 
 @pytest.fixture
@@ -215,7 +215,7 @@ def test_pair_says_in_millimetres_whether_two_cameras_agree(touchline, tmp_path)
     assert code == 0 and re.search(r"Fundamental matrix from \d\d of 60 matches", out) and "agree to" not in out
     as_rows = touchline("pair", "rows.json", *both, "--json")[1]
     assert as_rows == touchline("pair", "m.json", *both, "--json")[1]
-    assert json.loads(as_rows) == judge_pair(*seen, a, b)
+    assert json.loads(as_rows) == evaluate_pair(*seen, a, b)
     assert "Good. Both cameras put the same thing at the same place." in touchline("pair", *both)[1]
     one_each = {**json.loads((tmp_path / "m.json").read_text()), "z_mm": [None] * 60}
     (tmp_path / "heights.json").write_text(json.dumps(one_each))

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.workflows.straight_lines_request import PlumbTask
+from app.workflows.straight_lines_request import StraightLinesRequest
 from tests.support.bar_pictures import BENT, STRAIGHT, bars_behind
 from tests.support.straight_edges import lens_of, lines_seen
 
@@ -57,7 +57,8 @@ def test_clicked_lines_give_what_every_door_gives(touchline, clicked, tmp_path):
     code, out, err = touchline("straight", "--lines", "lines.json", "--lens", "division", "--json")
     assert (code, err) == (0, "")
     from app.core.geometry import ImageSize
-    assert json.loads(out) == PlumbTask("division", None, tuple(clicked["lines"]), ImageSize(1280, 1024)).answer()
+    assert json.loads(out) == StraightLinesRequest("division", None, tuple(clicked["lines"]), ImageSize(1280,
+                                                                                                        1024)).answer()
     (tmp_path / "bare.json").write_text(json.dumps(clicked["lines"][:2]))
     cv2.imwrite(str(tmp_path / "bent.png"), bars_behind())
     both = json.loads(touchline("straight", "bent.png", "--lines", "bare.json", "--json")[1])

@@ -7,7 +7,7 @@ import numpy as np
 
 from app.core.board import Board
 from app.core.geometry import ImageSize
-from app.evaluate.board.poses import Pose, held
+from app.evaluate.board.poses import BoardPose, pose_history
 from tests.support.board_views import picture_of
 
 BOARD = Board("chessboard", 9, 6, 30.0)
@@ -17,9 +17,9 @@ FPS = 10
 
 def poses(count: int) -> list[np.ndarray]:
     """Quads of somebody who does what he is told: all different."""
-    shown: list[Pose] = []
+    shown: list[BoardPose] = []
     while len(shown) < count:
-        shown.append(Pose.from_points(held(shown, BOARD, SIZE).wanted["outline"], SIZE))
+        shown.append(BoardPose.from_points(pose_history(shown, BOARD, SIZE).wanted["outline"], SIZE))
     return [pose.quad for pose in shown]
 
 

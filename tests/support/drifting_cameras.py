@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.evaluate.drift.monitor import Reference
+from app.evaluate.drift.monitor import DriftReference
 from app.models import CameraModel
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_observations
 from app.sources.sim.render import Rendering
-from app.workflows.calibration_request import Task
+from app.workflows.calibration_request import CalibrationRequest
 from tests.support.live_cameras import FIELDS
 
 
@@ -18,14 +18,14 @@ def fitted(url: str, model: str = "brown-conrady", noise_px: float = 0.3) -> tup
     source = source_from_url(url, Surroundings(FIELDS))
     rendering, field = source.rendering, FIELDS[url.partition("://")[2].partition("?")[0]]
     clicks = border_observations(source.camera, rendering.region, 9, noise_px=noise_px, rng=np.random.default_rng(1))
-    task = Task(clicks, field, rendering.region, source.camera.image_size, model)
+    task = CalibrationRequest(clicks, field, rendering.region, source.camera.image_size, model)
     return rendering, task.run(cross_validate=False).model
 
 
-def followed(url: str, model: str = "brown-conrady") -> tuple[Rendering, Reference]:
+def followed(url: str, model: str = "brown-conrady") -> tuple[Rendering, DriftReference]:
     """A simulated camera, and what its first picture shows of the lines."""
     rendering, calibration = fitted(url, model)
-    reference = Reference.of([rendering.frame_at(0, 0.0)], calibration, rendering.field, rendering.region)
+    reference = DriftReference.of([rendering.frame_at(0, 0.0)], calibration, rendering.field, rendering.region)
     assert reference is not None
     return rendering, reference
 

@@ -16,10 +16,10 @@ import yaml
 
 from app.core.geometry import ImageSize
 from app.store.stages import load_plans
-from app.vision.colour.learning import BACKGROUND, learned
-from app.vision.stage_pipeline import Plan, Sight
-from app.vision.stages import Setting
-from app.vision.stages.localisation import View
+from app.vision.colour.learning import BACKGROUND, learn_profile
+from app.vision.stage_pipeline import StageConfig, StagePipeline
+from app.vision.stages import StageContext
+from app.vision.stages.localisation import FieldLocator
 from tests.support.paths import LABELS
 from tests.support.paths import SHARED_DATA as DATA
 
@@ -65,9 +65,9 @@ def picture(entry: dict) -> np.ndarray:
     return pixels
 
 
-def sight_for(labels: dict) -> Sight:
+def sight_for(labels: dict) -> StagePipeline:
     clicks = [(picture(e), {c: [tuple(p) for p in e[c]] for c in COLOURS if c in e}) for e in labels["learn"]]
-    profile = learned("labelled", clicks)
+    profile = learn_profile("labelled", clicks)
     size = ImageSize(*picture(labels["test"][0]).shape[1::-1])
     within = np.zeros((size.height, size.width), np.uint8)
     cv2.fillPoly(within, [np.array(labels["field"]).round().astype(np.int32)], 255)
@@ -77,8 +77,9 @@ def sight_for(labels: dict) -> Sight:
             stage["everywhere"] = ["orange", *labels["teams"]]
         if stage["stage"] == "markers":
             stage |= {"teams": list(labels["teams"]), "most_mm2": labels.get("most_mm2", stage["most_mm2"])}
-    return Sight(Plan.from_json(plan), Setting(size, profile, View.flat(size, labels["mm_per_px"]), 60.0,
-                                               labels["ball_radius_mm"], within))
+    locator = FieldLocator.flat(size, labels["mm_per_px"])
+    return StagePipeline(StageConfig.from_json(plan),
+                         StageContext(size, profile, locator, 60.0, labels["ball_radius_mm"], within))
 
 
 def tallies(labels: dict) -> dict[str, Tally]:
@@ -87,7 +88,7 @@ def tallies(labels: dict) -> dict[str, Tally]:
     found = {kind: Tally() for kind in kinds}
     for entry in labels["test"]:
         pixels = picture(entry)
-        seen = sight_for(labels).see(pixels).detections.items
+        seen = sight_for(labels).process(pixels).detections.items
         for kind, colour in kinds.items():
             told = [d.pixel for d in seen if (d.kind == "ball") == (kind == "ball") and d.team in (kind, None)]
             _match(found[kind], told, entry.get(colour, []), labels["match_px"], entry.get("ignore", []))

@@ -12,7 +12,7 @@ from app.live import LiveCamera
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_observations
 from app.store.fields import load_fields
-from app.workflows.calibration_request import Task
+from app.workflows.calibration_request import CalibrationRequest
 
 FIELDS = load_fields()
 FIELD_JSON = {name: FIELDS[name].to_json() for name in ("table", "vsss-3v3", "ssl-div-b")}
@@ -50,8 +50,9 @@ def calibrated(url: str, model: str = "polynomial", id: str = "made", region: st
     source = source_from_url(url, Surroundings(FIELDS))
     field = FIELDS[url.partition("://")[2].partition("?")[0]]
     region = field.region(region)
-    task = Task(observations=border_observations(source.camera, region, 9, rng=np.random.default_rng(1)), field=field,
-                region=region, image_size=source.camera.image_size, model=model, options={}, camera="test")
+    task = CalibrationRequest(observations=border_observations(source.camera, region, 9, rng=np.random.default_rng(1)),
+                              field=field, region=region, image_size=source.camera.image_size, model=model, options={},
+                              camera="test")
     source.close()
     made = task.record(task.run(cross_validate=False))
     return Calibration.from_json({**made.to_json(), "id": id})

@@ -9,7 +9,7 @@ from app.core.records import Calibration
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_observations
 from app.store.field_repository import FieldShelf
-from app.workflows.calibration_request import Task
+from app.workflows.calibration_request import CalibrationRequest
 
 FIELDS = FieldShelf(Path("no-fields-of-our-own"))
 FIELD = FIELDS["ssl-div-b"]
@@ -29,7 +29,8 @@ def calibrations(model: str = "brown-conrady") -> tuple[Calibration, Calibration
     for camera, half in zip(cameras(), HALVES, strict=True):
         options = {} if model == "polynomial" else {"height_mm": {"value": camera.position_mm[2], "sigma": 5.0}}
         region = FIELD.region(half)
-        task = Task(border_observations(camera, region, 12), FIELD, region, camera.image_size, model, options)
+        task = CalibrationRequest(border_observations(camera, region, 12), FIELD, region, camera.image_size, model,
+                                  options)
         made.append(task.record(task.run()))
     return tuple(made)
 

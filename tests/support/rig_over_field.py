@@ -10,7 +10,7 @@ from app.models.brown_conrady import BrownConrady
 from app.models.rotation import vector_from_matrix
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_observations, line_clicks
-from app.workflows.calibration_request import Task
+from app.workflows.calibration_request import CalibrationRequest
 from tests.support.pair_over_field import FIELD, FIELDS, HALVES, cameras
 
 REGIONS = {2: HALVES, 4: ("quarter-bottom-left", "quarter-top-left", "quarter-bottom-right", "quarter-top-right")}
@@ -37,7 +37,7 @@ def sim_source(count: int, number: int, seed: int = 1, robots: int = 0):
 
 
 def sim_task(count: int, number: int, seed: int = 0, model: str = "brown-conrady", noise_px: float = 0.3,
-             options: dict | None = None) -> Task:
+             options: dict | None = None) -> CalibrationRequest:
     """What an operator clicks: 12 places on each border, and the centre circle, to 0.3 px."""
     camera, region = sim_source(count, number).camera, FIELD.region(REGIONS[count][number])
     random = np.random.default_rng([seed, number])
@@ -51,7 +51,8 @@ def sim_task(count: int, number: int, seed: int = 0, model: str = "brown-conrady
             if len(points) > 3:
                 clicks.append(Observation(name, "line", points))
         options = {"height_mm": {"value": camera.position_mm[2], "sigma": 20.0}, **(options or {})}
-    return Task(tuple(clicks), FIELD, region, camera.image_size, model, options or {}, camera=f"cam{number}")
+    return CalibrationRequest(tuple(clicks), FIELD, region, camera.image_size, model, options or {},
+                              camera=f"cam{number}")
 
 
 def sim_rig(count: int, seed: int = 0, model: str = "brown-conrady", options=None, cross_validate: bool = False):

@@ -13,10 +13,10 @@ from app.sources.sim.motion import Play
 from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
 from app.store.stages import load_plans
-from app.vision.colour.learning import learned
-from app.vision.stage_pipeline import Sight
-from app.vision.stages import Setting
-from app.vision.stages.localisation import View
+from app.vision.colour.learning import learn_profile
+from app.vision.stage_pipeline import StagePipeline
+from app.vision.stages import StageContext
+from app.vision.stages.localisation import FieldLocator
 
 FIELDS = load_fields()
 DRIFT_S = 60.0  # the simulated light comes and goes within that
@@ -36,9 +36,9 @@ class ExactModel:
         return self.camera.field_from_raw(pixels, z_mm)
 
 
-def exact_view(camera: SimCamera) -> View:
+def exact_view(camera: SimCamera) -> FieldLocator:
     """What stages ask of a calibration that is exactly the simulated camera."""
-    return View(camera.image_size, ExactModel(camera), has_rays=True)
+    return FieldLocator(camera.image_size, ExactModel(camera), has_rays=True)
 
 
 def world(field="ssl-div-b", *, size=(1920, 1080), robots=16, seed=1, drift=0.4, noise=4.0, shuffled=True, gain=1.0,
@@ -77,14 +77,14 @@ def clicked(rendering: Rendering, time_s=0.0, per_colour=5):
     return {name: [tuple(map(float, p)) for p in pixels[:per_colour]] for name, pixels in raw.items()}
 
 
-def sight_of(rendering: Rendering, plan="ssl", time_s=0.0, frame=0) -> Sight:
+def sight_of(rendering: Rendering, plan="ssl", time_s=0.0, frame=0) -> StagePipeline:
     """Learned from at most five clicks a colour in the first frame."""
     pixels = rendering.frame_at(frame, time_s)
-    profile = learned("here", [(pixels, clicked(rendering, time_s))])
+    profile = learn_profile("here", [(pixels, clicked(rendering, time_s))])
     field = rendering.field
-    setting = Setting(rendering.camera.image_size, profile, exact_view(rendering.camera),
+    setting = StageContext(rendering.camera.image_size, profile, exact_view(rendering.camera),
                       field.hat_height_mm, field.extras.get("ball", {"radius_mm": 21.5})["radius_mm"])
-    return Sight(load_plans()[plan], setting)
+    return StagePipeline(load_plans()[plan], setting)
 
 
 @dataclass
@@ -146,12 +146,12 @@ def scored(score: Score, seen, truth, near_mm=100.0) -> None:
 def calibration_of(rendering: Rendering, noise_px: float = 0.5):
     """What an operator would have made of this camera: Brown–Conrady on clicks along every line, and a tape."""
     from app.core.records import Observation
-    from app.workflows.calibration_request import Task
+    from app.workflows.calibration_request import CalibrationRequest
     rng, camera = np.random.default_rng(5), rendering.camera
     seen = []
     for name, line in {**rendering.field.lines, **rendering.field.arcs}.items():
         raw = camera.raw_from_field(line.sample(14))
         seen.append(Observation(name, "line", raw + rng.normal(0, noise_px, raw.shape)))
-    task = Task(tuple(seen), rendering.field, rendering.region, camera.image_size, "brown-conrady",
-                {"height_mm": {"value": camera.position_mm[2], "sigma": 15.0}})
+    task = CalibrationRequest(tuple(seen), rendering.field, rendering.region, camera.image_size, "brown-conrady",
+                              {"height_mm": {"value": camera.position_mm[2], "sigma": 15.0}})
     return task.record(task.run(cross_validate=False))

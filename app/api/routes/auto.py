@@ -14,7 +14,7 @@ from app.api.schemas.requests import CameraSnapshot, Name, OptionValue, Rotate, 
 from app.api.work import at_work
 from app.core.errors import BadInput
 from app.store import Snapshot
-from app.workflows.automatic_request import AutoTask, run_auto
+from app.workflows.automatic_request import AutomaticRequest, run_auto
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
@@ -74,8 +74,8 @@ def _task(request: Request, body: AutoRequest) -> dict[str, Any]:
         options["lens"] = state.store.held_lens(options["lens"])
     rough = {name: value for name, value
              in (body.rough.model_dump() if body.rough else {}).items() if value is not None}
-    return AutoTask(field, field.region(body.region, body.rotate), body.model, options, rough,
-                    note=body.note).to_json()
+    return AutomaticRequest(field, field.region(body.region, body.rotate), body.model, options, rough,
+                            note=body.note).to_json()
 
 
 def _started(request: Request, body: AutoRequest, task: dict[str, Any], ids: list[str]) -> Any:

@@ -13,7 +13,7 @@ from app.core.board import Board, views_from_json
 from app.core.errors import BadInput, Conflict
 from app.core.geometry import ImageSize
 from app.jobs import Job
-from app.workflows.board_request import BoardTask, run_pictures, run_views
+from app.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
 
 router = APIRouter(prefix="/calibrations", tags=["lenses"])
 
@@ -32,13 +32,14 @@ def _started(request: Request, body: BoardRequest) -> Job:
     if (body.snapshots is None) == (body.views is None):
         raise BadInput("Either snapshots or views are needed.", 'Send "snapshots": [id, …], or "views" with '
                        '"image_size".', reason="no-views")
-    task = BoardTask(None if body.board is None else Board.from_json(body.board), body.model, body.options)
+    task = BoardCalibrationRequest(None if body.board is None else Board.from_json(body.board), body.model,
+                                   body.options)
     about = {"camera": body.camera, "note": body.note, "snapshots": body.snapshots}
     run, spec = (_from_views(body, task) if body.views is not None else _from_snapshots(request, body, task))
     return request.app.state.jobs.start("board", run, spec, "lens", about)
 
 
-def _from_views(body: BoardRequest, task: BoardTask) -> tuple[Any, dict[str, Any]]:
+def _from_views(body: BoardRequest, task: BoardCalibrationRequest) -> tuple[Any, dict[str, Any]]:
     if body.image_size is None:
         raise BadInput("The size of the pictures is not given.", 'Send "image_size": [width, height].',
                        reason="no-image-size")
@@ -47,7 +48,7 @@ def _from_views(body: BoardRequest, task: BoardTask) -> tuple[Any, dict[str, Any
                        "image_size": body.image_size}
 
 
-def _from_snapshots(request: Request, body: BoardRequest, task: BoardTask) -> tuple[Any, dict[str, Any]]:
+def _from_snapshots(request: Request, body: BoardRequest, task: BoardCalibrationRequest) -> tuple[Any, dict[str, Any]]:
     store = request.app.state.store
     if task.board is None:
         raise BadInput("No board is given.", 'Send "board": {"kind", "columns", "rows", "square_mm"}.',

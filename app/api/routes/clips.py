@@ -18,9 +18,9 @@ from app.core.errors import NotFound
 from app.live.detector import detection_json
 from app.live.stream_spec import DETECTIONS
 from app.store.stages import named_plan
-from app.vision.stage_pipeline import Plan, Seen, Sight
-from app.vision.stages.localisation import View
-from app.workflows.detection import drawn, profile_from, sight_for
+from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
+from app.vision.stages.localisation import FieldLocator
+from app.workflows.detection import colour_profile_for, detections_image, pipeline_for
 
 router = APIRouter(tags=["clips"])
 
@@ -90,7 +90,7 @@ async def show_frame_of_clip(request: Request, id: Id, number: int, stage: Stage
         if stage == RAW:
             return Response(request.app.state.store.clips.frame(id, number), media_type="image/jpeg")
         pixels, seen, _, view, _ = _seen(request, id, number, plan, stage)
-        made: Any = seen.pictures.get(stage) if stage != DETECTIONS else drawn(pixels, seen.detections, view)
+        made: Any = seen.pictures.get(stage) if stage != DETECTIONS else detections_image(pixels, seen.detections, view)
         return picture(made, "jpg")
     return await at_work(request, show)
 
@@ -102,13 +102,13 @@ async def detections_of_clip(request: Request, id: Id, number: int, plan: PlanNa
 
 
 def _seen(request: Request, id: str, number: int, plan_name: str | None,
-          stage: str = DETECTIONS) -> tuple[Any, Seen, Sight, View, dict[str, Any]]:
+          stage: str = DETECTIONS) -> tuple[Any, FrameResult, StagePipeline, FieldLocator, dict[str, Any]]:
     """Each frame for itself: what the stages remember must not depend on which frames were asked for before."""
     state = request.app.state
     clip = state.store.clips.get(id)
     jpeg = state.store.clips.frame(id, number)
     wanted = state.seeing.still(clip.camera)
-    plan = named_plan(plan_name) if plan_name is not None else Plan.from_json(wanted["plan"])
+    plan = named_plan(plan_name) if plan_name is not None else StageConfig.from_json(wanted["plan"])
     if stage != DETECTIONS and stage not in [name for name, _ in plan.stages]:
         raise NotFound(f"The plan {plan.name} has no stage called {stage!r}.", f"Use one of: {RAW}, {DETECTIONS}, "
                        f"{', '.join(name for name, _ in plan.stages)}.", reason="unknown-stage")
@@ -116,13 +116,13 @@ def _seen(request: Request, id: str, number: int, plan_name: str | None,
     calibration = state.store.active(clip.camera)
     calibration = calibration if calibration is not None and calibration.image_size == frame.size else None
     profile = (ColourProfile.from_json(wanted["profile"]) if wanted["profile"] is not None
-               else profile_from(frame.pixels, plan))
+               else colour_profile_for(frame.pixels, plan))
     diagonal_px = (frame.size.width**2 + frame.size.height**2) ** 0.5
     scale = None if calibration else wanted["extent_mm"] / diagonal_px
-    sight = sight_for(plan, frame.size, profile, calibration, scale)
+    sight = pipeline_for(plan, frame.size, profile, calibration, scale)
     about = clip.frames[number]
-    seen = sight.see(frame.pixels, clock=time.thread_time, pictures=() if stage == DETECTIONS else (stage,),
-                     camera=clip.camera, frame=about["seq"], time_s=about["time_s"])
+    seen = sight.process(frame.pixels, clock=time.thread_time, pictures=() if stage == DETECTIONS else (stage,),
+                         camera=clip.camera, frame=about["seq"], time_s=about["time_s"])
     told = detection_json(seen, about["seq"], about["time_s"], frame.size, calibration, profile.notes,
                           clip.to_json()["fps"])
-    return frame.pixels, seen, sight, sight.setting.view, told
+    return frame.pixels, seen, sight, sight.context.view, told

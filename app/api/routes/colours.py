@@ -17,9 +17,9 @@ from app.core.errors import BadInput, Conflict, Stale
 from app.core.records import Frame
 from app.services.detection import health_json
 from app.store import Preset
-from app.vision.colour.automatic import automatic
-from app.vision.stage_pipeline import Plan
-from app.workflows.detection import profile_from
+from app.vision.colour.automatic import automatic_profile
+from app.vision.stage_pipeline import StageConfig
+from app.workflows.detection import colour_profile_for
 
 router = APIRouter(tags=["colours"])
 
@@ -102,26 +102,26 @@ async def learn_colours(request: Request, id: Id, body: LearnRequest) -> Json:
 
     def learn() -> dict[str, Any]:
         frame: Frame = state.frames[body.snapshot] if png is None else state.decoder.frame_from_bytes(png)
-        profile = _learned(frame, Plan.from_json(kept["plan"]), base, body)
+        profile = _learned(frame, StageConfig.from_json(kept["plan"]), base, body)
         return {"profile": profile.to_json(), "health": health_json(profile.to_json()), "notes": list(profile.notes)}
     return Json(await at_work(request, learn))
 
 
-def _learned(frame: Frame, plan: Plan, base: ColourProfile | None, body: LearnRequest) -> ColourProfile:
+def _learned(frame: Frame, plan: StageConfig, base: ColourProfile | None, body: LearnRequest) -> ColourProfile:
     """What was clicked wins over what is found."""
     found = base
     if body.automatic:
-        found = (profile_from(frame.pixels, plan) if base is None else
-                 automatic(base.name, frame.pixels, tuple(base.colours), base))
+        found = (colour_profile_for(frame.pixels, plan) if base is None else
+                 automatic_profile(base.name, frame.pixels, tuple(base.colours), base))
     if any(body.clicks.values()):
-        clicked = profile_from(frame.pixels, plan, base, body.clicks)
+        clicked = colour_profile_for(frame.pixels, plan, base, body.clicks)
         if not body.automatic or found is None:
             return clicked
         others = {c: s for c, s in found.colours.items() if c not in body.clicks}
         return ColourProfile(found.name, {**others, **{c: clicked.colours[c] for c in body.clicks
                                                        if c in clicked.colours}},
                              clicked.background, clicked.light, clicked.reach, clicked.margin, found.notes)
-    return found if found is not None else profile_from(frame.pixels, plan)
+    return found if found is not None else colour_profile_for(frame.pixels, plan)
 
 
 def _described(request: Request, kept: Preset) -> dict[str, Any]:

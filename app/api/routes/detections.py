@@ -14,9 +14,9 @@ from app.core.colour_profile import ColourProfile
 from app.core.errors import NotFound
 from app.core.records import Calibration, Frame
 from app.store.stages import load_plans, named_plan
-from app.vision.stage_pipeline import Plan
+from app.vision.stage_pipeline import StageConfig
 from app.vision.stages import STAGES
-from app.workflows.detection import Found, detect, drawn, setting_for
+from app.workflows.detection import DetectionResult, context_for, detect, detections_image
 
 router = APIRouter(tags=["detections"])
 
@@ -48,9 +48,10 @@ async def draw_detections(request: Request, format: Format, body: DetectionReque
     return await at_work(request, _drawn, request, body, stage, format)
 
 
-def _found(request: Request, body: DetectionRequest, stage: str = DRAWN) -> tuple[Found, Frame, Calibration | None]:
+def _found(request: Request, body: DetectionRequest, stage: str = DRAWN,
+           ) -> tuple[DetectionResult, Frame, Calibration | None]:
     state = request.app.state
-    plan = named_plan(body.stages) if isinstance(body.stages, str) else Plan.from_json(body.stages)
+    plan = named_plan(body.stages) if isinstance(body.stages, str) else StageConfig.from_json(body.stages)
     if stage != DRAWN and stage not in [name for name, _ in plan.stages]:
         raise NotFound(f"The plan {plan.name} has no stage called {stage!r}.",
                        f"Use one of: {', '.join([DRAWN, *(name for name, _ in plan.stages)])}.", reason="unknown-stage")
@@ -70,6 +71,6 @@ def _drawn(request: Request, body: DetectionRequest, stage: str, format: str) ->
     found, frame, calibration = _found(request, body, stage)
     pixels: Any = found.seen.pictures.get(stage)
     if pixels is None:
-        view = setting_for(frame.size, found.profile, calibration, body.mm_per_px, _eye(body)).view
-        pixels = drawn(frame.pixels, found.seen.detections, view)
+        view = context_for(frame.size, found.profile, calibration, body.mm_per_px, _eye(body)).view
+        pixels = detections_image(frame.pixels, found.seen.detections, view)
     return picture(pixels, format)

@@ -12,7 +12,7 @@ from app.api.work import at_work
 from app.core.geometry import ImageSize, as_points
 from app.models import parameters_json
 from app.workflows import calibration
-from app.workflows.calibration_request import Task
+from app.workflows.calibration_request import CalibrationRequest
 
 router = APIRouter(prefix="/fit", tags=["fit"])
 
@@ -25,8 +25,8 @@ async def fit_border(request: Request, body: BorderRequest) -> Json:
     size = ImageSize.of(body.image_size) if body.image_size else None
     points = as_points(body.points, "The border's points")
     if len(points) <= FEW_POINTS:
-        return Json(calibration.border(points, body.axis, body.degree, size))
-    return Json(await at_work(request, calibration.border, points, body.axis, body.degree, size))
+        return Json(calibration.fit_border(points, body.axis, body.degree, size))
+    return Json(await at_work(request, calibration.fit_border, points, body.axis, body.degree, size))
 
 
 @router.post("/preview", response_model=responses.Preview)
@@ -37,7 +37,7 @@ async def preview_calibration(request: Request, body: FitRequest,
     return Json(await at_work(request, _previewed, task, quick))
 
 
-def _previewed(task: Task, quick: bool) -> dict[str, object]:
+def _previewed(task: CalibrationRequest, quick: bool) -> dict[str, object]:
     done = task.run(cross_validate=not quick)
     return {"model": {"name": task.model, "parameters": parameters_json(done.model)}, "report": done.report,
             "corrected_size": list(done.model.corrected_size),

@@ -15,7 +15,7 @@ from app.core.errors import BadInput, Conflict
 from app.core.geometry import MAX_COORDINATE
 from app.core.records import Calibration
 from app.sources.local.files import file_within
-from app.workflows.rolling_request import check, refinable, run_motion
+from app.workflows.rolling_request import check, check_refinable, run_motion
 
 router = APIRouter(prefix="/motion", tags=["rolls"])
 
@@ -83,7 +83,7 @@ def _started(request: Request, body: MotionRequest) -> Any:
     if calibration is not None and size is not None and list(calibration.image_size) != list(size):
         calibration = _of_another_size(calibration, body)
     if body.make == "refined":
-        refinable(calibration)
+        check_refinable(calibration)
     spec = {"film": film, "rolls": rolls, "image_size": size, "make": body.make, "lens": body.lens,
             "calibration": None if calibration is None else calibration.to_json(), "note": body.note,
             "centre_sigma_px": body.centre_sigma_px, "camera": body.camera}

@@ -11,7 +11,7 @@ from app.api.schemas.requests import Id, IdQuery, MarginPx, WidthPx
 from app.api.work import at_work
 from app.core.errors import BadInput
 from app.core.records import Calibration, Frame
-from app.imaging.correction import View
+from app.imaging.correction import CorrectedView
 from app.models import model_from_json
 from app.workflows import calibration as workflow
 
@@ -31,10 +31,11 @@ async def correct_picture(request: Request, id: Id, snapshot: Annotated[IdQuery 
     state = request.app.state
     calibration = state.store.calibration(id)
     if snapshot is not None:
-        return await at_work(request, _corrected, request, calibration, snapshot, View(margin_px, width), format)
+        return await at_work(request, _corrected, request, calibration, snapshot, CorrectedView(margin_px, width),
+                             format)
     data, _ = await uploaded_file(request, state.decoder.limits.max_bytes)
     frame = await at_work(request, state.decoder.frame_from_bytes, data)
-    return await at_work(request, _drawn, calibration, frame, View(margin_px, width), format)
+    return await at_work(request, _drawn, calibration, frame, CorrectedView(margin_px, width), format)
 
 
 @router.get("/corrected.{format}", response_class=Response, responses=ANSWER)
@@ -45,13 +46,13 @@ async def show_corrected(request: Request, id: Id, format: Format, snapshot: Ann
     if snapshot is None and calibration.snapshot is None:
         raise BadInput("The calibration was made without a snapshot.", "Name one: ?snapshot=ID.", reason="no-snapshot")
     return await at_work(request, _corrected, request, calibration, snapshot or calibration.snapshot,
-                         View(margin_px, width), format)
+                         CorrectedView(margin_px, width), format)
 
 
-def _corrected(request: Request, calibration: Calibration, snapshot: str, view: View, format: str) -> Response:
+def _corrected(request: Request, calibration: Calibration, snapshot: str, view: CorrectedView, format: str) -> Response:
     return _drawn(calibration, request.app.state.frames[snapshot], view, format)
 
 
-def _drawn(calibration: Calibration, frame: Frame, view: View, format: str) -> Response:
+def _drawn(calibration: Calibration, frame: Frame, view: CorrectedView, format: str) -> Response:
     model = model_from_json(calibration.model_name, calibration.model_parameters)
     return picture(workflow.correct(frame.pixels, model, calibration.image_size, view), format)

@@ -18,7 +18,7 @@ from app.core.errors import BadInput, Conflict
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, as_points
 from app.core.records import Calibration, observations_from_json
-from app.imaging.correction import View
+from app.imaging.correction import CorrectedView
 from app.models import model_from_json
 from app.workflows import calibration as workflow
 
@@ -68,7 +68,7 @@ def draw_field(request: Request, id: Id, frame: Literal["raw", "corrected"] = "r
     field = field_from_json(calibration.field)
     return Json({"features": workflow.overlay(
         model_from_json(calibration.model_name, calibration.model_parameters), field,
-        field.region(calibration.region, calibration.rotate), frame, View(margin_px, width))})
+        field.region(calibration.region, calibration.rotate), frame, CorrectedView(margin_px, width))})
 
 
 @router.get("/residuals.json", response_model=responses.Arrows)
@@ -76,15 +76,16 @@ async def draw_residuals(request: Request, id: Id, frame: Literal["raw", "correc
                          width: WidthPx = None) -> Json:
     """From each clicked point to where the model puts it: the nearest place of its line, or its landmark."""
     calibration = request.app.state.store.calibration(id)
-    return Json(await at_work(request, _arrows, calibration, frame, View(margin_px, width)))
+    return Json(await at_work(request, _arrows, calibration, frame, CorrectedView(margin_px, width)))
 
 
-def _arrows(calibration: Calibration, frame: Literal["raw", "corrected"], view: View) -> dict[str, Any]:
+def _arrows(calibration: Calibration, frame: Literal["raw", "corrected"], view: CorrectedView) -> dict[str, Any]:
     field = field_from_json(calibration.field)
     observations = observations_from_json(calibration.observations)
     strays = [_strays(calibration.report, i, len(o.points)) for i, o in enumerate(observations)]
-    return workflow.arrows(model_from_json(calibration.model_name, calibration.model_parameters), observations, field,
-                           field.region(calibration.region, calibration.rotate), strays, frame, view)
+    return workflow.residual_vectors(model_from_json(calibration.model_name, calibration.model_parameters),
+                                     observations, field, field.region(calibration.region, calibration.rotate), strays,
+                                     frame, view)
 
 
 def _strays(report: Mapping[str, Any], index: int, count: int) -> NDArray[np.bool_]:

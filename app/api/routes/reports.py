@@ -45,11 +45,11 @@ def _page(request: Request, calibration: Calibration) -> HTMLResponse:
         "Content-Disposition": disposition("inline", name)})
 
 
-def _shown(request: Request, calibration: Calibration) -> report.Shown:
+def _shown(request: Request, calibration: Calibration) -> report.ReportPicture:
     """The picture that was clicked, and what its camera is called."""
     state = request.app.state
     name = None
     if calibration.camera is not None:
         with suppress(NotFound):  # its camera is gone, or was another house's
             name = state.camera_shelf.get(calibration.camera).name
-    return report.shown_of(calibration, lambda snapshot: state.frames[snapshot], name)
+    return report.report_picture(calibration, lambda snapshot: state.frames[snapshot], name)

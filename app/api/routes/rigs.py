@@ -82,8 +82,8 @@ async def describe_stitched(request: Request, name: Id, width: Width = 1200) -> 
     def told() -> dict[str, Any]:
         made, names = rigs.stitcher(request, rig, [c["camera"] for c in rig["cameras"]], width)
         size = made.view.size
-        return {"width": size.width, "height": size.height, "px_per_mm": made.view.px_per_mm,
-                "corner": made.view.field_from_view_corner(), "overlay": made.view.overlay(), "unseen": made.told(),
+        return {"width": size.width, "height": size.height, "px_per_mm": made.view.px_per_mm, "corner":
+                made.view.field_from_view_corner(), "overlay": made.view.overlay(), "unseen": made.unseen_summary(),
                 "cameras": [{"camera": n, "share": s} for n, s in zip(names, made.shown_share, strict=True)]}
     return Json(await at_work(request, told))
 
@@ -111,7 +111,7 @@ async def show_stitched(request: Request, name: Id, format: Literal["jpg", "png"
         picture = made.stitch([frames[camera].pixels for camera in names])
         missing = [c["camera"] for c in rig["cameras"] if c["camera"] not in names]
         return Response(encode(picture, format), media_type=ENCODED_MEDIA_TYPES[format], headers={
-            "X-Unseen-Share": f"{made.told()['share']:.4f}", "X-Rig-Missing": ",".join(missing),
+            "X-Unseen-Share": f"{made.unseen_summary()['share']:.4f}", "X-Rig-Missing": ",".join(missing),
             "Cache-Control": "no-store"})
     return await at_work(request, drawn)
 

@@ -18,7 +18,7 @@ from app.api.work import at_work
 from app.core.errors import Busy
 from app.live import LiveCamera
 from app.store import Store
-from app.workflows.rolling_request import told_of_kept
+from app.workflows.rolling_request import stored_rolls_json
 
 router = APIRouter(prefix="/cameras", tags=["rolls"])
 
@@ -112,7 +112,7 @@ def _keep(store: Store, camera: str, new: list[dict[str, Any]], image_size: list
 
 
 def _told(store: Store, camera: str) -> dict[str, Any]:
-    return told_of_kept(store.rolls.of(camera), store.active(camera))
+    return stored_rolls_json(store.rolls.of(camera), store.active(camera))
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from app.core.errors import Conflict
 from app.core.field import Field, Region
 from app.core.geometry import as_points
 from app.core.records import Frame
-from app.evaluate.fit.click_guides import along, hints
+from app.evaluate.fit.click_guides import line_hints, snap_along
 from app.models import CameraModel, model_from_json
 from app.vision.lines.snap import REACH_PX, REASONS, Hint, Snapped, Unsnapped, snap
 
@@ -76,7 +76,7 @@ def _snapped(request: Request, id: str, body: SnapRequest) -> list[dict[str, Any
     told = [Hint(body.reach_px, body.width_px, angle)] * len(points)
     if body.fit is not None and body.feature is not None:
         model, field, region = _fit(request, body.fit, frame)
-        told = hints(model, field.feature(body.feature, region), field, region, points, body.reach_px)
+        told = line_hints(model, field.feature(body.feature, region), field, region, points, body.reach_px)
     return [_told(point, _beside(frame, point, hint)) for point, hint in zip(points.tolist(), told, strict=True)]
 
 
@@ -96,7 +96,7 @@ async def find_along(request: Request, id: Id, body: AlongRequest) -> Json:
 def _along(request: Request, id: str, body: AlongRequest) -> list[dict[str, Any]]:
     frame: Frame = request.app.state.frames[id]
     model, field, region = _fit(request, body.fit, frame)
-    found = along(frame.pixels, model, body.feature, field, region, body.count, body.reach_px)
+    found = snap_along(frame.pixels, model, body.feature, field, region, body.count, body.reach_px)
     return [_told(list(one.point), one) for one in found]
 
 

@@ -15,8 +15,8 @@ from app.api.work import at_length, at_work
 from app.core.errors import Conflict
 from app.core.geometry import ImageSize
 from app.models.plumb_line import PlumbLens
-from app.workflows.straight_lines import straightened
-from app.workflows.straight_lines_request import PlumbTask, run_straightness
+from app.workflows.straight_lines import undistort
+from app.workflows.straight_lines_request import StraightLinesRequest, run_straightness
 
 router = APIRouter(prefix="/straightness", tags=["lenses"])
 
@@ -44,7 +44,7 @@ async def straighten_picture(request: Request, format: Format, body: Straightene
 def _spec(request: Request, body: StraightnessRequest) -> dict[str, Any]:
     """All that can be refused at once is refused here."""
     given = ImageSize.of(body.image_size) if body.image_size is not None else None
-    task = PlumbTask(body.lens, body.centre_sigma_px, tuple(body.lines), given)
+    task = StraightLinesRequest(body.lens, body.centre_sigma_px, tuple(body.lines), given)
     task.check_given(len(body.snapshots))
     store = request.app.state.store
     snapshots = [store.snapshot(id) for id in body.snapshots]
@@ -60,4 +60,4 @@ def _spec(request: Request, body: StraightnessRequest) -> dict[str, Any]:
 
 def _straightened(request: Request, body: StraightenedRequest, width: int | None, format: str) -> Response:
     lens = PlumbLens.from_json(body.lens.model_dump())
-    return picture(straightened(request.app.state.frames[body.snapshot].pixels, lens, width), format)
+    return picture(undistort(request.app.state.frames[body.snapshot].pixels, lens, width), format)

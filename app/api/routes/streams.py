@@ -19,7 +19,7 @@ from app.api.sockets import refuse, until_either
 from app.api.work import at_work
 from app.core.errors import BadInput, Conflict, TouchlineError, Unavailable
 from app.images import encode
-from app.imaging.correction import View as CorrectedView
+from app.imaging.correction import CorrectedView as CorrectedView
 from app.live import LiveCamera, StreamSpec
 from app.live.messages import parts
 from app.models import model_from_json

@@ -68,7 +68,7 @@ def _uncertainty(calibration: Calibration, z_mm: float) -> dict[str, Any]:
 def _uncertainty_picture(calibration: Calibration, z_mm: float) -> Response:
     found = _uncertainty(calibration, z_mm)
     title = f"expected error at z = {z_mm:g} mm"
-    return _png(workflow.millimetre_map(found["grid"]["sigma_mm"], _region(calibration), title))
+    return _png(workflow.error_map_image(found["grid"]["sigma_mm"], _region(calibration), title))
 
 
 def _difference(one: Calibration, other: Calibration) -> dict[str, Any]:
@@ -78,7 +78,7 @@ def _difference(one: Calibration, other: Calibration) -> dict[str, Any]:
 def _difference_picture(one: Calibration, other: Calibration) -> Response:
     found = _difference(one, other)
     title = f"version {other.version} from version {one.version}"
-    return _png(workflow.millimetre_map(found["grid"]["mm"], _region(one), title))
+    return _png(workflow.error_map_image(found["grid"]["mm"], _region(one), title))
 
 
 def _png(pixels: NDArray[np.uint8]) -> Response:

@@ -76,12 +76,12 @@ def next_view(fit: BoardFit) -> NextView | None:
     covariance = shared_covariance(fit.solved)
     before = _worst(sensitivity, covariance)
     information = np.linalg.pinv(covariance, rcond=1e-15, hermitian=True)
-    tried, told = _candidates(fit)
+    tried, gains = _candidates(fit)
     best = None
-    for (place, spot, nearer), gain in zip(tried, told, strict=True):
+    for (place, spot, nearer), gain in zip(tried, gains, strict=True):
         after = _worst(sensitivity, np.linalg.pinv(information + gain, rcond=1e-15, hermitian=True))
         if np.isfinite(after) and (best is None or after < best.worst_after_px):
-            best = NextView(view_words(place, nearer), (float(spot[0]), float(spot[1])),
+            best = NextView(view_instruction(place, nearer), (float(spot[0]), float(spot[1])),
                             NEXT_TILT_DEG if nearer else 0.0, nearer, before, after)
     return best
 
@@ -104,8 +104,8 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
         ray = fit.lens.rays(spot)
         if not np.isfinite(ray).all():
             continue
-        facing = matrices_from_vectors(turn_to(ray)[None])[0]
-        rotation = facing @ matrices_from_vectors(lean(nearer)[None])[0]
+        facing = matrices_from_vectors(rotation_to(ray)[None])[0]
+        rotation = facing @ matrices_from_vectors(lean_vector(nearer)[None])[0]
         tried.append((f"{down} {across}".strip(), spot, nearer))
         rotations.append(rotation)
         shifts.append(ray * distance - rotation @ middle)
@@ -127,21 +127,21 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
     return [t for t, ok in zip(tried, seen, strict=True) if ok], reduced.transpose(0, 2, 1) @ reduced
 
 
-def turn_to(ray: Array) -> Array:
+def rotation_to(ray: Array) -> Array:
     """The rotation vector that brings (0, 0, 1) to the unit ray."""
     axis = np.array([-ray[1], ray[0], 0.0])
     sine = np.linalg.norm(axis)
     return axis / sine * np.arctan2(sine, ray[2]) if sine > 1e-9 else np.zeros(3)
 
 
-def lean(nearer: str) -> Array:
+def lean_vector(nearer: str) -> Array:
     """A board's rotation vector with that edge nearer."""
     angle = np.radians(NEXT_TILT_DEG)
     return {"": np.zeros(3), "right": np.array([0, angle, 0]), "left": np.array([0, -angle, 0]),
             "top": np.array([angle, 0, 0]), "bottom": np.array([-angle, 0, 0])}[nearer]
 
 
-def view_words(place: str, nearer: str) -> str:
+def view_instruction(place: str, nearer: str) -> str:
     """How to hold a board, in a sentence. place: such as "top left", "" in the middle; nearer: its edge, "" face on."""
     where = f"in the {place} of the picture" if place else "in the middle of the picture"
     how = f"tilted about {NEXT_TILT_DEG:.0f}° with its {nearer} edge nearer" if nearer else "facing the camera"

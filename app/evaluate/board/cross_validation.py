@@ -16,7 +16,7 @@ from app.fitting.board.outlier_rejection import Solved
 from app.models.pinhole_lens import PinholeLens
 
 FOLDS = 5
-FEWEST = 6  # views: halves of three are the least that make a lens
+MIN_VIEWS = 6  # views: halves of three are the least that make a lens
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class CrossValidation:
 def cross_validate(fit: BoardFit) -> CrossValidation:
     """Fit again without some views; nothing is chosen anew."""
     count = len(fit.sights.pixels)
-    if count < FEWEST:
+    if count < MIN_VIEWS:
         return CrossValidation(*[float("nan")] * 4)
     turn = np.arange(count)
     held = [_held_squares(fit, turn % FOLDS == fold) for fold in range(FOLDS)]

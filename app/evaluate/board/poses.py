@@ -1,7 +1,7 @@
-"""How a board is held before a camera whose lens nobody knows yet, and how to hold it next.
+"""How a board was held before a camera whose lens is not known yet, and how to hold it next.
 
-A pose is told by the picture of the board's four outermost corners, its quad: where it is, how large, which edge is
-nearer. A focal length as long as the picture is wide is assumed: good enough to say "tilt it more", and no fit rests
+A pose is described by the image of the board's four outermost corners, its quad: where it is, how large, which edge
+is nearer. A focal length as long as the picture is wide is assumed: good enough to say "tilt it more", and no fit rests
 on it. Once a lens is known, board_coverage.py says better which view would help most.
 """
 
@@ -17,20 +17,29 @@ import numpy as np
 from app.core.board import Board, BoardView
 from app.core.errors import BadInput
 from app.core.geometry import Array, ImageSize
-from app.evaluate.board.coverage import CELLS, LEANS, NEXT_SHARE, NEXT_TILT_DEG, PLACES, lean, turn_to, view_words
+from app.evaluate.board.coverage import (
+    CELLS,
+    LEANS,
+    NEXT_SHARE,
+    NEXT_TILT_DEG,
+    PLACES,
+    lean_vector,
+    rotation_to,
+    view_instruction,
+)
 from app.fitting.board.parameters import matrices_from_vectors
 
-FEWEST_CORNERS = 6  # that tell where the rest of a board is
+MIN_CORNERS = 6  # that tell where the rest of a board is
 FACE_ON_DEG = 15.0  # less is hardly a tilt; coarser than for a known lens, since the focal length is assumed
 EACH_LEAN = 2  # views with each edge nearer, and as many that face the camera
 BLOCK_SHARE = 0.6  # of the cells of a ninth of the picture in which corners were seen: then it is covered
 RIM = 1.3  # squares around the inner corners: the outer squares, and some white
-ENOUGH = 12  # views; fewer leave the worst place of a lens twice as doubtful
+ENOUGH_VIEWS = 12  # views; fewer leave the worst place of a lens twice as doubtful
 SAME_PLACE, SAME_SIZE, SAME_LEAN = 0.08, 0.25, 0.25  # of the picture's width; of its logarithm; of the tilt's tangent
 
 
 @dataclass(frozen=True)
-class Pose:
+class BoardPose:
     """One quad (4, 2) px, the board's corners in the order (0, 0), (1, 0), (1, 1), (0, 1); size: of the picture."""
 
     quad: Array
@@ -38,8 +47,8 @@ class Pose:
 
     @classmethod
     def of(cls, view: BoardView, board: Board, size: ImageSize) -> Self | None:
-        """None where too little of the board is seen to tell."""
-        if len(view.pixels) < FEWEST_CORNERS:
+        """Return the pose; None where too little of the board is seen."""
+        if len(view.pixels) < MIN_CORNERS:
             return None
         found, _ = cv2.findHomography(view.places_mm[:, :2], np.asarray(view.pixels), 0)
         if found is None:
@@ -49,7 +58,7 @@ class Pose:
 
     @classmethod
     def from_points(cls, points: Any, size: ImageSize) -> Self:
-        """From four points as JSON; BadInput where they are no quad."""
+        """Read four points from JSON; BadInput where they are no quad."""
         quad = np.array(points, dtype=np.float64)
         if quad.shape != (4, 2) or not _is_quad(quad):
             raise BadInput("A view's outline is not a quad.", "Send the four corners that were told of it.",
@@ -67,7 +76,7 @@ class Pose:
 
     @cached_property
     def leaning(self) -> Array:
-        """(2,): to the nearer edge as the picture shows it, as long as the tangent of its tilt to the line of sight."""
+        """(2,): towards the nearer edge in the picture; its length is the tangent of the tilt to the line of sight."""
         # A board that faces who looks at it from the side has its outer edge nearer to the picture's plane.
         total = -(self.centre - (np.array(tuple(self.size)) - 1) / 2) / self.size.width
         for first in (0, 1):
@@ -87,13 +96,13 @@ class Pose:
             return ""
         return ("right" if x > 0 else "left") if abs(x) > abs(y) else ("bottom" if y > 0 else "top")
 
-    def moved_px(self, before: "Pose") -> float:
+    def moved_px(self, before: "BoardPose") -> float:
         """How far a corner has moved at most; whichever way round the board was found."""
         apart = np.linalg.norm(self.quad[:, None] - before.quad[None], axis=-1)
         return float(apart.min(axis=1).max())
 
-    def is_like(self, other: "Pose") -> bool:
-        """Whether it tells nothing that the other does not."""
+    def is_like(self, other: "BoardPose") -> bool:
+        """Whether it adds nothing to the other."""
         return bool(np.linalg.norm(self.centre - other.centre) < SAME_PLACE * self.size.width
                     and abs(np.log(self.share / other.share)) < SAME_SIZE
                     and np.linalg.norm(self.leaning - other.leaning) < SAME_LEAN)
@@ -105,8 +114,8 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Held:
-    """What the views so far cover. cells: (rows, columns) of corners; leans: views by nearer edge. wanted: or None."""
+class PoseHistory:
+    """What views cover so far. cells: (rows, columns) of corners; leans: views by nearer edge; wanted: next view."""
 
     cells: Array
     leans: dict[str, int]
@@ -117,30 +126,30 @@ class Held:
                 "wanted": self.wanted}
 
 
-def held(poses: list[Pose], board: Board, size: ImageSize) -> Held:
-    """Coverage, and the next view that is wanted: where least was seen, tilted as seldom as any."""
+def pose_history(poses: list[BoardPose], board: Board, size: ImageSize) -> PoseHistory:
+    """Return coverage and the next view to take: where fewest corners are, tilted in the rarest way."""
     points = np.concatenate([pose.corners(board) for pose in poses]) if poses else np.zeros((0, 2))
     cells, *_ = np.histogram2d(points[:, 1], points[:, 0], bins=(CELLS[1], CELLS[0]),
                                range=((-0.5, size.height - 0.5), (-0.5, size.width - 0.5)))
     leans = {name: sum(pose.nearer == name for pose in poses) for name in ("", *LEANS)}
-    told = {name or "face on": count for name, count in leans.items()}
+    tilts = {name or "face on": count for name, count in leans.items()}
     shares = _shares(cells)
     bare = min(shares.values()) < BLOCK_SHARE
-    if not bare and min(leans.values()) >= EACH_LEAN and len(poses) >= ENOUGH:
-        return Held(cells.astype(int), told, None)
+    if not bare and min(leans.values()) >= EACH_LEAN and len(poses) >= ENOUGH_VIEWS:
+        return PoseHistory(cells.astype(int), tilts, None)
     there = Counter(tuple(np.clip(pose.centre / tuple(size) * 3, 0, 2).astype(int)) for pose in poses)
     places = sorted(shares, key=lambda at: (min(shares[at], BLOCK_SHARE), there[at]))
     seldom = sorted(leans, key=lambda name: (leans[name], name != ""))
     order = product(places, seldom) if bare else ((place, name) for name, place in product(seldom, places))
     for (across, down), nearer in order:
         spot = np.array([0.22 + 0.28 * across, 0.22 + 0.28 * down])
-        pose = Pose(_outline_at(spot, nearer, board, size), size)
+        pose = BoardPose(_outline_at(spot, nearer, board, size), size)
         if not any(pose.is_like(other) for other in poses):
             place = f"{PLACES[1][down]} {PLACES[0][across]}".strip()
-            return Held(cells.astype(int), told, {
-                "text": view_words(place, nearer), "outline": pose.quad.tolist(), "nearer": nearer,
+            return PoseHistory(cells.astype(int), tilts, {
+                "text": view_instruction(place, nearer), "outline": pose.quad.tolist(), "nearer": nearer,
                 "tilt_deg": NEXT_TILT_DEG if nearer else 0.0})
-    return Held(cells.astype(int), told, None)
+    return PoseHistory(cells.astype(int), tilts, None)
 
 
 def _shares(cells: Array) -> dict[tuple[int, int], float]:
@@ -157,7 +166,7 @@ def _outline_at(spot: Array, nearer: str, board: Board, size: ImageSize) -> Arra
     places = board.places_mm[_outline(board)]
     places = places - places.mean(axis=0)
     distance = np.ptp(places[:, 0]) / NEXT_SHARE
-    turn = matrices_from_vectors(turn_to(ray)[None])[0] @ matrices_from_vectors(lean(nearer)[None])[0]
+    turn = matrices_from_vectors(rotation_to(ray)[None])[0] @ matrices_from_vectors(lean_vector(nearer)[None])[0]
     rim = places + np.sign(places) * RIM * board.square_mm
     seen = np.concatenate([places, rim]) @ turn.T + ray * distance
     pixels = seen[:, :2] / seen[:, 2:] * focal + middle

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.text_format import plain
+from app.core.text_format import format_number
 from app.evaluate.board.coverage import FACE_ON_DEG, LEANS, cell_counts, next_view, tilts
 from app.evaluate.board.cross_validation import cross_validate
 from app.evaluate.board.lens_uncertainty import expected_over_picture
@@ -49,7 +49,7 @@ def _views(fit: BoardFit, lengths: np.ndarray, degrees: np.ndarray, leans: tuple
     reasons = {out.index: out for out in fit.left_out}
     quads = _quads(fit)
     places = iter(range(len(lengths)))
-    told = []
+    entries = []
     for index, view in enumerate(fit.views):
         entry: dict[str, Any] = {"name": view.name, "corners": len(view.pixels), "used": bool(fit.used[index])}
         if fit.used[index]:
@@ -59,8 +59,8 @@ def _views(fit: BoardFit, lengths: np.ndarray, degrees: np.ndarray, leans: tuple
                       "distance_mm": float(np.linalg.norm(fit.state.shifts_mm[k])), "quad_mm": quads[k].tolist()}
         else:
             entry |= {"reason": reasons[index].reason, "text": reasons[index].text}
-        told.append(entry)
-    return told
+        entries.append(entry)
+    return entries
 
 
 def _quads(fit: BoardFit) -> np.ndarray:
@@ -94,8 +94,9 @@ def _verdict(report: dict[str, Any]) -> dict[str, Any]:
         text = next(w["text"] for w in report["warnings"] if w["reason"] == doubts[0])
         return {"level": "poor", "sentence": text}
     level = "fair" if "picture-not-covered" in reasons or not known <= GOOD_SIGMAS * sigma else "good"
-    return {"level": level, "sentence": f"Over the picture the lens is known to about {plain(known)} px; corners were "
-            f"found to {plain(sigma)} px."}
+    return {"level": level, "sentence":
+            f"Over the picture the lens is known to about {format_number(known)} px; corners were "
+            f"found to {format_number(sigma)} px."}
 
 
 def _plain(value: Any) -> Any:

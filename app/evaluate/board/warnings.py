@@ -6,13 +6,13 @@ import numpy as np
 
 from app.core.geometry import Array
 from app.core.records import Warning
-from app.core.text_format import plain, with_sigma
+from app.core.text_format import format_number, format_with_sigma
 from app.evaluate.board.cross_validation import CrossValidation
 from app.fitting.board.fit import BoardFit
 
 TILTED_DEG = 25.0  # foreshortened by a tenth
-LEAST_TILTED = 1 / 3  # of the views
-LEAST_COVER = 0.5  # of the picture's cells
+MIN_TILTED = 1 / 3  # of the views
+MIN_COVER = 0.5  # of the picture's cells
 EXPECTED_SIGMAS = 5.0  # an error over the picture beyond it: the views hardly determine the lens
 HALVES_SIGMAS = 10.0
 SHAPE = 0.3  # correlation of neighbours' residuals; noise makes less than 0.1
@@ -20,7 +20,7 @@ SHAPE_SIGMA_PX = 0.3  # below it, finders and boards alone make correlations up 
 NOISY_PX = 1.0
 HELD_OUT_TIMES = 1.5
 UNSUPPORTED_SIGMAS = 2.0
-MUCH_BOW = 0.02  # of the board's half diagonal
+MAX_SAG = 0.02  # of the board's half diagonal
 
 
 def board_warnings(fit: BoardFit, cv: CrossValidation, expected: Array, cover: float, tilts_deg: Array,
@@ -40,18 +40,20 @@ def board_warnings(fit: BoardFit, cv: CrossValidation, expected: Array, cover: f
 def _spread(fit: BoardFit, cv: CrossValidation, expected: Array, cover: float, tilts_deg: Array) -> Iterator[Warning]:
     cure = "Add views: the report names the one that helps most."
     tilted, middle = float(np.mean(tilts_deg >= TILTED_DEG)), float(np.nanmedian(expected))
-    if tilted < LEAST_TILTED:
+    if tilted < MIN_TILTED:
         yield Warning("badly-spread-views", f"Only {np.sum(tilts_deg >= TILTED_DEG)} of {len(tilts_deg)} views are "
                       f"tilted by {TILTED_DEG:.0f}° or more: focal length and distance are hardly told apart.",
                       "Add views with the board tilted about 35° to each of the four sides.")
     elif middle > EXPECTED_SIGMAS * fit.sigma_px:
-        yield Warning("badly-spread-views", f"The views leave the lens uncertain by {plain(middle)} px over the "
+        yield Warning("badly-spread-views",
+                      f"The views leave the lens uncertain by {format_number(middle)} px over the "
                       f"picture, {middle / max(fit.sigma_px, 1e-9):.0f} times a corner's noise.", cure)
-    if cover < LEAST_COVER:
+    if cover < MIN_COVER:
         yield Warning("picture-not-covered", f"Corners reach {cover:.0%} of the picture; the rest is a guess.",
                       "Add views near the picture's edges and corners.")
     if cv.halves_ratio > HALVES_SIGMAS:
-        yield Warning("halves-disagree", f"Lenses from half the views each differ by {plain(2 * cv.halves_px)} px, "
+        yield Warning("halves-disagree",
+                      f"Lenses from half the views each differ by {format_number(2 * cv.halves_px)} px, "
                       f"{2 * cv.halves_ratio:.0f} times a corner's noise: the small residual promises too much.",
                       "Add tilted views all over the picture; hold focus and zoom fast, and the board stiff.")
     if "centre_x" in fit.lens.sigma and max(fit.lens.sigma["centre_x"], fit.lens.sigma["centre_y"]) \
@@ -67,15 +69,16 @@ def _model(fit: BoardFit, cv: CrossValidation, correlation: float) -> Iterator[W
                       f"{correlation:.2f}; held-out views err {cv.held_ratio:.1f} times as much as used ones): "
                       "this lens cannot be described by these terms.", f"Try more terms, or the model {other}.")
     if fit.sigma_px > NOISY_PX:
-        yield Warning("noisy-corners", f"Corners lie {plain(fit.sigma_px)} px from where the lens sees them; sharp "
+        yield Warning("noisy-corners",
+                      f"Corners lie {format_number(fit.sigma_px)} px from where the lens sees them; sharp "
                       "pictures give 0.1 to 0.3 px.",
                       "Hold the board still and in focus; check its columns, rows and squares.")
     for name in fit.terms:
         value, sigma = fit.lens.values[name], fit.lens.sigma.get(name, 0.0)
         if abs(value) < UNSUPPORTED_SIGMAS * sigma:
-            yield Warning("term-not-supported", f"{name} = {with_sigma(value, sigma)} may as well be nought.",
+            yield Warning("term-not-supported", f"{name} = {format_with_sigma(value, sigma)} may as well be nought.",
                           'Leave it out, or choose terms "auto".', name)
     bow = float(np.abs(fit.state.warp_mm).max())
-    if bow > MUCH_BOW * fit.sights.size_mm:
+    if bow > MAX_SAG * fit.sights.size_mm:
         yield Warning("board-bowed", f"The board seems bowed by {bow:.1f} mm.", "Mount it on something stiff; or the "
                       "model is wrong and the bow only hides it.")

@@ -1,4 +1,4 @@
-"""The fundamental matrix of two calibrated cameras, as their calibrations foretell it, and matches held against it.
+"""The fundamental matrix of two calibrated cameras, as their calibrations predict it, and from matches.
 
     (x', y', 1) F (x, y, 1)ᵀ = 0   in ideal pixels: where a pinhole of the same focal length and middle would see
 

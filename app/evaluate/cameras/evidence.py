@@ -1,10 +1,10 @@
-"""Where two cameras put the same thing: measured places, each with the directions in which they can be told apart.
+"""Where two cameras put the same thing: measured places, each with the direction in which the offset is known.
 
     offset = (place by camera b − place by camera a) · normal, mm on the carpet
 
-Along a line nobody can tell, so a line gives one direction, its normal; a landmark and a matched thing give both. A
-thing a little above the carpet counts as one on it: whether a camera was moved or turned, that is right to the share
-height / camera height. What is higher than HIGHEST_MM is left out.
+Along a line the offset is not observable, so a line gives one direction, its normal; a landmark and a match give both.
+A thing a little above the carpet counts as one on it: whether a camera was moved or turned, that is right to the
+share height / camera height. What is higher than MAX_HEIGHT_MM is left out.
 """
 
 from collections.abc import Iterator
@@ -20,12 +20,12 @@ from app.core.records import Observation, Observations
 from app.fitting.two_view.fundamental_matrix import as_matches
 from app.models import CameraModel, RayModel, field_from_raw
 
-HIGHEST_MM = 400.0
+MAX_HEIGHT_MM = 400.0
 SAME_MM = 1.0  # two cameras may call one line by two names: a border of theirs, or the field's
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class OffsetMeasurements:
     """places (n, 2) mm; normals (n, 2), length 1; offset_mm (n,); own_a_mm, own_b_mm (n,): how far each camera alone
     puts it from where the field has it, NaN where the field says nothing."""
 
@@ -55,8 +55,8 @@ class Evidence:
         return cls(places, normals, (at_b - at_a).reshape(-1), *own)
 
     @classmethod
-    def together(cls, parts: list["Evidence"]) -> Self:
-        """All of them; FitFailed nothing-shared where that is nothing."""
+    def together(cls, parts: list["OffsetMeasurements"]) -> Self:
+        """Concatenate parts; FitFailed nothing-shared where there is nothing."""
         names = ("places", "normals", "offset_mm", "own_a_mm", "own_b_mm")
         if not sum(map(len, parts)):
             raise FitFailed("Nothing was seen by both cameras.", "Check with pictures in which lines can be seen where "
@@ -64,32 +64,41 @@ class Evidence:
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points, z_mm: float | Array) -> Evidence:
+def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points,
+                 z_mm: float | Array) -> OffsetMeasurements:
     """The same things in both pictures, (n, 2) raw px each, at z_mm above the carpet: (n,) or one for all, NaN unknown.
 
     Those above the carpet need rays in both; without, FitFailed no-rays where there is nothing else.
     """
+    z = np.asarray(z_mm, float)
+    return OffsetMeasurements.of_places(*placed_matches(a, b, pixels_a, pixels_b, np.where(
+        (z >= 0) & (z <= MAX_HEIGHT_MM), z, np.nan)))
+
+
+def placed_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points,
+                   z_mm: float | Array) -> tuple[Points, Points]:
+    """Return where each camera puts the matches, (n, 2) mm each; NaN where a height is not known."""
     pixels_a, pixels_b = as_matches(pixels_a, pixels_b)
     z = np.broadcast_to(np.asarray(z_mm, float), len(pixels_a))
     at_a, at_b = (np.full((len(z), 2), np.nan) for _ in range(2))
-    low, up = z == 0, (z > 0) & (z <= HIGHEST_MM)
+    low, up = z == 0, np.isfinite(z) & (z != 0)
     at_a[low], at_b[low] = field_from_raw(a, pixels_a[low]), field_from_raw(b, pixels_b[low])
     if up.any() and isinstance(a, RayModel) and isinstance(b, RayModel):
         at_a[up], at_b[up] = a.unproject(pixels_a[up], z[up]), b.unproject(pixels_b[up], z[up])
     elif up.any() and not low.any():
         raise FitFailed(f"A model without rays cannot place what is {z[up][0]:g} mm above the carpet.",
                         "Calibrate both cameras with a lens model.", reason="no-rays")
-    return Evidence.of_places(at_a, at_b)
+    return at_a, at_b
 
 
 def from_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: CameraModel, seen_b: Observations,
-                region_b: Region, field: Field) -> Evidence:
+                region_b: Region, field: Field) -> OffsetMeasurements:
     """Lines, arcs and landmarks that were clicked in both pictures, on the carpet.
 
     It rests on the clicks that the calibrations were made from: what has moved since, it cannot see.
     """
     parts = []
-    for one, other in _on_carpet(seen_a, seen_b):
+    for one, other in on_carpet(seen_a, seen_b):
         here, there = field.feature(one.feature, region_a), field.feature(other.feature, region_b)
         places_a, places_b = (p[np.isfinite(p).all(axis=1)] for p in (field_from_raw(a, one.points),
                                                                       field_from_raw(b, other.points)))
@@ -97,37 +106,40 @@ def from_clicks(a: CameraModel, seen_a: Observations, region_a: Region, b: Camer
             continue
         if isinstance(here, Landmark) and isinstance(there, Landmark):
             if np.allclose(here.position, there.position, atol=SAME_MM):
-                parts.append(Evidence.of_places(places_a.mean(axis=0, keepdims=True),
-                                                places_b.mean(axis=0, keepdims=True), np.array([here.position])))
-        elif isinstance(here, Line) and isinstance(there, Line) and _same_line(here, there):
-            parts.append(_along_line(here, places_a, places_b))
+                middles = (places.mean(axis=0, keepdims=True) for places in (places_a, places_b))
+                parts.append(OffsetMeasurements.of_places(*middles, np.array([here.position])))
+        elif isinstance(here, Line) and isinstance(there, Line) and same_line(here, there):
+            parts.append(along_line(here, places_a, places_b))
         elif isinstance(here, Arc) and here == there:
             parts.append(_along_arc(here, places_a, places_b))
-    return Evidence.together(parts)
+    return OffsetMeasurements.together(parts)
 
 
-def _on_carpet(seen_a: Observations, seen_b: Observations) -> Iterator[tuple[Observation, Observation]]:
+def on_carpet(seen_a: Observations, seen_b: Observations) -> Iterator[tuple[Observation, Observation]]:
+    """Yield every two observations of the two cameras, without those above the carpet."""
     for one in seen_a:
         for other in seen_b:
             if not (one.z_mm or other.z_mm):
                 yield one, other
 
 
-def _same_line(one: Line, other: Line) -> bool:
+def same_line(one: Line, other: Line) -> bool:
+    """Whether two names mean one line: a region's border lies on a line of the field."""
     ends = np.array([other.start, other.end])
     return bool(np.linalg.norm(one.nearest(ends) - ends, axis=1).max() < SAME_MM)
 
 
-def _along_line(line: Line, places_a: Points, places_b: Points) -> Evidence:
+def along_line(line: Line, places_a: Points, places_b: Points) -> OffsetMeasurements:
+    """Measure both cameras' distances from a line where both have clicks along it, (n, 2) mm each."""
     start = np.array(line.start)
     along = (np.array(line.end) - start) / line.length_mm
     across = np.array([-along[1], along[0]])
     tracks = [((places - start) @ along, (places - start) @ across) for places in (places_a, places_b)]
     s, off_a, off_b = _shared(tracks)
-    return Evidence.of_lines(start + s[:, None] * along, np.broadcast_to(across, (len(s), 2)), off_a, off_b)
+    return OffsetMeasurements.of_lines(start + s[:, None] * along, np.broadcast_to(across, (len(s), 2)), off_a, off_b)
 
 
-def _along_arc(arc: Arc, places_a: Points, places_b: Points) -> Evidence:
+def _along_arc(arc: Arc, places_a: Points, places_b: Points) -> OffsetMeasurements:
     centre = np.array(arc.centre)
     middle = float(np.arctan2(*(np.concatenate([places_a, places_b]).mean(axis=0) - centre)[::-1]))
     tracks = []
@@ -138,7 +150,7 @@ def _along_arc(arc: Arc, places_a: Points, places_b: Points) -> Evidence:
                        np.linalg.norm(arm, axis=1) - arc.radius_mm))
     s, off_a, off_b = _shared(tracks)
     out = np.stack([np.cos(s + middle), np.sin(s + middle)], axis=1)
-    return Evidence.of_lines(centre + arc.radius_mm * out, out, off_a, off_b)
+    return OffsetMeasurements.of_lines(centre + arc.radius_mm * out, out, off_a, off_b)
 
 
 def _shared(tracks: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:

@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Arc, Field, Line
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.core.progress import Progress, no_progress
-from app.evaluate.cameras.evidence import Evidence
+from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.models import CameraModel, field_from_raw, raw_from_field
 from app.vision.lines.snap import Hint, Snapped, snap
 
 STEP_MM = 90.0
-MOST_PLACES = 160  # of one pair: some milliseconds each
+MAX_PLACES = 160  # of one pair: some milliseconds each
 REACH_MM = 120.0  # a camera knocked further shows no line where one is expected
 CLEAR_MM = 180.0  # from every other marking: nothing else may be within reach
-LEAST_REACH_PX, MOST_REACH_PX = 6.0, 30.0
+MIN_REACH_PX, MAX_REACH_PX = 6.0, 30.0
 SURE_PX = 0.5
 CONFIDENT = 0.6
 TINY_MM = 1.0
@@ -55,12 +55,12 @@ def _marks(field: Field) -> list[dict]:
 
 
 def from_pictures(a: CameraModel, pixels_a: NDArray[np.uint8], b: CameraModel, pixels_b: NDArray[np.uint8],
-                  field: Field, progress: Progress = no_progress) -> Evidence:
+                  field: Field, progress: Progress = no_progress) -> OffsetMeasurements:
     """Markings that both pictures show where both see the carpet. No evidence at all is no error here."""
     places, normals, widths = marking_places(field)
     seen = _inside(a, pixels_a, places) & _inside(b, pixels_b, places)
     which = np.flatnonzero(seen)
-    which = which[np.linspace(0, len(which) - 1, min(len(which), MOST_PLACES)).round().astype(int)]
+    which = which[np.linspace(0, len(which) - 1, min(len(which), MAX_PLACES)).round().astype(int)]
     own = np.full((2, len(which)), np.nan)
     for number, index in enumerate(which):
         if number % 16 == 0:
@@ -69,14 +69,11 @@ def from_pictures(a: CameraModel, pixels_a: NDArray[np.uint8], b: CameraModel, p
             own[side, number] = _off_mm(model, pixels, places[index], normals[index], widths[index])
             if np.isnan(own[side, number]):
                 break
-    return Evidence.of_lines(places[which], normals[which], *own)
+    return OffsetMeasurements.of_lines(places[which], normals[which], *own)
 
 
 def _inside(model: CameraModel, pixels: NDArray, places: Points) -> NDArray[np.bool_]:
-    raw = raw_from_field(model, places)
-    size = ImageSize(pixels.shape[1], pixels.shape[0])
-    with np.errstate(invalid="ignore"):
-        return ((raw >= 2) & (raw <= np.array(tuple(size)) - 3)).all(axis=-1)
+    return inside_picture(raw_from_field(model, places), ImageSize(pixels.shape[1], pixels.shape[0]), 2)
 
 
 def _off_mm(model: CameraModel, pixels: NDArray, place: Points, normal: Points, width_mm: float) -> float:
@@ -86,7 +83,7 @@ def _off_mm(model: CameraModel, pixels: NDArray, place: Points, normal: Points, 
     tangent, scale = raw[1] - raw[0], float(np.linalg.norm(raw[2] - raw[0]))  # px, px a mm
     if not (np.isfinite(raw).all() and scale > 0):
         return float("nan")
-    reach = float(np.clip(REACH_MM * scale, LEAST_REACH_PX, MOST_REACH_PX))
+    reach = float(np.clip(REACH_MM * scale, MIN_REACH_PX, MAX_REACH_PX))
     found = snap(pixels, raw[0], Hint(reach, width_mm * scale, float(np.arctan2(tangent[1], tangent[0]) % np.pi)))
     if not isinstance(found, Snapped) or found.sigma_px > SURE_PX or found.confidence < CONFIDENT:
         return float("nan")

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.geometry import Array, Points
-from app.evaluate.cameras.evidence import Evidence
+from app.evaluate.cameras.evidence import OffsetMeasurements
 
-PRIOR_MM = 300.0  # nobody's cameras are further apart
-LEAST_ROWS = (1, 10, 20)  # of degree 0, 1 and 2
+PRIOR_MM = 300.0  # one standard deviation of any disagreement
+MIN_MEASURES = (1, 10, 20)  # of degree 0, 1 and 2
 WITHIN_CHANCE = 1.1
 NOISE_MM = 0.3  # the least that a measure may claim
 KNOWN_MM = 5.0  # one standard deviation: a worse known disagreement is not known
@@ -29,7 +29,7 @@ ROUNDS = 10
 
 
 @dataclass(frozen=True, eq=False)
-class Offsets:
+class OffsetField:
     """d(p). coefficients (k,), covariance (k, k); good (n,): measures that were believed."""
 
     middle: Array
@@ -57,16 +57,16 @@ class Offsets:
         return np.where(count > 0, np.sqrt(np.sum(np.where(known, along, 0.0) ** 2, axis=-1)), np.nan), count
 
 
-def offsets(evidence: Evidence) -> Offsets:
-    """The smooth field that the evidence tells."""
+def fit_offset_field(evidence: OffsetMeasurements) -> OffsetField:
+    """Fit the smooth field to the measurements."""
     middle = evidence.places.mean(axis=0)
     scale = max(float(np.linalg.norm(evidence.places - middle, axis=1).max()), 1.0)
     at = (evidence.places - middle) / scale
-    tried = [_fitted(at, evidence, degree) for degree, least in enumerate(LEAST_ROWS) if len(evidence) >= least]
+    tried = [_fitted(at, evidence, degree) for degree, least in enumerate(MIN_MEASURES) if len(evidence) >= least]
     least = min(error for error, *_ in tried)
     degree = next(d for d, (error, *_) in enumerate(tried) if error <= WITHIN_CHANCE * least + NOISE_MM / 2)
     _, coefficients, covariance, good, residual = tried[degree]
-    return Offsets(middle, scale, degree, coefficients, covariance, good, residual)
+    return OffsetField(middle, scale, degree, coefficients, covariance, good, residual)
 
 
 def _motions(at: Points, degree: int) -> Array:
@@ -81,7 +81,7 @@ def _motions(at: Points, degree: int) -> Array:
     return np.stack([np.stack(pair, axis=-1) for pair in both], axis=-1)
 
 
-def _fitted(at: Points, evidence: Evidence, degree: int) -> tuple[float, Array, Array, Array, float]:
+def _fitted(at: Points, evidence: OffsetMeasurements, degree: int) -> tuple[float, Array, Array, Array, float]:
     """(error on points left out, coefficients, covariance, good, rms residual), mm."""
     rows = np.einsum("nd,ndk->nk", evidence.normals, _motions(at, degree))
     value, n = evidence.offset_mm, len(evidence)

@@ -1,11 +1,11 @@
-"""What the figures of a pair mean, in a sentence each, and what to do about them."""
+"""Verdicts on the figures of a pair: a level, a sentence, and what to do."""
 
 from typing import Any
 
 import numpy as np
 
 from app.core.geometry import Array
-from app.evaluate.cameras.pair_agreement import Agreement
+from app.evaluate.cameras.pair_agreement import PointAgreement
 from app.evaluate.fit.report import FAIR_MM, GOOD_MM
 
 GOOD_PX, FAIR_PX = 1.0, 3.0  # a careful click is good to half a pixel, and two of them meet
@@ -17,7 +17,7 @@ SURE_SIGMAS = 3.0
 TURNED_DEG = 0.1  # less moves nothing by a pixel
 
 
-def of_agreement(found: Agreement, covered: float) -> dict[str, Any]:
+def of_agreement(found: PointAgreement, covered: float) -> dict[str, Any]:
     """{"level", "sentence", "fix"}. covered: the share of the common part that lies near a measured place."""
     apart = found.apart_mm
     median, worst = float(np.median(apart)), float(apart.max())
@@ -45,7 +45,7 @@ def _mm(value: float) -> str:
     return f"{value:.1f} mm" if value < 10 else f"{value:.0f} mm"
 
 
-def _cure(found: Agreement) -> str:
+def _cure(found: PointAgreement) -> str:
     shift = np.median(found.offset_mm, axis=0)
     spread = float(np.sqrt(np.mean(np.sum((found.offset_mm - shift) ** 2, axis=1))))
     if len(found.places) < FEW_PLACES:

@@ -31,7 +31,7 @@ class Rectangles:
 
     @classmethod
     def of_parameters(cls, parameters: Mapping[str, Any]) -> Self | None:
-        """Those that a model was made with; None for parameters without a corrected rectangle."""
+        """Read those that a model was made with; None for parameters without a corrected rectangle."""
         try:
             n_x, n_y = int(parameters["n_rectangles_x"]), int(parameters["n_rectangles_y"])
             return cls(float(parameters["width_px"]) / n_x, float(parameters["height_px"]) / n_y, n_x, n_y)
@@ -40,7 +40,7 @@ class Rectangles:
 
     @classmethod
     def of_rig(cls, given: Mapping[str, Any]) -> Self | None:
-        """Those that a rig says; None where it says nothing. BadInput for a part of them, or nonsense."""
+        """Read a rig's rectangles; None where none are given. BadInput where only some are, or they are invalid."""
         values = [given.get(name) for name in NAMES]
         if all(value is None for value in values):
             return None
@@ -66,8 +66,8 @@ class Rectangles:
         return f"{self.n_x} × {self.n_y} rectangles of {self.w_max_px:.4g} × {self.h_max_px:.4g} px"
 
 
-def common(each: Sequence[Rectangles]) -> Rectangles | None:
-    """Those that most have, of as many the first; None of none."""
+def most_common(each: Sequence[Rectangles]) -> Rectangles | None:
+    """Return the rectangles that most cameras have, the first of a tie; None of none."""
     if not each:
         return None
     votes = Counter(next(i for i, known in enumerate(each) if known.same_as(one)) for one in each)

@@ -1,4 +1,4 @@
-"""What the figures of a rig mean, in a sentence for each pair, and what to do about them."""
+"""Verdicts on the figures of a rig: a level, a sentence for each pair, and what to do."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -51,8 +51,8 @@ def of_rig(pairs: Sequence[Mapping[str, Any]], troubles: Sequence[Mapping[str, A
     """{"level", "sentence", "fix"} of all pairs and of what is wrong with single cameras; level None if unknown."""
     judged = [pair for pair in pairs if pair.get("verdict")]
     if not judged:
-        told = troubles[0] if troubles else {"fix": "Give each camera a calibration, and let their pictures overlap."}
-        return {"level": None, "sentence": "No two cameras of this rig could be compared.", "fix": told["fix"]}
+        first = troubles[0] if troubles else {"fix": "Give each camera a calibration, and let their pictures overlap."}
+        return {"level": None, "sentence": "No two cameras of this rig could be compared.", "fix": first["fix"]}
     worst = max(judged, key=lambda p: (LEVELS.index(p["verdict"]["level"]), p["agreement"]["carpet"]["max_mm"]))
     level = worst["verdict"]["level"]
     words = {"good": "The cameras agree.", "fair": "A robot jumps a little where one camera takes over from another.",

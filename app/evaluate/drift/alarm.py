@@ -1,19 +1,19 @@
-"""What is said about a camera that is looked at each second: steady, or an alarm that two looks in a row agree on."""
+"""The drift status of a camera that is sampled each second: steady, or an alarm that two samples in a row confirm."""
 
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from app.evaluate.drift.monitor import Sample
+from app.evaluate.drift.monitor import DriftSample
 
 State = Literal["learning", "unfollowed", "steady", "knocked", "out-of-focus", "replaced", "covered", "dark"]
 ALARMS = ("knocked", "out-of-focus", "replaced")
 PASSING = ("covered", "dark", "replaced")
 
 KNOCKED_PX, KNOCKED_MM = 0.5, 1.5  # either is a knock: half of what must be found
-LEAST_PX = 0.1  # less is no knock, however many mm a pixel is
+MIN_PX = 0.1  # less is no knock, however many mm a pixel is
 SURE = 6.0  # σ
 BACK = 0.7  # of that, a knocked camera is back
-REWORD = 0.15  # of the millimetres: whoever has an alarm read out does not want it each second
+REWORD = 0.15  # of the millimetres: a smaller change does not repeat an alarm's sentence
 HOLD = 2  # looks in a row
 LONGER = 4  # for what may pass by itself: people in the way, a lamp that warms up, a hand before the lens
 
@@ -29,32 +29,32 @@ FIXES: dict[State, str] = {
 }
 
 
-def state_of(sample: Sample, was_knocked: bool = False) -> State:
-    """What one look says by itself."""
+def state_of(sample: DriftSample, was_knocked: bool = False) -> State:
+    """Return the state that one sample alone shows."""
     if sample.kind == "seen" and sample.judged is not None:
         now, share = sample.judged, BACK if was_knocked else 1.0
         far = now.px >= share * KNOCKED_PX or now.mm >= share * KNOCKED_MM
-        return "knocked" if far and now.px >= share * LEAST_PX and sample.sure >= SURE else "steady"
+        return "knocked" if far and now.px >= share * MIN_PX and sample.sure >= SURE else "steady"
     states: dict[str, State] = {"soft": "out-of-focus", "gone": "replaced", "covered": "covered", "dark": "dark"}
     return states[sample.kind]
 
 
 @dataclass(frozen=True)
-class Told:
-    """The state that holds, since when (unix, s), and the newest look that said so.
+class DriftStatus:
+    """The state, since when (unix, s), and the newest sample that showed it.
 
-    worded: the look that the sentence is about; an alarm is worded anew only when it has become another.
+    worded: the sample that the sentence is about; an alarm's sentence changes only with its figures.
     """
 
     state: State
     since: float
-    sample: Sample | None = None
-    worded: Sample | None = None
+    sample: DriftSample | None = None
+    worded: DriftSample | None = None
 
-    def seen_again(self, sample: Sample) -> "Told":
+    def with_sample(self, sample: DriftSample) -> "DriftStatus":
         return replace(self, sample=sample, worded=self.worded if self.alarm and self._much_like(sample) else sample)
 
-    def _much_like(self, sample: Sample) -> bool:
+    def _much_like(self, sample: DriftSample) -> bool:
         before, now = self.worded and self.worded.judged, sample.judged
         if before is None or now is None:
             return before is now
@@ -75,44 +75,44 @@ class Told:
 
 
 class DriftWatch:
-    """Takes one look after the other. An alarm, of one kind or another, holds once HOLD looks in a row gave one."""
+    """Turns samples into a status. An alarm, of one kind or another, begins once HOLD samples in a row gave one."""
 
     def __init__(self, now: float) -> None:
-        self.told = Told("learning", now)
-        self._row: list[tuple[State, float]] = []  # what the last looks said, of one sort
+        self.status = DriftStatus("learning", now)
+        self._row: list[tuple[State, float]] = []  # states of the last samples, of one kind
 
     @property
     def doubtful(self) -> bool:
-        """Whether the last look said something else than what holds: then the next should not wait."""
-        return bool(self._row) and self._row[-1][0] != self.told.state
+        """Whether the last sample differs from the status: then the next should not wait."""
+        return bool(self._row) and self._row[-1][0] != self.status.state
 
-    def add(self, sample: Sample, now: float) -> Told:
+    def add(self, sample: DriftSample, now: float) -> DriftStatus:
         """now: unix, s, when the picture was taken."""
-        state = state_of(sample, self.told.state == "knocked")
-        if self._row and not _one_sort(self._row[-1][0], state):
+        state = state_of(sample, self.status.state == "knocked")
+        if self._row and not _same_kind(self._row[-1][0], state):
             self._row = []
         self._row = [*self._row, (state, now)][-LONGER:]
-        enough = LONGER if state in PASSING else 1 if (self.told.state, state) == ("learning", "steady") else HOLD
-        if state == self.told.state:
-            self.told = self.told.seen_again(sample)
+        enough = LONGER if state in PASSING else 1 if (self.status.state, state) == ("learning", "steady") else HOLD
+        if state == self.status.state:
+            self.status = self.status.with_sample(sample)
         elif len(self._row) >= enough:
-            self.told = Told(state, self._row[-enough][1], sample, sample)
-        return self.told
+            self.status = DriftStatus(state, self._row[-enough][1], sample, sample)
+        return self.status
 
-    def unfollowed(self, now: float) -> Told:
-        """There is nothing to look at."""
+    def unfollowed(self, now: float) -> DriftStatus:
+        """Set the status of a camera without a usable reference."""
         self._row = []
-        if self.told.state != "unfollowed":
-            self.told = Told("unfollowed", now)
-        return self.told
+        if self.status.state != "unfollowed":
+            self.status = DriftStatus("unfollowed", now)
+        return self.status
 
 
-def _one_sort(before: State, state: State) -> bool:
+def _same_kind(before: State, state: State) -> bool:
     return before == state or (before in ALARMS and state in ALARMS)
 
 
-def sentence(state: State, sample: Sample | None) -> str:
-    """In the operator's words."""
+def sentence(state: State, sample: DriftSample | None) -> str:
+    """Describe the status for the operator."""
     if state == "learning":
         return "Where the field's lines are is being looked at."
     if state == "unfollowed":

@@ -1,4 +1,4 @@
-"""What a check of a calibration against today's picture says: a level, a sentence, and what to do about it."""
+"""The verdict of a check against a new picture: a level, a sentence, and what to do."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -6,23 +6,23 @@ from typing import Any
 
 from app.evaluate.fit.report import FAIR_MM, GOOD_MM
 
-LEAST_FOUND = 0.5  # of the length of the lines that should be seen: people may stand on a third of it
-LEAST_LINES = 3
+MIN_FOUND = 0.5  # of the length of the lines that should be seen: people may stand on a third of it
+MIN_LINES = 3
 SEEN = 0.3  # of a marking: below it, it says nothing
 ELSEWHERE = 0.5  # of the length that is expected: so much of other lines, and the camera looks elsewhere
-UNTOLD = ("elsewhere", "not-seen")  # reasons for which no figure in mm means anything
-AS_MADE = 1.5  # times the error that the calibration told of itself: then nothing has changed
+INCONCLUSIVE = ("elsewhere", "not-seen")  # reasons for which no figure in mm means anything
+AS_MADE = 1.5  # times the error in the calibration's own report: then nothing has changed
 LENS = 2.0  # times: what is left when the picture's motion is taken away, against the level's bound
 WORDS = {"good": "The calibration still holds", "fair": "The calibration holds with some play",
          "poor": "The calibration no longer holds"}
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckFigures:
     """How far off, mm: of the places (rms, p95), and carried over carpet and hats (p95, max). None where not known.
 
     left_mm: rms of what is not a motion of the camera, as of a lens that was changed. others_share: length of long
-    lines that lie where none is expected, as a share of what is. own_mm: what the calibration said of itself when made.
+    lines that lie where none is expected, as a share of what is. own_mm: the error in its own report.
     """
 
     found_share: float
@@ -36,14 +36,14 @@ class Checked:
     others_share: float
     own_mm: float | None = None
 
-    def told(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         return asdict(self)
 
 
-def of_check(found: Checked, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """{"level": good, fair, poor or None, "sentence", "fix", "reason"}. None: the picture does not tell."""
-    if found.found_share < LEAST_FOUND or found.lines_found < LEAST_LINES or found.p95_mm is None:
-        return _untold(found, lines)
+def check_verdict(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """{"level": good, fair, poor or None, "sentence", "fix", "reason"}. None: inconclusive."""
+    if found.found_share < MIN_FOUND or found.lines_found < MIN_LINES or found.p95_mm is None:
+        return _inconclusive(found, lines)
     worst = max(v["p95_mm"] for v in ({"p95_mm": found.p95_mm}, found.carpet, found.hat) if v is not None)
     level = "good" if worst <= GOOD_MM else "fair" if worst <= FAIR_MM else "poor"
     far = max((line for line in lines if line["rms_mm"] is not None), key=lambda line: line["rms_mm"])
@@ -64,7 +64,7 @@ def of_check(found: Checked, lines: Sequence[Mapping[str, Any]]) -> dict[str, An
             "fix": "The camera has moved. Register its pose again, with the lens kept, or calibrate it again."}
 
 
-def _whole(found: Checked) -> str:
+def _whole(found: CheckFigures) -> str:
     """What lines that cross tell of the carpet between them."""
     if found.carpet is None:
         return ""
@@ -72,7 +72,7 @@ def _whole(found: Checked) -> str:
     return f"; the carpet as a whole is {_mm(found.carpet['mean_mm'])} off{hat}"
 
 
-def _untold(found: Checked, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _inconclusive(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     share = f"Only {100 * found.found_share:.0f} % of the lines that should be in the picture were found"
     if found.others_share > ELSEWHERE:
         return {"level": "poor", "reason": "elsewhere",

@@ -1,4 +1,4 @@
-"""How far the field's lines lie today from where a calibration has them: px in the picture, mm on the carpet.
+"""How far the field's lines lie in a picture from where a calibration has them: px in the picture, mm on the carpet.
 
 At even steps along every marking of the region the painted line is measured across its direction, where the model
 expects it. A camera that was knocked shows it elsewhere, so the search widens step by step; what was found far away
@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Arc, Field, Line, Region
-from app.core.geometry import Array, ImageSize, Points
-from app.evaluate.cameras.evidence import Evidence
-from app.evaluate.cameras.offsets import Offsets, offsets
+from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.evaluate.cameras.evidence import OffsetMeasurements
+from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
 from app.fitting.field_lines.expected_lines import Expected, fine_pattern, spread_out
 from app.fitting.field_lines.pattern import FieldPattern
 from app.models import CameraModel, field_from_raw, raw_from_field
@@ -29,17 +29,17 @@ EDGE_MM = 20.0  # about the region: its borders belong to it
 BETTER = 0.04  # of the expected length: less gained by a wider search is chance
 STRAY_SPREADS, STRAY_PX = 5.0, 1.0
 PLENTY = 0.85  # of the expected length, found near by: nothing is looked for further off
-LEAST_OF_ONE = 3
-LEAST_TO_MOVE = 12  # measures that tell how a picture has moved
+MIN_MARKING_POINTS = 3
+MIN_MOTION_POINTS = 12  # measures that tell how a picture has moved
 
 
 @dataclass(frozen=True, eq=False)
-class LinesSeen:
+class LineMeasurements:
     """Where each marking was looked for and seen; (n,) each, NaN where it was not found.
 
     expected_px: (n, 2) where the model has it; normal_px: (n, 2) across it; raw: (n, 2) px found; off_px: signed, along
     the normal; foot: (n, 2) mm on the marking; normal_mm: (n, 2) across it on the carpet; off_mm: signed;
-    stands_for_px: the length of marking that it speaks for.
+    stands_for_px: the length of marking that a measurement represents.
     """
 
     names: tuple[str, ...]
@@ -62,42 +62,43 @@ class LinesSeen:
         """Of the expected length, what was found; 0 where nothing is expected."""
         return float(self.stands_for_px[self.found].sum() / max(self.stands_for_px.sum(), 1e-9))
 
-    def evidence(self) -> Evidence:
-        """What was found, as places on the carpet with the direction in which each tells; FitFailed where nothing."""
+    def evidence(self) -> OffsetMeasurements:
+        """Return what was found as offset measurements on the carpet; FitFailed where nothing was."""
         of = self.found
         nothing = np.zeros(int(of.sum()))
-        return Evidence.together([Evidence.of_lines(self.foot[of], self.normal_mm[of], nothing, self.off_mm[of])])
+        return OffsetMeasurements.together([OffsetMeasurements.of_lines(self.foot[of], self.normal_mm[of], nothing,
+                                                                        self.off_mm[of])])
 
 
-def lines_seen(model: CameraModel, gray: NDArray[np.uint8], field: Field, region: Region) -> LinesSeen:
+def measure_lines(model: CameraModel, gray: NDArray[np.uint8], field: Field, region: Region) -> LineMeasurements:
     """(h, w) grey. The narrowest search that finds plenty, or about as much as any."""
     size = ImageSize(gray.shape[1], gray.shape[0])
-    look = _Look(model, gray, field, region, size)
-    best = look.near(None, CAPTURES_PX[0])
+    search = _Search(model, gray, field, region, size)
+    best = search.near(None, CAPTURES_PX[0])
     for capture in CAPTURES_PX[1:]:
         if best.share > PLENTY:
             break
-        far = look.near(None, capture)
+        far = search.near(None, capture)
         moved = _moved(far)
         if moved is None:
             continue
-        again = look.near(moved, CAPTURES_PX[0])
+        again = search.near(moved, CAPTURES_PX[0])
         if again.share > best.share + BETTER:
             best = again
     return best
 
 
-def _moved(seen: LinesSeen) -> Offsets | None:
-    """How the picture as a whole has moved, px; None where too little tells."""
+def _moved(seen: LineMeasurements) -> OffsetField | None:
+    """Fit how the picture as a whole has moved, px; None for too few measurements."""
     of = seen.found
-    if of.sum() < LEAST_TO_MOVE:
+    if of.sum() < MIN_MOTION_POINTS:
         return None
-    return offsets(Evidence.of_lines(seen.expected_px[of], seen.normal_px[of], np.zeros(int(of.sum())),
-                                     seen.off_px[of]))
+    return fit_offset_field(OffsetMeasurements.of_lines(seen.expected_px[of], seen.normal_px[of],
+                                                        np.zeros(int(of.sum())), seen.off_px[of]))
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
+class _Search:
     model: CameraModel
     gray: NDArray[np.uint8]
     field: Field
@@ -108,22 +109,22 @@ class _Look:
     def pattern(self) -> FieldPattern:
         return fine_pattern(self.field)
 
-    def near(self, moved: Offsets | None, capture_px: float) -> LinesSeen:
-        """Looked for within capture_px of where it is expected, moved as a whole by so much."""
+    def near(self, moved: OffsetField | None, capture_px: float) -> LineMeasurements:
+        """Measure lines within capture_px of where they are expected, after a motion of the whole picture."""
         pattern = self.pattern
         capture = capture_px * max(self.size.width / 1280, 0.8)
         at = self._expected(pattern, max(CLEAR_PX, capture if moved is None else CLEAR_PX))
         start = at.places if moved is None else at.places + np.nan_to_num(moved.at(at.places)[0])
         profiles = across_lines(self.gray, start, at.normals, at.width_px, at.marking, capture)
-        hits = profiles.found & at.clear & self._inside(start)
+        hits = profiles.found & at.clear & inside_picture(start, self.size, 2)
         if hits.any() and (moved is not None or capture_px == CAPTURES_PX[0]):
             spread = 1.4826 * float(np.median(np.abs(profiles.middle[hits] - np.median(profiles.middle[hits]))))
             hits &= np.abs(profiles.middle - np.median(profiles.middle[hits])) < max(STRAY_SPREADS * spread, STRAY_PX)
         for number in range(len(pattern.markings)):
-            if (hits & (at.marking == number)).sum() < LEAST_OF_ONE:
+            if (hits & (at.marking == number)).sum() < MIN_MARKING_POINTS:
                 hits &= at.marking != number
         raw = start + np.where(hits, profiles.middle, np.nan)[:, None] * at.normals
-        return self._told(pattern, at, raw)
+        return self._measurements(pattern, at, raw)
 
     def _expected(self, pattern: FieldPattern, clear_px: float) -> Expected:
         def project(points: Array) -> Points:
@@ -137,10 +138,7 @@ class _Look:
         return ((points[:, 0] >= left - EDGE_MM) & (points[:, 0] <= right + EDGE_MM)
                 & (points[:, 1] >= low - EDGE_MM) & (points[:, 1] <= high + EDGE_MM))
 
-    def _inside(self, raw: Points) -> NDArray[np.bool_]:
-        return ((raw >= 2) & (raw <= np.array(tuple(self.size)) - 3)).all(axis=1)
-
-    def _told(self, pattern: FieldPattern, at: Expected, raw: Points) -> LinesSeen:
+    def _measurements(self, pattern: FieldPattern, at: Expected, raw: Points) -> LineMeasurements:
         clear = at.clear
         spot, there = field_from_raw(self.model, raw), field_from_raw(self.model, at.places)
         foot, normal = np.full_like(spot, np.nan), np.full_like(spot, np.nan)
@@ -149,9 +147,9 @@ class _Look:
             foot[of], normal[of] = marking.nearest(spot[of]), _across(marking, there[of])
         off_mm = np.sum((spot - foot) * normal, axis=1)
         off_px = np.sum((raw - at.places) * at.normals, axis=1)
-        return LinesSeen(tuple(m.name for m in pattern.markings), at.marking[clear], at.places[clear],
-                         at.normals[clear], raw[clear], off_px[clear], foot[clear], normal[clear], off_mm[clear],
-                         at.length_px[clear])
+        return LineMeasurements(tuple(m.name for m in pattern.markings), at.marking[clear], at.places[clear],
+                                at.normals[clear], raw[clear], off_px[clear], foot[clear], normal[clear], off_mm[clear],
+                                at.length_px[clear])
 
 
 def _across(marking: Line | Arc, places: Points) -> Points:
@@ -163,7 +161,7 @@ def _across(marking: Line | Arc, places: Points) -> Points:
 
 
 @dataclass(frozen=True)
-class LineOff:
+class LineDeviation:
     """One marking: places looked at and found, and how far beside it lies; mean_mm is signed, to its left."""
 
     feature: str
@@ -176,8 +174,8 @@ class LineOff:
     rms_px: float | None
 
 
-def each_line(seen: LinesSeen) -> Iterator[LineOff]:
-    """Every marking that the picture should show, in the field's order."""
+def line_deviations(seen: LineMeasurements) -> Iterator[LineDeviation]:
+    """Yield the deviation of every marking that the picture should show, in the field's order."""
     for number, name in enumerate(seen.names):
         of = seen.marking == number
         if not of.any():
@@ -185,6 +183,6 @@ def each_line(seen: LinesSeen) -> Iterator[LineOff]:
         hits = of & seen.found
         share = float(seen.stands_for_px[hits].sum() / max(seen.stands_for_px[of].sum(), 1e-9))
         mm, px = seen.off_mm[hits], seen.off_px[hits]
-        told = (None,) * 4 if not len(mm) else (float(mm.mean()), float(np.sqrt(np.mean(mm**2))),
-                                                float(np.abs(mm).max()), float(np.sqrt(np.mean(px**2))))
-        yield LineOff(name, int(of.sum()), int(hits.sum()), share, *told)
+        figures = (None,) * 4 if not len(mm) else (float(mm.mean()), float(np.sqrt(np.mean(mm**2))),
+                                                   float(np.abs(mm).max()), float(np.sqrt(np.mean(px**2))))
+        yield LineDeviation(name, int(of.sum()), int(hits.sum()), share, *figures)

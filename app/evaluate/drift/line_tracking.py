@@ -1,4 +1,4 @@
-"""Where the field's lines are now, however far the picture has moved since its camera was calibrated."""
+"""Finds the field's lines again after the picture has moved since its camera was calibrated."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Field
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.evaluate.drift.search import best_motion
 from app.fitting.field_lines.expected_lines import Expected, fine_pattern, spread_out
 from app.fitting.field_lines.pattern import FieldPattern
@@ -20,12 +20,12 @@ APART_PX, CLEAR_PX = 6.0, 5.0
 CAPTURE_PX = 6.0  # in a picture of 1280 px: a model may be off by so much
 SIGMA_PX = 0.1  # of a line's middle
 LOOKS = 4
-LEAST_POINTS, LEAST_SHARE = 20, 0.25
+MIN_POINTS, MIN_SHARE = 20, 0.25
 STRAY_SPREADS, STRAY_PX = 4.5, 1.5
 
 
 @dataclass(frozen=True, eq=False)
-class LinesNow:
+class TrackedLines:
     """Where lines are now: points (n, 2) px, the places (n, 2) px where they were, normals (n, 2), markings (n,).
 
     share: of the places that should show a line. moved_px: how far the picture moved there, 95 % of them no further.
@@ -40,24 +40,24 @@ class LinesNow:
     moved_px: float
 
 
-def lines_now(gray: NDArray[np.uint8], model: CameraModel, field: Field,
-              before: NDArray[np.uint8] | None = None) -> LinesNow | None:
-    """None where too few are seen, near their places or a little further away.
+def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
+                before: NDArray[np.uint8] | None = None) -> TrackedLines | None:
+    """Find the lines again; None where too few are seen, near their places or a little further away.
 
-    before: the grey picture in which the calibration was made, which tells where the lines were better than the model.
+    before: the grey picture in which the calibration was made, which shows the lines more exactly than the model.
     """
     size = ImageSize(gray.shape[1], gray.shape[0])
     pattern = fine_pattern(field)
     places = _places(model, pattern, size)
     flow = Flow(model, tuple(size))
     some = places.clear & np.isfinite(flow.at(places.places)).all(axis=(1, 2))
-    if some.sum() < LEAST_POINTS:
+    if some.sum() < MIN_POINTS:
         return None
     at, normals, width, marking = (a[some] for a in (places.places, places.normals, places.width_px, places.marking))
     capture = CAPTURE_PX * max(size.width / 1280, 0.7)
     if before is not None and before.shape == gray.shape:
         then = across_lines(before, at, normals, width, marking, capture)
-        if then.found.sum() >= LEAST_POINTS:
+        if then.found.sum() >= MIN_POINTS:
             at = at + np.where(then.found, then.middle, 0.0)[:, None] * normals
             at, normals, width, marking = (a[then.found] for a in (at, normals, width, marking))
     across = np.einsum("ni,nik->nk", normals, flow.at(at))
@@ -66,15 +66,14 @@ def lines_now(gray: NDArray[np.uint8], model: CameraModel, field: Field,
         moved = at + np.nan_to_num(flow.shifts(at, q))
         seen = across_lines(gray, moved, normals, width, marking, capture)
         points = moved + np.where(seen.found, seen.middle, 0.0)[:, None] * normals
-        inside = ((points >= 1) & (points <= np.array(tuple(size)) - 2)).all(axis=1)
-        return seen.found & inside, points, seen.middle
+        return seen.found & inside_picture(points, size, 1), points, seen.middle
     guesses = [np.zeros(4)]
     elsewhere = best_motion(LinePatches.painted(at, normals, width), across, gray)
     guesses += [] if elsewhere is None else [elsewhere]
     q = max(guesses, key=lambda guess: int(look(guess)[0].sum()))
     for _ in range(LOOKS):
         found, points, middle = look(q)
-        if found.sum() < max(LEAST_POINTS, LEAST_SHARE * len(at)):
+        if found.sum() < max(MIN_POINTS, MIN_SHARE * len(at)):
             return None
         motion = motion_of(across[found], middle[found], np.full(int(found.sum()), SIGMA_PX)).after(q)
         near = float(np.abs(motion.q - q).max()) < SIGMA_PX
@@ -82,13 +81,13 @@ def lines_now(gray: NDArray[np.uint8], model: CameraModel, field: Field,
         if near:
             break
     found, points, middle = look(q)
-    if found.sum() < LEAST_POINTS:
+    if found.sum() < MIN_POINTS:
         return None
     spread = 1.4826 * float(np.median(np.abs(middle[found])))
     found &= np.abs(np.nan_to_num(middle)) < max(STRAY_SPREADS * spread, STRAY_PX)  # a robot's edge, a shoe
     shift = np.linalg.norm(flow.shifts(at[found], q), axis=1)
-    return LinesNow(points[found], at[found], normals[found], marking[found], float(found.mean()), pattern,
-                    float(np.nanpercentile(shift, 95)))
+    return TrackedLines(points[found], at[found], normals[found], marking[found], float(found.mean()), pattern,
+                        float(np.nanpercentile(shift, 95)))
 
 
 def _places(model: CameraModel, pattern: FieldPattern, size: ImageSize) -> Expected:

@@ -4,7 +4,7 @@
     sample = reference.look(picture, sample before)              each second: how far the picture has moved
 
 Lines are looked for where the calibration expects them, and followed from where they *were seen*: what the model does
-not tell exactly is no drift. Robots and people change places that do not agree with the others, and have no say.
+not tell exactly is no drift. Places covered by robots and people disagree with the others and are rejected.
 """
 
 from dataclasses import dataclass
@@ -15,22 +15,22 @@ from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.field import Field, Region
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.evaluate.drift.search import best_motion
 from app.fitting.field_lines.expected_lines import fine_pattern, spread_out
 from app.fitting.image_motion import Flow, Judged, PictureMotion, Yardstick, motion_of
 from app.models import CameraModel, raw_from_field
-from app.vision.lines.patches import LinePatches, Offsets
+from app.vision.lines.patches import LinePatches, LineShifts
 from app.vision.lines.profiles import across_lines
 
 PLACES = 160  # at most are looked for
 APART_PX, CLEAR_PX = 6.0, 7.0
 CAPTURE = 0.007  # of the picture's width: a model may be off by so much, 9 px of 1280
-LEAST_PLACES = 12  # that a reference must have, and of which so many must be seen:
-LEAST_SEEN = 8
+MIN_PLACES = 12  # that a reference must have, and of which so many must be seen:
+MIN_SEEN = 8
 SEEN_SHARE = 0.25
-LEAST_CONTRAST = 8.0  # grey levels
-MOST_STEPS = 3
+MIN_CONTRAST = 8.0  # grey levels
+MAX_STEPS = 3
 STILL_PX = 0.15  # moved less, a look from the nominal places is as good as from the moved ones
 SOFTER_PX = 1.0  # σ: softer than that by a bump, not by the night's cold
 DARK_LEVEL = 14.0  # mean grey level about the lines, and
@@ -41,15 +41,15 @@ GRID = (13, 9)
 
 OTHER_FOCUS = (1.0, 2.0, 4.0, -1.0, -2.0)  # px softer, where hardly anything looks as it did
 MORE = 1.5  # times as many places must be seen elsewhere, to believe that
-MOST_BARE = 0.4
-MOST_STILL = 0.6  # by chance, an eighth of them would be
+MAX_BARE = 0.4
+MAX_STILL = 0.6  # by chance, an eighth of them would be
 
 Kind = Literal["seen", "soft", "covered", "gone", "dark"]
 
 
 @dataclass(frozen=True, eq=False)
-class Sample:
-    """One look. judged: how far the picture moved, None where that cannot be told; sure: in σ; seen: lines there.
+class DriftSample:
+    """One sample. judged: how far the picture moved, None where unknown; sure: in σ; seen: count of lines found.
 
     softer_px: σ by which lines are softer than they were, negative for sharper.
     """
@@ -63,8 +63,8 @@ class Sample:
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
-    """What is followed. across (n, 4): n · B. level: mean grey about the lines; thumb: the picture, very small."""
+class DriftReference:
+    """Tracked lines. across (n, 4): n · B. level: mean grey about the lines; thumb: the picture, very small."""
 
     patches: LinePatches
     across: Array
@@ -75,54 +75,54 @@ class Reference:
 
     @classmethod
     def of(cls, pictures: list[NDArray[np.uint8]], model: CameraModel, field: Field, region: Region,
-           ) -> "Reference | None":
+           ) -> "DriftReference | None":
         """From one picture or several of the same scene; None where too few lines are where they are expected."""
         size = ImageSize(pictures[0].shape[1], pictures[0].shape[0])
         flow = Flow(model, tuple(size))
         measure = Yardstick.of(flow, _all_over(region))
-        found = found_lines(opencv.grey(pictures[0]), model, field, size)
+        found = found_lines(opencv.to_grey(pictures[0]), model, field, size)
         if measure is None or found is None:
             return None
         places, normals, width_px = found
         patches = LinePatches.of(pictures, places, normals, width_px)
         over = flow.at(places)
-        good = np.isfinite(over).all(axis=(1, 2)) & (patches.contrast > LEAST_CONTRAST)
-        if good.sum() < LEAST_PLACES:
+        good = np.isfinite(over).all(axis=(1, 2)) & (patches.contrast > MIN_CONTRAST)
+        if good.sum() < MIN_PLACES:
             return None
         patches = LinePatches(places[good], normals[good], patches.away, patches.rows[good], patches.weight[good],
                               patches.contrast[good])
         across = np.einsum("ni,nik->nk", patches.normals, over[good])
         return cls(patches, across, measure, float(patches.rows.mean()), _thumb(pictures[0]), size)
 
-    def look(self, picture: NDArray[np.uint8], before: Sample | None = None) -> Sample:
+    def look(self, picture: NDArray[np.uint8], before: DriftSample | None = None) -> DriftSample:
         """Where the lines are now. before: the last sample; a camera that was knocked is likely to lie as it did."""
         guesses = [np.zeros(4)]
         if before is not None and before.motion is not None and self._far(before.motion.q):
             guesses.append(before.motion.q)
         if np.mean(self.patches.seen_now(picture, np.zeros((1, 2)))) < min(DARK_LEVEL, DARK_SHARE * self.level):
-            return Sample("dark", 0)
+            return DriftSample("dark", 0)
         best = max((self._tried(picture, guess) for guess in guesses), key=lambda tried: tried.count)
         if best.count < 2 * self.least:
             others = [self._tried(picture, guesses[0], level) for level in OTHER_FOCUS]
             elsewhere = best_motion(self.patches, self.across, picture)
             others += [] if elsewhere is None else [self._tried(picture, elsewhere)]
             other = max(others, key=lambda tried: tried.count)
-            best = other if other.count > MORE * max(best.count, LEAST_SEEN) else best
+            best = other if other.count > MORE * max(best.count, MIN_SEEN) else best
         return self._measured(picture, best) or self._unseen(picture, best)
 
     @property
     def least(self) -> float:
-        """So many places must be seen to tell anything."""
-        return max(LEAST_SEEN, SEEN_SHARE * len(self.across))
+        """How many places must be seen for a measurement."""
+        return max(MIN_SEEN, SEEN_SHARE * len(self.across))
 
     def _tried(self, picture: NDArray[np.uint8], q: Array, softer_px: float = 0.0) -> "_Tried":
         shifts = self.yardstick.flow.shifts(self.patches.places, q)
         rows = self.patches.seen_now(picture, np.nan_to_num(shifts))
         return _Tried(q, rows, self.patches.offsets(rows, softer_px))
 
-    def _measured(self, picture: NDArray[np.uint8], tried: "_Tried") -> Sample | None:
+    def _measured(self, picture: NDArray[np.uint8], tried: "_Tried") -> DriftSample | None:
         """None where too few places agree."""
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_STEPS):
             seen = tried.offsets.seen
             if tried.count < self.least:
                 return None
@@ -135,18 +135,18 @@ class Reference:
         if count < self.least:
             return None
         kind: Kind = "soft" if abs(softer) >= SOFTER_PX else "seen"
-        return Sample(kind, count, self.yardstick.judged(motion), motion, motion.sure, softer)
+        return DriftSample(kind, count, self.yardstick.judged(motion), motion, motion.sure, softer)
 
-    def _unseen(self, picture: NDArray[np.uint8], tried: "_Tried") -> Sample:
-        """Somebody in the way, or lines that are not there any more."""
+    def _unseen(self, picture: NDArray[np.uint8], tried: "_Tried") -> DriftSample:
+        """Tell covered lines from lines that are gone."""
         here = self._tried(picture, np.zeros(4))
         left = np.abs(here.offsets.px[here.offsets.seen])
-        if len(left) >= LEAST_SEEN and np.mean(left < STILL_PX) > MOST_STILL:
-            return Sample("covered", tried.count)  # few, but all where they were
+        if len(left) >= MIN_SEEN and np.mean(left < STILL_PX) > MAX_STILL:
+            return DriftSample("covered", tried.count)  # few, but all where they were
         with np.errstate(invalid="ignore"):  # a picture of one colour is like nothing
             alike = float(np.corrcoef(_thumb(picture).ravel(), self.thumb.ravel())[0, 1])
         bare = float(self.patches.bare(here.rows).mean())
-        return Sample("covered" if alike > ALIKE and bare < MOST_BARE else "gone", tried.count)
+        return DriftSample("covered" if alike > ALIKE and bare < MAX_BARE else "gone", tried.count)
 
     def _far(self, q: Array) -> bool:
         return float(np.percentile(np.linalg.norm(self.yardstick.linear @ q, axis=1), 95)) > STILL_PX
@@ -156,7 +156,7 @@ class Reference:
 class _Tried:
     q: Array
     rows: NDArray[np.float64]
-    offsets: Offsets
+    offsets: LineShifts
 
     @property
     def count(self) -> int:
@@ -180,7 +180,7 @@ def found_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field, size:
     hits = profiles.found
     middles = places.places[some] + np.where(hits, profiles.middle, 0.0)[:, None] * places.normals[some]
     margin = places.width_px[some] / 2 + CLEAR_PX
-    hits = hits & ((middles >= margin[:, None]) & (middles <= np.array(tuple(size)) - 1 - margin[:, None])).all(axis=1)
+    hits = hits & inside_picture(middles, size, margin[:, None])
     return (middles[hits], places.normals[some][hits], places.width_px[some][hits]) if hits.any() else None
 
 
@@ -190,4 +190,4 @@ def _all_over(region: Region) -> Points:
 
 
 def _thumb(picture: NDArray[np.uint8]) -> NDArray[np.float64]:
-    return opencv.grey(opencv.shrunk(picture, THUMB_PX)).astype(np.float64)
+    return opencv.to_grey(opencv.shrink_to_width(picture, THUMB_PX)).astype(np.float64)

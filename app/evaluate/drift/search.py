@@ -1,6 +1,6 @@
-"""Lines that are not where they were, looked for further away: which shift of the whole picture finds most of them.
+"""Search for lines further away: which shift of the whole picture finds most of them.
 
-Each place tells for every distance across its line how much what is there looks like what was there. A shift of the
+For every distance across its line, each place has a likeness to what was seen there before. A shift of the
 picture moves each place by what it is across the line: the shift on which most places agree is where the picture went.
 """
 
@@ -13,13 +13,13 @@ from app.vision.lines.patches import LinePatches
 from app.vision.lines.profiles import brightness_across
 
 REACH = 0.08  # of the picture's width
-LEAST_REACH_PX, MOST_REACH_PX = 16, 120
+MIN_REACH_PX, MAX_REACH_PX = 16, 120
 STEP_PX = 2  # of the shifts tried
 SLACK_PX = 2  # by which a place may disagree: a turn, a lens
 LIKE = 0.75  # correlation that counts
 NEAR_PX = 6  # about the shift, each place's own best is looked for
 SIGMA_PX = 1.0
-LEAST = 8
+MIN_PLACES = 8
 
 
 def best_motion(patches: LinePatches, across: Array, picture: NDArray[np.uint8]) -> Array | None:
@@ -27,7 +27,7 @@ def best_motion(patches: LinePatches, across: Array, picture: NDArray[np.uint8])
 
     across (n, 4): n · B of each place.
     """
-    reach = int(np.clip(REACH * picture.shape[1], LEAST_REACH_PX, MOST_REACH_PX))
+    reach = int(np.clip(REACH * picture.shape[1], MIN_REACH_PX, MAX_REACH_PX))
     like = _likeness(patches, picture, reach)
     near = np.max([np.roll(like, s, axis=1) for s in range(-SLACK_PX, SLACK_PX + 1)], axis=0)
     steps = np.arange(-reach, reach + 1, STEP_PX)
@@ -39,7 +39,7 @@ def best_motion(patches: LinePatches, across: Array, picture: NDArray[np.uint8])
     away = np.arange(-reach, reach + 1)
     own = np.where(np.abs(away - best[:, None]) <= NEAR_PX, like, 0.0)
     found = own.max(axis=1) > 0
-    if found.sum() < LEAST:
+    if found.sum() < MIN_PLACES:
         return None
     own_off = away[own.argmax(axis=1)].astype(float)
     return motion_of(across[found], own_off[found], np.full(int(found.sum()), SIGMA_PX)).q

@@ -1,4 +1,4 @@
-"""Another kind of camera in place of a model: the nearest one there is, and what it costs in millimetres.
+"""Approximates a model by another kind of camera; the error of that in millimetres.
 
     minimise Σ |G (pixel' - pixel)|²,   G = how the place on the field moves with the pixel, mm/px
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from app.core.errors import Conflict, FitFailed
 from app.core.field import Region
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Points, inside_picture
 from app.fitting import FITTERS
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.linear import (
@@ -42,7 +42,7 @@ GUESS_MM = 1.0
 
 
 @dataclass(frozen=True)
-class Loss:
+class ApproximationError:
     """How far a camera puts things from where the model puts them: field mm over the region, as far as it is in view.
 
     hat: the same at hat height; None where the model has no rays to say it.
@@ -61,8 +61,9 @@ class Loss:
                 "hat_height_mm": self.hat_height_mm}
 
 
-def loss_of(model: CameraModel, other: RayCamera, region: Region, hat_height_mm: float) -> Loss:
-    """What it costs to take `other` for the model; infinite where it does not even reach what the model sees."""
+def approximation_error(model: CameraModel, other: RayCamera, region: Region,
+                        hat_height_mm: float) -> ApproximationError:
+    """Return the error of `other` in place of the model; infinite where it does not reach what the model sees."""
     places, pixels = _seen(model, region, GRID, 0.0)
     errors = _length(other.unproject(pixels) - places)
     worst = int(np.argmax(errors))
@@ -70,13 +71,14 @@ def loss_of(model: CameraModel, other: RayCamera, region: Region, hat_height_mm:
     if isinstance(model, RayModel):
         hat_places, hat_pixels = _seen(model, region, GRID, hat_height_mm)
         hat = _length(other.unproject(hat_pixels, hat_height_mm) - hat_places)
-    return Loss(_rms(errors), float(errors[worst]), tuple(map(float, places[worst])),
-                None if hat is None else _rms(hat), None if hat is None else float(hat.max(initial=0.0)), hat_height_mm)
+    hat_rms, hat_worst = (None, None) if hat is None else (_rms(hat), float(hat.max(initial=0.0)))
+    return ApproximationError(_rms(errors), float(errors[worst]), tuple(map(float, places[worst])), hat_rms, hat_worst,
+                              hat_height_mm)
 
 
-def stand_in(model: CameraModel, family: type[RayCamera], terms: tuple[str, ...], region: Region, hat_height_mm: float,
-             *, square: bool = False) -> RayCamera:
-    """The camera of that family nearest to the model over the region. terms: those of its lens that it may use.
+def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple[str, ...], region: Region,
+                       hat_height_mm: float, *, square: bool = False) -> RayCamera:
+    """Fit the camera of that family nearest to the model over the region. terms: of its lens, those that are free.
 
     square: with square pixels. Raises Conflict where nothing comes near.
     """
@@ -112,14 +114,14 @@ def stand_in(model: CameraModel, family: type[RayCamera], terms: tuple[str, ...]
 
 
 def _guesses(start: RayState, samples: int) -> Array:
-    """What one unit of each parameter away from its start costs, mm, where the carpet alone is known: see GUESS."""
+    """What one unit of each parameter away from its start costs, mm, where the carpet alone is known: see GUESS_MM."""
     sigma = {"log_focal": 0.3, "centre_x": 0.02 * np.exp(start.log_focal), "centre_y": 0.02 * np.exp(start.log_focal),
              **dict.fromkeys(start.lens.TERMS, 1.0)}
     return np.array([GUESS_MM * np.sqrt(samples) / sigma[name] if name in sigma else 0.0 for name in start.names])
 
 
 def _about(state: RayState) -> Array:
-    """The numbers that a guess can be about, in the order of names; the pose as zeros."""
+    """Return the parameters that the prior is about, in the order of names; the pose as zeros."""
     return np.concatenate([[state.log_focal], state.centre_px, state.terms, np.zeros(6)])
 
 
@@ -135,7 +137,7 @@ def _samples(model: CameraModel, region: Region, hat_height_mm: float) -> tuple[
         step = np.array([[HALF_PX, 0.0], [0.0, HALF_PX]])
         worth = np.stack([_place(model, pixels + s, z) - _place(model, pixels - s, z) for s in step], axis=-1)
         fine = np.isfinite(worth).all(axis=(-2, -1)) & np.isfinite(places).all(axis=-1)
-        # towards the horizon a pixel is worth kilometres: nobody plays there
+        # towards the horizon a pixel is worth kilometres
         fine &= np.abs(worth).max(axis=(-2, -1)) < 20 * np.median(np.abs(worth[fine]).max(axis=(-2, -1))) \
             if fine.any() else False
         points.append(np.concatenate([places, np.full((len(places), 1), z)], axis=1)[fine])
@@ -165,9 +167,9 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
     centre = np.array(model.image_size.centre)
     found = homography_from_lines(Incidences(np.concatenate([pixels, pixels]), lines), centre)
     plane_from_field = np.linalg.inv(found.field_from_plane)
-    told = focal_from_vanishing_points(plane_from_field)
+    vanishing = focal_from_vanishing_points(plane_from_field)
     states = []
-    for focal in [model.image_size.width * f for f in FOCALS] + [told] * (told is not None):
+    for focal in [model.image_size.width * f for f in FOCALS] + [vanishing] * (vanishing is not None):
         with suppress(FitFailed):
             rotation, position = pose_from_homography(plane_from_field, focal)
             k1 = float(np.clip(found.bend * focal**2, -1.0, 0.5))
@@ -192,7 +194,7 @@ def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float
     pixels = raw_from_field(model, places) if z_mm == 0 else model.project(
         np.concatenate([places, np.full((len(places), 1), z_mm)], axis=1))
     reached = np.isfinite(pixels).all(axis=1)
-    inside = reached & (pixels >= -0.5).all(axis=1) & (pixels <= np.array(tuple(model.image_size)) - 0.5).all(axis=1)
+    inside = inside_picture(pixels, model.image_size)
     chosen = inside if inside.sum() >= 12 else reached
     if not chosen.any():
         raise Conflict("The calibration does not see its own region.", "Calibrate it anew.", reason="no-approximation")

@@ -1,10 +1,10 @@
-"""Where a fit expects a line of the field in the picture: what a click beside it is told, and points all along it."""
+"""Where a fit expects a line of the field in the picture: hints for snapping a click, and points along a line."""
 
 import numpy as np
 
 from app.core.errors import BadInput
 from app.core.field import BORDERS, Feature, Field, Landmark, Line, Region
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import ImageSize, Points, inside_picture
 from app.models import CameraModel, field_from_raw, raw_from_field
 from app.vision.lines.snap import Hint, Snapped, snap
 
@@ -12,13 +12,13 @@ SAMPLES = 400
 MARGIN_PX = 6.0  # a line is not looked for where its background ends with the picture
 ENDS = 0.03  # of the part that is seen: corners belong to two lines
 STEP_MM = 5.0
-FEWEST = 5  # so many tell which of them is a stray
+MIN_POINTS = 5  # so many tell which of them is a stray
 STRAY_PX = 1.0
 BEND = 3  # degree of how far a fit may be off along one line
 
 
-def hints(model: CameraModel, feature: Feature, field: Field, region: Region, points: Points,
-          reach_px: float) -> list[Hint]:
+def line_hints(model: CameraModel, feature: Feature, field: Field, region: Region, points: Points,
+               reach_px: float) -> list[Hint]:
     """For each click (n, 2) px on a line or arc, which way the line runs there and how wide it should look."""
     if isinstance(feature, Landmark):
         return [Hint(reach_px)] * len(points)
@@ -34,30 +34,28 @@ def hints(model: CameraModel, feature: Feature, field: Field, region: Region, po
             for angle, width in zip(angles, widths, strict=True)]
 
 
-def along(pixels: np.ndarray, model: CameraModel, name: str, field: Field, region: Region, count: int,
-          reach_px: float) -> list[Snapped]:
+def snap_along(pixels: np.ndarray, model: CameraModel, name: str, field: Field, region: Region, count: int,
+               reach_px: float) -> list[Snapped]:
     """Up to `count` points of a line or arc, evenly over what the picture shows of it; fewer where it is hidden."""
     feature = field.feature(name, region)
     if isinstance(feature, Landmark):
         raise BadInput(f"{name} is a single spot; points lie along lines and arcs.", "Click the spot itself.",
                        reason="not-a-line")
     size = ImageSize(pixels.shape[1], pixels.shape[0])
-    places = evenly(raw_from_field(model, feature.sample(SAMPLES)), size, count)
-    told = hints(model, feature, field, region, places, reach_px)
-    found = [snap(pixels, place, hint) for place, hint in zip(places, told, strict=True)]
-    kept = np.array([isinstance(f, Snapped) for f in found], bool)
+    places = spread_evenly(raw_from_field(model, feature.sample(SAMPLES)), size, count)
+    hints = line_hints(model, feature, field, region, places, reach_px)
+    found = [snap(pixels, place, hint) for place, hint in zip(places, hints, strict=True)]
+    snapped_at = np.array([isinstance(f, Snapped) for f in found], bool)
     snapped = [f for f in found if isinstance(f, Snapped)]
-    steps = np.array([f.point for f in snapped]).reshape(-1, 2) - places[kept]
+    steps = np.array([f.point for f in snapped]).reshape(-1, 2) - places[snapped_at]
     aside = np.array([[-np.sin(f.angle_rad), np.cos(f.angle_rad)] for f in snapped]).reshape(-1, 2)
-    fits = _together(np.flatnonzero(kept), _one_way(aside, steps))
+    fits = _together(np.flatnonzero(snapped_at), _one_way(aside, steps))
     return [f for f, ok in zip(snapped, fits, strict=True) if ok]
 
 
-def evenly(pixels: Points, size: ImageSize, count: int) -> Points:
+def spread_evenly(pixels: Points, size: ImageSize, count: int) -> Points:
     """(≤ count, 2) places evenly along what a picture shows of a polyline (n, 2) px, clear of its ends."""
-    inside = np.isfinite(pixels).all(axis=1)
-    inside[inside] = ((pixels[inside] >= MARGIN_PX)
-                      & (pixels[inside] <= np.array(tuple(size)) - 1 - MARGIN_PX)).all(axis=1)
+    inside = inside_picture(pixels, size, MARGIN_PX)
     seen = pixels[inside]
     if len(seen) < 2:
         return np.empty((0, 2))
@@ -100,14 +98,14 @@ def _one_way(aside: Points, steps: Points) -> np.ndarray:
 def _together(place: np.ndarray, moved: np.ndarray) -> np.ndarray:
     """Which points were moved as their neighbours were: a fit is off smoothly, a robot's edge is not."""
     ok = np.ones(len(moved), bool)
-    if len(moved) < FEWEST:
+    if len(moved) < MIN_POINTS:
         return ok
     for _ in range(5):
         curve = np.polynomial.Polynomial.fit(place[ok], moved[ok], min(BEND, int(ok.sum()) - 3))
         off = np.abs(moved - curve(place))
         limit = max(STRAY_PX, 4 * float(np.median(off[ok])))
         worst = int(np.argmax(np.where(ok, off, 0)))
-        if off[worst] <= limit or ok.sum() <= FEWEST:
+        if off[worst] <= limit or ok.sum() <= MIN_POINTS:
             break
         ok[worst] = False
     return ok

@@ -29,7 +29,7 @@ NO_LENS = 0.3  # % of Eq. (9): less bow than that in every border is no signific
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class FittedModel:
     """One fitted model. parameters: how many numbers it found."""
 
     name: str
@@ -39,7 +39,7 @@ class Candidate:
     parameters: int
 
 
-def compare(candidates: list[Candidate], region: Region) -> dict[str, Any]:
+def compare(candidates: list[FittedModel], region: Region) -> dict[str, Any]:
     """Ranked rows, best first, the recommended one's name, and why in a sentence; plain JSON."""
     reference = _reference(candidates)
     rows = sorted((_row(c, reference, region) for c in candidates),
@@ -56,7 +56,7 @@ def compare(candidates: list[Candidate], region: Region) -> dict[str, Any]:
             "reason": _sentence(chosen, known, straight, reference)}
 
 
-def parameters_of(fit: Fit) -> int:
+def parameter_count(fit: Fit) -> int:
     """How many numbers the fit found: a border's coefficients, or all free parameters."""
     if "parameters" in fit.notes:  # a spline's are not those that its covariance is of
         return int(fit.notes["parameters"])
@@ -66,12 +66,12 @@ def parameters_of(fit: Fit) -> int:
     return len(fit.parameter_names)
 
 
-def _reference(candidates: list[Candidate]) -> Candidate | None:
+def _reference(candidates: list[FittedModel]) -> FittedModel | None:
     with_rays = [c for c in candidates if isinstance(c.fit.model, RayModel) and c.report["cv_rms_mm"] is not None]
     return min(with_rays, key=lambda c: c.report["cv_rms_mm"], default=None)
 
 
-def _row(candidate: Candidate, reference: Candidate | None, region: Region) -> dict[str, Any]:
+def _row(candidate: FittedModel, reference: FittedModel | None, region: Region) -> dict[str, Any]:
     held_out = candidate.report["cv_rms_mm"]
     check = candidate.report["check_rms_mm"]
     apart = None
@@ -88,9 +88,9 @@ def _row(candidate: Candidate, reference: Candidate | None, region: Region) -> d
             "verdict": candidate.report["verdict"], "warnings": [w["reason"] for w in candidate.report["warnings"]]}
 
 
-def _no_significant_distortion(candidates: list[Candidate], known: list[dict[str, Any]], least: float) -> bool:
+def _no_significant_distortion(candidates: list[FittedModel], known: list[dict[str, Any]], least: float) -> bool:
     """A model without any lens does as well as the best, or the best lens hardly bends a border."""
-    def bends(c: Candidate) -> bool:
+    def bends(c: FittedModel) -> bool:
         if c.name in BENDS:
             return BENDS[c.name]
         return not isinstance(c.fit.model, RayCamera) or any(c.fit.model.lens_terms)
@@ -100,7 +100,7 @@ def _no_significant_distortion(candidates: list[Candidate], known: list[dict[str
 
 
 def _sentence(chosen: Mapping[str, Any], known: list[dict[str, Any]], straight: bool,
-              reference: Candidate | None) -> str:
+              reference: FittedModel | None) -> str:
     rivals = [row for row in known if row["model"] != chosen["model"]]
     words = f"{chosen['title']}: {chosen['field_mm']:.1f} mm inside the field with {chosen['parameters']} parameters"
     better = [row for row in rivals if row["field_mm"] < chosen["field_mm"]]

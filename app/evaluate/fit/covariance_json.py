@@ -1,4 +1,4 @@
-"""A covariance that somebody else's file tells, believed only where it can be one of that model.
+"""Reads a covariance from an imported report, refusing one that cannot be that model's.
 
 Read as it is, a matrix with a negative variance would promise an error of 0 mm, and one of names that the model does
 not have would promise that nothing moves.
@@ -16,12 +16,12 @@ from app.fitting import sensitivity_of
 from app.models import CameraModel
 
 LINE = re.compile(r"line_\d{1,6}")  # a line's own offset, which moves no ray
-MOST = 1e18  # a σ of 10⁹ px, mm or rad: beyond it arithmetic ends before knowledge has begun
+MAX_VARIANCE = 1e18  # a σ of 10⁹ px, mm or rad: a larger one overflows in products
 ASYMMETRY = 1e-6  # of the correlations; rounding leaves 1e-12
 NEGATIVE = -1e-6  # of the correlations' least value, likewise
 
 
-def told_covariance(value: Any, model: CameraModel) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+def covariance_from_json(value: Any, model: CameraModel) -> tuple[tuple[str, ...], NDArray[np.float64]]:
     """Names and their matrix (n, n) from a report's "covariance"; Conflict where it is not that model's."""
     try:
         if not isinstance(value, Mapping) or not isinstance(value["names"], (list, tuple)):
@@ -46,7 +46,7 @@ def _named(names: tuple[Any, ...], model: CameraModel) -> bool:
 def _is_covariance(matrix: NDArray[np.float64]) -> bool:
     """Finite, symmetric, and no combination of parameters with a negative variance."""
     variance = np.diag(matrix)
-    if not np.isfinite(matrix).all() or np.abs(matrix).max() > MOST or (variance < 0).any():
+    if not np.isfinite(matrix).all() or np.abs(matrix).max() > MAX_VARIANCE or (variance < 0).any():
         return False
     scale = np.sqrt(np.where(variance > 0, variance, 1.0))
     correlation = matrix / np.outer(scale, scale)

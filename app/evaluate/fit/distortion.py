@@ -25,7 +25,7 @@ SAMPLES = 201
 Kind = Literal["barrel", "pincushion", "none"]
 
 
-def bow_pct(border: Points, inside: Points) -> float:
+def sag_pct(border: Points, inside: Points) -> float:
     """Eq. (9) of one border: points (n, 2) px from end to end along it, inside (2,) px on the field's side."""
     chord = border[-1] - border[0]
     length = np.hypot(*chord)
@@ -36,13 +36,13 @@ def bow_pct(border: Points, inside: Points) -> float:
     return float(inwards[np.argmax(np.abs(inwards))] / length * 100)
 
 
-def kind_of(pct: float) -> Kind:
+def distortion_kind(pct: float) -> Kind:
     if abs(pct) < NO_DISTORTION_PCT:
         return "none"
     return "barrel" if pct < 0 else "pincushion"
 
 
-def clicked_bow_pct(points: Points, run: int, inside: Points) -> float | None:
+def clicked_sag_pct(points: Points, run: int, inside: Points) -> float | None:
     """Eq. (9) of clicks themselves, through the parabola that fits them best; for what is left after correction.
 
     points (n, 2) px, run: the axis they run along (0 x, 1 y). None for fewer than four points.
@@ -55,7 +55,7 @@ def clicked_bow_pct(points: Points, run: int, inside: Points) -> float | None:
     coefficients = np.linalg.lstsq(design, points[:, 1 - run], rcond=None)[0]
     along = np.linspace(points[:, run].min(), points[:, run].max(), SAMPLES)
     across = polynomial.polyval((along - middle) / extent, coefficients)
-    return bow_pct(np.stack([along, across] if run == 0 else [across, along], axis=-1), inside)
+    return sag_pct(np.stack([along, across] if run == 0 else [across, along], axis=-1), inside)
 
 
 def distortion_report(model: CameraModel, region: Region, clicks: Mapping[str, Points]) -> dict[str, Any]:
@@ -70,12 +70,12 @@ def distortion_report(model: CameraModel, region: Region, clicks: Mapping[str, P
     raw_middle = model.raw_from_corrected(corrected_middle)
     per_border = {}
     for name in BORDERS:
-        before = bow_pct(raw[name], raw_middle) if np.isfinite(raw[name]).all() else None
+        before = sag_pct(raw[name], raw_middle) if np.isfinite(raw[name]).all() else None
         corrected = model.corrected_from_raw(clicks.get(name, np.empty((0, 2))))
-        after = clicked_bow_pct(corrected, 1 if name in ("left", "right") else 0, corrected_middle)
+        after = clicked_sag_pct(corrected, 1 if name in ("left", "right") else 0, corrected_middle)
         per_border[name] = {"before_pct": before, "after_pct": after}
     before, after = (_mean(b[when] for b in per_border.values()) for when in ("before_pct", "after_pct"))
-    return {"before_pct": before, "after_pct": after, "kind": "none" if before is None else kind_of(before),
+    return {"before_pct": before, "after_pct": after, "kind": "none" if before is None else distortion_kind(before),
             "standard_lens_pct": STANDARD_LENS_PCT, "per_border": per_border}
 
 

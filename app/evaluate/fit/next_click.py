@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from app.core.field import BORDERS, Field, Region
-from app.core.geometry import ImageSize
+from app.core.geometry import ImageSize, inside_picture
 from app.core.records import Fit
 from app.evaluate.fit.uncertainty import at_height, expected_error, grid_over, knows_its_error
 from app.fitting import sensitivity_of
@@ -48,13 +48,12 @@ def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
     names, points, rows = [], [], []
     shapes = [(name, region.border(name)) for name in BORDERS]
     shapes += [(s.name, s) for s in (*field.lines.values(), *field.arcs.values())]
-    limit, sensitivity = np.array(tuple(image_size)) - 1 - MARGIN_PX, sensitivity_of(fit.model)
+    sensitivity = sensitivity_of(fit.model)
     for name, shape in shapes:
         samples = shape.sample(2 * CANDIDATES_PER_FEATURE + 1)
         places, ahead = samples[1::2], samples[2::2] - samples[1::2]
         pixels = fit.model.raw_from_corrected(fit.model.corrected_from_field(places))
-        seen = np.isfinite(pixels).all(axis=1)
-        seen[seen] = ((pixels[seen] >= MARGIN_PX) & (pixels[seen] <= limit)).all(axis=1)
+        seen = inside_picture(pixels, image_size, MARGIN_PX)
         if seen.any():
             names += [name] * int(seen.sum())
             points.append(pixels[seen])

@@ -1,4 +1,4 @@
-"""What the clicks cannot tell: the weakest direction in the parameters, in words, in millimetres, and with its cure.
+"""The weakest direction in the parameters: named, in millimetres, and with a fix.
 
 The information matrix says how well each combination of parameters is known. The combination that costs most at hat
 height is found as an eigenvector, named by the parameters that make it up, and weighed again with the cure in place.
@@ -60,7 +60,7 @@ def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -
 
 
 def _group(fit: Fit, name: str) -> str:
-    """What the operator calls it."""
+    """Return the operator's term for a parameter."""
     if fit.model.INTERPOLATES:
         return "how the picture bends between them"
     return GROUPS.get(name, "lens" if isinstance(fit.model, RayModel) else "perspective")
@@ -81,7 +81,7 @@ def _with_taped_height(fit: Fit) -> NDArray:
 
 
 def observability_warnings(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -> list[Warning]:
-    """What the operator is told, if the weak direction costs more than WARN_MM on the carpet or at hat height."""
+    """Warn where the weak direction costs more than WARN_MM on the carpet or at hat height."""
     weak = weakest_direction(fit, region, hat_height_mm)
     if weak is None or max(weak.carpet_mm, weak.hat_mm) <= WARN_MM:
         return []

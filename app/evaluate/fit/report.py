@@ -1,4 +1,4 @@
-"""The report: everything a fit is worth, as plain JSON, headed by one length in millimetres and one sentence."""
+"""The report: all figures of a fit as plain JSON, with a verdict of one length in millimetres and one sentence."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -125,7 +125,7 @@ def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, An
 
 
 def _blind_spots(fit: Fit, observations: Observations) -> list[Warning]:
-    """What these figures cannot see."""
+    """Warn of what these figures cannot see."""
     if _knows_inside(fit, observations):
         return []
     return [Warning("inside-not-checked", "Only the borders were clicked; nothing tells how well the inside fits.",

@@ -1,6 +1,6 @@
-"""Residuals as arrows: from where each point was clicked to where the model puts it, in pixels of either picture.
+"""Residuals as vectors: from where each point was clicked to where the model puts it, in pixels of either picture.
 
-An arrow ends at the nearest place of the point's line or arc, or at its landmark, as the model sees it.
+A vector ends at the nearest place of the point's line or arc, or at its landmark, as the model sees it.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,8 +16,8 @@ from app.evaluate.fit.residuals import feature_residuals, mm_per_px
 from app.models import CameraModel
 
 
-def residual_arrows(model: CameraModel, observations: Observations, field: Field, region: Region,
-                    strays: Sequence[NDArray[np.bool_]], seen: Callable[[Points], Points]) -> dict[str, Any]:
+def residual_vectors(model: CameraModel, observations: Observations, field: Field, region: Region,
+                     strays: Sequence[NDArray[np.bool_]], seen: Callable[[Points], Points]) -> dict[str, Any]:
     """Every point's arrow as plain JSON, null where the model does not reach, and what a pixel is worth in mm.
 
     strays: for each observation, which of its points (n,) the fit left out. seen: raw pixels (n, 2) to those of the

@@ -10,7 +10,7 @@ from app.core.geometry import Points
 from app.core.records import Observation
 from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 
-LEAST_PX = 1e-6  # a smaller residual is rounding, and its direction chance
+MIN_PX = 1e-6  # a smaller residual is rounding, and its direction chance
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +61,8 @@ def _seen(model: CameraModel, places: Points, z_mm: float) -> Points:
 
 def mm_per_px(px: NDArray[np.float64], mm: NDArray[np.float64]) -> float | None:
     """What a pixel of residual (n,) is worth on the field, median; None where there is none to tell it from."""
-    told = np.isfinite(mm) & (px > LEAST_PX)
-    return float(np.median(mm[told] / px[told])) if told.any() else None
+    known = np.isfinite(mm) & (px > MIN_PX)
+    return float(np.median(mm[known] / px[known])) if known.any() else None
 
 
 def rms(values: NDArray[np.float64]) -> float | None:

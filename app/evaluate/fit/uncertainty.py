@@ -23,7 +23,7 @@ GRID = (13, 11)  # columns, rows over the region
 
 
 @dataclass(frozen=True, eq=False)
-class Sigma:
+class ExpectedError:
     """Expected error (rms of the two axes together, mm) at places (rows, columns, 2) mm of the plane at z_mm.
 
     NaN where the model does not see the place; the figures are of the others.
@@ -66,8 +66,8 @@ def knows_its_error(fit: Fit) -> bool:
 
 
 def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points | None = None,
-                   covariance: NDArray | None = None) -> Sigma:
-    """Expected error over the region in the plane at z_mm. covariance: another one to be asked about, mm and px."""
+                   covariance: NDArray | None = None) -> ExpectedError:
+    """Expected error over the region in the plane at z_mm. covariance: in place of the fit's own."""
     places = grid_over(region) if places is None else places
     by = sensitivity_of(fit.model).field_jacobian(at_height(places, z_mm), fit.parameter_names)
     spread = fit.covariance if covariance is None else covariance
@@ -76,7 +76,7 @@ def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points |
     if not np.isfinite(variance).any():
         raise FitFailed("The camera that was found sees nothing of the region.",
                         "Check which line each click belongs to, and the region.", reason="no-camera")
-    return Sigma(places, np.sqrt(np.maximum(variance, 0)).reshape(places.shape[:-1]), z_mm)
+    return ExpectedError(places, np.sqrt(np.maximum(variance, 0)).reshape(places.shape[:-1]), z_mm)
 
 
 def sigma_report(fit: Fit, region: Region, hat_mm: float = HAT_MM) -> dict[str, Any] | None:

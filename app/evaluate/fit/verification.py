@@ -1,6 +1,6 @@
-"""Whether a camera that was found without clicks is the right one: what it expects to see against what is there.
+"""Verifies a camera that was found without clicks: what it expects to see against what the picture shows.
 
-A wrong camera can lie exactly on the lines that led to it. It gives itself away elsewhere: whole markings that it
+A wrong camera can lie exactly on the lines that led to it. It is wrong elsewhere: whole markings that it
 expects in the picture are not there, or long lines on the carpet lie where it has none, or another camera draws the
 field just as well.
 """
@@ -13,18 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 # Tuned on simulated scenes and on true pictures matched with fields that they do not show (see the manual's figures).
-LEAST_FOUND = 0.68  # of the expected length; a fifth may be hidden
+MIN_FOUND = 0.68  # of the expected length; a fifth may be hidden
 MARKING_FOUND = 0.3  # of a marking: below it, it counts as missing
-MOST_MISSING = 0.2  # of the expected length, in markings that are missing
-MOST_UNEXPLAINED = 0.13  # of the length that was seen on the field
-LEAST_AHEAD = 0.05  # of the next best camera's share
-MOST_RMS = 0.002  # of the diagonal, of the points about the drawn field: 1.5 px of 640 × 480; fields are made by hand
-LEAST_MARKINGS = 4
+MAX_MISSING = 0.2  # of the expected length, in markings that are missing
+MAX_UNEXPLAINED = 0.13  # of the length that was seen on the field
+MIN_AHEAD = 0.05  # of the next best camera's share
+MAX_RMS = 0.002  # of the diagonal, of the points about the drawn field: 1.5 px of 640 × 480; fields are made by hand
+MIN_MARKINGS = 4
 MISSING_SHOWN = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Proof:
+class Verification:
     """Lengths in px. found and expected by marking; unexplained: of long lines on the field that lie on no marking.
 
     rival: how well the next best camera explains the picture, as a share of how well this one does.
@@ -59,27 +59,27 @@ class Proof:
         return self.unexplained_px / max(self.unexplained_px + self.explained_px, 1e-9)
 
     def doubts(self) -> tuple[dict[str, str], ...]:
-        """Why it may be wrong, each with reason, what and fix; empty where nothing speaks against it."""
+        """Return why it may be wrong, each with reason, what and fix; empty where there is no doubt."""
         doubts: list[tuple[str, str, str]] = []
         seen = int((self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum())
-        if self.share < LEAST_FOUND or self.missing_share > MOST_MISSING:
+        if self.share < MIN_FOUND or self.missing_share > MAX_MISSING:
             named = ", ".join(self.missing[:MISSING_SHOWN])
             doubts.append(("lines-missing", f"Only {100 * self.share:.0f} % of the lines that should be in the picture "
                            f"were found{f'; not seen: {named}' if named else ''}.",
                            "Check that the field and the region are the right ones; clear the lines, or light them "
                            "better, and take several pictures."))
-        if self.unexplained_share > MOST_UNEXPLAINED:
+        if self.unexplained_share > MAX_UNEXPLAINED:
             doubts.append(("lines-unexplained", f"{100 * self.unexplained_share:.0f} % of the lines seen on the carpet "
                            "belong to nothing that the field has there.",
                            "Check that the field and the region are the right ones."))
-        if self.rival > 1 - LEAST_AHEAD:
+        if self.rival > 1 - MIN_AHEAD:
             doubts.append(("ambiguous", "Two ways to lay the field into the picture explain it equally well.",
                            "Say roughly how the region stands in the picture or how high the camera hangs, or choose "
                            "the region that it sees."))
-        if seen < LEAST_MARKINGS:
+        if seen < MIN_MARKINGS:
             doubts.append(("too-few-lines", f"Lines were found of {seen} markings only.",
                            "Show more of the field, or click points."))
-        if self.rms_px > MOST_RMS * self.diagonal_px:
+        if self.rms_px > MAX_RMS * self.diagonal_px:
             doubts.append(("loose", f"The drawn field lies {self.rms_px:.1f} px off the lines that were found.",
                            "Check that the field is the right one; else the lens may need another model."))
         return tuple({"reason": r, "what": w, "fix": f} for r, w, f in doubts)
@@ -91,15 +91,15 @@ class Proof:
                     self.names, self.expected_px, self.found_px, strict=True) if e > 0]}
 
 
-def verdict_of(doubts: Sequence[Mapping[str, str]], proof: Proof | None, calibrated: Mapping[str, Any] | None,
+def verdict_of(doubts: Sequence[Mapping[str, str]], proof: Verification | None, calibrated: Mapping[str, Any] | None,
                ) -> dict[str, Any]:
-    """A level and a sentence: the calibration's own where nothing speaks against it, else "unsure" or "nothing"."""
+    """Return a level and a sentence: the calibration's own without doubts, else "unsure" or "nothing"."""
     if doubts:
         first = doubts[0]
         look = " Look at the drawn field before you use it." if proof else ""
         return {"level": "unsure" if proof else "nothing", "sentence": first["what"] + look, "fix": first["fix"],
                 "reason": first["reason"]}
     own = calibrated or {"level": "unknown", "sentence": ""}
-    told = (f"{100 * proof.share:.0f} % of the lines that should be in the picture were found, {proof.rms_px:.2f} px "
-            "about the drawn field." if proof else "")
-    return {"level": own["level"], "sentence": f"{told} {own['sentence']}".strip(), "fix": "", "reason": "found"}
+    found = (f"{100 * proof.share:.0f} % of the lines that should be in the picture were found, {proof.rms_px:.2f} px "
+             "about the drawn field." if proof else "")
+    return {"level": own["level"], "sentence": f"{found} {own['sentence']}".strip(), "fix": "", "reason": "found"}

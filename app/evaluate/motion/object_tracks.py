@@ -1,4 +1,4 @@
-"""What plays, followed over time and over cameras: one track a thing, however many cameras see it.
+"""Multi-camera tracking of robots and balls: one track a thing, however many cameras see it.
 
     state (x, y, vx, vy), constant velocity;  Q = σ_a² G Gᵀ,  G = (dt²/2, dt) for each of x and y
     z = (x, y) of one camera, R its covariance + σ_seam² I;  K = P Hᵀ (H P Hᵀ + R)⁻¹
@@ -24,7 +24,7 @@ ACCELERATION_MM_S2 = {"robot": 3000.0, "ball": 5000.0, "marker": 3000.0}
 FIRST_SPEED_MM_S = {"robot": 2000.0, "ball": 6000.0, "marker": 2000.0}  # standard deviation of what is new
 SEAM_MM = 4.0  # standard deviation by which good calibrations may differ
 UNKNOWN_MM = 10.0  # of a sighting without a covariance
-BORN = 3  # sightings until it is told: what flickers for a frame is none
+MIN_SIGHTINGS = 3  # until it is reported: what flickers for a frame is none
 LOST_S = 0.5  # without a sighting
 FRESH_S = 0.15  # a camera's sighting is of this moment, as far as the seam is concerned
 LATE_S = 0.2  # what comes so late is left out
@@ -40,7 +40,7 @@ class Sighting:
 
 
 @dataclass
-class Track:
+class ObjectTrack:
     """One thing. state: x, y mm, vx, vy mm/s; spread: its covariance (4, 4)."""
 
     number: int
@@ -88,11 +88,11 @@ class Track:
                 "seam_mm": None if seam is None else round(seam, 2)}
 
 
-class PlayTracker:
-    """Follows what cameras tell, frame by frame. Times are of one clock, s."""
+class ObjectTracker:
+    """Tracks the cameras' detections, frame by frame. Times are of one clock, s."""
 
     def __init__(self) -> None:
-        self._tracks: list[Track] = []
+        self._tracks: list[ObjectTrack] = []
         self._next = 1
         self._now_s = -inf
 
@@ -113,18 +113,19 @@ class PlayTracker:
             free = [one for one in free if one is not track]
             _update(track, camera, item, place, noise, time_s)
 
-    def told(self, now_s: float | None = None) -> list[dict[str, Any]]:
-        """Every track that is sure enough, at that time or at the newest frame's; plain JSON."""
+    def to_json(self, now_s: float | None = None) -> list[dict[str, Any]]:
+        """Return every confirmed track, at that time or at the newest frame's; plain JSON."""
         now_s = self._now_s if now_s is None else now_s
-        return [track.to_json(now_s) for track in self._tracks if track.seen >= BORN and now_s - track.last_s <= LOST_S]
+        return [track.to_json(now_s) for track in self._tracks if track.seen >= MIN_SIGHTINGS and now_s - track.last_s
+                <= LOST_S]
 
     def _begin(self, camera: str, item: Detection, place: NDArray[np.float64], noise: NDArray[np.float64],
                time_s: float) -> None:
         spread = np.zeros((4, 4))
         spread[:2, :2] = noise
         spread[2:, 2:] = np.eye(2) * FIRST_SPEED_MM_S[item.kind] ** 2
-        self._tracks.append(Track(self._next, item.kind, item.team, item.id, np.array([*place, 0.0, 0.0]), spread,
-                                  time_s, 1, item.orientation_rad, {camera: Sighting(time_s, place)}))
+        self._tracks.append(ObjectTrack(self._next, item.kind, item.team, item.id, np.array([*place, 0.0, 0.0]), spread,
+                                        time_s, 1, item.orientation_rad, {camera: Sighting(time_s, place)}))
         self._next += 1
 
 
@@ -136,12 +137,12 @@ def seams_of(tracks: Iterable[Mapping[str, Any]]) -> dict[str, float | int | Non
 
 
 def _noise(item: Detection) -> NDArray[np.float64]:
-    told = np.eye(2) * UNKNOWN_MM**2 if item.covariance_mm2 is None else np.array(item.covariance_mm2)
-    return told + np.eye(2) * SEAM_MM**2
+    covariance = np.eye(2) * UNKNOWN_MM**2 if item.covariance_mm2 is None else np.array(item.covariance_mm2)
+    return covariance + np.eye(2) * SEAM_MM**2
 
 
-def _nearest(tracks: Iterable[Track], item: Detection, place: NDArray[np.float64], noise: NDArray[np.float64],
-             time_s: float) -> Track | None:
+def _nearest(tracks: Iterable[ObjectTrack], item: Detection, place: NDArray[np.float64], noise: NDArray[np.float64],
+             time_s: float) -> ObjectTrack | None:
     best, least = None, inf
     for track in tracks:
         if track.kind != item.kind or track.team != item.team:
@@ -159,7 +160,7 @@ def _nearest(tracks: Iterable[Track], item: Detection, place: NDArray[np.float64
     return best
 
 
-def _update(track: Track, camera: str, item: Detection, place: NDArray[np.float64], noise: NDArray[np.float64],
+def _update(track: ObjectTrack, camera: str, item: Detection, place: NDArray[np.float64], noise: NDArray[np.float64],
             time_s: float) -> None:
     state, spread = track.at(time_s)
     gain = np.linalg.solve(spread[:2, :2] + noise, spread[:2, :]).T  # (4, 2)

@@ -1,4 +1,4 @@
-"""What rolls say, as plain JSON and in words: raw, and as far as a calibration leaves it.
+"""The report on rolls, as plain JSON and in words: raw, and as far as a calibration leaves it.
 
     report = roll_report(rolls, size)                  Eq. (9) per roll, per zone, along the picture's edge
     report = roll_report(rolls, size, model, name)     the same of the picture that the model corrects
@@ -10,14 +10,14 @@ from typing import Any
 
 from app.core.geometry import ImageSize, Points
 from app.evaluate.fit.distortion import STANDARD_LENS_PCT
-from app.evaluate.motion.rolls import Roll, Rolls, rolls_of
+from app.evaluate.motion.rolls import Roll, RollAnalysis, analyse_rolls
 from app.models import CameraModel
 
 SIGMAS = 2  # a bow of fewer is none that is seen
 
 
 @dataclass(frozen=True, eq=False)
-class Rolled:
+class RecordedRoll:
     """One straight roll. points (n, 2) raw px, in order; from_s: when it began; rms_px about its arc, straight_px
     about a straight line."""
 
@@ -36,35 +36,37 @@ class Rolled:
                 "rms_px": self.rms_px, "straight_px": self.straight_px}
 
 
-def roll_report(rolls: Sequence[Rolled], size: ImageSize, model: CameraModel | None = None,
+def roll_report(rolls: Sequence[RecordedRoll], size: ImageSize, model: CameraModel | None = None,
                 name: str | None = None) -> dict[str, Any]:
-    """Everything that these rolls say; `corrected` where a model was given, called by that name."""
+    """Report on rolls; `corrected` where a model was given, called by that name."""
     seconds = [roll.seconds for roll in rolls]
-    raw = rolls_of([roll.points for roll in rolls], seconds, size)
+    raw = analyse_rolls([roll.points for roll in rolls], seconds, size)
     corrected = None
     if model is not None:
-        corrected = rolls_of([model.corrected_from_raw(roll.points) for roll in rolls], seconds, model.corrected_size)
-    told = {"raw": _told(raw, "the raw picture"), "corrected": corrected and _told(corrected, "the corrected picture")}
-    return {"image_size": [size.width, size.height], "rolls": len(rolls), **told, "model": name,
-            "sentence": (told["corrected"] or told["raw"])["sentence"]}
+        corrected = analyse_rolls([model.corrected_from_raw(roll.points) for roll in rolls], seconds,
+                                  model.corrected_size)
+    report = {"raw": _roll_json(raw, "the raw picture"),
+              "corrected": corrected and _roll_json(corrected, "the corrected picture")}
+    return {"image_size": [size.width, size.height], "rolls": len(rolls), **report, "model": name,
+            "sentence": (report["corrected"] or report["raw"])["sentence"]}
 
 
-def sentence(told: Rolls, where: str) -> str:
-    """What all rolls together say of a picture."""
-    if not told.rolls:
+def sentence(report: RollAnalysis, where: str) -> str:
+    """Describe in a sentence what all rolls together show."""
+    if not report.rolls:
         return ("Nothing rolled straight for long enough: let a ball roll across the field, best near its borders and "
                 "quickly.")
-    count = "One roll" if len(told.rolls) == 1 else f"{len(told.rolls)} rolls"
-    left = f"{told.border_pct:+.2f} ± {told.border_sigma_pct:.2f} %".replace("-", "−")
-    if not told.is_free:
+    count = "One roll" if len(report.rolls) == 1 else f"{len(report.rolls)} rolls"
+    left = f"{report.border_pct:+.2f} ± {report.border_sigma_pct:.2f} %".replace("-", "−")
+    if not report.is_free:
         return (f"{count} in {where} go curves of their own: what moves here is driven or pushed. Let one ball roll "
                 "freely, and nobody else move.")
-    if told.border_sigma_pct > STANDARD_LENS_PCT:
+    if report.border_sigma_pct > STANDARD_LENS_PCT:
         return (f"{count} in {where}: {left}. That is too uncertain to say anything: roll more, quickly, near the "
                 "borders.")
-    if abs(told.border_pct) <= SIGMAS * told.border_sigma_pct:
+    if abs(report.border_pct) <= SIGMAS * report.border_sigma_pct:
         return f"{count} in {where}: no distortion is seen, {left} along its edge."
-    return (f"{count} in {where}: {_kind(told.border_pct)} of {left} along its edge, {_band(told.border_pct)} the "
+    return (f"{count} in {where}: {_kind(report.border_pct)} of {left} along its edge, {_band(report.border_pct)} the "
             f"±{STANDARD_LENS_PCT:g} % of a standard lens.")
 
 
@@ -74,20 +76,20 @@ def roll_verdict(roll: Roll) -> tuple[str, str]:
         return "left-out", "It disagrees with the others and is not counted: pushed, spun or not free."
     if roll.spread_pct > STANDARD_LENS_PCT:
         return "unknown", "Too short, or too slow, to say anything."
-    if abs(roll.bow_pct) <= SIGMAS * roll.spread_pct:
+    if abs(roll.sag_pct) <= SIGMAS * roll.spread_pct:
         return "good", "Straight, as far as it can tell."
-    if abs(roll.bow_pct) <= STANDARD_LENS_PCT:
-        return "fair", f"A {_kind(roll.bow_pct)}, within the ±{STANDARD_LENS_PCT:g} % of a standard lens."
-    return "poor", f"A {_kind(roll.bow_pct)}, beyond the ±{STANDARD_LENS_PCT:g} % of a standard lens."
+    if abs(roll.sag_pct) <= STANDARD_LENS_PCT:
+        return "fair", f"A {_kind(roll.sag_pct)}, within the ±{STANDARD_LENS_PCT:g} % of a standard lens."
+    return "poor", f"A {_kind(roll.sag_pct)}, beyond the ±{STANDARD_LENS_PCT:g} % of a standard lens."
 
 
-def _told(rolls: Rolls, where: str) -> dict[str, Any]:
+def _roll_json(rolls: RollAnalysis, where: str) -> dict[str, Any]:
     """With a sentence, each roll's verdict, and its number among those that were given."""
-    told = {**rolls.to_json(), "sentence": sentence(rolls, where)}
-    for one, roll in zip(told["rolls"], rolls.rolls, strict=True):
+    report = {**rolls.to_json(), "sentence": sentence(rolls, where)}
+    for one, roll in zip(report["rolls"], rolls.rolls, strict=True):
         level, words = roll_verdict(roll)
         one |= {"number": roll.number, "level": level, "words": words}
-    return told
+    return report
 
 
 def _kind(pct: float) -> str:

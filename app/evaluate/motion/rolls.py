@@ -1,4 +1,4 @@
-"""What straight rolls of a ball or robot say about distortion: Eq. (9) of each, of zones of the picture, of the lens.
+"""Distortion from straight rolls of a ball or robot: Eq. (9) of each, of zones of the picture, of the lens.
 
 A thing that rolls freely goes straight over the carpet; how far its track bows in the picture is distortion, all of it
 in a raw picture, what is left in a corrected one. One number for the lens comes from all rolls together: the division
@@ -19,27 +19,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import ImageSize, Points
-from app.evaluate.fit.distortion import bow_pct
+from app.evaluate.fit.distortion import sag_pct
 from app.models.plumb_line import PlumbLens
 
 SIDEWAYS = 1e-3  # of the picture's diagonal per s²: before rolls can be compared; slow balls on a pool table do 2e-3
-LEAST_FOR_SIDEWAYS = 4  # rolls
-MOST_SIDEWAYS = 8e-3  # of the diagonal per s²: more, and it is driven, or pushed; balls on a pool table do 1e-3 to 2e-3
+MIN_FOR_SIDEWAYS = 4  # rolls
+MAX_SIDEWAYS = 8e-3  # of the diagonal per s²: more, and it is driven, or pushed; balls on a pool table do 1e-3 to 2e-3
 HUBER = 2.0
 SHAPE = 0.05  # of its bow that a lens of another kind may bow a line otherwise: no reason to leave a roll out
-LEAST_PX = 0.1  # nor is this: a ball's middle is seen so well, but a pixel at a time
+MIN_PX = 0.1  # nor is this: a ball's middle is seen so well, but a pixel at a time
 STEP = 1e-4
 ROUNDS = 12
 ANY_K = 0.4  # one standard deviation over all lenses there are
-MOST_K = 0.9
-LEAST_POINTS = 5
+MAX_K = 0.9
+MIN_POINTS = 5
 ZONES = 3  # to a side
 ALONG = np.linspace(0, 1, 65)[:, None]
 
 
 @dataclass(frozen=True)
 class Roll:
-    """One roll, by its number among those given. bow_pct: Eq. (9), signed about the picture's middle.
+    """One roll, by its number among those given. sag_pct: Eq. (9), signed about the picture's middle.
 
     sigma_pct: from its points' noise; spread_pct: also as far as spin and slope may have pushed it aside. used: it
     agrees with the others.
@@ -47,8 +47,8 @@ class Roll:
 
     number: int
     length_px: float
-    bow_px: float
-    bow_pct: float
+    sag_px: float
+    sag_pct: float
     sigma_pct: float
     spread_pct: float
     rms_px: float
@@ -57,8 +57,8 @@ class Roll:
 
 
 @dataclass(frozen=True, eq=False)
-class Rolls:
-    """What all of them say. border_pct ± border_sigma_pct: Eq. (9) along the picture's edge; lens: what undoes it."""
+class RollAnalysis:
+    """Result of all rolls. border_pct ± border_sigma_pct: Eq. (9) along the picture's edge; lens: what undoes it."""
 
     rolls: tuple[Roll, ...]
     lens: PlumbLens
@@ -71,29 +71,29 @@ class Rolls:
     def is_free(self) -> bool:
         """Whether these were things that rolled by themselves: robots and hands go curves of their own."""
         size = self.lens.image_size
-        return self.sideways_px <= MOST_SIDEWAYS * float(np.hypot(size.width, size.height))
+        return self.sideways_px <= MAX_SIDEWAYS * float(np.hypot(size.width, size.height))
 
     def to_json(self) -> dict[str, Any]:
         """Plain JSON; null where nothing is known."""
         return {"border_pct": _plain(self.border_pct), "border_sigma_pct": _plain(self.border_sigma_pct),
                 "k": self.lens.terms[0], "k_sigma": _plain(self.k_sigma), "sideways_px": self.sideways_px,
                 "free": self.is_free, "lens": self.lens.to_json(), "zones": zones(self.rolls),
-                "rolls": [{"length_px": r.length_px, "bow_px": r.bow_px, "bow_pct": r.bow_pct,
+                "rolls": [{"length_px": r.length_px, "bow_px": r.sag_px, "bow_pct": r.sag_pct,
                            "sigma_pct": r.sigma_pct, "spread_pct": r.spread_pct, "rms_px": r.rms_px,
                            "zone": list(r.zone), "used": r.used} for r in self.rolls]}
 
 
-def rolls_of(points: Sequence[Points], seconds: Sequence[float], size: ImageSize) -> Rolls:
+def analyse_rolls(points: Sequence[Points], seconds: Sequence[float], size: ImageSize) -> RollAnalysis:
     """points: of each roll (n, 2) px, in order along it, of a picture of that size, raw or corrected; seconds it took.
 
     Without a roll σ is infinite. Rolls with fewer than five finite points are left out.
     """
     finite = [(p[np.isfinite(p).all(axis=1)], t) for p, t in zip(points, seconds, strict=True)]
-    numbers = [i for i, (p, _) in enumerate(finite) if len(p) >= LEAST_POINTS and np.ptp(p, axis=0).max() > 1]
+    numbers = [i for i, (p, _) in enumerate(finite) if len(p) >= MIN_POINTS and np.ptp(p, axis=0).max() > 1]
     usable = [finite[i] for i in numbers]
     sideways = SIDEWAYS * float(np.hypot(size.width, size.height))
     if not usable:
-        return Rolls((), _lens(0.0, size), np.inf, 0.0, np.inf, sideways)
+        return RollAnalysis((), _lens(0.0, size), np.inf, 0.0, np.inf, sideways)
     tracks = [p for p, _ in usable]
     push = np.array([t for _, t in usable]) ** 2 / 8
     all_of = _Tracks(tracks)
@@ -106,23 +106,23 @@ def rolls_of(points: Sequence[Points], seconds: Sequence[float], size: ImageSize
         spread = np.hypot(sigma, sideways * push)
         weight = np.minimum(1.0, HUBER * spread / np.maximum(np.abs(bow), 1e-12)) / spread**2
         move = -float((np.sum(weight * gain * bow) + k / ANY_K**2) / (np.sum(weight * gain**2) + 1 / ANY_K**2))
-        k = float(np.clip(k + np.clip(move, -0.2, 0.2), -MOST_K, MOST_K))
-        if len(tracks) >= LEAST_FOR_SIDEWAYS:
+        k = float(np.clip(k + np.clip(move, -0.2, 0.2), -MAX_K, MAX_K))
+        if len(tracks) >= MIN_FOR_SIDEWAYS:
             sideways = _sideways(all_of.under(k, size), sigma, push)
     left, spread = all_of.under(k, size), np.hypot(sigma, sideways * push)
     # Rolls that disagree by more than that can explain make the answer as much less sure (R. Birge, 1932).
     birge = np.sqrt(np.sum(weight * left**2) / max(len(tracks) - 1, 1))
     few = np.sqrt(1 + 2 / len(tracks))  # σ that was itself told by a few rolls
-    told = weight * gain**2
-    k_sigma = float(few * max(1.0, birge) / np.sqrt(told.sum() + 1 / ANY_K**2))
+    information = weight * gain**2
+    k_sigma = float(few * max(1.0, birge) / np.sqrt(information.sum() + 1 / ANY_K**2))
     # One roll that carries the answer alone may have been a hand: what it would be without each (linear jackknife).
-    without = weight * gain * left / np.maximum(told.sum() - told + 1 / ANY_K**2, 1e-12)
+    without = weight * gain * left / np.maximum(information.sum() - information + 1 / ANY_K**2, 1e-12)
     k_sigma = max(k_sigma, float(np.sqrt((len(tracks) - 1) / len(tracks) * np.sum(without**2))))
-    agrees = np.abs(left) <= 3 * np.sqrt(spread**2 + (SHAPE * gain * k) ** 2 + LEAST_PX**2)
+    agrees = np.abs(left) <= 3 * np.sqrt(spread**2 + (SHAPE * gain * k) ** 2 + MIN_PX**2)
     rolls = tuple(_roll(number, tracks[i], (own.px[i], own.length_px[i], own.rms_px[i], sigma[i], spread[i]), size,
                         bool(agrees[i])) for i, number in enumerate(numbers))
     by_k = (border_pct(k + STEP, size) - border_pct(k - STEP, size)) / (2 * STEP)
-    return Rolls(rolls, _lens(k, size), k_sigma, border_pct(k, size), abs(by_k) * k_sigma, sideways)
+    return RollAnalysis(rolls, _lens(k, size), k_sigma, border_pct(k, size), abs(by_k) * k_sigma, sideways)
 
 
 def border_pct(k: float, size: ImageSize) -> float:
@@ -131,19 +131,19 @@ def border_pct(k: float, size: ImageSize) -> float:
     ends = np.array([[0.0, 0.0], [size.width - 1, 0.0] if along_x else [0.0, size.height - 1]])
     straight = lens.straight_from_raw(ends)
     raw = lens.raw_from_straight(straight[:1] * (1 - ALONG) + straight[1:] * ALONG)
-    return bow_pct(raw, np.array(size.centre))
+    return sag_pct(raw, np.array(size.centre))
 
 
 def zones(rolls: Sequence[Roll]) -> list[list[dict[str, float] | None]]:
     """Eq. (9) by the ninth of the picture in which a roll's middle lies, weighted; None where nothing rolled."""
-    def told(row: int, column: int) -> dict[str, float] | None:
+    def zone(row: int, column: int) -> dict[str, float] | None:
         here = [r for r in rolls if r.zone == (column, row) and r.used]
         if not here:
             return None
         weight = np.array([1 / max(r.spread_pct, 1e-6) ** 2 for r in here])
-        return {"pct": float(np.average([r.bow_pct for r in here], weights=weight)),
+        return {"pct": float(np.average([r.sag_pct for r in here], weights=weight)),
                 "sigma_pct": float(1 / np.sqrt(weight.sum())), "rolls": len(here)}
-    return [[told(row, column) for column in range(ZONES)] for row in range(ZONES)]
+    return [[zone(row, column) for column in range(ZONES)] for row in range(ZONES)]
 
 
 def _lens(k: float, size: ImageSize) -> PlumbLens:
@@ -206,9 +206,9 @@ def _sideways(left: NDArray, sigma: NDArray, push: NDArray) -> float:
     return float(np.median(each))
 
 
-def _roll(number: int, points: Points, told: tuple[float, ...], size: ImageSize, used: bool) -> Roll:
+def _roll(number: int, points: Points, information: tuple[float, ...], size: ImageSize, used: bool) -> Roll:
     """told: its bow, length, rms, σ by noise and by all, px."""
-    px, length, rms, sigma, spread = map(float, told)
+    px, length, rms, sigma, spread = map(float, information)
     chord = points[-1] - points[0]
     left = np.array([chord[1], -chord[0]])  # of its way, as y points down
     inwards = 1.0 if (np.array(size.centre) - points.mean(axis=0)) @ left > 0 else -1.0

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.core.geometry import Array, ImageSize
-from app.core.text_format import plain
+from app.core.text_format import format_number
 from app.fitting.board.least_squares import Blocks
 from app.fitting.board.parameters import BoardState, Sights
 from app.fitting.board.problem import BoardProblem, free_mask
@@ -104,7 +104,7 @@ class Fitter:
             wrong = _wrong_views(away, beyond[keep], sights.present[keep])
             if wrong.any() and (len(keep) - keep.sum() + wrong.sum()) <= MAX_LEFT_OUT * len(keep):
                 for index, usual in zip(np.flatnonzero(keep)[wrong], _medians(away)[wrong], strict=True):
-                    why[index] = f"its corners lie {plain(usual)} px from where the other views' lens puts them"
+                    why[index] = f"its corners lie {format_number(usual)} px from where the other views' lens puts them"
                 keep[np.flatnonzero(keep)[wrong]] = False
             elif np.array_equal(beyond, strays) and not first:
                 break

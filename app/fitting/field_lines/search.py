@@ -29,7 +29,7 @@ REGION_FILLS = 0.06  # of the picture
 
 
 @dataclass(frozen=True)
-class Rough:
+class PosePrior:
     """What somebody knows of the camera: each within a third either way; turn_deg within 50°."""
 
     height_mm: float | None = None
@@ -67,7 +67,7 @@ class Searched:
 
 
 def search(chains: Sequence[Points], along: Sequence[Array], field: Field, region: Region, size: ImageSize,
-           rough: Rough = Rough(), progress: Callable[[float, str], None] = lambda f, w: None) -> Searched:
+           rough: PosePrior = PosePrior(), progress: Callable[[float, str], None] = lambda f, w: None) -> Searched:
     """chains: points (n, 2) raw px along each ridge, the longest first; along: unit vectors at them."""
     plane = Plane.of(size, bend_of(chains, size))
     lines = seen_lines(chains, plane, MOST_LINES)

@@ -33,10 +33,10 @@ class Sheet:
         """RGBA (h, w, 4): dark is 0, bright top_mm and more; see-through where nothing is known."""
         scale = WIDTH_PX / max(self.lying.width_mm, self.lying.height_mm)
         size = [max(2, round(side * scale)) for side in (self.lying.width_mm, self.lying.height_mm)]
-        values = opencv.resized(self.sigma_mm, *size)
+        values = opencv.resize_grid(self.sigma_mm, *size)
         shades = np.clip(np.nan_to_num(values) / top_mm * (SHADES - 1), 0, SHADES - 1).astype(int)
         picture = np.empty((*values.shape, 4), np.uint8)
-        picture[..., :3] = opencv.colours()[shades][..., ::-1]
+        picture[..., :3] = opencv.viridis()[shades][..., ::-1]
         picture[..., 3] = np.where(np.isfinite(values), SEEN, 0)
         return picture
 

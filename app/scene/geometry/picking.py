@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import TouchlineError
 from app.core.records import Fit
-from app.evaluate.fit.covariance_json import told_covariance
+from app.evaluate.fit.covariance_json import covariance_from_json
 from app.evaluate.fit.uncertainty import expected_error
 from app.fitting import sensitivity_of
 from app.models import raw_from_field
@@ -48,7 +48,7 @@ def _sigma(camera: Standing, place: NDArray[np.float64], z_mm: float) -> float |
     if camera.calibration.covariance is None or sensitivity_of(model) is None or (z_mm and camera.hung is None):
         return None
     try:
-        names, matrix = told_covariance(camera.calibration.covariance, model)
+        names, matrix = covariance_from_json(camera.calibration.covariance, model)
         fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
         return float(expected_error(fit, camera.region, z_mm, place.reshape(1, 1, 2)).sigma_mm[0, 0])
     except TouchlineError:  # the model does not see the place, or its covariance is another's

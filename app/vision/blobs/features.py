@@ -11,7 +11,7 @@ from app.vision.blobs.runs import Runs
 
 Array = NDArray[np.float64]
 _BESIDE_PX = 2  # around a blob's box: the pixels that it covers in part, and some of what lies beside it
-_MOST_HALF = 20  # px; a larger blob's middle is known well enough from its pixels
+_MAX_HALF = 20  # px; a larger blob's middle is known well enough from its pixels
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs, labels: NDArray[np.uin
     middles = blobs.middle.copy()
     height, width = pixels.shape[:2]
     half = (blobs.box[:, 2:] - blobs.box[:, :2] + 1) / 2
-    small = np.flatnonzero((half.max(axis=1, initial=0) <= _MOST_HALF) & (blobs.area >= 4))
+    small = np.flatnonzero((half.max(axis=1, initial=0) <= _MAX_HALF) & (blobs.area >= 4))
     if not small.size:
         return middles
     reach = int(np.ceil(half[small].max())) + _BESIDE_PX

@@ -19,7 +19,7 @@ _ANGLES = 72  # around the ring
 _TURNS = 360  # orientations that are tried
 _RINGS_MM = (53.0, 59.0, 65.0, 71.0, 77.0)
 _AROUND_MM = 27.0  # a dot and its rim; the next dot's rim begins at 50
-_MOST_HALF_PX = 16  # finer pictures are thinned
+_MAX_HALF_PX = 16  # finer pictures are thinned
 _DOT_AREA_MM2 = np.pi * (DOT_MM / 2) ** 2
 _TEAM_WEIGHT = 1.5  # of the middle dot in the fit: it is larger
 
@@ -106,7 +106,7 @@ def _dots(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, px_per_m
     at = np.rint(middles[:, None] + expected @ px_per_mm.transpose(0, 2, 1))
     scale = np.sqrt(np.abs(np.linalg.det(mm_per_px)))
     half = int(np.ceil(_AROUND_MM / max(float(np.median(scale)), 1e-3))) + 1
-    step = max(1, -(-half // _MOST_HALF_PX))
+    step = max(1, -(-half // _MAX_HALF_PX))
     offsets = np.arange(-half, half + 1, step)
     grid = np.stack(np.meshgrid(offsets, offsets), -1).reshape(-1, 2)
     grid = grid[(grid**2).sum(axis=1) <= (half + 0.5) ** 2]

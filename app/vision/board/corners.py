@@ -15,7 +15,8 @@ REACH = 0.35  # of a square's side: inside the four squares even when they are s
 HALF_WINDOW = (2, 16)  # px; below two there are too few pixels, beyond sixteen nothing more is gained
 
 
-def refined(gray: NDArray[np.uint8], corners: Points, places: NDArray[np.float64], reach: float = REACH) -> Points:
+def refine_corners_by_square(gray: NDArray[np.uint8], corners: Points, places: NDArray[np.float64], reach: float =
+                             REACH) -> Points:
     """The corners (n, 2), each refined in its own window; one that would leave its window stays where it was.
 
     places (n, 2): where they are on the board, in squares. reach: how far the four squares are empty, in squares.

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from app.core.board import Board, BoardView
 from app.core.geometry import Points
-from app.core.opencv import find_charuco, find_chessboard, smaller
-from app.vision.board.corners import REACH, refined
+from app.core.opencv import find_charuco, find_chessboard, fit_within
+from app.vision.board.corners import REACH, refine_corners_by_square
 
 FINDING_PX = 1600  # the longer side of the picture that corners are first looked for in; full size then refines them
 THOROUGH_PX = 1000  # the slow finder's, which takes seconds on more
@@ -18,7 +18,7 @@ MARKER_MARGIN = 0.9  # of the white rim around a marker: its black edge would dr
 
 
 def find_board(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView | None:
-    """The board as this picture shows it; None where it shows none."""
+    """Find the board; None where the picture shows none."""
     gray = _gray(pixels)
     if board.kind == "charuco":
         return _charuco(gray, board, name)
@@ -26,13 +26,13 @@ def find_board(pixels: NDArray[np.uint8], board: Board, name: str = "") -> Board
     if corners is None:
         return None
     places = board.places_mm
-    return BoardView(refined(gray, corners, places[:, :2] / board.square_mm), places, name)
+    return BoardView(refine_corners_by_square(gray, corners, places[:, :2] / board.square_mm), places, name)
 
 
 def _chessboard(gray: NDArray[np.uint8], board: Board) -> Points | None:
     """The quick finder, and where it fails the thorough one."""
     for longest, thorough in ((FINDING_PX, False), (THOROUGH_PX, True)):
-        small, scale = smaller(gray, longest)
+        small, scale = fit_within(gray, longest)
         corners = find_chessboard(small, board.columns, board.rows, thorough=thorough)
         if corners is not None:
             return (corners + 0.5) / scale - 0.5
@@ -46,8 +46,8 @@ def _charuco(gray: NDArray[np.uint8], board: Board, name: str) -> BoardView | No
         return None
     places = board.places_mm[numbers]
     rim = (board.square_mm - board.marker_mm) / 2 / board.square_mm
-    return BoardView(refined(gray, corners, places[:, :2] / board.square_mm, min(REACH, MARKER_MARGIN * rim)),
-                     places, name)
+    return BoardView(refine_corners_by_square(gray, corners, places[:, :2] / board.square_mm, min(REACH, MARKER_MARGIN *
+                                                                                                  rim)), places, name)
 
 
 def _gray(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -1,6 +1,6 @@
-"""A quick look for a board, on a reduced picture: where it is now, not to the last tenth of a pixel.
+"""A quick search for a board in a reduced picture, to about half a pixel.
 
-For who holds a board before a live camera; what a lens is fitted to is found anew, with care, in the kept picture.
+For live guidance while a board is held up; what a lens is fitted to is found again, exactly, in the stored picture.
 """
 
 import cv2
@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from app.core.board import Board, BoardView
 from app.core.opencv import find_charuco, find_chessboard
 
-GLIMPSE_PX = 800  # the longer side of what is looked at: 20 to 40 ms
+SEARCH_PX = 800  # the longer side of what is looked at: 20 to 40 ms
 
 
-def glimpse(pixels: NDArray[np.uint8], board: Board) -> BoardView | None:
-    """The board as this picture shows it, in the picture's own pixels, to about half a pixel; None where none is."""
+def find_board_quickly(pixels: NDArray[np.uint8], board: Board) -> BoardView | None:
+    """Find the board, in the picture's own pixels, to about half a pixel; None where there is none."""
     height, width = pixels.shape[:2]
-    scale = min(1.0, GLIMPSE_PX / max(height, width))
+    scale = min(1.0, SEARCH_PX / max(height, width))
     size = max(1, round(width * scale)), max(1, round(height * scale))
     small = pixels if scale == 1.0 else cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
     gray = small if small.ndim == 2 else cv2.cvtColor(small, cv2.COLOR_BGR2GRAY)

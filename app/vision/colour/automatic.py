@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour_profile import NAMES, ColourProfile, Sample
+from app.core.colour_profile import NAMES, ColourProfile, ColourSample
 from app.vision.blobs.features import Blobs
 from app.vision.blobs.runs import runs_of
-from app.vision.colour.learning import OUTSIDE_REACH, clusters, light_of, sample_of
+from app.vision.colour.learning import OUTSIDE_REACH, clusters, mean_light, sample_of
 from app.vision.colour.table import distances, features, table_of
 
 Picture = NDArray[np.uint8]
@@ -21,53 +21,53 @@ _TEAMS, _ON_HULLS = ("yellow", "blue"), ("pink", "green")
 _STEPS = 12  # of the search for a mode
 _BAND, _NEAR = 0.05, 0.06  # chroma: how far a pixel weighs, and what belongs to a mode
 _SEARCH = 0.15  # how far from its usual chroma a colour is looked for
-_LEAST_PIXELS = 12
-_MOST_PIXELS = 3_000_000
+_MIN_PIXELS = 12
+_MAX_PIXELS = 3_000_000
 _VIVID = 0.12  # chroma; less is grey
 _RARE = 2.5  # spreads from everything common
 _HULL = (1.4, 3.3)  # radii of a team's dot: where the other dots are
-_LEAST_DOT, _MOST_DOT = 12, 20_000  # px
+_MIN_DOT, _MAX_DOT = 12, 20_000  # px
 
 
-def automatic(name: str, pixels: Picture, wanted: Sequence[str] = ("orange", "yellow", "blue", "pink", "green"),
-              usual: ColourProfile | None = None) -> ColourProfile:
+def automatic_profile(name: str, pixels: Picture, wanted: Sequence[str] = ("orange", "yellow", "blue", "pink", "green"),
+                      usual: ColourProfile | None = None) -> ColourProfile:
     """usual: what the colours looked like elsewhere; without it, as the leagues have them.
 
     A colour that is not in the picture keeps its usual sample, and a note says so.
     """
-    seen = pixels.reshape(-1, 3)[::-(-pixels.shape[0] * pixels.shape[1] // _MOST_PIXELS)]
+    seen = pixels.reshape(-1, 3)[::-(-pixels.shape[0] * pixels.shape[1] // _MAX_PIXELS)]
     vivid = _vivid(seen)
     seen = seen[vivid]
-    told = features(seen)
+    chroma = features(seen)
     common = clusters(pixels)
-    rare = distances(told, common) > _RARE if common else np.ones(len(seen), bool)
-    colours: dict[str, tuple[Sample, ...]] = {}
+    rare = distances(chroma, common) > _RARE if common else np.ones(len(seen), bool)
+    colours: dict[str, tuple[ColourSample, ...]] = {}
     notes = []
     for colour in sorted(wanted, key=lambda colour: colour in _ON_HULLS):
-        start = usual.colours[colour][0] if usual and colour in usual.colours else Sample(NAMES[colour], 0.02)
+        start = usual.colours[colour][0] if usual and colour in usual.colours else ColourSample(NAMES[colour], 0.02)
         among = _on_hulls(pixels, colours) if colour in _ON_HULLS else None
-        found = _mode(seen[rare], told[rare], start) if among is None else _mode(among, features(among), start)
+        found = _mode(seen[rare], chroma[rare], start) if among is None else _mode(among, features(among), start)
         if found is None:
             notes.append(f"No {colour} was found: it is taken for what it usually is.")
         colours[colour] = (found or start,)
     others = tuple(s for s in common if all(distances(features(np.array([s.bgr])), c, burnt=False)[0] > OUTSIDE_REACH
                                             for c in colours.values()))
-    return ColourProfile(name, {c: colours[c] for c in wanted}, others, light_of(pixels), notes=tuple(notes))
+    return ColourProfile(name, {c: colours[c] for c in wanted}, others, mean_light(pixels), notes=tuple(notes))
 
 
 def _vivid(seen: Picture) -> NDArray[np.bool_]:
-    told = features(seen)
-    return np.hypot(told[:, 0], told[:, 1]) > _VIVID
+    chroma = features(seen)
+    return np.hypot(chroma[:, 0], chroma[:, 1]) > _VIVID
 
 
-def _on_hulls(pixels: Picture, colours: dict[str, tuple[Sample, ...]]) -> Picture | None:
+def _on_hulls(pixels: Picture, colours: dict[str, tuple[ColourSample, ...]]) -> Picture | None:
     """(n, 3) vivid pixels around patches of the teams' colours; None where there are no such patches."""
     teams = {c: colours[c] for c in _TEAMS if c in colours}
     if not teams:
         return None
     codes = cv2.cvtColor(pixels, cv2.COLOR_BGR2BGR565).view(np.uint16).reshape(pixels.shape[:2])
     blobs = Blobs.of(runs_of(table_of(ColourProfile("teams", teams))[0][codes]))
-    blobs = blobs.only((blobs.area >= _LEAST_DOT) & (blobs.area <= _MOST_DOT) & (blobs.roundness > 0.6))
+    blobs = blobs.only((blobs.area >= _MIN_DOT) & (blobs.area <= _MAX_DOT) & (blobs.roundness > 0.6))
     if not len(blobs):
         return None
     hull = np.zeros(pixels.shape[:2], np.uint8)
@@ -79,19 +79,19 @@ def _on_hulls(pixels: Picture, colours: dict[str, tuple[Sample, ...]]) -> Pictur
     return seen[_vivid(seen)]
 
 
-def _mode(seen: Picture, told: NDArray[np.float32], start: Sample) -> Sample | None:
+def _mode(seen: Picture, chroma: NDArray[np.float32], start: ColourSample) -> ColourSample | None:
     """From the usual chroma to where pixels are densest nearby."""
     origin = features(np.array([start.bgr]))[0, :2]
-    within = ((told[:, :2] - origin) ** 2).sum(axis=1) < (2 * _SEARCH) ** 2
-    seen, told = seen[within], told[within]
+    within = ((chroma[:, :2] - origin) ** 2).sum(axis=1) < (2 * _SEARCH) ** 2
+    seen, chroma = seen[within], chroma[within]
     at = origin.copy()
     for _ in range(_STEPS):
-        weight = np.exp(-((told[:, :2] - at) ** 2).sum(axis=1) / (2 * _BAND**2))
+        weight = np.exp(-((chroma[:, :2] - at) ** 2).sum(axis=1) / (2 * _BAND**2))
         if weight.sum() < 1:
             return None
-        at = (weight[:, None] * told[:, :2]).sum(axis=0) / weight.sum()
-    near = ((told[:, :2] - at) ** 2).sum(axis=1) < _NEAR**2
-    if near.sum() < _LEAST_PIXELS or np.hypot(*(at - origin)) > _SEARCH:
+        at = (weight[:, None] * chroma[:, :2]).sum(axis=0) / weight.sum()
+    near = ((chroma[:, :2] - at) ** 2).sum(axis=1) < _NEAR**2
+    if near.sum() < _MIN_PIXELS or np.hypot(*(at - origin)) > _SEARCH:
         return None
     # The rim of a patch is darker than the patch.
-    return sample_of(seen[near & (told[:, 2] > np.quantile(told[near, 2], 0.4))])
+    return sample_of(seen[near & (chroma[:, 2] > np.quantile(chroma[near, 2], 0.4))])

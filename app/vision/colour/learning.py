@@ -1,7 +1,7 @@
 """A colour profile from a few clicks or boxes.
 
 Around a click the patch of like pixels is one sample: its mean, and how much its chroma varies. What a picture mostly
-consists of, away from the clicked colours, is the background: its own clusters, so that nobody has to click the carpet.
+consists of, away from the clicked colours, is the background: its own clusters, so that the carpet need not be clicked.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour_profile import MOST_SAMPLES, NAMES, Bgr, ColourProfile, Sample
+from app.core.colour_profile import MAX_SAMPLES, NAMES, Bgr, ColourProfile, ColourSample
 from app.core.errors import BadInput
 from app.vision.colour.table import distances, features
 
@@ -21,20 +21,20 @@ Box = tuple[float, float, float, float]  # x0, y0, x1, y1 px
 BACKGROUND = "background"
 _ALIKE = 22  # grey levels from the clicked pixel, each channel
 _REACH_PX = 12  # a click's patch goes no further
-_LEAST_ALIKE = 5  # pixels; else the click's own 3 × 3
-_CLUSTERS, _STRIDE_PIXELS, _LEAST_SHARE = 10, 20_000, 0.01
+_MIN_ALIKE = 5  # pixels; else the click's own 3 × 3
+_CLUSTERS, _STRIDE_PIXELS, _MIN_SHARE = 10, 20_000, 0.01
 OUTSIDE_REACH = 2.0  # spreads: nearer to a clicked colour, a cluster is that colour
 
 
-def learned(name: str, clicks: Sequence[tuple[Picture, Mapping[str, Sequence[Click | Box]]]],
-            onto: ColourProfile | None = None) -> ColourProfile:
+def learn_profile(name: str, clicks: Sequence[tuple[Picture, Mapping[str, Sequence[Click | Box]]]],
+                  onto: ColourProfile | None = None) -> ColourProfile:
     """A profile from clicks (x, y) and boxes (x0, y0, x1, y1), by colour, in one picture or several.
 
     BACKGROUND as a colour: what is none, such as a floor that is nearly orange. onto: a profile that keeps its other
     colours; a colour that is clicked again gets these samples in addition.
     """
-    clicked_background: list[Sample] = []
-    colours: dict[str, list[Sample]] = {c: list(s) for c, s in onto.colours.items()} if onto else {}
+    clicked_background: list[ColourSample] = []
+    colours: dict[str, list[ColourSample]] = {c: list(s) for c, s in onto.colours.items()} if onto else {}
     for pixels, given in clicks:
         for colour, places in given.items():
             if colour == BACKGROUND:
@@ -49,12 +49,12 @@ def learned(name: str, clicks: Sequence[tuple[Picture, Mapping[str, Sequence[Cli
     kept = {c: tuple(samples) for c, samples in colours.items() if samples}
     pictures = [pixels for pixels, _ in clicks]
     background = (*clicked_background, *background_of(pictures, kept), *(onto.background if onto else ()))
-    made = ColourProfile(name, kept, background[:MOST_SAMPLES], light_of(pictures[0]) if pictures else None)
+    made = ColourProfile(name, kept, background[:MAX_SAMPLES], mean_light(pictures[0]) if pictures else None)
     return replace(made, reach=onto.reach, margin=onto.margin) if onto else made
 
 
-def sample_at(pixels: Picture, place: Click | Box) -> Sample:
-    """The patch around a click, or the middle of what is in a box."""
+def sample_at(pixels: Picture, place: Click | Box) -> ColourSample:
+    """Take a sample of the patch around a click, or of a box."""
     height, width = pixels.shape[:2]
     if len(place) == 4:
         x0, y0, x1, y1 = (round(v) for v in place)
@@ -71,17 +71,17 @@ def sample_at(pixels: Picture, place: Click | Box) -> Sample:
     flags = 4 | cv2.FLOODFILL_MASK_ONLY | cv2.FLOODFILL_FIXED_RANGE | 255 << 8
     cv2.floodFill(window.copy(), mask, (x - left, y - top), (0, 0, 0), (_ALIKE,) * 3, (_ALIKE,) * 3, flags)
     alike = mask[1:-1, 1:-1] > 0
-    if alike.sum() < _LEAST_ALIKE:
+    if alike.sum() < _MIN_ALIKE:
         alike[max(y - top - 1, 0):y - top + 2, max(x - left - 1, 0):x - left + 2] = True
     return sample_of(window[alike])
 
 
-def sample_of(seen: NDArray[np.uint8]) -> Sample:
+def sample_of(seen: NDArray[np.uint8]) -> ColourSample:
     """The median and a spread that a few pixels of something else do not move."""
     middle = np.median(seen, axis=0)
-    told = features(seen)[:, :2]
-    spread = 1.48 * np.median(np.abs(told - np.median(told, axis=0)))
-    return Sample(tuple(float(v) for v in middle), float(min(spread, 0.1)))
+    chroma = features(seen)[:, :2]
+    spread = 1.48 * np.median(np.abs(chroma - np.median(chroma, axis=0)))
+    return ColourSample(tuple(float(v) for v in middle), float(min(spread, 0.1)))
 
 
 def _outside(place: Sequence[float]) -> BadInput:
@@ -89,7 +89,7 @@ def _outside(place: Sequence[float]) -> BadInput:
                     reason="click-outside")
 
 
-def light_of(pixels: Picture) -> Bgr:
+def mean_light(pixels: Picture) -> Bgr:
     """Mean BGR of the middle half of the pixels, by brightness: neither what is burnt out nor what is black."""
     seen = _thinned(pixels).astype(np.float32)
     order = np.argsort(seen.sum(axis=1))
@@ -97,27 +97,28 @@ def light_of(pixels: Picture) -> Bgr:
     return tuple(float(v) for v in middle)
 
 
-def background_of(pictures: Sequence[Picture], colours: Mapping[str, Sequence[Sample]]) -> tuple[Sample, ...]:
+def background_of(pictures: Sequence[Picture], colours: Mapping[str, Sequence[ColourSample]]) -> tuple[ColourSample,
+                                                                                                       ...]:
     """The clusters of the pictures that are none of the colours."""
-    found: list[Sample] = []
+    found: list[ColourSample] = []
     for pixels in pictures[:4]:
         for sample in clusters(pixels):
-            told = features(np.array([sample.bgr]))
-            if all(distances(told, samples, burnt=False)[0] > OUTSIDE_REACH for samples in colours.values()):
+            chroma = features(np.array([sample.bgr]))
+            if all(distances(chroma, samples, burnt=False)[0] > OUTSIDE_REACH for samples in colours.values()):
                 found.append(sample)
     return tuple(found)
 
 
-def clusters(pixels: Picture) -> list[Sample]:
+def clusters(pixels: Picture) -> list[ColourSample]:
     """What the picture mostly consists of: the middle of each cluster, the larger first."""
     seen = _thinned(pixels)
-    told = features(seen)
-    space = np.stack([told[:, 0] * 6, told[:, 1] * 6, told[:, 2]], axis=-1).astype(np.float32)
+    chroma = features(seen)
+    space = np.stack([chroma[:, 0] * 6, chroma[:, 1] * 6, chroma[:, 2]], axis=-1).astype(np.float32)
     cv2.setRNGSeed(1)  # the same picture, the same clusters
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 20, 0.01)
     number = cv2.kmeans(space, min(_CLUSTERS, len(space)), None, stop, 2, cv2.KMEANS_PP_CENTERS)[1].ravel()
     counts = np.bincount(number)
-    return [sample_of(seen[number == i]) for i in np.argsort(-counts) if counts[i] >= _LEAST_SHARE * len(seen)]
+    return [sample_of(seen[number == i]) for i in np.argsort(-counts) if counts[i] >= _MIN_SHARE * len(seen)]
 
 
 def _thinned(pixels: Picture) -> NDArray[np.uint8]:

@@ -11,7 +11,7 @@ _APART, _CLOSE = 4.0, 2.0  # spreads between two colours
 
 
 @dataclass(frozen=True)
-class ColourHealth:
+class ColourSeparation:
     """One colour beside the nearest other. gap: in spreads; infinite where nothing is near."""
 
     colour: str
@@ -25,24 +25,25 @@ class ColourHealth:
                 "level": self.level, "sentence": self.sentence}
 
 
-def health_of(profile: ColourProfile) -> tuple[ColourHealth, ...]:
+def colour_health(profile: ColourProfile) -> tuple[ColourSeparation, ...]:
     others = {**profile.colours, "the background": profile.background}
     found = []
     for colour, samples in profile.colours.items():
-        told = features(np.array([s.bgr for s in samples]))
-        gaps = {name: float(distances(told, rest, burnt=False).min()) for name, rest in others.items()
+        chroma = features(np.array([s.bgr for s in samples]))
+        gaps = {name: float(distances(chroma, rest, burnt=False).min()) for name, rest in others.items()
                 if name != colour and rest}
         nearest = min(gaps, key=gaps.get, default=None)
         gap = gaps[nearest] if nearest else float("inf")
-        found.append(_told(colour, nearest if np.isfinite(gap) else None, gap))
+        found.append(_separation(colour, nearest if np.isfinite(gap) else None, gap))
     return tuple(found)
 
 
-def _told(colour: str, nearest: str | None, gap: float) -> ColourHealth:
+def _separation(colour: str, nearest: str | None, gap: float) -> ColourSeparation:
     if nearest is None or gap >= _APART:
-        return ColourHealth(colour, nearest, gap, "good", f"{colour.capitalize()} is well apart from all else.")
+        return ColourSeparation(colour, nearest, gap, "good", f"{colour.capitalize()} is well apart from all else.")
     if gap >= _CLOSE:
-        return ColourHealth(colour, nearest, gap, "close",
-                            f"{colour.capitalize()} is close to {nearest}: click both where the light differs.")
-    return ColourHealth(colour, nearest, gap, "mixed", f"{colour.capitalize()} cannot be told from {nearest}: change "
-                        "the light, the white balance or the paper.")
+        return ColourSeparation(colour, nearest, gap, "close",
+                                f"{colour.capitalize()} is close to {nearest}: click both where the light differs.")
+    return ColourSeparation(colour, nearest, gap, "mixed",
+                            f"{colour.capitalize()} cannot be told from {nearest}: change "
+                            "the light, the white balance or the paper.")

@@ -1,6 +1,6 @@
 """Which colour a pixel is, as a lookup table over all pixels: 5 bits of blue, 6 of green, 5 of red.
 
-A pixel is told by its chroma, which is the same in light and in shade, and less by its brightness:
+A pixel is classified by its chroma, which is the same in light and in shade, and less by its brightness:
 
     s = b + g + r + 3 c        u = (r - g) / s        v = (r + g - 2 b) / (2 s)        L = ln s
 
@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour_profile import Bgr, ColourProfile, Sample
+from app.core.colour_profile import Bgr, ColourProfile, ColourSample
 
 CODES = 1 << 16
 Table = NDArray[np.uint8]  # (65536,) the number of a colour, from 1; 0 is none
@@ -23,7 +23,7 @@ _CHROMA = 0.045  # how much chroma varies over a patch, by lamps and by the sens
 _GRAIN = 4.0  # grey levels, of noise and of the table's own steps
 _BRIGHTNESS = 0.5  # λ: half as bright is 1.4 spreads
 _DARKER, _BRIGHTER = -1.25, 0.8  # ln: no colour is less than 0.29 or more than 2.2 times as bright as its sample
-_GUESSED = 2.0  # spreads²: what nobody has seen gives way to what somebody has
+_GUESSED = 2.0  # spreads²: a predicted colour gives way to a sampled one
 _CLIPPED = 1.5  # what is this much brighter than its sample may be burnt out in a channel
 
 
@@ -44,18 +44,18 @@ def cells() -> NDArray[np.float32]:
 _CELLS = features(cells())
 
 
-def distances(told: NDArray[np.float32], samples: Sequence[Sample], burnt: bool = True) -> NDArray[np.float32]:
+def distances(chroma: NDArray[np.float32], samples: Sequence[ColourSample], burnt: bool = True) -> NDArray[np.float32]:
     """(n,) of features (n, 4) to the nearest of the samples; infinite where the brightness is out of the question.
 
     burnt: samples stand as well for what they look like in light too bright for the sensor.
     """
-    nearest = np.full(len(told), np.inf, np.float32)
+    nearest = np.full(len(chroma), np.inf, np.float32)
     for sample in samples:
         for worse, seen in enumerate(_burnt(sample.bgr) if burnt else [sample.bgr]):
             u, v, light, s = features(np.array(seen))
-            spread = (_CHROMA + sample.spread) ** 2 + (_GRAIN / told[:, 3]) ** 2 + (_GRAIN / s) ** 2
-            away = ((told[:, 0] - u) ** 2 + (told[:, 1] - v) ** 2) / spread
-            change = told[:, 2] - light
+            spread = (_CHROMA + sample.spread) ** 2 + (_GRAIN / chroma[:, 3]) ** 2 + (_GRAIN / s) ** 2
+            away = ((chroma[:, 0] - u) ** 2 + (chroma[:, 1] - v) ** 2) / spread
+            change = chroma[:, 2] - light
             away += (change / _BRIGHTNESS) ** 2 + worse * _GUESSED
             np.minimum(nearest, away, out=nearest, where=(change > _DARKER) & (change < _BRIGHTER))
     return np.sqrt(nearest)

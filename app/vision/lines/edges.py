@@ -45,7 +45,7 @@ class EdgeOptions:
 
 def edge_chains(pixels: NDArray[np.uint8], options: EdgeOptions = EdgeOptions()) -> list[Points]:
     """Chains (n, 2) px of a picture (h, w) or (h, w, 3), each along one edge, the longest first."""
-    gradient_x, gradient_y = opencv.gradients(opencv.grey(pixels), options.blur_px)
+    gradient_x, gradient_y = opencv.blurred_gradients(opencv.to_grey(pixels), options.blur_px)
     points, directions, strength, cells = _tops(gradient_x, gradient_y, options.faint)
     height, width = gradient_x.shape
     least = max(options.shortest * float(np.hypot(width, height)), SHORTEST_PIECE_PX)

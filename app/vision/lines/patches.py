@@ -26,7 +26,7 @@ NEAR_PX = 1.2  # what four numbers can tell; further away the line has to be loo
 EXPLAINED = 0.75  # of what is not ground and slope, a place that still shows its line explains
 CONTRAST = (0.3, 3.0)  # of the usual: more or less, and something lies on the line
 SYSTEMATIC_PX = 0.02  # no place is believed more exactly: grain and compression differ from one to the next
-LEAST_LEVELS = 3.0  # grey levels
+MIN_LEVELS = 3.0  # grey levels
 SURELY_SOFTER = 0.7  # of what is left unexplained
 GLANCED_PX = (1.0, -1.0)  # what tells whether the rest is worth a look
 BARE = 0.12  # of the line's contrast
@@ -34,7 +34,7 @@ ALIKE = 0.4  # of the ground's level, which the light may have changed
 
 
 @dataclass(frozen=True, eq=False)
-class Offsets:
+class LineShifts:
     """(n,) each. px: across the line; sigma_px of it; seen: whether the line is there; gain: contrast now over then.
 
     left: share of the line's shape that is not explained.
@@ -79,7 +79,7 @@ class LinePatches:
         """(n, k) rows of a picture, where the places have moved by (n, 2) px."""
         return _smooth(brightness_across(picture, self.places + moved, self.normals, self.away))
 
-    def offsets(self, rows: NDArray[np.float64], softer_px: float = 0.0) -> Offsets:
+    def offsets(self, rows: NDArray[np.float64], softer_px: float = 0.0) -> LineShifts:
         """How far these rows' lines are beside their places. softer_px: σ by which they are softer, or sharper."""
         then, now = self.rows, rows
         if softer_px > 0:
@@ -105,8 +105,8 @@ class LinePatches:
             clear = (left < 1 - EXPLAINED) & np.isfinite(safe)
             usual = float(np.median(safe[clear])) if clear.any() else 1.0
             seen = (clear & (np.abs(px) < NEAR_PX) & (gain > CONTRAST[0] * usual)
-                    & (gain < CONTRAST[1] * usual) & (gain * self.contrast > LEAST_LEVELS))
-        return Offsets(px, np.hypot(sigma, SYSTEMATIC_PX), seen, gain, left)
+                    & (gain < CONTRAST[1] * usual) & (gain * self.contrast > MIN_LEVELS))
+        return LineShifts(px, np.hypot(sigma, SYSTEMATIC_PX), seen, gain, left)
 
     def softness(self, rows: NDArray[np.float64], seen: NDArray[np.bool_]) -> float:
         """The σ px by which these rows are softer than they were (negative: sharper); 0 where that explains no more."""

@@ -25,9 +25,9 @@ WIDTHS_PX = np.geomspace(0.8, 28.0, 12)
 GROUND_PX = 3.0  # bare ground on either side of the bar that takes part
 FADE_PX = 0.7  # the window's edge is soft, so that nothing jumps as it moves
 STEPS = 3
-TELLING = 12  # profiles of a marking that tell how wide it is painted
+WIDTH_PROFILES = 12  # profiles of a marking that tell how wide it is painted
 ENOUGH = 16  # profiles of one marking, for a step that they share
-LEAST_CONTRAST = 4.0  # grey levels
+MIN_CONTRAST = 4.0  # grey levels
 CONTRAST_NOISES = 4.0
 CLEAN = 0.8  # of what slope and step leave, the share that the bar explains
 
@@ -52,8 +52,8 @@ def across_lines(gray: NDArray[np.uint8], places: Points, normals: Points, width
         reach = capture_px + 2 * max(nominal, 2.0) + GROUND_PX
         away = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
         rows = brightness_across(gray, places[of], normals[of], away)
-        least = max(LEAST_CONTRAST, CONTRAST_NOISES * _noise(rows))
-        some = rows[np.unique(np.linspace(0, len(rows) - 1, TELLING).round().astype(int))]
+        least = max(MIN_CONTRAST, CONTRAST_NOISES * _noise(rows))
+        some = rows[np.unique(np.linspace(0, len(rows) - 1, WIDTH_PROFILES).round().astype(int))]
         widths = _widths(nominal, reach)
         width = widths[np.argmax([_worth(some, away, w, capture_px, least) for w in widths])]
         middle[of], contrast[of], explained = _bars(rows, away, width, capture_px)

@@ -10,13 +10,13 @@ from app.vision.lines.ridges import Ridges
 REACH = 2  # px to the next point of the same ridge
 SAME_WAY = np.cos(np.radians(22))
 AHEAD = 0.75  # of a step's length that lies along the ridge
-LEAST_POINTS = 12
+MIN_POINTS = 12
 SMOOTH_PX = 1.2  # off a cubic: further, and the chain is cut there
 KNEE = 8  # points on either side that tell how sharply a chain turns
 KNEE_TURN = np.cos(np.radians(25))
 
 
-def ridge_chains(found: Ridges, shape: tuple[int, ...], least: int = LEAST_POINTS) -> list[NDArray[np.int64]]:
+def ridge_chains(found: Ridges, shape: tuple[int, ...], least: int = MIN_POINTS) -> list[NDArray[np.int64]]:
     """Indices of points along each smooth piece of a ridge, the longest first; shape: of the picture."""
     walks = _walks(*_links(found, shape))
     pieces = [piece for walk in walks if len(walk) >= least for piece in _smooth(walk, found.points, least)]

@@ -19,7 +19,7 @@ from app.core.geometry import Points
 SIGMAS_PX = (0.9, 1.5, 2.4, 3.8)  # a bar answers most to 0.3 of its width: 1 to 13 px are covered
 MARGIN = 3  # px at the picture's end, where the blur has nothing to go on
 ABOVE_NOISE = 6.0  # times the answer that bare ground gives at the 60th of a hundred places
-FAINTEST = 1.0
+MIN_RESPONSE = 1.0
 OFF_CENTRE = 0.6  # px: further away, the neighbouring pixel is the ridge's
 
 
@@ -63,7 +63,7 @@ def _look(picture: NDArray, sigma: float, best: NDArray, offset: NDArray, across
     answer = cv2.min(cv2.subtract(spread, middle), spread) * np.float32(2 * sigma**1.5)
     answer = np.where(middle < 0, cv2.min(answer, (spread - middle - np.abs(middle + spread)) * np.float32(sigma**1.5)),
                       np.float32(0))
-    threshold = ABOVE_NOISE * float(np.percentile(answer[::7, ::5], 60)) + FAINTEST
+    threshold = ABOVE_NOISE * float(np.percentile(answer[::7, ::5], 60)) + MIN_RESPONSE
     row, column = np.nonzero((answer > threshold) & (answer > best))
     at = row, column
     low = middle[at] - spread[at]

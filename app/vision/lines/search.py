@@ -1,4 +1,4 @@
-"""Which painted line a click means: the nearest bar, brighter or darker than both of its sides, roughly.
+"""Finds which painted line a click means: the nearest bar, brighter or darker than both of its sides, roughly.
 
 Around the click the picture is averaged along each of a fan of directions. In such a profile a line is a run of
 columns that all stand out from both sides; across its true direction it stands out most and varies least.
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 DIRECTIONS = 24  # over half a turn: 3.75° off at most, which blurs a line by half a pixel
 ALONG_PX = 8  # how far to both sides a line is averaged
 SIDE_PX = 4  # beside a bar, in which its blurred edge must have come down
-FAINTEST = 6.0  # grey levels by which a line must stand out
+MIN_CONTRAST = 6.0  # grey levels by which a line must stand out
 NEAR = 1 / 3  # of the reach: so much farther a line must be so much (e^½) clearer
 GAP = 0.1  # what a bar is worth that looks like its wider surroundings: the gap between two lines
 DARK = 0.5  # what a dark line is worth beside a bright one: paint is bright, and what lies between it dark
@@ -21,7 +21,7 @@ STEP = 4.0  # a rise that stands out so many times more than any bar is an edge 
 
 
 @dataclass(frozen=True)
-class Bar:
+class LineBar:
     """A line, to about a pixel: level along angle_rad, its middle offset_px from the click along the normal.
 
     rooms_px: how far the background goes on beside it, before and after, until something else begins.
@@ -34,7 +34,7 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Fan:
+class ProfileFan:
     """For each direction and each pixel of a patch, in which column of the profile it lies."""
 
     pixels: NDArray[np.int64]
@@ -44,7 +44,7 @@ class Fan:
 
 
 @lru_cache(maxsize=16)
-def fan(across: int, half: int) -> Fan:
+def profile_fan(across: int, half: int) -> ProfileFan:
     """Columns from -across to across px, in a patch of 2 · half + 1."""
     side = np.arange(-half, half + 1)
     y, x = (a.ravel() for a in np.meshgrid(side, side, indexing="ij"))
@@ -53,12 +53,13 @@ def fan(across: int, half: int) -> Fan:
     of, pixel = np.nonzero((np.abs(along) <= ALONG_PX) & (np.abs(off) < across))
     column = np.floor(off[of, pixel]).astype(int)
     columns = 2 * across + 1
-    return Fan(pixel, of * columns + column + across, 1 - (off[of, pixel] - column), columns)
+    return ProfileFan(pixel, of * columns + column + across, 1 - (off[of, pixel] - column), columns)
 
 
-def nearest_bar(patch: NDArray[np.float64], away: NDArray[np.float64], reach_px: float, widths_px: tuple[float, float],
-                angle_rad: float | None, turn_rad: float) -> Bar | str:
-    """The bar that a click means, or why there is none: "no-line", or "one-edge" where all that is there is a step.
+def find_line_bar(patch: NDArray[np.float64], away: NDArray[np.float64], reach_px: float, widths_px: tuple[float,
+                                                                                                           float],
+                  angle_rad: float | None, turn_rad: float) -> LineBar | str:
+    """Find the bar that a click means, or why there is none: "no-line", or "one-edge" where there is only a step.
 
     patch: a square of odd side, NaN beyond the picture; away (x, y) px: the click from its middle pixel.
     """
@@ -77,7 +78,7 @@ def nearest_bar(patch: NDArray[np.float64], away: NDArray[np.float64], reach_px:
     for width in _widths(widths_px):
         for sign in (1.0, -1.0):
             rise = _bars(sign * means, width)
-            rise = np.where(allowed & (rise > FAINTEST), rise, 0.0)
+            rise = np.where(allowed & (rise > MIN_CONTRAST), rise, 0.0)
             clearest = max(clearest, float(rise.max()))
             steady = rise**2 / (rise**2 + 4 * rough + 1e-9)
             nearness = np.exp(-0.5 * (np.maximum(np.abs(off) - width / 4, 0) / (NEAR * reach_px)) ** 2)
@@ -87,19 +88,19 @@ def nearest_bar(patch: NDArray[np.float64], away: NDArray[np.float64], reach_px:
             if score[at] > best:
                 best, best_rise, found = float(score[at]), float(rise[at]), (at, width, sign)
     step = _clearest_step(means, allowed)
-    if found is None or step > STEP * clearest + FAINTEST:
-        return "one-edge" if step > 2 * FAINTEST else "no-line"
+    if found is None or step > STEP * clearest + MIN_CONTRAST:
+        return "one-edge" if step > 2 * MIN_CONTRAST else "no-line"
     (row, column), width, sign = found
     middle = column if width % 2 else column - 0.5
     rooms = _rooms(sign * means[row], middle, width, best_rise)
-    return Bar(float(angles[row]), float(middle - columns // 2 - click[row]), float(width), rooms)
+    return LineBar(float(angles[row]), float(middle - columns // 2 - click[row]), float(width), rooms)
 
 
 def _profiles(patch: NDArray, reach_px: float, widths_px: tuple[float, float]) -> tuple[NDArray, NDArray]:
     """(directions, columns): mean grey, NaN where the picture has ended, and its variance along the line."""
     half = patch.shape[0] // 2
     across = min(int(np.ceil(reach_px + widths_px[1] / 2)) + SIDE_PX + 2, half)
-    spread = fan(across, half)
+    spread = profile_fan(across, half)
     grey = patch.ravel()[spread.pixels]
     seen = np.isfinite(grey)
     grey = np.where(seen, grey, 0.0)

@@ -1,4 +1,4 @@
-"""A click onto the painted line beside it: both edges found at sub-pixel, and the line's middle between them.
+"""Snaps a click to the painted line beside it: both edges at sub-pixel, and the line's middle between them.
 
 Grey across a line is a bar seen through blur,
     I(s, t) = b₁ + (p - b₁) Φ((d + w/2)/σ) + (b₂ - p) Φ((d - w/2)/σ) + g s,    d = t - (c₀ + c₁ s + c₂ s²),
@@ -17,22 +17,22 @@ from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.geometry import Points
-from app.vision.lines.search import ALONG_PX, SIDE_PX, Bar, nearest_bar
+from app.vision.lines.search import ALONG_PX, SIDE_PX, LineBar, find_line_bar
 
 REACH_PX = 10.0
-WIDTHS_PX = (1.0, 20.0)  # of a line whose width nobody tells
-TOLD = (1 / 3, 3.0)  # how wrong a told width may be: it is known from a rough scale, and tape is laid by hand
-TURN_RAD = np.radians(15)  # how wrong a told direction may be
+WIDTHS_PX = (1.0, 20.0)  # of a line of unknown width
+WIDTH_RATIOS = (1 / 3, 3.0)  # how wrong a given width may be: it is known from a rough scale, and tape is laid by hand
+TURN_RAD = np.radians(15)  # how wrong a given direction may be
 BESIDE_PX = 5.0  # background that is fitted on either side
 BLUR_PX, BLUR_RATIO = 0.8, 1.6  # a camera in focus, and one standard deviation of it as a factor
 BEND = 1 / 80  # per px, one standard deviation: a small circle's curvature
 STEPS = 15
 STILL_PX = 2e-3
 CUT = 4.0  # times the residuals' scale: beyond, a pixel shows something else
-LEAST_NOISE = 0.7  # grey levels: rounding, and the least of a camera
-LEAST_EXPLAINED = 0.45  # of the pixels and their variance: less is no line
+MIN_NOISE = 0.7  # grey levels: rounding, and the least of a camera
+MIN_EXPLAINED = 0.45  # of the pixels and their variance: less is no line
 CLEAR = 3.0  # times the noise by which both edges must stand out
-LEAST_EDGE = 5.0  # grey levels
+MIN_EDGE = 5.0  # grey levels
 UNSURE_PX = 0.3
 BACKGROUND_PX = 1.2  # that must be seen beside either edge, as near the picture's end it may not be
 
@@ -82,12 +82,13 @@ def snap(pixels: NDArray[np.uint8], point: Points, hint: Hint = Hint()) -> Snapp
     x, y = float(point[0]), float(point[1])
     if not (-0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5):  # NaN is not inside
         return Unsnapped("off-picture")
-    widths = WIDTHS_PX if hint.width_px is None else (TOLD[0] * hint.width_px, max(TOLD[1] * hint.width_px, 3.0))
+    widths = WIDTHS_PX if hint.width_px is None else (WIDTH_RATIOS[0] * hint.width_px, max(WIDTH_RATIOS[1] *
+                                                                                           hint.width_px, 3.0))
     middle = np.rint([x, y])
     half = int(np.ceil(np.hypot(hint.reach_px + widths[1] + SIDE_PX + 2, ALONG_PX)))
     patch = _patch(pixels, middle.astype(int), half)
     away = np.array([x, y]) - middle
-    bar = nearest_bar(patch, away, hint.reach_px, widths, hint.angle_rad, TURN_RAD)
+    bar = find_line_bar(patch, away, hint.reach_px, widths, hint.angle_rad, TURN_RAD)
     if isinstance(bar, str):
         return Unsnapped(bar)
     return _refined(patch, away, np.array([x, y]), bar, hint, widths)
@@ -97,13 +98,13 @@ def _patch(pixels: NDArray, middle: NDArray, half: int) -> NDArray[np.float64]:
     """A square around a pixel, grey; NaN beyond the picture."""
     x, y = middle
     left, top = max(0, half - x), max(0, half - y)
-    seen = opencv.grey(np.ascontiguousarray(pixels[max(0, y - half):y + half + 1, max(0, x - half):x + half + 1]))
+    seen = opencv.to_grey(np.ascontiguousarray(pixels[max(0, y - half):y + half + 1, max(0, x - half):x + half + 1]))
     patch = np.full((2 * half + 1, 2 * half + 1), np.nan)
     patch[top:top + seen.shape[0], left:left + seen.shape[1]] = seen
     return patch
 
 
-def _refined(patch: NDArray, away: NDArray, click: NDArray, bar: Bar, hint: Hint,
+def _refined(patch: NDArray, away: NDArray, click: NDArray, bar: LineBar, hint: Hint,
              widths: tuple[float, float]) -> Snapped | Unsnapped:
     """Fit, turn to the line's own direction, fit again: at the foot the line then runs along s."""
     angle, start = bar.angle_rad, (bar.offset_px, bar.width_px)
@@ -120,7 +121,7 @@ def _refined(patch: NDArray, away: NDArray, click: NDArray, bar: Bar, hint: Hint
     edges = fitted.edges
     if edges[0] * edges[1] > 0:
         return Unsnapped("one-edge")
-    if min(np.abs(edges)) < max(LEAST_EDGE, CLEAR * fitted.noise) or fitted.explained < LEAST_EXPLAINED \
+    if min(np.abs(edges)) < max(MIN_EDGE, CLEAR * fitted.noise) or fitted.explained < MIN_EXPLAINED \
             or fitted.beside_px < BACKGROUND_PX or not fitted.sigma_px <= UNSURE_PX:
         return Unsnapped("unclear")
     offset = fitted.offset_px
@@ -141,8 +142,8 @@ class _Fitted:
     explained: float
 
 
-def _fit(patch: NDArray, away: NDArray, angle: float, start: tuple[float, float], bar: Bar,
-         told_px: float | None) -> _Fitted | None:
+def _fit(patch: NDArray, away: NDArray, angle: float, start: tuple[float, float], bar: LineBar,
+         expected_px: float | None) -> _Fitted | None:
     """Gauss-Newton with biweights. Unknowns: c₀ c₁ c₂ w ln σ b₁ p b₂ g."""
     s, t, grey = _around(patch, away, angle, start[0], bar)
     if len(grey) < 30:
@@ -155,17 +156,18 @@ def _fit(patch: NDArray, away: NDArray, angle: float, start: tuple[float, float]
     if not inner.any():
         return None
     levels = [np.median(grey[where]) for where in (before, inner, after)]
-    if told_px is not None and not 0.5 <= told_px / max(width, 1.0) <= 2:
-        told_px = None  # what is seen is plainly wider, or thinner: tape is not always what the rules say
-    state = np.array([start[0], 0.0, 0.0, told_px or width, np.log(BLUR_PX), *levels, 0.0])
+    if expected_px is not None and not 0.5 <= expected_px / max(width, 1.0) <= 2:
+        expected_px = None  # what is seen is plainly wider, or thinner: tape is not always what the rules say
+    state = np.array([start[0], 0.0, 0.0, expected_px or width, np.log(BLUR_PX), *levels, 0.0])
     prior = state.copy()
-    spread = np.array([np.inf, np.inf, BEND / 2, 0.4 * told_px if told_px else 0.5 * width + 0.5, np.log(BLUR_RATIO),
-                       np.inf, max(30.0, abs(levels[1] - (levels[0] + levels[2]) / 2)), np.inf, np.inf])
+    spread = np.array([np.inf, np.inf, BEND / 2, 0.4 * expected_px if expected_px else 0.5 * width + 0.5,
+                       np.log(BLUR_RATIO), np.inf, max(30.0, abs(levels[1] - (levels[0] + levels[2]) / 2)), np.inf,
+                       np.inf])
     free = np.isfinite(spread)
     for _ in range(STEPS):
         shown, jacobian = _bar_seen(state, s, t)
         residual = grey - shown
-        noise = max(LEAST_NOISE, 1.4826 * float(np.median(np.abs(residual))))
+        noise = max(MIN_NOISE, 1.4826 * float(np.median(np.abs(residual))))
         weight = np.clip(1 - (residual / (CUT * noise)) ** 2, 0, None)
         rows = jacobian * weight[:, None]
         normal = rows.T @ rows / noise**2
@@ -197,7 +199,8 @@ def _fit(patch: NDArray, away: NDArray, angle: float, start: tuple[float, float]
                    float(np.clip(explained, 0, 1)))
 
 
-def _around(patch: NDArray, away: NDArray, angle: float, offset: float, bar: Bar) -> tuple[NDArray, NDArray, NDArray]:
+def _around(patch: NDArray, away: NDArray, angle: float, offset: float, bar: LineBar) -> tuple[NDArray, NDArray,
+                                                                                               NDArray]:
     """Pixels on the line and the background beside it: s and t from the click, and their grey."""
     half = patch.shape[0] // 2
     side = np.arange(-half, half + 1)

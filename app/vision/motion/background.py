@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput
 
-KEPT = 25  # frames at most are kept; of more, evenly spread ones
+MAX_FRAMES = 25  # frames at most are kept; of more, evenly spread ones
 AGREEING = 0.6  # of the frames must agree on a pixel
 _NOISES = 3.5  # noises apart from the median, a frame still agrees
-_LEAST_APART = 3  # grey levels
+_MIN_APART = 3  # grey levels
 _STRIP = 3 * (1 << 14)  # bytes of each frame at a time: all frames of a strip fit a processor's cache
 
 
@@ -31,7 +31,7 @@ class Background:
             raise BadInput("A background needs one colour frame or more.", "Add frames (height, width, 3).",
                            reason="bad-background")
         self._shape = shape
-        self._chosen = set(np.linspace(0, frames - 1, min(frames, KEPT)).round().astype(int).tolist())
+        self._chosen = set(np.linspace(0, frames - 1, min(frames, MAX_FRAMES)).round().astype(int).tolist())
         self._kept = np.empty((len(self._chosen), int(np.prod(shape))), np.uint8)
         self._added = self._count = 0
 
@@ -76,7 +76,7 @@ class Background:
         if not self._count:
             raise BadInput("A background needs a frame.", "Add one or more.", reason="bad-background")
         self.__dict__.pop("noise", None)
-        apart = max(_LEAST_APART, int(np.ceil(_NOISES * self.noise)))
+        apart = max(_MIN_APART, int(np.ceil(_NOISES * self.noise)))
         size = self._kept.shape[1]
         picture, agreeing = np.empty(size, np.uint8), np.empty(size // 3, np.uint8)
         for start in range(0, size, _STRIP):

@@ -17,20 +17,20 @@ from numpy.typing import NDArray
 
 from app.core.geometry import Points
 
-LEAST_POINTS = 8
-LEAST_LENGTH = 0.05  # of the picture's diagonal: shorter ones say nothing about its lens
-LEAST_STEP_PX = 1.0  # from point to point on the average: slower things stand, and jitter
-MOST_BOW = 0.12  # of the length: more is no lens, but a curve that was driven
+MIN_POINTS = 8
+MIN_LENGTH = 0.05  # of the picture's diagonal: shorter ones say nothing about its lens
+MIN_STEP_PX = 1.0  # from point to point on the average: slower things stand, and jitter
+MAX_BOW = 0.12  # of the length: more is no lens, but a curve that was driven
 CROOKED_PX = 3.0  # a point further off than this is off whatever the noise
 NOISES = 3.5
 NOISE_PX = 0.25  # about what a ball's middle errs in a clean picture
 HUBER = 1.5
 ROUNDS = 6
-MOST_NOISE_PX = 1.5  # a run that is rougher is no rolling thing
+MAX_NOISE_PX = 1.5  # a run that is rougher is no rolling thing
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class StraightRun:
     """One straight run. frames (n,), points (n, 2) raw px; bow_px: signed, to the left of its way positive.
 
     rms_px: about the parabola; straight_px: about the straight line; bow_sigma_px: from the run's own noise.
@@ -39,8 +39,8 @@ class Run:
     frames: NDArray[np.int64]
     points: Points
     length_px: float
-    bow_px: float
-    bow_sigma_px: float
+    sag_px: float
+    sag_sigma_px: float
     rms_px: float
     straight_px: float
 
@@ -49,26 +49,26 @@ class Run:
 class _Arc:
     off: NDArray[np.float64]  # each point's distance, px
     noise_px: float
-    bow_px: float
-    bow_sigma_px: float
+    sag_px: float
+    sag_sigma_px: float
     length_px: float
     forwards: bool
     fits: bool
 
 
-def straight_runs(frames: NDArray[np.int64], points: Points, diagonal_px: float) -> list[Run]:
+def straight_runs(frames: NDArray[np.int64], points: Points, diagonal_px: float) -> list[StraightRun]:
     """The runs of one track, in their order; frames (n,) ascending, points (n, 2) px."""
-    runs: list[Run] = []
+    runs: list[StraightRun] = []
     for first, last in _pieces(points, 0, len(points)):
         run = _run(frames[first:last], points[first:last])
-        if run is not None and run.length_px >= LEAST_LENGTH * diagonal_px:
+        if run is not None and run.length_px >= MIN_LENGTH * diagonal_px:
             runs.append(run)
     return runs
 
 
 def _pieces(points: Points, first: int, last: int) -> Sequence[tuple[int, int]]:
     """Cut where it is bent most, until every piece is an arc; then join neighbours that are one."""
-    if last - first < LEAST_POINTS:
+    if last - first < MIN_POINTS:
         return []
     arc = _arc(points[first:last])
     if arc.fits:
@@ -130,23 +130,23 @@ def _arc(points: Points) -> _Arc:
     away = np.abs(off) > np.maximum(NOISES * max(noise, NOISE_PX), 1e-9)
     in_a_row = bool(np.any(away[1:] & away[:-1]))
     steps = np.diff(u)
-    forwards = length > 0 and float(np.mean(steps > -2 * noise)) > 0.95 and length / max(len(u) - 1, 1) > LEAST_STEP_PX
-    fits = (noise <= MOST_NOISE_PX and not in_a_row and float(np.mean(away)) <= 0.12
-            and abs(bow) <= MOST_BOW * max(length, 1e-9))
+    forwards = length > 0 and float(np.mean(steps > -2 * noise)) > 0.95 and length / max(len(u) - 1, 1) > MIN_STEP_PX
+    fits = (noise <= MAX_NOISE_PX and not in_a_row and float(np.mean(away)) <= 0.12
+            and abs(bow) <= MAX_BOW * max(length, 1e-9))
     return _Arc(off, noise, bow, sigma, length, forwards, fits)
 
 
-def _run(frames: NDArray[np.int64], points: Points) -> Run | None:
-    if len(points) < LEAST_POINTS:
+def _run(frames: NDArray[np.int64], points: Points) -> StraightRun | None:
+    if len(points) < MIN_POINTS:
         return None
     arc = _arc(points)
     kept = np.abs(arc.off) <= NOISES * max(arc.noise_px, 0.1)
     frames, points = frames[kept], points[kept]
-    if len(points) < LEAST_POINTS:
+    if len(points) < MIN_POINTS:
         return None
     arc = _arc(points)
     if not (arc.fits and arc.forwards):
         return None
     _, v, _ = _turned(points)
-    return Run(frames, points, arc.length_px, arc.bow_px, arc.bow_sigma_px, float(np.sqrt(np.mean(arc.off**2))),
-               float(np.sqrt(np.mean((v - v.mean()) ** 2))))
+    return StraightRun(frames, points, arc.length_px, arc.sag_px, arc.sag_sigma_px, float(np.sqrt(np.mean(arc.off**2))),
+                       float(np.sqrt(np.mean((v - v.mean()) ** 2))))

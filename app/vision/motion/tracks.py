@@ -1,4 +1,4 @@
-"""From what moves in each frame to tracks: one moving thing followed from frame to frame, and lost after a while."""
+"""Joins the moving blobs of each frame to tracks; a track ends after some frames without a blob."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -7,15 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Points
-from app.vision.motion.foreground import Mover
+from app.vision.motion.foreground import MovingBlob
 
 REACH_PX = 12.0  # how far from the expected place a thing of which only one place is known may be, per frame's time
 OF_SPEED = 0.6  # ... and of the way that it made since the last frame: it may be kicked
-MOST_MISSED = 4  # frames: behind a robot, a bar or an arm
+MAX_MISSED = 4  # frames: behind a robot, a bar or an arm
 AREA_RATIO = 3.0
-MOST_TRACKS = 64
-LEAST_POINTS = 5
-MOST_POINTS = 600  # of a track: a robot that drives all day is told piece by piece
+MAX_TRACKS = 64
+MIN_POINTS = 5
+MAX_POINTS = 600  # of a track: one that drives all day is reported in pieces
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +56,11 @@ class Tracker:
 
     @property
     def now(self) -> list[Track]:
-        """What is being followed, as far as it has come."""
-        return [track.done() for track in self._open if len(track.points) >= LEAST_POINTS]
+        """The open tracks so far."""
+        return [track.done() for track in self._open if len(track.points) >= MIN_POINTS]
 
-    def add(self, frame: int, movers: Sequence[Mover]) -> list[Track]:
-        """What was seen in a frame. Tracks that have ended, of those that are long enough."""
+    def add(self, frame: int, movers: Sequence[MovingBlob]) -> list[Track]:
+        """Add the blobs of a frame; return the long enough tracks that have ended."""
         pairs = []
         for which, track in enumerate(self._open):
             place, reach = track.expected(frame)
@@ -76,17 +76,17 @@ class Tracker:
                 taken_movers.add(other)
                 self._follow(self._open[which], frame, movers[other])
         for other, mover in enumerate(movers):
-            if other not in taken_movers and len(self._open) < MOST_TRACKS:
+            if other not in taken_movers and len(self._open) < MAX_TRACKS:
                 self._count += 1
                 self._open.append(_Open(self._count))
                 self._follow(self._open[-1], frame, mover)
-        lost = [track for track in self._open if frame - track.frames[-1] > MOST_MISSED
-                or len(track.points) >= MOST_POINTS]
+        lost = [track for track in self._open if frame - track.frames[-1] > MAX_MISSED
+                or len(track.points) >= MAX_POINTS]
         self._open = [track for track in self._open if track not in lost]
-        return [track.done() for track in lost if len(track.points) >= LEAST_POINTS]
+        return [track.done() for track in lost if len(track.points) >= MIN_POINTS]
 
     def forget(self, number: int, until: int) -> None:
-        """Of the track with that number, what was up to that frame: it is told already."""
+        """Drop a track's points up to that frame: they have been reported."""
         for track in self._open:
             if track.number == number:
                 kept = [i for i, frame in enumerate(track.frames) if frame > until] or [len(track.frames) - 1]
@@ -94,11 +94,11 @@ class Tracker:
                 track.points = [track.points[i] for i in kept]
 
     def end(self) -> list[Track]:
-        """No more frames."""
+        """End all tracks and return them."""
         ended, self._open = self.now, []
         return ended
 
-    def _follow(self, track: _Open, frame: int, mover: Mover) -> None:
+    def _follow(self, track: _Open, frame: int, mover: MovingBlob) -> None:
         track.frames.append(frame)
         track.points.append((mover.x, mover.y))
         track.area_px = mover.area_px if len(track.points) == 1 else 0.7 * track.area_px + 0.3 * mover.area_px

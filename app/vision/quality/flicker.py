@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAINS_HZ = (100.0, 120.0)
-LEAST_FRAMES = 12
-MOST_ROWS = 270
+MIN_FRAMES = 12
+MAX_ROWS = 270
 SEEN_PCT, MUCH_PCT = 1.0, 4.0  # moving robots make up to half a per cent
 _PURE = 0.5  # of the variance must be one frequency's, for it to be named
 _TURNS = 24.0  # bands: as many per picture at most
@@ -43,18 +43,18 @@ class Flicker:
 
 def row_means(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Mean brightness (n,) of bundles of rows, at most 270 of them, from every eighth column."""
-    rows = max(1, -(-picture.shape[0] // MOST_ROWS))
+    rows = max(1, -(-picture.shape[0] // MAX_ROWS))
     part = picture[:picture.shape[0] // rows * rows, ::8]
     means = cv2.reduce(part.reshape(part.shape[0], -1), 1, cv2.REDUCE_AVG, dtype=cv2.CV_32F)
     return means.reshape(-1, rows).mean(axis=1)
 
 
-def flicker_of(times_s: Sequence[float], rows: Sequence[NDArray]) -> Flicker | None:
+def measure_flicker(times_s: Sequence[float], rows: Sequence[NDArray]) -> Flicker | None:
     """Measure a series: when each frame was taken, and its row means (n,). None for fewer than 12 frames."""
     times, seen = np.asarray(times_s, float), np.asarray(rows, float)
     usable = np.isfinite(times) & np.isfinite(seen).all(axis=1) if len(seen) else np.empty(0, bool)
     times, seen = times[usable], seen[usable]
-    if len(times) < LEAST_FRAMES or np.ptp(times) <= 0 or seen.mean() <= 0:
+    if len(times) < MIN_FRAMES or np.ptp(times) <= 0 or seen.mean() <= 0:
         return None
     times = times - times[0]
     level = seen.mean(axis=1) / seen.mean()
@@ -111,8 +111,8 @@ def _lamp(beat: float | None, times: NDArray) -> float | None:
     return fits[0] if len(fits) == 1 else None
 
 
-def words(flicker: Flicker | None) -> list[dict[str, str]]:
-    """What is worth saying about flicker: text, fix, severity ("warning" or "note")."""
+def advice(flicker: Flicker | None) -> list[dict[str, str]]:
+    """Return advice on flicker: text, fix, severity ("warning" or "note")."""
     if flicker is None or max(flicker.amplitude_pct, flicker.bands_pct) < SEEN_PCT:
         return []
     lamp = "" if flicker.lamp_hz is None else f" as lamps do at {flicker.lamp_hz:.0f} Hz"

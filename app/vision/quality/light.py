@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.vision.quality.zones import MIDDLE, ZONES, field_mask, spoken, zone_slices
+from app.vision.quality.zones import MIDDLE, ZONES, field_mask, zone_names, zone_slices
 
 LOW, HIGH = 2, 253  # grey levels at and beyond which nothing is told apart any more
 CLIPPED_HIGH, CLIPPED_LOW = 0.005, 0.02  # shares from which on it is said
@@ -46,7 +46,7 @@ class Light:
         return {**asdict(self), "carpet": list(self.carpet), "burnt": list(self.burnt)}
 
 
-def light_of(picture: NDArray[np.uint8], field: NDArray | None = None) -> Light:
+def measure_light(picture: NDArray[np.uint8], field: NDArray | None = None) -> Light:
     """Measure a picture (height, width, 3) BGR, within the field where its mask or polygon is known."""
     height, width = picture.shape[:2]
     mask = field_mask(field, height, width)
@@ -110,27 +110,28 @@ def _carpet(picture: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple
     return tuple(found)
 
 
-def words(light: Light) -> list[dict[str, str]]:
-    """What is worth saying about the light, worst first: text, fix, severity ("warning" or "note")."""
-    said = []
+def advice(light: Light) -> list[dict[str, str]]:
+    """Return advice on the light, worst first: text, fix, severity ("warning" or "note")."""
+    messages = []
     if light.clipped_high >= CLIPPED_HIGH:
         where = [i for i, share in enumerate(light.burnt) if share >= max(0.3 * max(light.burnt), CLIPPED_HIGH)]
-        place = spoken(where)
-        said.append(_said(f"Picture overexposed {'everywhere' if place == 'whole picture' else 'at ' + place}: "
-                          f"{_percent(light.clipped_high)} of it is burnt out.",
-                          "Shorten the exposure, lower the gain or close the iris; move a lamp that is mirrored.",
-                          light.clipped_high >= MUCH_CLIPPED))
+        place = zone_names(where)
+        spot = "everywhere" if place == "whole picture" else "at " + place
+        messages.append(_message(
+            f"Picture overexposed {spot}: {_percent(light.clipped_high)} of it is burnt out.",
+            "Shorten the exposure, lower the gain or close the iris; move a lamp that is mirrored.",
+            light.clipped_high >= MUCH_CLIPPED))
     if light.clipped_low >= CLIPPED_LOW:
         # Beside bright lines, black is most often a black carpet.
-        said.append(_said(f"Picture underexposed: {_percent(light.clipped_low)} of it is black.",
-                          "Lengthen the exposure or open the iris; light the field.",
-                          light.clipped_low >= MUCH_CLIPPED and light.bright < BRIGHT))
+        messages.append(_message(f"Picture underexposed: {_percent(light.clipped_low)} of it is black.",
+                                 "Lengthen the exposure or open the iris; light the field.",
+                                 light.clipped_low >= MUCH_CLIPPED and light.bright < BRIGHT))
     if light.bright < DARK:
-        said.append(_said(f"Picture dark: the brightest of it is at grey level {light.bright:.0f} of 255.",
-                          "More light or a longer exposure; gain last, because it adds noise.",
-                          light.bright < DARK / 2))
-    said += _unevenness(light)
-    return sorted(said, key=lambda s: s["severity"] != "warning")
+        messages.append(_message(f"Picture dark: the brightest of it is at grey level {light.bright:.0f} of 255.",
+                                 "More light or a longer exposure; gain last, because it adds noise.",
+                                 light.bright < DARK / 2))
+    messages += _unevenness(light)
+    return sorted(messages, key=lambda s: s["severity"] != "warning")
 
 
 def _unevenness(light: Light) -> list[dict[str, str]]:
@@ -144,14 +145,14 @@ def _unevenness(light: Light) -> list[dict[str, str]]:
     if not dim:
         return []
     least = 1 - min(known[i] for i in dim) / known[beside]
-    name = spoken(dim, known)
-    return [_said(f"{name[0].upper()}{name[1:]} {'up to ' if len(dim) > 1 else ''}{100 * least:.0f} % darker than the "
-                  f"{ZONES[beside]}.",
-                  "Move or add a lamp there; a lens that darkens its corners gets better when its iris is closed a "
-                  "little.", light.evenness < 0.5)]
+    name = zone_names(dim, known)
+    return [_message(f"{name[0].upper()}{name[1:]} {'up to ' if len(dim) > 1 else ''}{100 * least:.0f} % darker than "
+                     f"the {ZONES[beside]}.",
+                     "Move or add a lamp there; a lens that darkens its corners gets better when its iris is closed a "
+                     "little.", light.evenness < 0.5)]
 
 
-def _said(text: str, fix: str, bad: bool) -> dict[str, str]:
+def _message(text: str, fix: str, bad: bool) -> dict[str, str]:
     return {"text": text, "fix": fix, "severity": "warning" if bad else "note"}
 
 

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Points
-from app.vision.quality.zones import field_mask, spoken, zone_slices
+from app.vision.quality.zones import field_mask, zone_names, zone_slices
 
-WIDE = 640  # px: edges are looked for in a picture this wide
+SEARCH_WIDTH_PX = 640  # px: edges are looked for in a picture this wide
 BLOCK = 16  # px of it: no two edge points are nearer than a block or so
-MOST = 20  # edge points of a zone
-LEAST = 5
+MAX_EDGES = 20  # edge points of a zone
+MIN_EDGES = 5
 CONTRAST = 16.0  # grey levels, from the edge's one side to its other; the carpet's own marks have less
 SOFT_CONTRAST = 22.0  # where the edge is soft
 NOISES = 7.0  # and as many times the noise
@@ -53,7 +53,7 @@ class Sharpness:
         return {**asdict(self), "width_px": list(self.width_px), "edges": list(self.edges)}
 
 
-def sharpness_of(picture: NDArray[np.uint8], field: NDArray | None = None) -> Sharpness:
+def measure_sharpness(picture: NDArray[np.uint8], field: NDArray | None = None) -> Sharpness:
     """Measure a picture, (height, width, 3) BGR or (height, width) grey.
 
     field: its mask, also of the picture reduced, or its polygon in pixels, where it is known; nothing outside counts.
@@ -70,7 +70,7 @@ def sharpness_of(picture: NDArray[np.uint8], field: NDArray | None = None) -> Sh
     for i in range(9):
         here = wide[(zone == i) & np.isfinite(wide)]
         counts.append(len(here))
-        widths.append(round(float(np.quantile(here, 0.3)), 2) if len(here) >= LEAST else None)
+        widths.append(round(float(np.quantile(here, 0.3)), 2) if len(here) >= MIN_EDGES else None)
     seen = [w for w in widths if w is not None]
     return Sharpness(round(float(np.quantile(seen, 0.25)), 2) if seen else None, tuple(widths), tuple(counts))
 
@@ -78,7 +78,7 @@ def sharpness_of(picture: NDArray[np.uint8], field: NDArray | None = None) -> Sh
 def _edge_points(grey: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple[Points, Points, NDArray]:
     """Places (n, 2) px of strong edges, their unit normals towards the bright side, and their zones (n,)."""
     height, width = grey.shape
-    scale = max(1.0, width / WIDE)
+    scale = max(1.0, width / SEARCH_WIDTH_PX)
     size = (round(width / scale), round(height / scale))
     small = grey if scale == 1 else cv2.resize(grey, size, interpolation=cv2.INTER_AREA)
     across, down = (cv2.Sobel(small, cv2.CV_32F, *order, ksize=3) for order in ((1, 0), (0, 1)))
@@ -94,7 +94,7 @@ def _edge_points(grey: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tup
         zones[part] = i
     zone = zones[rows, columns]
     keep = np.concatenate([np.flatnonzero((zone == i) & (strength > SLOPE))[
-        np.argsort(-strength[(zone == i) & (strength > SLOPE)], kind="stable")[:MOST]] for i in range(9)])
+        np.argsort(-strength[(zone == i) & (strength > SLOPE)], kind="stable")[:MAX_EDGES]] for i in range(9)])
     rows, columns = rows[keep], columns[keep]
     normals = np.stack([across[rows, columns], down[rows, columns]], axis=-1) / strength[keep, None]
     # A reduced pixel's centre, in the full picture.
@@ -113,7 +113,7 @@ def _steepest_in_blocks(steep: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
 
 def _edge_widths(grey: NDArray[np.uint8], places: Points, normals: Points) -> NDArray[np.float64]:
     """(n,) px from a fifth to four fifths of the way up each edge; NaN where that cannot be told."""
-    search = 1.5 * max(1.0, grey.shape[1] / WIDE) + 1  # the reduced picture knows the place no better
+    search = 1.5 * max(1.0, grey.shape[1] / SEARCH_WIDTH_PX) + 1  # the reduced picture knows the place no better
     t = np.arange(-REACH_PX - search, REACH_PX + search + STEP_PX, STEP_PX)
     # Three ways side by side have less noise than one.
     profile = np.mean([_profiles(grey, places, normals, t, beside) for beside in (-1.5, 0.0, 1.5)], axis=0)
@@ -176,8 +176,8 @@ def _until_high(values: NDArray) -> NDArray[np.float64]:
     return np.where(there.any(axis=1), np.maximum(i - 1, 0) + part, np.nan)
 
 
-def words(sharpness: Sharpness) -> list[dict[str, str]]:
-    """What is worth saying about focus: text, fix, severity ("warning" or "note")."""
+def advice(sharpness: Sharpness) -> list[dict[str, str]]:
+    """Return advice on focus: text, fix, severity ("warning" or "note")."""
     known = {i: w for i, w in enumerate(sharpness.width_px) if w is not None}
     if not known:
         return [{"text": "No edges to tell the focus by.", "fix": "Point the camera at the field's lines, or light it.",
@@ -191,7 +191,7 @@ def words(sharpness: Sharpness) -> list[dict[str, str]]:
     if not soft:
         return []
     worst = max(known[i] for i in soft)
-    name = spoken(soft, known)
+    name = zone_names(soft, known)
     return [{"text": f"{name[0].upper()}{name[1:]} soft: edges {worst:.1f} px wide, {best:.1f} px where it is sharp.",
              "fix": "Focus for the middle between near and far, close the iris a little, clean the lens; check that "
                     "the lens sits straight.",

@@ -20,8 +20,8 @@ def zone_slices(height: int, width: int) -> list[tuple[slice, slice]]:
     return [(slice(rows[i], rows[i + 1]), slice(columns[j], columns[j + 1])) for i in range(3) for j in range(3)]
 
 
-def spoken(zones: Iterable[int], known: Iterable[int] = range(9)) -> str:
-    """What some zones are called together: edge, corners or rim where all known zones of it are meant; else by name."""
+def zone_names(zones: Iterable[int], known: Iterable[int] = range(9)) -> str:
+    """Name a set of zones: edge, corners or rim where all its known zones are meant; else one by one."""
     meant, known, names = set(zones), set(known), []
     if meant and meant == known:
         return "whole picture"

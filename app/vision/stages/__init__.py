@@ -1,12 +1,12 @@
-"""What a stage of seeing is, and the table of those there are.
+"""What a detection stage is, and the table of stages.
 
-A frame goes through a few stages in the order of a plan (configs/stages/*.yaml); each adds what it found:
+A frame goes through the stages of a config (configs/stages/*.yaml) in order; each adds what it found:
 
     pixels ─noise─▶ clean ─colours─▶ labels ─blobs─▶ blobs ─butterfly, tags, markers, ball─▶ found ─places─▶
               └─────edges─▶ sharpness ───────┘
 
 A stage is made once for a camera and a picture size, and keeps what it must remember from frame to frame; run() takes
-a Seeing and gives one back with its own part filled in; picture() draws that part, when somebody looks. To add one:
+a FrameState and returns one with its own part filled in; picture() draws that part on request. To add one:
 write app/vision/stages/NAME.py with a class that follows Stage, and add its line to STAGES. Everything works on the raw
 picture: points are corrected, the picture is not.
 """
@@ -24,13 +24,13 @@ from app.core.geometry import ImageSize
 from app.core.options import Option
 from app.core.registry import Registry
 from app.vision.blobs.features import Blobs
-from app.vision.stages.localisation import View
+from app.vision.stages.localisation import FieldLocator
 
 Picture = NDArray[np.uint8]  # (height, width, 3) BGR
 
 
 @dataclass(frozen=True)
-class Setting:
+class StageContext:
     """What stays the same from frame to frame.
 
     view: from pixels to places, at any height. robot_z_mm: of the robots' patterns above the carpet. within: (height,
@@ -39,14 +39,14 @@ class Setting:
 
     image_size: ImageSize
     profile: ColourProfile
-    view: View
+    view: FieldLocator
     robot_z_mm: float = 150.0
     ball_radius_mm: float = 21.5
     within: NDArray[np.uint8] | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Seeing:
+class FrameState:
     """One frame on its way through the stages.
 
     clean: the picture without noise. labels: (height, width) the number of each pixel's colour in `colours`, counted
@@ -62,43 +62,43 @@ class Seeing:
     sharpness: NDArray[np.uint8] | None = None
     blobs: Blobs | None = None
     found: tuple[Detection, ...] = ()
-    notes: tuple[str, ...] = ()  # what somebody should know of this frame
+    notes: tuple[str, ...] = ()  # messages about this frame
 
     @classmethod
-    def of(cls, pixels: Picture) -> "Seeing":
+    def of(cls, pixels: Picture) -> "FrameState":
         return cls(pixels, pixels)
 
-    def with_found(self, *more: Detection) -> "Seeing":
+    def with_found(self, *more: Detection) -> "FrameState":
         return replace(self, found=(*self.found, *more))
 
 
 @runtime_checkable
 class Stage(Protocol):
-    """One step of seeing. One thread at a time: it may remember the frame before."""
+    """One step of detection. One thread at a time: it may remember the frame before."""
 
     NAME: ClassVar[str]
     TITLE: ClassVar[str]
     HELP: ClassVar[str]
     OPTIONS: ClassVar[tuple[Option, ...]]
 
-    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
         """options: as read_options gave them."""
 
-    def run(self, seeing: Seeing) -> Seeing:
-        """The same frame with this stage's part filled in."""
+    def run(self, state: FrameState) -> FrameState:
+        """Return the same frame with this stage's part filled in."""
 
-    def picture(self, seeing: Seeing) -> Picture:
-        """What this stage made of the frame that run() gave back, as a picture of its size."""
+    def picture(self, state: FrameState) -> Picture:
+        """Draw this stage's part of the state that run() returned, as a picture of its size."""
 
 
 STAGES = Registry("stage", {
-    "noise": "app.vision.stages.noise:Noise",  # less grain: median, bilateral, or over time
+    "noise": "app.vision.stages.noise:NoiseReduction",  # less grain: median, bilateral, or over time
     "colours": "app.vision.stages.colours:Colours",  # each pixel's colour from a lookup table
     "edges": "app.vision.stages.edges:Edges",  # how steep the picture is
     "blobs": "app.vision.stages.blobs:FindBlobs",  # patches of one colour: where, how large, of what form
-    "butterfly": "app.vision.stages.ssl_robots:Butterfly",  # robots by the Small Size League's five dots
-    "tags": "app.vision.stages.patch_robots:Tags",  # robots by a team's colour beside their own
+    "butterfly": "app.vision.stages.ssl_robots:SslRobots",  # robots by the Small Size League's five dots
+    "tags": "app.vision.stages.patch_robots:PatchRobots",  # robots by a team's colour beside their own
     "markers": "app.vision.stages.markers:Markers",  # patches of a team's colour, and no more
     "ball": "app.vision.stages.ball:FindBall",  # the ball
-    "places": "app.vision.stages.localise:Places",  # pixels to field mm, at each thing's own height
+    "places": "app.vision.stages.localise:Localise",  # pixels to field mm, at each thing's own height
 })

@@ -9,7 +9,7 @@ import numpy as np
 from app.core.colour_profile import NAMES
 from app.core.detections import Detection
 from app.core.options import Option
-from app.vision.stages import Picture, Seeing, Setting
+from app.vision.stages import FrameState, Picture, StageContext
 
 _HAT_MM = 75.0  # from a robot's middle: no ball is seen there
 _SHARP = 40.0  # grey levels a pixel at the rim of a ball in a sharp picture
@@ -28,38 +28,38 @@ class FindBall:
         Option("most", "int", 1, "How many balls are told, the surest first.", (1, 50)),
     )
 
-    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
-        self._options, self._setting = options, setting
+    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
+        self._options, self._context = options, context
 
-    def run(self, seeing: Seeing) -> Seeing:
-        options, radius = self._options, self._setting.ball_radius_mm
-        if options["colour"] not in seeing.colours:
-            return seeing
-        blobs = seeing.blobs.only(seeing.blobs.colour == seeing.colours.index(options["colour"]) + 1)
+    def run(self, state: FrameState) -> FrameState:
+        options, radius = self._options, self._context.ball_radius_mm
+        if options["colour"] not in state.colours:
+            return state
+        blobs = state.blobs.only(state.blobs.colour == state.colours.index(options["colour"]) + 1)
         if not len(blobs):
-            return seeing
-        mm_per_px = self._setting.view.spread(blobs.middle, radius)[1]
+            return state
+        mm_per_px = self._context.view.spread(blobs.middle, radius)[1]
         size = blobs.area * np.abs(np.linalg.det(np.nan_to_num(mm_per_px))) / (np.pi * radius**2)
         good = ((size >= options["least_size"]) & (size <= options["most_size"])
-                & (blobs.roundness >= options["least_roundness"]) & ~self._on_a_robot(seeing, blobs.middle, mm_per_px))
+                & (blobs.roundness >= options["least_roundness"]) & ~self._on_a_robot(state, blobs.middle, mm_per_px))
         like = np.exp(-np.log(np.maximum(size, 1e-3)) ** 2) * blobs.roundness
         if not np.isnan(blobs.sharpness).any():
             like *= np.minimum(1, 0.4 + 0.6 * blobs.sharpness / _SHARP)
         order = [i for i in np.argsort(-like) if good[i]][:options["most"]]
-        return seeing.with_found(*(Detection(
+        return state.with_found(*(Detection(
             "ball", (float(blobs.middle[i, 0]), float(blobs.middle[i, 1])), z_mm=radius,
             confidence=float(like[i]), area_px=float(blobs.area[i])) for i in order))
 
-    def _on_a_robot(self, seeing: Seeing, middles: np.ndarray, mm_per_px: np.ndarray) -> np.ndarray:
-        robots = np.array([d.pixel for d in seeing.found if d.kind == "robot"]).reshape(-1, 2)
-        if not len(robots) or self._setting.robot_z_mm < 100:
+    def _on_a_robot(self, state: FrameState, middles: np.ndarray, mm_per_px: np.ndarray) -> np.ndarray:
+        robots = np.array([d.pixel for d in state.found if d.kind == "robot"]).reshape(-1, 2)
+        if not len(robots) or self._context.robot_z_mm < 100:
             return np.zeros(len(middles), bool)  # a small robot's own colours are told by its tag
         away = np.einsum("nij,nrj->nri", mm_per_px, middles[:, None] - robots)
         return (np.linalg.norm(away, axis=-1) < _HAT_MM).any(axis=1)
 
-    def picture(self, seeing: Seeing) -> Picture:
-        drawn = seeing.clean // 2
-        for ball in (d for d in seeing.found if d.kind == "ball"):
+    def picture(self, state: FrameState) -> Picture:
+        drawn = state.clean // 2
+        for ball in (d for d in state.found if d.kind == "ball"):
             x, y = ball.pixel
             radius = max(4.0, np.sqrt(ball.area_px / np.pi) + 3)
             cv2.circle(drawn, (round(16 * x), round(16 * y)), round(16 * radius), NAMES[self._options["colour"]], 2,

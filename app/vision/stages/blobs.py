@@ -11,11 +11,11 @@ from app.core.colour_profile import NAMES
 from app.core.options import Option
 from app.vision.blobs.features import Blobs, fine_middles
 from app.vision.blobs.runs import runs_of
-from app.vision.stages import Picture, Seeing, Setting
+from app.vision.stages import FrameState, Picture, StageContext
 
 _FLOOD_PX = 120_000  # of one colour: more is a floor or badly learned, and would take longer than a frame
 
-_MOST = 1000  # patches, the largest: no game has more, and noise has no end
+_MAX_BLOBS = 1000  # patches, the largest: no game has more, and noise has no end
 
 
 class FindBlobs:
@@ -29,42 +29,42 @@ class FindBlobs:
         Option("join_px", "int", 0, "Close gaps of so many pixels between pixels of one colour.", (0, 3), "px"),
     )
 
-    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
-        self._options, self._view = options, setting.view
+    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
+        self._options, self._view = options, context.view
 
-    def run(self, seeing: Seeing) -> Seeing:
-        labels, notes = self._without_floods(seeing)
+    def run(self, state: FrameState) -> FrameState:
+        labels, notes = self._without_floods(state)
         if self._options["join_px"]:
             labels = _joined(labels, self._options["join_px"])
         blobs = Blobs.of(runs_of(labels))
         blobs = blobs.only(blobs.area >= self._options["least_px"])
-        if len(blobs) > _MOST:
-            blobs = blobs.only(np.isin(np.arange(len(blobs)), np.argsort(-blobs.area)[:_MOST]))
+        if len(blobs) > _MAX_BLOBS:
+            blobs = blobs.only(np.isin(np.arange(len(blobs)), np.argsort(-blobs.area)[:_MAX_BLOBS]))
         if len(blobs):
             size = blobs.area * self._view.scale(blobs.middle) ** 2
             blobs = blobs.only((size >= self._options["least_mm2"]) & (size <= self._options["most_mm2"]))
         if len(blobs):
-            blobs = replace(blobs, middle=fine_middles(seeing.clean, blobs, labels), sharpness=_rims(seeing, blobs))
-        return replace(seeing, blobs=blobs, notes=seeing.notes + notes)
+            blobs = replace(blobs, middle=fine_middles(state.clean, blobs, labels), sharpness=_rims(state, blobs))
+        return replace(state, blobs=blobs, notes=state.notes + notes)
 
-    def _without_floods(self, seeing: Seeing) -> tuple[np.ndarray, tuple[str, ...]]:
+    def _without_floods(self, state: FrameState) -> tuple[np.ndarray, tuple[str, ...]]:
         """A thinned look first: a colour that is all over the picture would take seconds to join, and mean nothing."""
-        thin = np.bincount(seeing.labels[::8, ::8].ravel(), minlength=len(seeing.colours) + 1)
+        thin = np.bincount(state.labels[::8, ::8].ravel(), minlength=len(state.colours) + 1)
         flooded = np.flatnonzero(64 * thin[1:] > _FLOOD_PX) + 1
         if not flooded.size:
-            return seeing.labels, ()
+            return state.labels, ()
         keep = np.arange(256, dtype=np.uint8)
         keep[flooded] = 0
-        notes = tuple(f"The colour {seeing.colours[i - 1]} covers {100 * thin[i] / thin.sum():.0f} % of the picture "
+        notes = tuple(f"The colour {state.colours[i - 1]} covers {100 * thin[i] / thin.sum():.0f} % of the picture "
                       "and is left out: learn it again." for i in flooded)
-        return cv2.LUT(seeing.labels, keep), notes
+        return cv2.LUT(state.labels, keep), notes
 
-    def picture(self, seeing: Seeing) -> Picture:
+    def picture(self, state: FrameState) -> Picture:
         """Each patch's box in its colour, and its middle."""
-        drawn = seeing.clean // 2
-        blobs = seeing.blobs
+        drawn = state.clean // 2
+        blobs = state.blobs
         for colour, (x0, y0, x1, y1), (x, y) in zip(blobs.colour, blobs.box.tolist(), blobs.middle, strict=True):
-            paint = NAMES[seeing.colours[colour - 1]]
+            paint = NAMES[state.colours[colour - 1]]
             cv2.rectangle(drawn, (x0 - 2, y0 - 2), (x1 + 2, y1 + 2), paint, 1)
             cv2.circle(drawn, (round(16 * x), round(16 * y)), 16, paint, -1, cv2.LINE_AA, 4)
         return drawn
@@ -77,14 +77,14 @@ def _joined(labels: np.ndarray, gap: int) -> np.ndarray:
     return np.where(labels > 0, labels, closed)
 
 
-def _rims(seeing: Seeing, blobs: Blobs) -> np.ndarray:
+def _rims(state: FrameState, blobs: Blobs) -> np.ndarray:
     """(n,) mean steepness along each box's ellipse; NaN without the stage of edges."""
-    if seeing.sharpness is None:
+    if state.sharpness is None:
         return blobs.sharpness
     turn = np.linspace(0, 2 * np.pi, 16, endpoint=False)
     half = (blobs.box[:, 2:] - blobs.box[:, :2] + 1) / 2
     middle = (blobs.box[:, :2] + blobs.box[:, 2:]) / 2
     ring = middle[:, None] + half[:, None] * np.stack([np.cos(turn), np.sin(turn)], -1)
-    h, w = seeing.sharpness.shape
+    h, w = state.sharpness.shape
     x, y = np.clip(np.rint(ring[..., 0]), 0, w - 1).astype(int), np.clip(np.rint(ring[..., 1]), 0, h - 1).astype(int)
-    return seeing.sharpness[y, x].mean(axis=1)
+    return state.sharpness[y, x].mean(axis=1)

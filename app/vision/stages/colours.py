@@ -12,14 +12,14 @@ import numpy as np
 
 from app.core.colour_profile import NAMES, Bgr
 from app.core.options import Option
-from app.vision.colour.learning import light_of
+from app.vision.colour.learning import mean_light
 from app.vision.colour.table import in_light, table_of
-from app.vision.stages import Picture, Seeing, Setting
+from app.vision.stages import FrameState, Picture, StageContext
 
 _EVERY = 5  # frames; lamps and clouds are slower
 _NEW = 0.25  # of a fresh measure of the light, in what is believed
 _STEP = 1.04  # a table is made anew when the light has changed by that
-_MOST, _LEAST = 2.5, 0.4  # beyond that, the picture shows something else
+_MAX_GAIN, _MIN_GAIN = 2.5, 0.4  # beyond that, the picture shows something else
 
 
 class Colours:
@@ -32,51 +32,51 @@ class Colours:
         Option("follow", "bool", True, "Follow slow changes of the light."),
     )
 
-    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
         self._follow = options["follow"]
-        self._learned_in = setting.profile.light
-        self._table, self._names = table_of(setting.profile)
+        self._learned_in = context.profile.light
+        self._table, self._names = table_of(context.profile)
         wanted = np.array([False] + [name in options["everywhere"] for name in self._names])
         self._wanted = np.where(wanted[self._table], self._table, 0).astype(np.uint8)
         self._gain: np.ndarray = np.ones(3)
         self._gain_of_table = np.ones(3)
         self._now = self._wanted
         self._frames = 0
-        self._within = setting.within
+        self._within = context.within
 
     @property
     def light(self) -> Bgr:
         """How much brighter it is than when the colours were learned, in blue, green and red."""
         return tuple(float(v) for v in self._gain)
 
-    def run(self, seeing: Seeing) -> Seeing:
+    def run(self, state: FrameState) -> FrameState:
         if self._follow and self._learned_in is not None:
-            self._measure(seeing.pixels)
-        codes = _codes(seeing.clean)
+            self._measure(state.pixels)
+        codes = _codes(state.clean)
         labels = np.empty(codes.shape, np.uint8)
         np.take(self._now, codes, out=labels, mode="clip")
         if self._within is not None:
             cv2.bitwise_and(labels, self._within, labels)
-        return replace(seeing, labels=labels, colours=self._names, light=self.light)
+        return replace(state, labels=labels, colours=self._names, light=self.light)
 
     def _measure(self, pixels: Picture) -> None:
         first = self._frames == 0
         self._frames += 1
         if not first and self._frames % _EVERY:
             return
-        seen = np.array(light_of(pixels)) + 1
-        fresh = np.clip(seen / (np.array(self._learned_in) + 1), _LEAST, _MOST)
+        seen = np.array(mean_light(pixels)) + 1
+        fresh = np.clip(seen / (np.array(self._learned_in) + 1), _MIN_GAIN, _MAX_GAIN)
         self._gain = fresh if first else self._gain * (fresh / self._gain) ** _NEW
         change = self._gain / self._gain_of_table
         if max(change.max(), 1 / change.min()) > _STEP:
             self._gain_of_table = self._gain.copy()
             self._now = in_light(self._wanted, tuple(self._gain))
 
-    def picture(self, seeing: Seeing) -> Picture:
+    def picture(self, state: FrameState) -> Picture:
         """All colours of the table, those too that are not looked for everywhere, on a dim picture."""
-        named = in_light(self._table, tuple(self._gain_of_table))[_codes(seeing.clean)]
+        named = in_light(self._table, tuple(self._gain_of_table))[_codes(state.clean)]
         paint = np.array([(0, 0, 0)] + [NAMES[name] for name in self._names], np.uint8)
-        return np.where(named[..., None] > 0, paint[named], seeing.clean // 3)
+        return np.where(named[..., None] > 0, paint[named], state.clean // 3)
 
 
 def _codes(pixels: Picture) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import cv2
 
 from app.core.options import Option
-from app.vision.stages import Picture, Seeing, Setting
+from app.vision.stages import FrameState, Picture, StageContext
 
 
 class Edges:
@@ -18,18 +18,18 @@ class Edges:
         Option("channel", "choice", "all", "Grey only, or the steepest of the three colours.", choices=("grey", "all")),
     )
 
-    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
         self._all = options["channel"] == "all"
 
-    def run(self, seeing: Seeing) -> Seeing:
-        planes = cv2.split(seeing.clean) if self._all else [cv2.cvtColor(seeing.clean, cv2.COLOR_BGR2GRAY)]
+    def run(self, state: FrameState) -> FrameState:
+        planes = cv2.split(state.clean) if self._all else [cv2.cvtColor(state.clean, cv2.COLOR_BGR2GRAY)]
         steepest = _steep(planes[0])
         for plane in planes[1:]:
             cv2.max(steepest, _steep(plane), steepest)
-        return replace(seeing, sharpness=steepest)
+        return replace(state, sharpness=steepest)
 
-    def picture(self, seeing: Seeing) -> Picture:
-        return cv2.cvtColor(seeing.sharpness, cv2.COLOR_GRAY2BGR)
+    def picture(self, state: FrameState) -> Picture:
+        return cv2.cvtColor(state.sharpness, cv2.COLOR_GRAY2BGR)
 
 
 _CROSS = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))

@@ -1,7 +1,7 @@
-"""From pixels to places at a height, and how many mm a pixel is there: what stages ask of a calibration.
+"""From pixels to places at a height, and how many mm a pixel is there: what stages need of a calibration.
 
-    view = View.of(model)                            any camera model; one without rays knows the carpet only
-    places, mm_per_px = view.spread(pixels, z_mm)    (n, 2) mm, and (n, 2, 2): how the place moves with the pixel
+    locator = FieldLocator.of(model)                    any camera model; one without rays knows the carpet only
+    places, mm_per_px = locator.spread(pixels, z_mm)    (n, 2) mm, and (n, 2, 2): how the place moves with the pixel
 """
 
 from dataclasses import dataclass, field
@@ -20,10 +20,10 @@ _GRID = (33, 25)
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class FieldLocator:
     """model: a camera model, or None where there is no calibration: a pixel then is mm_per_px everywhere.
 
-    eye_mm: where the camera hangs, told by hand for a model without rays, so that heights are allowed for.
+    eye_mm: the camera's position, given by hand for a model without rays, so that heights count.
     has_rays: the model can unproject to any height.
     """
 
@@ -40,7 +40,7 @@ class View:
 
     @classmethod
     def flat(cls, image_size: ImageSize, mm_per_px: float) -> Self:
-        """Without a calibration: sizes are right to the scale that is told, and places are not told."""
+        """Without a calibration: sizes follow the given scale, and there are no field places."""
         return cls(image_size, None, mm_per_px)
 
     @property

@@ -3,7 +3,7 @@
     Σ = J Σ_px Jᵀ + σ_cal² I          J: how the place moves with the pixel
 
 A model without rays knows the carpet only: there a robot's place is off by its height over the camera's, times how far
-it is from below the camera. With eye_height_mm told by hand that is undone; without, the answer says on_carpet.
+it is from below the camera. With the camera's position given by hand that is undone; else it is on_carpet.
 """
 
 from collections.abc import Mapping
@@ -14,11 +14,11 @@ import numpy as np
 
 from app.core.detections import Detection
 from app.core.options import Option
-from app.vision.stages import Picture, Seeing, Setting
-from app.vision.stages.ssl_robots import drawn_robots
+from app.vision.stages import FrameState, Picture, StageContext
+from app.vision.stages.ssl_robots import draw_robots
 
 
-class Places:
+class Localise:
     NAME: ClassVar = "places"
     TITLE: ClassVar = "Places"
     HELP: ClassVar = "From pixels to field millimetres at each thing's own height, with covariance."
@@ -30,20 +30,20 @@ class Places:
         Option("hat_sigma_mm", "float", 0.0, "And at the height of the robots' tops.", (0, 500), "mm"),
     )
 
-    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
-        self._options, self._setting = options, setting
+    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
+        self._options, self._context = options, context
 
-    def run(self, seeing: Seeing) -> Seeing:
-        if not self._setting.view.tells_places or not seeing.found:
-            return seeing
-        placed = list(seeing.found)
-        for z_mm in {d.z_mm for d in seeing.found}:
-            group = [i for i, d in enumerate(seeing.found) if d.z_mm == z_mm]
-            pixels = np.array([seeing.found[i].pixel for i in group])
-            places, mm_per_px = self._setting.view.spread(pixels, z_mm)
+    def run(self, state: FrameState) -> FrameState:
+        if not self._context.view.tells_places or not state.found:
+            return state
+        placed = list(state.found)
+        for z_mm in {d.z_mm for d in state.found}:
+            group = [i for i, d in enumerate(state.found) if d.z_mm == z_mm]
+            pixels = np.array([state.found[i].pixel for i in group])
+            places, mm_per_px = self._context.view.spread(pixels, z_mm)
             for i, place, turns in zip(group, places, mm_per_px, strict=True):
                 placed[i] = self._placed(placed[i], place, turns)
-        return replace(seeing, found=tuple(placed))
+        return replace(state, found=tuple(placed))
 
     def _placed(self, found: Detection, place: np.ndarray, mm_per_px: np.ndarray) -> Detection:
         """Left without a place where the line of sight meets nothing."""
@@ -54,7 +54,7 @@ class Places:
         spread = sigma**2 * mm_per_px @ mm_per_px.T + known**2 * np.eye(2)
         return replace(found, x_mm=float(place[0]), y_mm=float(place[1]),
                        covariance_mm2=tuple(tuple(float(v) for v in row) for row in spread),
-                       on_carpet=not self._setting.view.knows_heights and found.z_mm != 0)
+                       on_carpet=not self._context.view.knows_heights and found.z_mm != 0)
 
-    def picture(self, seeing: Seeing) -> Picture:
-        return drawn_robots(seeing, self._setting)
+    def picture(self, state: FrameState) -> Picture:
+        return draw_robots(state, self._context)

@@ -8,8 +8,8 @@ import numpy as np
 from app.core.colour_profile import NAMES
 from app.core.detections import Detection
 from app.core.options import Option
-from app.vision.stages import Picture, Seeing, Setting
-from app.vision.stages.ssl_robots import drawn_robots
+from app.vision.stages import FrameState, Picture, StageContext
+from app.vision.stages.ssl_robots import draw_robots
 
 
 class Markers:
@@ -23,21 +23,21 @@ class Markers:
         Option("least_roundness", "float", 0.15, "1 is a disc or a square, 0 a line.", (0, 1)),
     )
 
-    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
-        self._options, self._setting = options, setting
+    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
+        self._options, self._context = options, context
 
-    def run(self, seeing: Seeing) -> Seeing:
-        teams = {seeing.colours.index(name) + 1: name for name in self._options["teams"] if name in seeing.colours}
-        blobs = seeing.blobs.only(np.isin(seeing.blobs.colour, list(teams))
-                                  & (seeing.blobs.roundness >= self._options["least_roundness"]))
+    def run(self, state: FrameState) -> FrameState:
+        teams = {state.colours.index(name) + 1: name for name in self._options["teams"] if name in state.colours}
+        blobs = state.blobs.only(np.isin(state.blobs.colour, list(teams))
+                                 & (state.blobs.roundness >= self._options["least_roundness"]))
         if not len(blobs):
-            return seeing
-        z_mm = self._setting.robot_z_mm
-        mm2 = blobs.area * np.abs(np.linalg.det(np.nan_to_num(self._setting.view.spread(blobs.middle, z_mm)[1])))
+            return state
+        z_mm = self._context.robot_z_mm
+        mm2 = blobs.area * np.abs(np.linalg.det(np.nan_to_num(self._context.view.spread(blobs.middle, z_mm)[1])))
         good = np.flatnonzero((mm2 >= self._options["least_mm2"]) & (mm2 <= self._options["most_mm2"]))
-        return seeing.with_found(*(Detection(
+        return state.with_found(*(Detection(
             "marker", (float(blobs.middle[i, 0]), float(blobs.middle[i, 1])), teams[int(blobs.colour[i])], z_mm=z_mm,
             confidence=float(blobs.roundness[i]), area_px=float(blobs.area[i])) for i in good))
 
-    def picture(self, seeing: Seeing) -> Picture:
-        return drawn_robots(seeing, self._setting)
+    def picture(self, state: FrameState) -> Picture:
+        return draw_robots(state, self._context)

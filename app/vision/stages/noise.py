@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 import cv2
 
 from app.core.options import Option
-from app.vision.stages import Picture, Seeing, Setting
+from app.vision.stages import FrameState, Picture, StageContext
 
 
-class Noise:
+class NoiseReduction:
     """Over time, a pixel that has changed by less than `still` is a mixture of what it was and what it is."""
 
     NAME: ClassVar = "noise"
@@ -24,19 +24,19 @@ class Noise:
                "grey levels"),
     )
 
-    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
+    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
         self._options = options
         self._before: Picture | None = None
 
-    def run(self, seeing: Seeing) -> Seeing:
-        method, pixels = self._options["method"], seeing.pixels
+    def run(self, state: FrameState) -> FrameState:
+        method, pixels = self._options["method"], state.pixels
         if method == "none":
-            return seeing
+            return state
         if method == "median":
-            return replace(seeing, clean=cv2.medianBlur(pixels, 3))
+            return replace(state, clean=cv2.medianBlur(pixels, 3))
         if method == "bilateral":
-            return replace(seeing, clean=cv2.bilateralFilter(pixels, 5, 25, 2))
-        return replace(seeing, clean=self._over_time(pixels))
+            return replace(state, clean=cv2.bilateralFilter(pixels, 5, 25, 2))
+        return replace(state, clean=self._over_time(pixels))
 
     def _over_time(self, pixels: Picture) -> Picture:
         if self._before is None or self._before.shape != pixels.shape:
@@ -52,5 +52,5 @@ class Noise:
         self._before = mixed
         return mixed
 
-    def picture(self, seeing: Seeing) -> Picture:
-        return seeing.clean
+    def picture(self, state: FrameState) -> Picture:
+        return state.clean

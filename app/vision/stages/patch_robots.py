@@ -13,14 +13,14 @@ from app.core.colour_profile import NAMES
 from app.core.detections import Detection
 from app.core.options import Option
 from app.vision.blobs.features import Blobs
-from app.vision.stages import Picture, Seeing, Setting
-from app.vision.stages.ssl_robots import drawn_robots
+from app.vision.stages import FrameState, Picture, StageContext
+from app.vision.stages.ssl_robots import draw_robots
 
 OWN = tuple(name for name in NAMES if name not in ("orange", "yellow", "blue"))
 _TURNED_RAD = 0.012  # a tenth of a pixel at each end of a tag of a dozen pixels
 
 
-class Tags:
+class PatchRobots:
     NAME: ClassVar = "tags"
     TITLE: ClassVar = "Two-colour tags"
     HELP: ClassVar = "Finds small robots by a team's patch and the robot's own colours beside it."
@@ -36,16 +36,16 @@ class Tags:
                "°"),
     )
 
-    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
-        self._options, self._setting = options, setting
+    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
+        self._options, self._context = options, context
 
-    def run(self, seeing: Seeing) -> Seeing:
-        z_mm, blobs = self._setting.robot_z_mm, seeing.blobs
+    def run(self, state: FrameState) -> FrameState:
+        z_mm, blobs = self._context.robot_z_mm, state.blobs
         if not len(blobs):
-            return seeing
-        places, mm_per_px = self._setting.view.spread(blobs.middle, z_mm)
-        team = _numbers_of(seeing, self._options["teams"])
-        own = _numbers_of(seeing, self._options["numbers"])
+            return state
+        places, mm_per_px = self._context.view.spread(blobs.middle, z_mm)
+        team = _numbers_of(state, self._options["teams"])
+        own = _numbers_of(state, self._options["numbers"])
         teams = [i for i in range(len(blobs)) if int(blobs.colour[i]) in team]
         others = np.array([i for i in range(len(blobs)) if int(blobs.colour[i]) in own], int)
         found, taken = [], set()
@@ -56,8 +56,8 @@ class Tags:
             if mine is None:
                 continue
             taken.update(mine)
-            found.append(self._robot(seeing, blobs, places, mm_per_px, i, mine, own))
-        return seeing.with_found(*found)
+            found.append(self._robot(state, blobs, places, mm_per_px, i, mine, own))
+        return state.with_found(*found)
 
     def _misfit(self, places: np.ndarray, i: int, others: np.ndarray) -> float:
         return float(np.min(np.abs(_away(places, i, others) - self._options["apart_mm"]), initial=np.inf))
@@ -69,8 +69,8 @@ class Tags:
         near = [int(j) for j in free[np.argsort(off)][:count] if abs(_away(places, i, j) - apart) <= slack * apart]
         return near if len(near) == count else None
 
-    def _robot(self, seeing: Seeing, blobs: Blobs, places: np.ndarray, mm_per_px: np.ndarray, i: int, mine: list[int],
-               own: dict[int, int]) -> Detection:
+    def _robot(self, state: FrameState, blobs: Blobs, places: np.ndarray, mm_per_px: np.ndarray, i: int, mine:
+               list[int], own: dict[int, int]) -> Detection:
         way = places[mine].mean(axis=0) - places[i]
         turn = np.arctan2(way[1], way[0]) + np.radians(self._options["front_deg"])
         # From the robot's left to its right.
@@ -82,20 +82,20 @@ class Tags:
         middle = (blobs.middle[i] + blobs.middle[mine].mean(axis=0)) / 2
         fit = 1 - abs(np.hypot(*way) - self._options["apart_mm"]) / self._options["apart_mm"]
         scale = float(np.sqrt(abs(np.linalg.det(mm_per_px[i]))))
-        return Detection("robot", (float(middle[0]), float(middle[1])), seeing.colours[int(blobs.colour[i]) - 1],
-                         int(number), z_mm=self._setting.robot_z_mm,
+        return Detection("robot", (float(middle[0]), float(middle[1])), state.colours[int(blobs.colour[i]) - 1],
+                         int(number), z_mm=self._context.robot_z_mm,
                          orientation_rad=float((turn + np.pi) % (2 * np.pi) - np.pi),
                          confidence=float(np.clip(fit, 0, 1)),
                          orientation_sigma_rad=float(np.hypot(_TURNED_RAD, 0.15 * scale / self._options["apart_mm"])),
                          area_px=float(blobs.area[[i, *mine]].sum()))
 
-    def picture(self, seeing: Seeing) -> Picture:
-        return drawn_robots(seeing, self._setting)
+    def picture(self, state: FrameState) -> Picture:
+        return draw_robots(state, self._context)
 
 
-def _numbers_of(seeing: Seeing, names: tuple[str, ...]) -> dict[int, int]:
+def _numbers_of(state: FrameState, names: tuple[str, ...]) -> dict[int, int]:
     """Which place among the names each of the table's numbers has."""
-    return {seeing.colours.index(name) + 1: place for place, name in enumerate(names) if name in seeing.colours}
+    return {state.colours.index(name) + 1: place for place, name in enumerate(names) if name in state.colours}
 
 
 def _away(places: np.ndarray, i: int, others: Any) -> np.ndarray:

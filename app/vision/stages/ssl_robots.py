@@ -16,16 +16,16 @@ from app.core.options import Option
 from app.core.ssl_pattern import NUMBER_OF, TEAM_DOT_MM
 from app.vision.blobs.features import Blobs
 from app.vision.blobs.pattern_match import Patterns, patterns_at, unmixing
-from app.vision.stages import Picture, Seeing, Setting
+from app.vision.stages import FrameState, Picture, StageContext
 
 TEAMS = ("yellow", "blue")
 _TEAM_DOT_MM2 = np.pi * (TEAM_DOT_MM / 2) ** 2
 _APART_MM = 120.0  # two robots are never nearer than 180
 _HALF_THERE = 0.35  # of a dot's usual share: less is hidden
-_MOST_ROBOTS = 64
+_MAX_ROBOTS = 64
 
 
-class Butterfly:
+class SslRobots:
     NAME: ClassVar = "butterfly"
     TITLE: ClassVar = "Butterfly patterns"
     HELP: ClassVar = "Finds robots by the Small Size League's five dots, with number and front."
@@ -37,30 +37,30 @@ class Butterfly:
                (0, 1)),
     )
 
-    def __init__(self, options: Mapping[str, Any], setting: Setting) -> None:
-        self._options, self._setting = options, setting
-        self._pink, self._green = (_usual(setting, name) for name in ("pink", "green"))
+    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
+        self._options, self._context = options, context
+        self._pink, self._green = (_usual(context, name) for name in ("pink", "green"))
 
-    def run(self, seeing: Seeing) -> Seeing:
-        teams = {seeing.colours.index(name) + 1: name for name in TEAMS if name in seeing.colours}
-        blobs = seeing.blobs.only(np.isin(seeing.blobs.colour, list(teams)))
+    def run(self, state: FrameState) -> FrameState:
+        teams = {state.colours.index(name) + 1: name for name in TEAMS if name in state.colours}
+        blobs = state.blobs.only(np.isin(state.blobs.colour, list(teams)))
         if not len(blobs):
-            return seeing
-        view, z_mm = self._setting.view, self._setting.robot_z_mm
+            return state
+        view, z_mm = self._context.view, self._context.robot_z_mm
         places, mm_per_px = view.spread(blobs.middle, z_mm)
         area_mm2 = blobs.area * np.abs(np.linalg.det(np.nan_to_num(mm_per_px)))
         low, high = (self._options[name] * _TEAM_DOT_MM2 for name in ("least_size", "most_size"))
         fits = np.isfinite(places).all(axis=1) & (area_mm2 >= low) & (area_mm2 <= high)
-        fits[np.flatnonzero(fits)[_MOST_ROBOTS * 4:]] = False
+        fits[np.flatnonzero(fits)[_MAX_ROBOTS * 4:]] = False
         if not fits.any():
-            return seeing
+            return state
         blobs, places, mm_per_px = blobs.only(fits), places[fits], mm_per_px[fits]
-        found = patterns_at(seeing.clean, blobs.middle, mm_per_px, unmixing(self._pink, self._green, seeing.light))
+        found = patterns_at(state.clean, blobs.middle, mm_per_px, unmixing(self._pink, self._green, state.light))
         kept = self._kept(found, places)
         px_per_mm = np.linalg.inv(mm_per_px)
         middles = blobs.middle + np.einsum("nij,nj->ni", px_per_mm, found.middle)
-        return seeing.with_found(*(self._robot(found, i, teams[int(blobs.colour[i])], middles[i], blobs, z_mm)
-                                   for i in kept))
+        return state.with_found(*(self._robot(found, i, teams[int(blobs.colour[i])], middles[i], blobs, z_mm)
+                                  for i in kept))
 
     def _kept(self, found: Patterns, places: np.ndarray) -> list[int]:
         """Those with three dots or more where they belong; of two that would overlap, the better."""
@@ -71,31 +71,31 @@ class Butterfly:
         for i in good[np.argsort(found.rest_mm[good])]:
             if all(np.hypot(*(at[i] - at[j])) > _APART_MM for j in kept):
                 kept.append(int(i))
-        return kept[:_MOST_ROBOTS]
+        return kept[:_MAX_ROBOTS]
 
     def _robot(self, found: Patterns, i: int, team: str, middle: np.ndarray, blobs: Blobs, z_mm: float) -> Detection:
-        told = bool((found.cover[i] > _HALF_THERE).all() and found.sure[i].min() >= self._options["sure"])
-        number = NUMBER_OF[tuple(bool(g) for g in found.green[i])] if told else None
+        readable = bool((found.cover[i] > _HALF_THERE).all() and found.sure[i].min() >= self._options["sure"])
+        number = NUMBER_OF[tuple(bool(g) for g in found.green[i])] if readable else None
         fit = float(np.exp(-(found.rest_mm[i] / self._options["rest_mm"]) ** 2))
-        confidence = fit * float(np.clip(found.sure[i].min(), 0, 1)) if told else 0.5 * fit
+        confidence = fit * float(np.clip(found.sure[i].min(), 0, 1)) if readable else 0.5 * fit
         # Five dots, each off by what is left on average, at 65 mm from the middle.
         sigma = max(float(found.rest_mm[i]), 0.5) / (np.sqrt(4) * 65)
         turn = float((found.turn[i] + np.pi) % (2 * np.pi) - np.pi)
         return Detection("robot", (float(middle[0]), float(middle[1])), team, number, z_mm=z_mm, orientation_rad=turn,
                          confidence=confidence, orientation_sigma_rad=float(sigma), area_px=float(blobs.area[i]))
 
-    def picture(self, seeing: Seeing) -> Picture:
+    def picture(self, state: FrameState) -> Picture:
         """Each robot's middle, front and number."""
-        return drawn_robots(seeing, self._setting)
+        return draw_robots(state, self._context)
 
 
-def drawn_robots(seeing: Seeing, setting: Setting) -> Picture:
-    drawn = seeing.clean // 2
-    robots = [d for d in seeing.found if d.kind != "ball"]
+def draw_robots(state: FrameState, context: StageContext) -> Picture:
+    drawn = state.clean // 2
+    robots = [d for d in state.found if d.kind != "ball"]
     if not robots:
         return drawn
     middles = np.array([robot.pixel for robot in robots])
-    px_per_mm = np.linalg.inv(setting.view.spread(middles, setting.robot_z_mm)[1])
+    px_per_mm = np.linalg.inv(context.view.spread(middles, context.robot_z_mm)[1])
     for robot, (x, y), turn in zip(robots, middles, px_per_mm, strict=True):
         paint = NAMES.get(robot.team or "", (255, 255, 255))
         at = (round(x), round(y))
@@ -108,7 +108,7 @@ def drawn_robots(seeing: Seeing, setting: Setting) -> Picture:
     return drawn
 
 
-def _usual(setting: Setting, name: str) -> tuple[float, float, float]:
+def _usual(context: StageContext, name: str) -> tuple[float, float, float]:
     """A colour's middle sample, or how it usually looks."""
-    samples = setting.profile.colours.get(name)
+    samples = context.profile.colours.get(name)
     return tuple(np.mean([s.bgr for s in samples], axis=0)) if samples else NAMES[name]

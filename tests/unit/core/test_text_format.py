@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.text_format import plain, sentence, with_sigma
+from app.core.text_format import format_number, format_with_sigma, sentence
 
 
 @pytest.mark.parametrize("value, text", [
@@ -14,7 +14,7 @@ from app.core.text_format import plain, sentence, with_sigma
     (1534.0, "1534"), (-6.4e-05, "−0.000064"), (-3.14e-8, "−3.1 × 10⁻⁸"), (4.2e7, "4.2 × 10⁷"), (-0.0, "0"),
     (5e-324, "4.9 × 10⁻³²⁴"), (float("nan"), "not known"), (float("inf"), "not known")])
 def test_a_number_is_printed_as_people_write_it(value, text):
-    assert plain(value) == text
+    assert format_number(value) == text
 
 
 @pytest.mark.parametrize("value, sigma, text", [
@@ -23,12 +23,12 @@ def test_a_number_is_printed_as_people_write_it(value, text):
     (1234.56, 21.0, "1235 ± 21"), (0.5, 0.0, "0.5"), (0.5, 5e-324, "0.5"),
     (0.00001, 0.4, "0.00 ± 0.4"), (-0.00001, 0.4, "0.00 ± 0.4")])
 def test_a_value_has_the_digits_that_its_sigma_leaves_it(value, sigma, text):
-    assert with_sigma(value, sigma) == text
+    assert format_with_sigma(value, sigma) == text
 
 
 @given(st.floats(-1e12, 1e12), st.integers(1, 6))
 def test_it_can_be_read_back(value, digits):
-    text = plain(value, digits)
+    text = format_number(value, digits)
     assert "e" not in text and "-" not in text
     mantissa, _, power = text.replace("−", "-").partition(" × 10")
     read = float(mantissa) * 10.0 ** int(power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")) or 0)

@@ -7,34 +7,34 @@ from app.core.board import Board, BoardView
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize
 from app.evaluate.board.coverage import LEANS
-from app.evaluate.board.poses import ENOUGH, Pose, held
+from app.evaluate.board.poses import ENOUGH_VIEWS, BoardPose, pose_history
 from app.live.board_capture import STILL_S, BoardCapture
-from app.vision.board.quick_board import glimpse
+from app.vision.board.quick_board import find_board_quickly
 from tests.support.board_views import picture_of
 
 BOARD = Board("chessboard", 9, 6, 30.0)
 SIZE = ImageSize(640, 480)
 
 
-def pose(text: str) -> Pose:
+def pose(text: str) -> BoardPose:
     """The pose that the suggestion with that sentence draws."""
-    return Pose.from_points(next(w["outline"] for w in suggestions() if text in w["text"]), SIZE)
+    return BoardPose.from_points(next(w["outline"] for w in suggestions() if text in w["text"]), SIZE)
 
 
 def suggestions():
     """What is wanted one after the other by somebody who always does as he is told."""
     poses = []
-    while (wanted := held(poses, BOARD, SIZE).wanted) is not None:
+    while (wanted := pose_history(poses, BOARD, SIZE).wanted) is not None:
         yield wanted
-        poses.append(Pose.from_points(wanted["outline"], SIZE))
+        poses.append(BoardPose.from_points(wanted["outline"], SIZE))
         assert len(poses) < 60, "there is no end to what is wanted"
 
 
 def test_who_does_as_he_is_told_has_enough_in_the_end_and_no_view_twice():
     told = list(suggestions())
-    poses = [Pose.from_points(w["outline"], SIZE) for w in told]
-    done = held(poses, BOARD, SIZE)
-    assert ENOUGH <= len(told) <= 30
+    poses = [BoardPose.from_points(w["outline"], SIZE) for w in told]
+    done = pose_history(poses, BOARD, SIZE)
+    assert ENOUGH_VIEWS <= len(told) <= 30
     assert (done.cells > 0).mean() > 0.7 and min(done.leans.values()) >= 2
     assert not any(a.is_like(b) for i, a in enumerate(poses) for b in poses[:i])
 
@@ -43,30 +43,30 @@ def test_who_does_as_he_is_told_has_enough_in_the_end_and_no_view_twice():
 def test_the_edge_that_is_drawn_nearer_is_seen_nearer(nearer):
     for wanted in suggestions():
         if wanted["nearer"] == nearer:
-            assert Pose.from_points(wanted["outline"], SIZE).nearer == nearer
+            assert BoardPose.from_points(wanted["outline"], SIZE).nearer == nearer
             assert f"its {nearer} edge nearer" in wanted["text"]
 
 
 def test_turning_the_board_upside_down_is_no_new_view():
     quad = pose("facing the camera").quad
-    turned = Pose.from_points(np.roll(quad, 2, axis=0), SIZE)
-    assert turned.is_like(Pose.from_points(quad, SIZE)) and turned.moved_px(Pose.from_points(quad, SIZE)) == 0
+    turned = BoardPose.from_points(np.roll(quad, 2, axis=0), SIZE)
+    assert turned.is_like(BoardPose.from_points(quad, SIZE)) and turned.moved_px(BoardPose.from_points(quad, SIZE)) == 0
 
 
 def test_a_part_of_a_board_tells_where_the_rest_is():
     whole = pose("facing the camera")
     corners = whole.corners(BOARD)
-    part = Pose.of(BoardView(corners[18:33], BOARD.places_mm[18:33]), BOARD, SIZE)
+    part = BoardPose.of(BoardView(corners[18:33], BOARD.places_mm[18:33]), BOARD, SIZE)
     np.testing.assert_allclose(part.quad, whole.quad, atol=0.01)
-    assert Pose.of(BoardView(corners[:5], BOARD.places_mm[:5]), BOARD, SIZE) is None
-    assert Pose.of(BoardView(corners[:9], BOARD.places_mm[:9]), BOARD, SIZE) is None  # all on one line
+    assert BoardPose.of(BoardView(corners[:5], BOARD.places_mm[:5]), BOARD, SIZE) is None
+    assert BoardPose.of(BoardView(corners[:9], BOARD.places_mm[:9]), BOARD, SIZE) is None  # all on one line
 
 
 @pytest.mark.parametrize("points", [[[0, 0]] * 4, [[0, 0], [1, 1], [2, 2], [3, 3]], [[0, 0], [9, 9], [9, 0], [0, 9]],
                                     [[0, 0], [9, 0], [9, 9]], [[0, 0], [1e9, 0], [1e9, 1e9], [0, 1e9]]])
 def test_what_is_no_quad_is_refused(points):
     with pytest.raises(BadInput):
-        Pose.from_points(points, SIZE)
+        BoardPose.from_points(points, SIZE)
 
 
 def test_a_glimpse_finds_the_board_in_the_pictures_own_pixels():
@@ -74,9 +74,9 @@ def test_a_glimpse_finds_the_board_in_the_pictures_own_pixels():
     import cv2
     corners = BOARD.places_mm[[0, 8, 53, 45], :2].astype(np.float32)
     picture = picture_of(BOARD, cv2.getPerspectiveTransform(corners, quad.astype(np.float32)), tuple(size))
-    found = glimpse(picture, BOARD)
-    assert Pose.of(found, BOARD, size).moved_px(Pose(quad, size)) < 1.0
-    assert glimpse(np.full((480, 640, 3), 128, np.uint8), BOARD) is None
+    found = find_board_quickly(picture, BOARD)
+    assert BoardPose.of(found, BOARD, size).moved_px(BoardPose(quad, size)) < 1.0
+    assert find_board_quickly(np.full((480, 640, 3), 128, np.uint8), BOARD) is None
 
 
 def test_a_view_is_taken_when_it_is_still_and_new_and_not_before():

@@ -8,7 +8,7 @@ import pytest
 
 from app.core.board import Board, BoardView, views_from_json
 from app.core.errors import BadInput, FitFailed
-from app.evaluate.board.coverage import NEXT_SHARE, cell_counts, lean, next_view, tilts, turn_to
+from app.evaluate.board.coverage import NEXT_SHARE, cell_counts, lean_vector, next_view, rotation_to, tilts
 from app.evaluate.board.lens_uncertainty import expected_over_picture
 from app.evaluate.board.residual_structure import neighbour_correlation
 from app.fitting.board.fit import fit_board
@@ -75,7 +75,7 @@ def test_the_next_view_helps_as_much_as_it_says():
     told = next_view(before)
     assert "left" in told.text.split(",")[0]
     ray, middle = TRUTH.rays(np.array(told.place_px)), BOARD.places_mm.mean(axis=0)
-    facing, leaning = matrices_from_vectors(np.array([turn_to(ray), lean(told.nearer)]))
+    facing, leaning = matrices_from_vectors(np.array([rotation_to(ray), lean_vector(told.nearer)]))
     distance = 2 * middle[0] * TRUTH.focal_px / (NEXT_SHARE * SIZE.width)
     pixels = TRUTH.project((BOARD.places_mm - middle) @ (facing @ leaning).T + ray * distance)
     inside = ((pixels > 0) & (pixels < np.array(tuple(SIZE)) - 1)).all(axis=1)
@@ -115,8 +115,8 @@ def test_noise_has_no_neighbours_and_a_shape_has():
 
 @pytest.mark.parametrize("edge, corner", [("left", 0), ("right", 9), ("top", 4), ("bottom", 94)])
 def test_a_lean_brings_its_edge_nearer(edge, corner):
-    away = (matrices_from_vectors(lean(edge)[None])[0] @ (BOARD.places_mm - BOARD.places_mm.mean(axis=0)).T)[2]
-    assert away[corner] < -200 and lean("").tolist() == [0, 0, 0]
+    away = (matrices_from_vectors(lean_vector(edge)[None])[0] @ (BOARD.places_mm - BOARD.places_mm.mean(axis=0)).T)[2]
+    assert away[corner] < -200 and lean_vector("").tolist() == [0, 0, 0]
 
 
 def test_corners_that_are_found_badly_are_said_to_be():

@@ -10,10 +10,10 @@ import pytest
 from app.core.geometry import ImageSize
 from app.core.records import observations_from_json
 from app.evaluate.drift.alarm import ALARMS, DriftWatch, sentence, state_of
-from app.evaluate.drift.monitor import Reference, Sample
+from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.fitting.image_motion import Flow, Judged, motion_of
 from app.sources.sim.render import Rendering
-from app.workflows.calibration_request import Task
+from app.workflows.calibration_request import CalibrationRequest
 from tests.support.drifting_cameras import bumped, fitted, followed, knocked, moved_by
 from tests.support.live_cameras import FIELDS
 from tests.support.paths import CLICKS, SHARED_DATA
@@ -32,7 +32,7 @@ def whole():
     return followed(WHOLE)
 
 
-def looks(reference: Reference, rendering: Rendering, seconds, watch: DriftWatch | None = None):
+def looks(reference: DriftReference, rendering: Rendering, seconds, watch: DriftWatch | None = None):
     """The states that a watch tells, look by look."""
     watch, sample = watch or DriftWatch(0.0), None
     for second in seconds:
@@ -89,7 +89,7 @@ def test_what_a_model_does_not_tell_exactly_is_no_drift(half):
     rendering, _ = half
     _, model = fitted(HALF)
     wrong = replace(model, position_mm=(model.position_mm[0] + 40, *model.position_mm[1:]))  # some px
-    reference = Reference.of([rendering.frame_at(0, 0.0)], wrong, rendering.field, rendering.region)
+    reference = DriftReference.of([rendering.frame_at(0, 0.0)], wrong, rendering.field, rendering.region)
     assert reference.look(rendering.frame_at(1, 1.0)).judged.px < 0.05
 
 
@@ -107,7 +107,7 @@ def test_a_lens_that_was_soft_and_is_sharp_has_another_focus_too(half):
     rendering, _ = half
     soft = Rendering.of(rendering.camera, rendering.field, rendering.region, rendering.play,
                         sensor=replace(rendering.sensor, blur_px=2.4))
-    reference = Reference.of([soft.frame_at(0, 0.0)], fitted(HALF)[1], rendering.field, rendering.region)
+    reference = DriftReference.of([soft.frame_at(0, 0.0)], fitted(HALF)[1], rendering.field, rendering.region)
     told, sample = list(looks(reference, rendering, range(1, 4)))[-1]
     assert told.state == "out-of-focus" and "sharper" in sentence(told.state, sample)
 
@@ -145,9 +145,9 @@ def test_a_real_picture_compressed_anew_is_steady_and_a_turned_one_is_not():
         pytest.skip("the picture is not beside the project")
     clicks, picture = json.loads((CLICKS / "ssl_2008_half.json").read_text()), cv2.imread(str(path))
     region = FIELDS[clicks["field"]].region(clicks["region"], clicks.get("rotate"))
-    task = Task(observations_from_json(clicks["observations"]), FIELDS[clicks["field"]], region,
-                ImageSize.of(clicks["image_size"]), "brown-conrady")
-    reference = Reference.of([picture], task.run(cross_validate=False).model, task.field, region)
+    task = CalibrationRequest(observations_from_json(clicks["observations"]), FIELDS[clicks["field"]], region,
+                              ImageSize.of(clicks["image_size"]), "brown-conrady")
+    reference = DriftReference.of([picture], task.run(cross_validate=False).model, task.field, region)
     rng = np.random.default_rng(4)
 
     def sent(pixels):
@@ -164,24 +164,24 @@ def test_a_real_picture_compressed_anew_is_steady_and_a_turned_one_is_not():
 def test_a_picture_without_lines_gives_nothing_to_follow(half):
     rendering, _ = half
     blank = np.full((480, 640, 3), 90, np.uint8)
-    assert Reference.of([blank], fitted(HALF)[1], rendering.field, rendering.region) is None
+    assert DriftReference.of([blank], fitted(HALF)[1], rendering.field, rendering.region) is None
 
 
-def seen(px: float = 0.0, **more) -> Sample:
-    return Sample("seen", 90, Judged(px, 5 * px, 0.01, 0.05), None, 100 * px, **more)
+def seen(px: float = 0.0, **more) -> DriftSample:
+    return DriftSample("seen", 90, Judged(px, 5 * px, 0.01, 0.05), None, 100 * px, **more)
 
 
 def test_one_strange_look_is_no_alarm_and_two_are():
     watch = DriftWatch(0.0)
     states = [watch.add(sample, float(i)).state for i, sample in enumerate(
-        [seen(), seen(3), seen(), Sample("gone", 0), seen(), seen(3), seen(3), seen(), seen()])]
+        [seen(), seen(3), seen(), DriftSample("gone", 0), seen(), seen(3), seen(3), seen(), seen()])]
     assert states == ["steady", "steady", "steady", "steady", "steady", "steady", "knocked", "knocked", "steady"]
 
 
 def test_alarms_of_two_kinds_in_a_row_are_one():
     watch = DriftWatch(0.0)
     watch.add(seen(), 0.0)
-    watch.add(Sample("gone", 0), 1.0)
+    watch.add(DriftSample("gone", 0), 1.0)
     assert watch.doubtful
     told = watch.add(seen(4), 1.4)
     assert told.state == "knocked" and told.since == 1.0
@@ -191,7 +191,7 @@ def test_an_alarm_is_worded_anew_only_when_it_has_become_another():
     watch = DriftWatch(0.0)
     for second, px in enumerate((3.0, 3.0, 3.05, 2.9)):
         watch.add(seen(px), float(second))
-    assert "15 mm (3.0 px)" in watch.told.to_json()["sentence"] and watch.told.to_json()["px"] == 2.9
+    assert "15 mm (3.0 px)" in watch.status.to_json()["sentence"] and watch.status.to_json()["px"] == 2.9
     assert "30 mm (6.0 px)" in watch.add(seen(6.0), 5.0).to_json()["sentence"]
 
 

@@ -8,7 +8,7 @@ import pytest
 from app.core.field import BORDERS
 from app.core.geometry import ImageSize
 from app.core.records import Observation
-from app.evaluate.fit.distortion import bow_pct, clicked_bow_pct, kind_of
+from app.evaluate.fit.distortion import clicked_sag_pct, distortion_kind, sag_pct
 from app.evaluate.fit.residuals import feature_residuals
 from app.models import field_from_raw
 from app.models.brown_conrady import BrownConrady
@@ -32,9 +32,9 @@ def test_a_bow_outwards_is_negative_and_a_bow_inwards_positive():
     inside = np.array([500.0, 400.0])
     for sag, expected in ((-20.0, -2.0), (20.0, 2.0), (0.0, 0.0)):  # a top border; y grows downwards, to the inside
         top = np.stack([x, 100 + sag * 4 * (x / 1000) * (1 - x / 1000)], axis=-1)
-        assert bow_pct(top, inside) == pytest.approx(expected, abs=1e-2)
-        assert bow_pct(top[::-1], inside) == pytest.approx(expected, abs=1e-2)
-    assert [kind_of(p) for p in (-2.4, 0.1, 1.0)] == ["barrel", "none", "pincushion"]
+        assert sag_pct(top, inside) == pytest.approx(expected, abs=1e-2)
+        assert sag_pct(top[::-1], inside) == pytest.approx(expected, abs=1e-2)
+    assert [distortion_kind(p) for p in (-2.4, 0.1, 1.0)] == ["barrel", "none", "pincushion"]
 
 
 @pytest.mark.parametrize("lens, kind", [("strong", "barrel"), ("half", "barrel"), ("none", "none"),
@@ -46,13 +46,13 @@ def test_the_distortion_of_a_real_lens_has_its_sign_and_is_gone_after(lens, kind
     assert found["kind"] == kind
     assert abs(found["after_pct"]) < 0.1
     for border in BORDERS:
-        truth = bow_pct(camera.raw_from_field(field.regions["full"].border(border).sample(201)), np.array(SIZE.centre))
+        truth = sag_pct(camera.raw_from_field(field.regions["full"].border(border).sample(201)), np.array(SIZE.centre))
         assert found["per_border"][border]["before_pct"] == pytest.approx(truth, abs=0.12)
         assert abs(found["per_border"][border]["after_pct"]) < 0.15
 
 
 def test_a_bow_of_clicks_needs_four():
-    assert clicked_bow_pct(np.array([[0.0, 0], [1, 0], [2, 0]]), 0, np.array([1.0, 5.0])) is None
+    assert clicked_sag_pct(np.array([[0.0, 0], [1, 0], [2, 0]]), 0, np.array([1.0, 5.0])) is None
 
 
 def test_a_residual_is_the_distance_to_the_line_in_pixels_and_on_the_carpet():
@@ -130,7 +130,7 @@ def test_a_stray_counts_neither_in_the_residuals_nor_in_the_held_out_error():
 
 def test_one_border_at_once_is_the_border_of_the_whole():
     points = seen(BARREL, BARREL.region, 9, noise_px=0.3, rng=np.random.default_rng(2))[0].points
-    alone = calibration.border(points, "x_of_y", 3, BARREL.image_size)
+    alone = calibration.fit_border(points, "x_of_y", 3, BARREL.image_size)
     whole = calibrated(BARREL, noise_px=0.3, seed=2, degree=3)
     rows = np.linspace(60, 500, 9)
     np.testing.assert_allclose(np.polynomial.Polynomial(alone["coefficients"])(rows), whole.model.left(rows), atol=1e-6)

@@ -8,11 +8,12 @@ import pytest
 from app.core.errors import FitFailed
 from app.core.records import Observation
 from app.evaluate.cameras.epipolar_check import geometry, matrix_from_matches
-from app.evaluate.cameras.evidence import Evidence, from_clicks, from_matches
-from app.evaluate.cameras.offsets import offsets
-from app.evaluate.cameras.rectangles import Rectangles, common
-from app.evaluate.cameras.rig_agreement import agreement, shared_part
+from app.evaluate.cameras.evidence import OffsetMeasurements, from_clicks, from_matches
+from app.evaluate.cameras.offsets import fit_offset_field
+from app.evaluate.cameras.rectangles import Rectangles, most_common
+from app.evaluate.cameras.rig_agreement import agreement
 from app.evaluate.cameras.rig_verdict import of_pair
+from app.evaluate.cameras.shared_area import shared_area
 from app.fitting.two_view.relative_pose import ideal_px
 from app.models import raw_from_field
 from app.models.rotation import matrix_from_vector, vector_from_matrix
@@ -70,7 +71,7 @@ def test_a_camera_that_was_turned_is_worst_far_from_it(models):
     a, b = models
     turned = replace(b, rotation=turned_by(b, KNOCK_MM / 3700))
     found = judged(a, turned, from_matches(a, turned, *seen_by(models)))
-    shared = shared_part(a, SIZE, turned, SIZE, FIELD)
+    shared = shared_area(a, SIZE, turned, SIZE, FIELD)
     away = np.where(shared.both, np.linalg.norm(shared.places - b.position_mm[:2], axis=-1), 0)
     truth = away * KNOCK_MM / 3700
     assert found["carpet"]["max_mm"] == pytest.approx(truth.max(), rel=0.1)
@@ -121,11 +122,11 @@ def test_which_camera_it_was_is_told_by_the_fields_own_lines(models):
 def test_what_is_seen_by_nobody_or_tells_nothing_is_refused(models):
     a, b = models
     with pytest.raises(FitFailed) as refused:
-        Evidence.together([])
+        OffsetMeasurements.together([])
     assert refused.value.reason == "nothing-shared"
     far = replace(b, position_mm=(b.position_mm[0] + 40_000, *b.position_mm[1:]))
     with pytest.raises(FitFailed) as refused:
-        shared_part(a, SIZE, far, SIZE, FIELD)
+        shared_area(a, SIZE, far, SIZE, FIELD)
     assert refused.value.reason == "no-overlap"
 
 
@@ -133,7 +134,7 @@ def test_a_smooth_field_of_any_degree_comes_back_from_its_own_values():
     places = rng(2).uniform(-1000, 1000, (60, 2))
     x, y = (places / 1000).T
     true = np.stack([3 + 5 * x - 2 * y + 2 * x * x + 4 * x * y, -1 + y + 2 * x * y + 4 * y * y], axis=1)
-    found = offsets(Evidence.of_places(places, places + true))
+    found = fit_offset_field(OffsetMeasurements.of_places(places, places + true))
     assert found.degree == 2 and np.abs(found.at(places + true / 2)[0] - true).max() < 0.05
 
 
@@ -153,5 +154,5 @@ def test_the_matrix_of_two_calibrations_puts_every_thing_on_its_line(models):
 
 def test_most_cameras_rectangles_are_the_common_ones():
     one, other = Rectangles(100.0, 80.0, 8, 10), Rectangles(120.0, 80.0, 8, 10)
-    assert common([other, one, one]) is one and common([other, one]) is other and common([]) is None
+    assert most_common([other, one, one]) is one and most_common([other, one]) is other and most_common([]) is None
     assert one.same_as(Rectangles(100.0 * (1 + 1e-12), 80.0, 8, 10)) and not one.same_as(replace(one, n_x=9))

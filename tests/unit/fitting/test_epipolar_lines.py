@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.geometry import ImageSize
-from app.evaluate.cameras.pair_agreement import Agreement
+from app.evaluate.cameras.pair_agreement import PointAgreement
 from app.evaluate.cameras.pair_verdict import of_agreement, of_calibrated, of_fundamental, of_pose
 from app.fitting.two_view.epipolar_lines import bent_lines, straight_lines
 from app.fitting.two_view.fundamental_matrix import fundamental_matrix
@@ -56,8 +56,8 @@ def test_a_line_that_is_nowhere_in_the_other_picture_is_nan():
 
 def agreement(offsets):
     offsets = np.array(offsets, float)
-    return Agreement(np.column_stack([np.arange(len(offsets)) * 100.0, np.zeros(len(offsets))]), offsets,
-                     np.arange(len(offsets)))
+    return PointAgreement(np.column_stack([np.arange(len(offsets)) * 100.0, np.zeros(len(offsets))]), offsets,
+                          np.arange(len(offsets)))
 
 
 @pytest.mark.parametrize("offsets, covered, level, cure", [

@@ -8,7 +8,7 @@ import pytest
 from app.core.errors import BadInput, FitFailed
 from app.core.geometry import ImageSize
 from app.core.records import Observation
-from app.evaluate.fit.comparison import parameters_of
+from app.evaluate.fit.comparison import parameter_count
 from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting import FITTERS, sensitivity_of
@@ -271,7 +271,7 @@ def test_its_expected_error_travels_with_its_report_and_is_ranked_by_the_numbers
     assert kept["names"] == list(BEND_NAMES) and len(kept["matrix"]) == 2 * len(lattice(1.0, 1.0))
     over = calibration.uncertainty(made.model, kept, FULL)
     assert over["rms"] == pytest.approx(made.report["sigma_mm"]["rms"], rel=0.1)
-    assert parameters_of(made.fit) == made.fit.notes["parameters"] != len(BEND_NAMES)
+    assert parameter_count(made.fit) == made.fit.notes["parameters"] != len(BEND_NAMES)
 
 
 def test_borders_alone_are_told_to_be_a_guess_and_the_next_click_is_inside():

@@ -7,7 +7,8 @@ import pytest
 
 from app.core.errors import BadInput, FitFailed
 from app.core.records import Observation
-from app.evaluate.cameras.pair_agreement import from_matches, from_observations, overlap
+from app.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
+from app.evaluate.cameras.shared_area import overlap
 from app.fitting.two_view.epipolar import EpipolarState, eight_point, sampson_px
 from app.fitting.two_view.fundamental_matrix import fundamental_matrix
 from app.fitting.two_view.relative_pose import PoseState, calibrated_epipolar_px, ideal_px, pose_between, relative_pose
@@ -211,7 +212,7 @@ def test_right_calibrations_agree_and_a_shift_shows_its_length_and_direction():
     moved = replace(pair.camera_b, position_mm=(x + 12.0, y - 5.0, z))
     found = from_matches(pair.camera_a, moved, a, b)
     np.testing.assert_allclose(found.offset_mm, [[12.0, -5.0]] * len(a), atol=1e-5)
-    shared = overlap(pair.camera_a, pair.camera_a.image_size, moved, moved.image_size, FIELD)
+    shared = overlap(pair.camera_a, pair.camera_a.image_size, moved, moved.image_size, FIELD, CELLS)
     report = found.to_json(shared)
     assert report["median_mm"] == pytest.approx(13.0)
     assert report["shift_mm"] == pytest.approx([12.0, -5.0])
@@ -225,7 +226,7 @@ def test_the_map_is_blank_where_one_camera_sees_nothing():
     pair, _, _ = agreeing()
     x, y, z = pair.camera_b.position_mm
     moved = replace(pair.camera_b, position_mm=(x + 6000.0, y, z))
-    shared = overlap(pair.camera_a, pair.camera_a.image_size, moved, moved.image_size, FIELD)
+    shared = overlap(pair.camera_a, pair.camera_a.image_size, moved, moved.image_size, FIELD, CELLS)
     assert 0.1 < shared.both.mean() < 0.9
     everywhere = np.stack(np.meshgrid(shared.x, shared.y), axis=-1).reshape(-1, 2)
     cells = shared.filled(everywhere, np.ones(len(everywhere)))
@@ -237,7 +238,7 @@ def test_the_worst_place_is_named():
     spoilt = b.copy()
     spoilt[17] += 8.0
     found = from_matches(pair.camera_a, pair.camera_b, a, spoilt)
-    shared = overlap(pair.camera_a, pair.camera_a.image_size, pair.camera_b, pair.camera_b.image_size, FIELD)
+    shared = overlap(pair.camera_a, pair.camera_a.image_size, pair.camera_b, pair.camera_b.image_size, FIELD, CELLS)
     report = found.to_json(shared)
     assert report["median_mm"] < 1e-5 < 20 < report["max_mm"]
     np.testing.assert_allclose(report["where"], pair.camera_a.unproject(a[17]), atol=40)
@@ -286,7 +287,7 @@ def test_nothing_shared_is_said():
     x, y, z = pair.camera_b.position_mm
     away = replace(pair.camera_b, position_mm=(x + 50_000.0, y, z))
     with pytest.raises(FitFailed) as refusal:
-        overlap(pair.camera_a, pair.camera_a.image_size, away, away.image_size, FIELD)
+        overlap(pair.camera_a, pair.camera_a.image_size, away, away.image_size, FIELD, CELLS)
     assert refusal.value.reason == "no-overlap"
 
 

@@ -216,7 +216,7 @@ def test_a_file_that_is_imported_is_the_same_camera_over_the_same_region(format,
     original = example(name, index)
     field = {"plain": field_from_json(original.field)}
     found = interchange.read_file(interchange.export(original, format).data)
-    back = interchange.calibration_from(found, interchange.Wanted(), field)
+    back = interchange.calibration_from_file(found, interchange.ImportOptions(), field)
     assert (back.region, back.rotate, back.camera, back.image_size) == (
         original.region, original.rotate, "north", original.image_size)
     assert back.corrected_size == original.corrected_size and back.report["verdict"]["level"] == "unknown"

@@ -13,7 +13,7 @@ from app.formats import EXPORTS
 from app.models import model_from_json
 from app.store.fields import load_fields
 from app.workflows import interchange
-from app.workflows.interchange import Wanted
+from app.workflows.interchange import ImportOptions
 from tests.support.exported import LENS_FORMATS, READABLE, example, field_around, model_of, of_model, seen_places
 from tests.support.fields import seen
 from tests.support.paths import ROOT
@@ -95,9 +95,9 @@ def refused(text: str | bytes, match: str, **wanted) -> TouchlineError:
     with pytest.raises(TouchlineError, match=match) as refusal:
         found = interchange.read_file(text.encode() if isinstance(text, str) else text)
         if interchange.is_lens(found):
-            interchange.lens_from(found, Wanted(**wanted))
+            interchange.lens_record_from_file(found, ImportOptions(**wanted))
         else:
-            interchange.calibration_from(found, Wanted(**wanted), FIELDS)
+            interchange.calibration_from_file(found, ImportOptions(**wanted), FIELDS)
     assert refusal.value.fix
     return refusal.value
 
@@ -106,7 +106,7 @@ def refused(text: str | bytes, match: str, **wanted) -> TouchlineError:
 def test_a_file_of_another_program_is_a_lens_that_a_fit_can_hold(format):
     found = interchange.read_file(OUTSIDE[format].encode())
     assert found.format == format and interchange.is_lens(found)
-    record = interchange.lens_from(found, Wanted(camera="north"))
+    record = interchange.lens_record_from_file(found, ImportOptions(camera="north"))
     assert record["lens"]["focal_px"] == FOCAL[format] and record["camera"] == "north"
     assert record["model"] == ("fisheye" if format == "kalibr" else "brown-conrady")
     # held by a fit of a field that it sees
@@ -133,13 +133,15 @@ def test_outside_the_yaml_of_stereo_and_the_older_header_are_read_or_refused_by_
 def test_real_files_are_read(real_data, real):
     found = interchange.read_file(real_data(f"boards/{real}").read_bytes(), real)
     assert interchange.is_lens(found) and found.image_size.width in (640, 1280)
-    assert interchange.lens_from(found, Wanted())["lens"]["focal_px"] == pytest.approx(found.focal_px[0])
+    record = interchange.lens_record_from_file(found, ImportOptions())
+    assert record["lens"]["focal_px"] == pytest.approx(found.focal_px[0])
 
 
 def test_a_file_without_its_picture_size_wants_it_told():
     text = OPENCV.replace("image_width: 640\nimage_height: 480\n", "")
     assert refused(text, "picture size").reason == "no-image-size"
-    record = interchange.lens_from(interchange.read_file(text.encode()), Wanted(image_size=ImageSize(640, 480)))
+    record = interchange.lens_record_from_file(interchange.read_file(text.encode()),
+                                               ImportOptions(image_size=ImageSize(640, 480)))
     assert record["image_size"] == [640, 480]
 
 
@@ -147,20 +149,20 @@ def test_another_size_of_the_same_shape_is_scaled_about_pixel_centres_and_said()
     model = model_of("brown-conrady", 1)
     found = interchange.read_file(interchange.export(of_model(model), "opencv").data)
     field = {"plain": field_around(model.region)}
-    back = interchange.calibration_from(found, Wanted(image_size=ImageSize(640, 512)), field)
+    back = interchange.calibration_from_file(found, ImportOptions(image_size=ImageSize(640, 512)), field)
     half = model_from_json(back.model_name, back.model_parameters)
     places = seen_places(model, 150.0)
     np.testing.assert_allclose(half.project(places), (model.project(places) + 0.5) / 2 - 0.5, atol=1e-9)
     assert "1280 × 1024" in back.note and back.image_size == ImageSize(640, 512)
     with pytest.raises(Conflict, match=r"1280 × 1024 px, not of 1280 × 720") as refusal:
-        interchange.calibration_from(found, Wanted(image_size=ImageSize(1280, 720)), field)
+        interchange.calibration_from_file(found, ImportOptions(image_size=ImageSize(1280, 720)), field)
     assert refusal.value.reason == "size-mismatch"
 
 
 def test_what_is_said_beside_a_file_wins_over_what_stands_in_it():
     found = interchange.read_file(interchange.export(example("brown-conrady", 1), "mrcal").data)
-    wanted = Wanted(field="ssl-2008", region="full", rotate=180, camera="west")
-    back = interchange.calibration_from(found, wanted, FIELDS)
+    wanted = ImportOptions(field="ssl-2008", region="full", rotate=180, camera="west")
+    back = interchange.calibration_from_file(found, wanted, FIELDS)
     assert (back.field["name"], back.region, back.rotate, back.camera) == ("ssl-2008", "full", 180, "west")
     refused(interchange.export(example("brown-conrady", 1), "ros").data, "no field called 'plain'")
     refused(interchange.export(example("brown-conrady", 1), "ros").data, "no field called", field="moon")
@@ -172,7 +174,7 @@ def test_a_region_that_is_not_known_is_told_from_what_the_camera_sees():
     model = replace(model_of("brown-conrady", 0), position_mm=(-1500.0, 0.0, 3500.0), rotation=(0.0, 0.0, 0.0))
     model = replace(model, rotation=(float(np.pi), 0.0, 0.0), focal_px=950.0)
     data = interchange.export(of_model(model), "opencv").data.replace(b'"region": "full", "rotate": 0, ', b"")
-    back = interchange.calibration_from(interchange.read_file(data), Wanted(field="ssl-2008"), FIELDS)
+    back = interchange.calibration_from_file(interchange.read_file(data), ImportOptions(field="ssl-2008"), FIELDS)
     assert (back.region, back.rotate) == ("half-left", 0)
 
 
@@ -247,8 +249,8 @@ def test_a_table_of_points_is_fitted_to_a_calibration():
     clicks = tuple(o.to_json() for o in seen(model, model.region, 9))
     data = EXPORTS["csv"].write(of_model(model, observations=clicks))
     field = {"plain": field_around(model.region)}
-    wanted = Wanted("plain", model.region.name, None, model.image_size, "north")
-    made = interchange.calibration_from(interchange.read_file(data), wanted, field)
+    wanted = ImportOptions("plain", model.region.name, None, model.image_size, "north")
+    made = interchange.calibration_from_file(interchange.read_file(data), wanted, field)
     assert made.model_name == "polynomial" and made.report["rms_px"] < 1e-6 and len(made.observations) == 4
 
 

@@ -38,9 +38,9 @@ def all_of_it(data: bytes) -> None:
     """The way of an import, to its end."""
     found = interchange.read_file(data, "a.yaml")
     if interchange.is_lens(found):
-        interchange.lens_from(found, interchange.Wanted())
+        interchange.lens_record_from_file(found, interchange.ImportOptions())
     elif hasattr(found, "at_size"):
-        interchange.calibration_from(found, interchange.Wanted(field="ssl-2008"), _fields())
+        interchange.calibration_from_file(found, interchange.ImportOptions(field="ssl-2008"), _fields())
 
 
 @cache

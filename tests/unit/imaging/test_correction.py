@@ -8,7 +8,7 @@ import pytest
 
 from app.core.errors import BadInput, Conflict
 from app.core.geometry import ImageSize
-from app.imaging.correction import View, correction_map
+from app.imaging.correction import CorrectedView, correction_map
 from app.models.polynomial import Polynomial
 from app.workflows import calibration
 
@@ -16,7 +16,8 @@ BARREL, PINCUSHION, TILTED = Polynomial.examples()
 
 
 @pytest.mark.parametrize("model", [BARREL, PINCUSHION, TILTED])
-@pytest.mark.parametrize("view", [View(), View(margin_px=30), View(width=400), View(margin_px=25, width=1500)])
+@pytest.mark.parametrize("view", [CorrectedView(), CorrectedView(margin_px=30), CorrectedView(width=400),
+                                  CorrectedView(margin_px=25, width=1500)])
 def test_each_pixel_comes_from_where_the_model_says(model, view):
     table = correction_map(model, view)
     assert table.raw_x.shape == tuple(view.size(model))[::-1]
@@ -29,7 +30,7 @@ def test_each_pixel_comes_from_where_the_model_says(model, view):
 
 
 def test_a_smaller_view_shows_the_same_field():
-    small, large = View(margin_px=20, width=300), View(margin_px=20)
+    small, large = CorrectedView(margin_px=20, width=300), CorrectedView(margin_px=20)
     corner = np.array([[BARREL.width_px, BARREL.height_px]])
     scale = np.array(tuple(small.size(BARREL))) / tuple(large.size(BARREL))
     np.testing.assert_allclose(small.view_from_corrected(BARREL, corner) + 0.5,
@@ -37,7 +38,7 @@ def test_a_smaller_view_shows_the_same_field():
 
 
 def test_what_the_model_does_not_reach_has_the_border_colour():
-    table = correction_map(TILTED, View(margin_px=4000, width=800))
+    table = correction_map(TILTED, CorrectedView(margin_px=4000, width=800))
     assert np.isnan(table.raw_x).any()
     white = np.full((1024, 1280, 3), 255, np.uint8)
     nowhere = np.isnan(table.raw_x)
@@ -46,7 +47,8 @@ def test_what_the_model_does_not_reach_has_the_border_colour():
         assert (picture[table.raw_x.shape[0] // 2, table.raw_x.shape[1] // 2] == 255).all()
 
 
-@pytest.mark.parametrize("view", [View(margin_px=-1), View(margin_px=5000), View(width=4), View(width=9000)])
+@pytest.mark.parametrize("view", [CorrectedView(margin_px=-1), CorrectedView(margin_px=5000), CorrectedView(width=4),
+                                  CorrectedView(width=9000)])
 def test_a_view_nobody_can_draw_is_refused(view):
     with pytest.raises(BadInput) as refusal:
         correction_map(BARREL, view)

@@ -7,7 +7,7 @@ from app.core.errors import FitFailed
 from app.evaluate.cameras.image_evidence import from_pictures, marking_places
 from app.evaluate.cameras.rig_agreement import agreement
 from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
-from app.workflows.rig import check, standing
+from app.workflows.rig import check, rig_status
 from tests.support.rig_over_field import FIELD, sim_rig, sim_source, true_models
 
 VIEW = FieldView(FIELD, 700)
@@ -47,7 +47,7 @@ def test_there_and_back_is_the_same_place():
 
 def test_what_nobody_sees_is_said_with_its_place(rig):
     made, names = stitcher_of(rig, ("cam0",), VIEW)
-    told = made.told()
+    told = made.unseen_summary()
     assert names == ["cam0"] and 0.1 < told["share"] < 0.5 and told["where"]["x"][1] > 4400
     assert told["m2"] == pytest.approx(54 * told["share"]) and "no camera" in told["words"]
     with pytest.raises(FitFailed):
@@ -91,7 +91,7 @@ def test_how_each_camera_stands_to_the_rig_is_told_with_its_cure(rig):
     wrong = {**rig, "cameras": [{**one, "calibration": None}, {**other, "region": "half-left"}],
              "rectangles": {"w_max_rectangle_px": 50.0, "h_max_rectangle_px": 50.0, "n_rectangles_x": 9,
                             "n_rectangles_y": 12}}
-    told = standing(wrong)
+    told = rig_status(wrong)
     assert [[t["reason"] for t in c["troubles"]] for c in told["cameras"]] == [
         ["not-calibrated"], ["other-region", "other-rectangles"]]
     assert all(t["fix"] for c in told["cameras"] for t in c["troubles"])

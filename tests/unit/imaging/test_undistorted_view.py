@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from app.core.errors import Conflict
-from app.imaging.undistorted_view import StraightPicture
-from app.workflows.straight_lines import straightened
+from app.imaging.undistorted_view import UndistortedView
+from app.workflows.straight_lines import undistort
 from tests.support.bar_pictures import SIZE, STRAIGHT, bars_behind
 from tests.support.straight_edges import lens_of
 
@@ -15,7 +15,7 @@ LENSES = [lens_of(name, terms, size=SIZE) for name, terms in (
 
 @pytest.mark.parametrize("lens", LENSES, ids=lambda lens: f"{lens.name} {lens.terms[0]}")
 def test_there_and_back_is_the_same_pixel(lens):
-    view = StraightPicture(lens)
+    view = UndistortedView(lens)
     raw = np.stack(np.meshgrid(np.linspace(0, 639, 9), np.linspace(0, 479, 7)), axis=-1)
     assert view.raw_from_corrected(view.corrected_from_raw(raw)) == pytest.approx(raw, abs=1e-6)
 
@@ -23,24 +23,24 @@ def test_there_and_back_is_the_same_pixel(lens):
 @pytest.mark.parametrize("lens", LENSES, ids=lambda lens: f"{lens.name} {lens.terms[0]}")
 def test_the_middle_of_every_edge_is_still_in_sight_and_one_is_at_the_end(lens):
     middles = np.array([[0, 239.5], [639, 239.5], [319.5, 0], [319.5, 479]])
-    drawn = StraightPicture(lens).corrected_from_raw(middles)
+    drawn = UndistortedView(lens).corrected_from_raw(middles)
     away = np.abs(drawn - (319.5, 239.5)) / (319.5, 239.5)
     assert away.max() == pytest.approx(1)
 
 
 def test_a_lens_that_ends_inside_the_picture_is_drawn_as_far_as_it_reaches():
-    view = StraightPicture(lens_of("division", (-40.0,), size=SIZE))
+    view = UndistortedView(lens_of("division", (-40.0,), size=SIZE))
     assert view.scale == 1
     assert np.isnan(view.corrected_from_raw(np.array([0.0, 0.0]))).all()
-    assert straightened(bars_behind(), view.lens).shape == (480, 640, 3)
+    assert undistort(bars_behind(), view.lens).shape == (480, 640, 3)
 
 
 def test_without_a_bend_the_picture_stays_what_it_is():
     pixels = bars_behind()
-    assert np.abs(straightened(pixels, STRAIGHT).astype(int) - pixels).max() <= 1
+    assert np.abs(undistort(pixels, STRAIGHT).astype(int) - pixels).max() <= 1
 
 
 def test_a_picture_of_another_size_is_refused():
     with pytest.raises(Conflict) as refused:
-        straightened(np.zeros((48, 64, 3), np.uint8), STRAIGHT)
+        undistort(np.zeros((48, 64, 3), np.uint8), STRAIGHT)
     assert refused.value.reason == "size-mismatch"

@@ -14,7 +14,7 @@ from app.jobs import JobEngine
 from app.jobs.dask_task import do
 from app.main import create_app
 from app.settings import Settings
-from app.workflows.board_request import BoardTask, run_pictures, run_views
+from app.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
 from tests.support import sample_jobs
 from tests.support.board_views import SIZE, views_of
 from tests.support.dask_cluster import ENVIRONMENT, DaskCluster, dask_cluster
@@ -79,7 +79,7 @@ def test_refusals_mistakes_and_nan_come_back_as_from_a_process_of_this_machine(s
 
 def test_equal_jobs_are_done_each_for_itself_and_the_lens_is_the_one_found_here(standing):
     """Dask would merge equal calls into one."""
-    spec = {"task": BoardTask(None, options={"terms": ["k1", "k2"]}).to_json(),
+    spec = {"task": BoardCalibrationRequest(None, options={"terms": ["k1", "k2"]}).to_json(),
             "views": [view.to_json() for view in views_of(count=6)], "image_size": list(SIZE)}
     jobs = [standing.start("board", run_views, spec) for _ in range(2)]
     here = run_views(spec, lambda fraction, message: None)

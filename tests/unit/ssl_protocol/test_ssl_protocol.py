@@ -159,7 +159,7 @@ def test_an_imported_packet_is_a_calibration_over_the_part_that_it_sees():
                     rotation=(2.2214414690791831, 2.2214414690791831, 0.0), focal_px=880.0)
     original = replace(of_model(model), field=field.to_json(), region="half-right", rotate=0)
     made = interchange.export(original, "ssl-vision")
-    back = interchange.calibration_from(interchange.read_file(made.data), interchange.Wanted(), FIELDS)
+    back = interchange.calibration_from_file(interchange.read_file(made.data), interchange.ImportOptions(), FIELDS)
     assert (back.field["name"], back.region, back.model_name) == ("ssl-div-b", "half-right", "ssl")
     assert ssl.from_parameters(back.model_parameters).camera_from_field[0, 1] == pytest.approx(1, abs=1e-5)
     assert back.rotate == 270  # the picture's right is the field's +y

@@ -9,7 +9,7 @@ from app.core.errors import BadInput
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.render import Rendering
 from app.store.fields import load_fields
-from app.vision.motion.background import KEPT, Background
+from app.vision.motion.background import MAX_FRAMES, Background
 from tests.support.line_centres import centroids, clear_of_others
 
 FIELDS = load_fields()
@@ -86,7 +86,7 @@ def test_line_centres_are_found_better_in_fifteen_frames_than_in_one(seed):
     assert fifteen_px < one_px / 2.5, f"{one_px:.3f} px in one frame, {fifteen_px:.3f} px in fifteen"
 
 
-@pytest.mark.parametrize("count", range(2, KEPT + 1))
+@pytest.mark.parametrize("count", range(2, MAX_FRAMES + 1))
 def test_where_no_two_frames_agree_the_median_stands_and_is_marked(count):
     """Colours that have nothing to do with each other: no mean of several would be right."""
     levels = np.random.default_rng(count).permutation(count)
@@ -109,7 +109,7 @@ def test_equal_frames_come_out_as_they_are():
 def test_of_many_frames_some_are_kept_spread_over_all():
     frames = [np.full((2, 2, 3), i, np.uint8) for i in range(60)]
     found = background(frames)
-    assert found._kept[:found._count, 0].tolist() == np.linspace(0, 59, KEPT).round().astype(int).tolist()
+    assert found._kept[:found._count, 0].tolist() == np.linspace(0, 59, MAX_FRAMES).round().astype(int).tolist()
     found.add(np.full((2, 2, 3), 200, np.uint8))  # more than was announced
     assert found._kept.max() < 60
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.board import Board
-from app.vision.board.corners import refined
+from app.vision.board.corners import refine_corners_by_square
 from app.vision.board.detection import find_board
 from tests.support.board_views import picture_of
 
@@ -75,7 +75,7 @@ def test_small_squares_are_refined_in_small_windows():
     true = through(small, CHESS.places_mm)
     guess = true + np.random.default_rng(1).uniform(-0.7, 0.7, true.shape)
     steps = CHESS.places_mm[:, :2] / CHESS.square_mm
-    ours = np.linalg.norm(refined(picture, guess, steps) - true, axis=1)
-    wide = np.linalg.norm(refined(picture, guess, steps, reach=1.2) - true, axis=1)
+    ours = np.linalg.norm(refine_corners_by_square(picture, guess, steps) - true, axis=1)
+    wide = np.linalg.norm(refine_corners_by_square(picture, guess, steps, reach=1.2) - true, axis=1)
     assert np.sqrt(np.mean(ours**2)) < 0.1
     assert np.sqrt(np.mean(wide**2)) > 2 * np.sqrt(np.mean(ours**2))

@@ -5,19 +5,20 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.core.colour_profile import NAMES, ColourProfile, Sample
+from app.core.colour_profile import NAMES, ColourProfile, ColourSample
 from app.core.errors import TouchlineError
 from app.store.stages import load_plans
-from app.vision.colour.automatic import automatic
-from app.vision.colour.learning import learned, light_of, sample_at
-from app.vision.colour.separability import health_of
+from app.vision.colour.automatic import automatic_profile
+from app.vision.colour.learning import learn_profile, mean_light, sample_at
+from app.vision.colour.separability import colour_health
 from app.vision.colour.table import CODES, cells, in_light, table_of
-from app.vision.stage_pipeline import Sight
-from app.vision.stages import Setting
+from app.vision.stage_pipeline import StagePipeline
+from app.vision.stages import StageContext
 from tests.support.watched_field import clicked, world
 
-LEAGUE = ColourProfile("league", {name: (Sample(NAMES[name]),) for name in ("orange", "yellow", "blue", "pink")},
-                       (Sample((44.0, 112.0, 60.0)), Sample((20.0, 20.0, 20.0)), Sample((226.0, 236.0, 232.0))))
+LEAGUE = ColourProfile("league", {name: (ColourSample(NAMES[name]),) for name in ("orange", "yellow", "blue", "pink")},
+                       (ColourSample((44.0, 112.0, 60.0)), ColourSample((20.0, 20.0, 20.0)), ColourSample((226.0, 236.0,
+                                                                                                           232.0))))
 
 
 def code(bgr):
@@ -84,19 +85,19 @@ def test_a_click_outside_the_picture_is_refused(place):
 def test_clicks_add_to_a_profile_that_is_there():
     pixels = np.full((60, 60, 3), (40, 100, 50), np.uint8)
     pixels[20:30, 20:30] = (30, 112, 250)
-    more = learned("here", [(pixels, {"orange": [(25, 25)]})], LEAGUE)
+    more = learn_profile("here", [(pixels, {"orange": [(25, 25)]})], LEAGUE)
     assert len(more.colours["orange"]) == 2 and more.colours["blue"] == LEAGUE.colours["blue"]
     with pytest.raises(TouchlineError, match="no colour called"):
-        learned("here", [(pixels, {"mauve": [(25, 25)]})])
+        learn_profile("here", [(pixels, {"mauve": [(25, 25)]})])
     with pytest.raises(TouchlineError, match="No colour is clicked"):
-        learned("here", [(pixels, {})])
+        learn_profile("here", [(pixels, {})])
 
 
 def test_light_is_measured_without_what_is_burnt_out():
     pixels = np.full((100, 100, 3), (40, 100, 60), np.uint8)
     pixels[:10] = 255
-    np.testing.assert_allclose(light_of(pixels), (40, 100, 60), atol=0.5)
-    np.testing.assert_allclose(light_of(pixels // 2), (20, 50, 30), atol=0.5)
+    np.testing.assert_allclose(mean_light(pixels), (40, 100, 60), atol=0.5)
+    np.testing.assert_allclose(mean_light(pixels // 2), (20, 50, 30), atol=0.5)
 
 
 def test_without_a_click_colours_are_found_in_the_picture():
@@ -105,31 +106,31 @@ def test_without_a_click_colours_are_found_in_the_picture():
     match = world(drift=0.0, noise=3.0)
     tint = np.array([1.1, 0.95, 0.8])
     frames = [np.clip(match.frame_at(i, 2.0 * i) * tint, 0, 255).astype(np.uint8) for i in range(4)]
-    profile = automatic("found", frames[0])
+    profile = automatic_profile("found", frames[0])
     assert not profile.notes and profile.background
-    sight = Sight(load_plans()["ssl"], Setting(match.camera.image_size, profile, exact_view(match.camera)))
+    sight = StagePipeline(load_plans()["ssl"], StageContext(match.camera.image_size, profile, exact_view(match.camera)))
     for i, pixels in enumerate(frames):
-        told = {(d.team, d.id) for d in sight.see(pixels).detections.of("robot")}
+        told = {(d.team, d.id) for d in sight.process(pixels).detections.of("robot")}
         true = {(r.team, r.number) for r in match.truth_at(2.0 * i).robots}
         assert len(told & true) >= 15 and not told - true - {("yellow", None), ("blue", None)}
 
 
 def test_a_colour_that_is_not_there_is_said():
     bare = world(robots=0, size=(640, 480), drift=0.0).frame_at(0, 0.0)
-    profile = automatic("found", bare, ("orange", "blue"))
+    profile = automatic_profile("found", bare, ("orange", "blue"))
     assert len(profile.notes) == 2 and "No orange" in profile.notes[0]
 
 
 def test_health_says_which_colours_run_together():
-    told = {h.colour: h for h in health_of(LEAGUE)}
+    told = {h.colour: h for h in colour_health(LEAGUE)}
     assert told["blue"].level == "good" and "well apart" in told["blue"].sentence
-    close = ColourProfile("x", {"orange": (Sample((30, 112, 250)),), "red": (Sample((34, 108, 246)),)})
-    assert {h.level for h in health_of(close)} == {"mixed"} and "cannot be told" in health_of(close)[0].sentence
+    close = ColourProfile("x", {"orange": (ColourSample((30, 112, 250)),), "red": (ColourSample((34, 108, 246)),)})
+    assert {h.level for h in colour_health(close)} == {"mixed"} and "cannot be told" in colour_health(close)[0].sentence
 
 
 def test_a_profile_survives_json():
     pixels = world(size=(960, 720), drift=0.0, noise=2.0)
-    profile = learned("hall 2", [(pixels.frame_at(0, 0.0), clicked(pixels))])
+    profile = learn_profile("hall 2", [(pixels.frame_at(0, 0.0), clicked(pixels))])
     back = ColourProfile.from_json(profile.to_json())
     assert back.to_json() == profile.to_json() and set(back.colours) == set(profile.colours)
     assert (table_of(back)[0] == table_of(profile)[0]).mean() > 0.999  # rounded to a tenth of a grey level

@@ -6,10 +6,10 @@ import pytest
 
 from app.core.geometry import ImageSize
 from app.store.stages import load_plans
-from app.vision.colour.learning import learned
-from app.vision.stage_pipeline import Plan, Sight
-from app.vision.stages import Setting
-from app.vision.stages.localisation import View
+from app.vision.colour.learning import learn_profile
+from app.vision.stage_pipeline import StageConfig, StagePipeline
+from app.vision.stages import StageContext
+from app.vision.stages.localisation import FieldLocator
 from tests.support.labelled import COLOURS, SETS, picture, read_set, sight_for, tallies, there
 
 # Precision and recall of every kind of thing are at least this; the figures stand in static/help/figures.md.
@@ -56,16 +56,16 @@ def test_a_set_sees_nothing_where_nothing_is_looked_for():
         pytest.skip("agh_ball: its pictures are not beside the project")
     sight = sight_for(found)
     for entry in found["test"]:
-        for item in sight.see(picture(entry)).detections.items:
+        for item in sight.process(picture(entry)).detections.items:
             x, y = item.pixel
-            assert sight.setting.within[round(y), round(x)]
+            assert sight.context.within[round(y), round(x)]
 
 
 def test_two_patches_of_its_own_tell_each_of_twenty_robots(real_data):
     """A drawn film of every tag, moving: from the left as they look, first · 4 + second of red, green, cyan, pink."""
     film = cv2.VideoCapture(str(real_data("fields/robocin/all_tags.mp4")))
     frames = [film.read()[1] for _ in range(125)]
-    profile = learned("tags", [(frames[2], {
+    profile = learn_profile("tags", [(frames[2], {
         "blue": [(364, 180)], "yellow": [(364, 266)], "red": [(355, 200)], "green": [(373, 200)], "cyan": [(430, 200)],
         "pink": [(600, 197)]})])
     plan = load_plans()["vsss"].to_json()
@@ -73,9 +73,10 @@ def test_two_patches_of_its_own_tell_each_of_twenty_robots(real_data):
         if stage["stage"] == "tags":
             stage |= {"numbers": ["red", "green", "cyan", "pink"], "patches": "2", "apart_mm": 42.0, "front_deg": 180.0}
     size = ImageSize(1280, 720)
-    sight = Sight(Plan.from_json(plan), Setting(size, profile, View.flat(size, 2.1), 60.0, 21.35))
+    sight = StagePipeline(StageConfig.from_json(plan), StageContext(size, profile, FieldLocator.flat(size, 2.1), 60.0,
+                                                                    21.35))
     numbers = {1, 2, 4, 6, 7, 8, 9, 11, 13, 14}
     for pixels in frames[5::24]:
-        robots = sight.see(pixels).detections.of("robot")
+        robots = sight.process(pixels).detections.of("robot")
         assert sorted((d.team, d.id) for d in robots) == sorted((t, n) for t in ("blue", "yellow") for n in numbers)
         assert all(abs(np.degrees(d.orientation_rad) - 90) < 3 for d in robots)

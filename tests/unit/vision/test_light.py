@@ -13,10 +13,10 @@ from app.store.fields import load_fields
 from app.vision.quality import flicker as flickering
 from app.vision.quality import light as lighting
 from app.vision.quality import sharpness as focus
-from app.vision.quality.flicker import flicker_of, row_means
-from app.vision.quality.light import light_of
-from app.vision.quality.sharpness import sharpness_of
-from app.vision.quality.zones import MIDDLE, ZONES, field_mask, spoken, zone_slices
+from app.vision.quality.flicker import measure_flicker, row_means
+from app.vision.quality.light import measure_light
+from app.vision.quality.sharpness import measure_sharpness
+from app.vision.quality.zones import MIDDLE, ZONES, field_mask, zone_names, zone_slices
 
 FIELDS = load_fields()
 BIG = "ssl-div-b?size=1280x720"
@@ -55,7 +55,7 @@ def test_evenness_is_what_the_lamps_and_the_lens_make_of_the_carpet(seed, vignet
     url = f"{SMALL}&robots=10&people=2&glare=0&grain=0&seed={seed}&vignette={vignette}"
     mask, shade = carpet_mask(url), rendering(url).scene.light
     true = [float(np.median(shade[z][mask[z]])) for z in zone_slices(*mask.shape)]
-    light = light_of(picture(url), mask if known else None)
+    light = measure_light(picture(url), mask if known else None)
     assert light.evenness == pytest.approx(min(true) / max(true), abs=0.04)
     seen = np.array(light.carpet) / light.carpet[MIDDLE]
     # With the field unknown, the carpet outside the lines counts, which is darker.
@@ -65,14 +65,14 @@ def test_evenness_is_what_the_lamps_and_the_lens_make_of_the_carpet(seed, vignet
 def test_a_dark_corner_is_called_by_its_name_and_by_how_much():
     pixels = picture(f"{SMALL}&vignette=0&glare=0").astype(float)
     pixels[:120, 427:] *= 0.55
-    said = texts(lighting.words(light_of(pixels.astype(np.uint8))))
+    said = texts(lighting.advice(measure_light(pixels.astype(np.uint8))))
     assert "Top right" in said and "darker than the" in said and " 4" in said  # 45 %, with the lamps' own share
-    assert lighting.words(light_of(picture(f"{SMALL}&vignette=0&glare=0"))) == []
+    assert lighting.advice(measure_light(picture(f"{SMALL}&vignette=0&glare=0"))) == []
 
 
 def test_a_black_carpet_is_no_dark_picture_and_a_dark_picture_is():
-    assert "dark:" not in texts(lighting.words(light_of(picture("vsss-3v3?size=640x480"))))
-    assert "Picture dark" in texts(lighting.words(light_of(picture("vsss-3v3?size=640x480&light=0.3"))))
+    assert "dark:" not in texts(lighting.advice(measure_light(picture("vsss-3v3?size=640x480"))))
+    assert "Picture dark" in texts(lighting.advice(measure_light(picture("vsss-3v3?size=640x480&light=0.3"))))
 
 
 @seeds
@@ -80,10 +80,10 @@ def test_clipping_is_the_share_of_pixels_that_are_full_or_empty(seed):
     pixels = np.random.default_rng(seed).integers(40, 200, (360, 640, 3), np.uint8)
     pixels[:36, :64] = 255  # a hundredth
     pixels[324:, :128] = 1  # a fiftieth
-    light = light_of(pixels)
+    light = measure_light(pixels)
     assert light.clipped_high == pytest.approx(0.01, abs=1e-4) and light.clipped_low == pytest.approx(0.02, abs=1e-4)
     assert light.burnt[0] == pytest.approx(0.09, abs=2e-3) and sum(light.burnt[1:]) == 0
-    said = texts(lighting.words(light))
+    said = texts(lighting.advice(light))
     assert "overexposed at top left: 1.0 %" in said and "underexposed: 2.0 %" in said
 
 
@@ -91,16 +91,16 @@ def test_what_is_burnt_out_beside_the_field_does_not_count():
     pixels = picture(SMALL)
     pixels[:, :40] = 255
     inside = np.array([[60, 20], [620, 20], [620, 340], [60, 340]])
-    assert light_of(pixels).clipped_high > 0.05 and light_of(pixels, inside).clipped_high == 0
-    assert light_of(pixels, np.zeros(pixels.shape[:2], bool)).clipped_high > 0.05  # a field out of sight
+    assert measure_light(pixels).clipped_high > 0.05 and measure_light(pixels, inside).clipped_high == 0
+    assert measure_light(pixels, np.zeros(pixels.shape[:2], bool)).clipped_high > 0.05  # a field out of sight
 
 
 def test_too_much_light_is_burnt_where_the_lamp_is_mirrored():
     url = "ssl-2008?size=780x580&light=2.2&glare=0.6"
-    light = light_of(picture(url))
+    light = measure_light(picture(url))
     full = picture(url).max(axis=2) >= 253
     assert light.clipped_high == pytest.approx(full.mean(), abs=1e-3) and light.clipped_high > 0.02
-    assert "Picture overexposed at" in texts(lighting.words(light))
+    assert "Picture overexposed at" in texts(lighting.advice(light))
 
 
 @pytest.mark.parametrize("outline", [np.zeros((3, 4), bool), [[0, 0], [1, 1]], [[0, 0], [9, 9], [np.nan, 4]],
@@ -116,14 +116,14 @@ def test_an_outline_that_does_not_fit_is_refused(outline):
     (range(9), range(9), "whole picture"), ((0, 3), (0, 1, 3, 4), "left edge"), ((3, 7), range(9), "left, bottom"),
     ((2, 5, 6, 7, 8), range(9), "right edge, bottom edge"), ((0, 1, 2, 3, 5, 6, 7, 8), range(9), "rim")])
 def test_zones_are_called_what_people_call_them(zones, known, name):
-    assert spoken(zones, known) == name
+    assert zone_names(zones, known) == name
     assert len(ZONES) == 9 and ZONES[MIDDLE] == "middle"
 
 
 def test_light_and_focus_are_plain_json():
     import json
     pixels = picture(SMALL)
-    for report in (light_of(pixels), sharpness_of(pixels), flicker_of(*series(rendering(SMALL)))):
+    for report in (measure_light(pixels), measure_sharpness(pixels), measure_flicker(*series(rendering(SMALL)))):
         assert json.loads(json.dumps(report.to_json())) == report.to_json()
 
 
@@ -139,7 +139,7 @@ def test_a_step_is_as_wide_as_its_blur_makes_it(seed, blur):
     for x in range(60, 900, 120):
         cv2.fillPoly(pixels, [np.int32([(x, -9), (x + 60, -9), (x + 60 + 30, 560), (x + 30, 560)])], 170)
     pixels = cv2.GaussianBlur(pixels, (0, 0), blur) + rng.normal(0, 2, pixels.shape)
-    report = sharpness_of(cv2.merge([np.clip(pixels, 0, 255).astype(np.uint8)] * 3))
+    report = measure_sharpness(cv2.merge([np.clip(pixels, 0, 255).astype(np.uint8)] * 3))
     assert None not in report.width_px
     np.testing.assert_allclose(report.width_px, 1.683 * blur, rtol=0.15, atol=0.15)
 
@@ -150,10 +150,10 @@ def test_a_step_is_as_wide_as_its_blur_makes_it(seed, blur):
     (np.s_[:240, :427], "Top left", (0,)), (np.s_[240:480, 427:853], "Middle", (4,))])
 def test_the_zone_that_was_blurred_is_the_one_called_soft(seed, part, name, zones):
     pixels = picture(f"{BIG}&robots=8&seed={seed}")
-    assert focus.words(sharpness_of(pixels)) == []
+    assert focus.advice(measure_sharpness(pixels)) == []
     pixels[part] = cv2.GaussianBlur(pixels, (0, 0), 2.5)[part]
-    report = sharpness_of(pixels)
-    said = focus.words(report)
+    report = measure_sharpness(pixels)
+    said = focus.advice(report)
     assert len(said) == 1 and said[0]["text"].startswith(f"{name} soft"), said
     for i, width in enumerate(report.width_px):
         assert width is None or (width > 2.5) == (i in zones)
@@ -163,8 +163,8 @@ def test_only_the_field_counts_and_its_mask_may_be_a_reduced_one():
     pixels = picture(BIG)
     left = np.zeros((360, 640), bool)
     left[:, :213] = True
-    whole, part = sharpness_of(pixels), sharpness_of(pixels, left)
-    polygon = sharpness_of(pixels, np.array([[0, 0], [425, 0], [425, 719], [0, 719]]))
+    whole, part = measure_sharpness(pixels), measure_sharpness(pixels, left)
+    polygon = measure_sharpness(pixels, np.array([[0, 0], [425, 0], [425, 719], [0, 719]]))
     for i in range(9):
         assert (part.width_px[i] is None) == (i % 3 != 0)
         if i % 3 == 0:
@@ -174,18 +174,18 @@ def test_only_the_field_counts_and_its_mask_may_be_a_reduced_one():
 
 def test_a_picture_out_of_focus_is_soft_all_over():
     # Lines that are thinner than the blur, and noise, make it seem less than the 4.5 px it is.
-    sharp, soft = (sharpness_of(picture(f"ssl-div-b?size=1280x720&region=quarter-top-left&blur={b}"))
+    sharp, soft = (measure_sharpness(picture(f"ssl-div-b?size=1280x720&region=quarter-top-left&blur={b}"))
                    for b in (0.65, 4))
-    assert sharp.best_px < 1.3 and focus.words(sharp) == []
-    assert soft.best_px > 2.5 and "Whole picture soft" in texts(focus.words(soft))
+    assert sharp.best_px < 1.3 and focus.advice(sharp) == []
+    assert soft.best_px > 2.5 and "Whole picture soft" in texts(focus.advice(soft))
 
 
 @seeds
 @pytest.mark.parametrize("noise", [2, 8])
 def test_bare_carpet_is_not_called_soft(seed, noise):
-    report = sharpness_of(picture(f"{BIG}&robots=0&region=eighth-2&fill=3&noise={noise}&seed={seed}"))
+    report = measure_sharpness(picture(f"{BIG}&robots=0&region=eighth-2&fill=3&noise={noise}&seed={seed}"))
     assert report.width_px == (None,) * 9 and report.best_px is None
-    assert "No edges" in texts(focus.words(report))
+    assert "No edges" in texts(focus.advice(report))
 
 
 @seeds
@@ -195,18 +195,18 @@ def test_a_zone_without_edges_says_nothing_beside_sharp_ones(seed):
     pixels[:240, :427] = np.clip(rng.normal(70, 3, (240, 427, 3)), 0, 255)
     soft_blotch = cv2.GaussianBlur(rng.normal(0, 1, (240, 427)).astype(np.float32), (0, 0), 25)
     pixels[480:, :427] = np.clip(70 + 12 * soft_blotch / soft_blotch.std(), 0, 255)[..., None]
-    report = sharpness_of(pixels)
+    report = measure_sharpness(pixels)
     # The patches' own borders are sharp, and may be seen.
     assert all(report.width_px[i] is None or report.width_px[i] < 2 for i in (0, 6))
-    assert focus.words(report) == []
+    assert focus.advice(report) == []
 
 
 def test_pictures_without_anything_say_nothing():
     for shape in ((20, 20, 3), (360, 640, 3)):
-        report = sharpness_of(np.zeros(shape, np.uint8))
+        report = measure_sharpness(np.zeros(shape, np.uint8))
         assert report.best_px is None and set(report.width_px) == {None}
-    light = light_of(np.zeros((90, 160, 3), np.uint8))
-    assert light.clipped_low == 1 and light.evenness is not None and "underexposed" in texts(lighting.words(light))
+    light = measure_light(np.zeros((90, 160, 3), np.uint8))
+    assert light.clipped_low == 1 and light.evenness is not None and "underexposed" in texts(lighting.advice(light))
 
 
 # Flicker
@@ -221,53 +221,53 @@ def series(shown: Rendering, fps: float = 30.0, frames: int = 30, seed: int = 0)
 @seeds
 def test_a_global_shutter_sees_the_whole_picture_flicker(seed):
     shown = rendering(f"{SMALL}&robots=8&flicker=0.05&flicker_hz=100&readout=0&seed={seed}")
-    flicker = flicker_of(*series(shown, seed=seed))
+    flicker = measure_flicker(*series(shown, seed=seed))
     true_pct = 5 * np.sinc(100 * 0.004)
     assert flicker.amplitude_pct == pytest.approx(true_pct, rel=0.1)
     assert flicker.beat_hz == pytest.approx(10, abs=0.3) and flicker.lamp_hz == 100  # 100 Hz at 30 frames a second
     assert flicker.bands_pct < 0.5
-    assert "as lamps do at 100 Hz" in texts(flickering.words(flicker))
-    assert "10 ms" in flickering.words(flicker)[0]["fix"]
+    assert "as lamps do at 100 Hz" in texts(flickering.advice(flicker))
+    assert "10 ms" in flickering.advice(flicker)[0]["fix"]
 
 
 @seeds
 @pytest.mark.parametrize(("fps", "hz", "readout_ms"), [(30, 100, 15), (25, 120, 15), (50, 120, 18), (30, 100, 25)])
 def test_a_rolling_shutter_sees_bands(seed, fps, hz, readout_ms):
     shown = rendering(f"{SMALL}&robots=8&flicker=0.1&flicker_hz={hz}&readout={readout_ms}&seed={seed}")
-    flicker = flicker_of(*series(shown, fps, seed=seed))
+    flicker = measure_flicker(*series(shown, fps, seed=seed))
     true_pct = 10 * np.sinc(hz * 0.004)
     assert flicker.bands_pct == pytest.approx(true_pct, rel=0.2)
     assert flicker.bands == pytest.approx(hz * readout_ms / 1000, abs=0.4) and flicker.lamp_hz == hz
-    assert "bands of" in texts(flickering.words(flicker))
+    assert "bands of" in texts(flickering.advice(flicker))
 
 
 @seeds
 def test_play_people_and_noise_are_no_flicker(seed):
-    flicker = flicker_of(*series(rendering(f"{SMALL}&robots=12&people=3&noise=5&seed={seed}"), seed=seed))
-    assert flickering.words(flicker) == [] and flicker.lamp_hz is None and flicker.bands is None
+    flicker = measure_flicker(*series(rendering(f"{SMALL}&robots=12&people=3&noise=5&seed={seed}"), seed=seed))
+    assert flickering.advice(flicker) == [] and flicker.lamp_hz is None and flicker.bands is None
 
 
 def test_an_exposure_of_a_whole_flicker_shows_none():
     source = source_from_url(f"sim://{SMALL}&flicker=0.3&flicker_hz=100&fps=30", Surroundings(FIELDS))
     source.set_control("exposure", 10_000)
     times, rows = np.arange(15) / 30, [row_means(source.read().pixels) for _ in range(15)]
-    assert flickering.words(flicker_of(times, rows)) == []
+    assert flickering.advice(measure_flicker(times, rows)) == []
 
 
 def test_slow_drift_is_drift_and_not_flicker():
-    flicker = flicker_of(*series(rendering(f"{SMALL}&drift=0.5")))
+    flicker = measure_flicker(*series(rendering(f"{SMALL}&drift=0.5")))
     assert flicker.drift_pct == pytest.approx(100 * 0.5 * 2 * np.pi * (29 / 30) / 60, rel=0.1)
-    assert flickering.words(flicker) == []
+    assert flickering.advice(flicker) == []
 
 
 def test_too_few_frames_and_broken_ones_say_nothing():
     times, rows = series(rendering(SMALL), frames=11)
-    assert flicker_of(times, rows) is None and flickering.words(None) == []
-    assert flicker_of([], []) is None and flicker_of([1.0] * 20, [np.ones(5)] * 20) is None
-    assert flicker_of(np.arange(20.0), [np.zeros(5)] * 20) is None
+    assert measure_flicker(times, rows) is None and flickering.advice(None) == []
+    assert measure_flicker([], []) is None and measure_flicker([1.0] * 20, [np.ones(5)] * 20) is None
+    assert measure_flicker(np.arange(20.0), [np.zeros(5)] * 20) is None
     times, rows = series(rendering(SMALL), frames=13)
     rows[4] = np.full_like(rows[4], np.nan)
-    assert flicker_of(times, rows).frames == 12
+    assert measure_flicker(times, rows).frames == 12
 
 
 def test_row_means_are_means_of_rows():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.colour_profile import ColourProfile, Sample
+from app.core.colour_profile import ColourProfile, ColourSample
 from app.core.detections import Detection, Detections
 from app.core.errors import TouchlineError
 from app.core.geometry import ImageSize
@@ -13,9 +13,9 @@ from app.core.ssl_pattern import DOTS_MM, NUMBER_OF
 from app.store.stages import load_plans
 from app.vision.blobs.features import Blobs, fine_middles
 from app.vision.blobs.runs import runs_of
-from app.vision.stage_pipeline import Plan, Sight
-from app.vision.stages import STAGES, Seeing, Setting, Stage
-from app.vision.stages.localisation import View
+from app.vision.stage_pipeline import StageConfig, StagePipeline
+from app.vision.stages import STAGES, FrameState, Stage, StageContext
+from app.vision.stages.localisation import FieldLocator
 from tests.support.watched_field import Score, clicked, scored, sight_of, world
 
 FRAMES = 36  # over a whole coming and going of the light
@@ -33,7 +33,7 @@ def watched(match):
     sight, score = sight_of(match), Score.fresh()
     for i in range(FRAMES):
         time_s = i * 60.0 / FRAMES
-        scored(score, sight.see(match.frame_at(i, time_s)), match.truth_at(time_s))
+        scored(score, sight.process(match.frame_at(i, time_s)), match.truth_at(time_s))
     return score
 
 
@@ -58,7 +58,7 @@ def test_the_ball_is_found_wherever_it_can_be_seen(watched):
 def test_every_number_of_both_teams_is_told():
     """Thirty-two robots: all numbers from 0 to 15, twice."""
     crowd = world(robots=32, drift=0.0, noise=2.0)
-    seen = sight_of(crowd).see(crowd.frame_at(0, 0.0)).detections
+    seen = sight_of(crowd).process(crowd.frame_at(0, 0.0)).detections
     told = {(d.team, d.id) for d in seen.of("robot")}
     true = {(r.team, r.number) for r in crowd.truth_at(0.0).robots if r.seen > 0.99}
     assert len(true) >= 30 and told >= true
@@ -77,7 +77,7 @@ def test_small_robots_are_told_by_two_colours():
     crowd = world("vsss-5v5", size=(1280, 1024), robots=10, drift=0.0, noise=2.0, shuffled=False, speed_mm_s=300)
     sight, score = sight_of(crowd, "vsss"), Score.fresh()
     for i in range(4):
-        scored(score, sight.see(crowd.frame_at(i, 4.0 * i)), crowd.truth_at(4.0 * i), near_mm=40)
+        scored(score, sight.process(crowd.frame_at(i, 4.0 * i)), crowd.truth_at(4.0 * i), near_mm=40)
     assert score.robots > 30 and score.missed <= 1 and (score.wrong, score.invented) == (0, 0)
     assert np.median(score.off_mm) < 0.5 and np.quantile(score.turned_deg, 0.95) < 1  # patches touch each other
 
@@ -87,7 +87,7 @@ def test_covariance_is_as_large_as_the_error(match):
     sight, squares = sight_of(match), []
     for i in range(4):
         truth = {(r.team, r.number): r for r in match.truth_at(i * 1.7).robots}
-        for d in sight.see(match.frame_at(i, i * 1.7)).detections.of("robot"):
+        for d in sight.process(match.frame_at(i, i * 1.7)).detections.of("robot"):
             off = np.array([d.x_mm - truth[d.team, d.id].x_mm, d.y_mm - truth[d.team, d.id].y_mm])
             squares.append(off @ np.linalg.inv(d.covariance_mm2) @ off)
     assert 0.2 < np.median(squares) < 4
@@ -100,7 +100,7 @@ def test_the_lookup_table_follows_the_light(match):
     for gain in ((0.5, 0.5, 0.5), (0.45, 0.6, 0.9), (1.3, 0.9, 0.6)):
         pixels = np.clip(np.rint(bright * np.array(gain)), 0, 255).astype(np.uint8)
         for _ in range(30):  # slowly: the light is measured now and then, and believed little by little
-            seen = sight.see(pixels).detections
+            seen = sight.process(pixels).detections
         assert len([d for d in seen.of("robot") if d.id is not None]) == 16 and len(seen.of("ball")) == 1
 
 
@@ -108,7 +108,7 @@ def test_the_lookup_table_follows_the_light(match):
 
 def test_every_stage_keeps_the_contract(match):
     pixels = match.frame_at(0, 0.0)
-    setting = sight_of(match).setting
+    setting = sight_of(match).context
     for name in STAGES:
         kind = STAGES[name]
         assert name == kind.NAME and kind.TITLE and kind.HELP.endswith(".")
@@ -116,9 +116,9 @@ def test_every_stage_keeps_the_contract(match):
             assert option.help.endswith(".") and option.read(None) == option.default
         assert isinstance(kind({o.name: o.default for o in kind.OPTIONS}, setting), Stage)
     before = pixels.copy()
-    sight = Sight(PLANS["ssl"], setting)
+    sight = StagePipeline(PLANS["ssl"], setting)
     ticks = iter(range(1000))
-    seen = sight.see(pixels, clock=lambda: float(next(ticks)), pictures=tuple(STAGES))
+    seen = sight.process(pixels, clock=lambda: float(next(ticks)), pictures=tuple(STAGES))
     assert list(seen.pictures) == list(seen.took_ms) == [name for name, _ in PLANS["ssl"].stages]
     assert all(p.shape == pixels.shape and p.dtype == np.uint8 for p in seen.pictures.values())
     assert (pixels == before).all()  # nobody writes into the frame that others see too
@@ -128,26 +128,27 @@ def test_every_stage_keeps_the_contract(match):
 def test_noise_reduction_leaves_less_noise_and_the_same_picture(method):
     small = world(size=(640, 480), robots=0, drift=0.0, noise=6.0)
     clean = world(size=(640, 480), robots=0, drift=0.0, noise=0.0).frame_at(0, 0.0).astype(float)
-    setting = Setting(ImageSize(640, 480), ColourProfile("x", {"blue": (Sample((200, 90, 20)),)}),
-                      View.flat(ImageSize(640, 480), 10))
+    setting = StageContext(ImageSize(640, 480), ColourProfile("x", {"blue": (ColourSample((200, 90, 20)),)}),
+                           FieldLocator.flat(ImageSize(640, 480), 10))
     kind = STAGES["noise"]
     stage = kind({o.name: o.default for o in kind.OPTIONS} | {"method": method}, setting)
     for i in range(4):
         pixels = small.frame_at(i, 0.0)
-        seeing = stage.run(Seeing.of(pixels))
+        seeing = stage.run(FrameState.of(pixels))
     assert np.std(seeing.clean - clean) < 0.8 * np.std(pixels - clean)
     assert abs(np.mean(seeing.clean - clean)) < 1
 
 
 def test_what_moves_leaves_no_ghost_in_noise_reduction_over_time():
     kind, size = STAGES["noise"], ImageSize(64, 48)
-    setting = Setting(size, ColourProfile("x", {"blue": (Sample((200, 90, 20)),)}), View.flat(size, 10))
+    setting = StageContext(size, ColourProfile("x", {"blue": (ColourSample((200, 90, 20)),)}), FieldLocator.flat(size,
+                                                                                                                 10))
     stage = kind({o.name: o.default for o in kind.OPTIONS} | {"method": "temporal"}, setting)
     first, second = np.full((48, 64, 3), 40, np.uint8), np.full((48, 64, 3), 40, np.uint8)
     first[10:20, 10:20] = 200
     second[10:20, 40:50] = 200
-    stage.run(Seeing.of(first))
-    seen = stage.run(Seeing.of(second)).clean
+    stage.run(FrameState.of(first))
+    seen = stage.run(FrameState.of(second)).clean
     assert (seen == second).all()
 
 
@@ -181,16 +182,16 @@ def test_a_middle_is_found_to_a_twentieth_of_a_pixel():
 
 
 def test_a_colour_that_is_all_over_the_picture_is_left_out_and_said(match):
-    pixels, setting = match.frame_at(0, 0.0), sight_of(match).setting
-    carpet = {"yellow": setting.profile.colours["yellow"], "blue": (Sample((44.0, 90.0, 60.0), 0.05),)}
-    sight = Sight(PLANS["ssl"], replace(setting, profile=ColourProfile("bad", carpet)))
-    seen = sight.see(pixels)
+    pixels, setting = match.frame_at(0, 0.0), sight_of(match).context
+    carpet = {"yellow": setting.profile.colours["yellow"], "blue": (ColourSample((44.0, 90.0, 60.0), 0.05),)}
+    sight = StagePipeline(PLANS["ssl"], replace(setting, profile=ColourProfile("bad", carpet)))
+    seen = sight.process(pixels)
     assert any("blue covers" in note for note in seen.notes)
     assert not [d for d in seen.detections.of("robot") if d.team == "blue"]
     kind, size = STAGES["blobs"], setting.image_size
     scattered = (np.random.default_rng(0).random((size.height, size.width)) < 0.3).astype(np.uint8)
     stage = kind({o.name: o.default for o in kind.OPTIONS}, setting)
-    flooded = replace(Seeing.of(pixels), labels=scattered, colours=("blue",))
+    flooded = replace(FrameState.of(pixels), labels=scattered, colours=("blue",))
     assert len(stage.run(flooded).blobs) == 0 < len(stage.run(replace(flooded, labels=scattered * (
         np.arange(size.width) < 200).astype(np.uint8))).blobs)
 
@@ -206,28 +207,28 @@ def test_a_model_without_rays_says_that_a_place_is_on_the_carpet(match):
         def field_from_corrected(self, points):
             return match.camera.field_from_raw(points)
 
-    setting, pixels, truth = sight_of(match).setting, match.frame_at(0, 0.0), match.truth_at(0.0)
+    setting, pixels, truth = sight_of(match).context, match.frame_at(0, 0.0), match.truth_at(0.0)
     true = {(r.team, r.number): np.array([r.x_mm, r.y_mm]) for r in truth.robots}
 
     def off(view):
-        found = Sight(PLANS["ssl"], replace(setting, view=view)).see(pixels).detections.of("robot")
+        found = StagePipeline(PLANS["ssl"], replace(setting, view=view)).process(pixels).detections.of("robot")
         return found, [np.hypot(*(np.array([d.x_mm, d.y_mm]) - true[d.team, d.id])) for d in found]
-    blind, off_mm = off(View.of(Carpet()))
+    blind, off_mm = off(FieldLocator.of(Carpet()))
     assert len(blind) == 16 and all(d.on_carpet for d in blind) and max(off_mm) > 40
-    told, off_mm = off(View.of(Carpet(), match.camera.position_mm))
+    told, off_mm = off(FieldLocator.of(Carpet(), match.camera.position_mm))
     assert len(told) == 16 and not any(d.on_carpet for d in told) and max(off_mm) < 3
 
 
 def test_without_a_calibration_there_are_pixels_and_no_places(match):
-    setting = sight_of(match).setting
-    sight = Sight(PLANS["ssl"], replace(setting, view=View.flat(setting.image_size, 6.4)))
-    found = sight.see(match.frame_at(0, 0.0)).detections.of("robot")
+    setting = sight_of(match).context
+    sight = StagePipeline(PLANS["ssl"], replace(setting, view=FieldLocator.flat(setting.image_size, 6.4)))
+    found = sight.process(match.frame_at(0, 0.0)).detections.of("robot")
     assert len(found) == 16 and all(d.x_mm is None and d.covariance_mm2 is None for d in found)
 
 
 def test_another_size_of_picture_is_refused(match):
     with pytest.raises(TouchlineError, match="set up for 1920 × 1080"):
-        sight_of(match).see(np.zeros((480, 640, 3), np.uint8))
+        sight_of(match).process(np.zeros((480, 640, 3), np.uint8))
 
 
 # Plans and records
@@ -235,7 +236,7 @@ def test_another_size_of_picture_is_refused(match):
 @pytest.mark.parametrize("name", PLANS)
 def test_plans_that_come_with_us_are_read_and_survive_json(name):
     plan = PLANS[name]
-    assert Plan.from_json(plan.to_json()) == plan and plan.stages[-1][0] == "places"
+    assert StageConfig.from_json(plan.to_json()) == plan and plan.stages[-1][0] == "places"
 
 
 @pytest.mark.parametrize("stages", [
@@ -245,11 +246,11 @@ def test_plans_that_come_with_us_are_read_and_survive_json(name):
     [{"stage": "noise", "strength": float("inf")}], [{"stage": ["noise"]}]])
 def test_plans_that_make_no_sense_are_refused(stages):
     with pytest.raises(TouchlineError):
-        Plan.from_json({"name": "x", "title": "X", "stages": stages})
+        StageConfig.from_json({"name": "x", "title": "X", "stages": stages})
 
 
 def test_detections_survive_json(match):
-    seen = sight_of(match).see(match.frame_at(0, 0.0), camera="north", frame=7, time_s=1.5e9).detections
+    seen = sight_of(match).process(match.frame_at(0, 0.0), camera="north", frame=7, time_s=1.5e9).detections
     back = Detections.from_json(seen.to_json())
     assert back.camera == "north" and back.frame == 7 and len(back.items) == len(seen.items)
     for a, b in zip(back.items, seen.items, strict=True):

@@ -7,7 +7,7 @@ from app.core.errors import BadInput, Conflict
 from app.core.records import Frame, observations_from_json
 from app.models import field_from_raw, model_from_json
 from app.workflows import automatic
-from app.workflows.automatic_request import AutoTask, one_picture
+from app.workflows.automatic_request import AutomaticRequest, median_frame
 from tests.support.auto_scenes import SceneSpec, SeenScene, carpet_error_mm, fields, scene_of
 
 RIGHT_MM = 3.0  # a wrong assignment is off by decimetres
@@ -38,7 +38,7 @@ SCENES = {
 
 def answered(scene: SeenScene, field: str | None = None, **more):
     known = fields()[field or scene.spec.field]
-    return AutoTask(known, known.regions.get(scene.spec.region, known.regions["full"]), **more).answer(
+    return AutomaticRequest(known, known.regions.get(scene.spec.region, known.regions["full"]), **more).answer(
         Frame(scene.pixels))
 
 
@@ -117,7 +117,7 @@ def one_stroke():
                          ids=["black", "grey", "white", "noise", "one line", "four pixels", "a strip"])
 def test_a_picture_without_a_field_is_declined_with_what_was_seen(picture):
     field = fields()["ssl-div-b"]
-    told, made = AutoTask(field, field.region("full")).answer(Frame(picture))
+    told, made = AutomaticRequest(field, field.region("full")).answer(Frame(picture))
     assert made is None and told["verdict"]["level"] in ("nothing", "unsure")
     assert told["verdict"]["sentence"] and told["verdict"]["fix"]
 
@@ -130,13 +130,13 @@ def test_of_several_pictures_what_moves_vanishes(plain):
         x, y = rng.integers(0, 600), rng.integers(0, 450)
         pixels[y:y + 220, x:x + 200] = rng.integers(0, 255, 3)
         pictures.append(Frame(pixels))
-    made = AutoTask(plain.field, plain.region).answer(one_picture([lambda p=p: p for p in pictures]))[1]
+    made = AutomaticRequest(plain.field, plain.region).answer(median_frame([lambda p=p: p for p in pictures]))[1]
     assert made is not None and error_mm(made, plain) < RIGHT_MM
 
 
 def test_pictures_of_two_sizes_are_refused(plain):
     with pytest.raises(Conflict) as refused:
-        one_picture([lambda: Frame(plain.pixels), lambda: Frame(blank())])
+        median_frame([lambda: Frame(plain.pixels), lambda: Frame(blank())])
     assert refused.value.reason == "size-mismatch"
 
 
@@ -144,7 +144,7 @@ def test_pictures_of_two_sizes_are_refused(plain):
                                    {"turn_deg": 1e9}, {"turn_deg": "left"}])
 def test_what_is_roughly_known_must_be_possible(plain, rough):
     with pytest.raises(BadInput) as refused:
-        AutoTask(plain.field, plain.region, rough=rough)
+        AutomaticRequest(plain.field, plain.region, rough=rough)
     assert refused.value.reason == "bad-rough"
 
 
@@ -161,12 +161,12 @@ def test_cancelling_stops_between_two_steps(plain):
             raise Stop
 
     with pytest.raises(Stop):
-        AutoTask(plain.field, plain.region).answer(Frame(plain.pixels), stop)
+        AutomaticRequest(plain.field, plain.region).answer(Frame(plain.pixels), stop)
 
 
 def test_progress_only_grows_and_says_what_is_done(plain):
     heard = []
-    AutoTask(plain.field, plain.region).answer(Frame(plain.pixels), lambda f, words: heard.append((f, words)))
+    AutomaticRequest(plain.field, plain.region).answer(Frame(plain.pixels), lambda f, words: heard.append((f, words)))
     shares = [f for f, _ in heard]
     assert shares == sorted(shares) and shares[0] >= 0 and shares[-1] <= 1 and all(words for _, words in heard)
 
@@ -174,7 +174,7 @@ def test_progress_only_grows_and_says_what_is_done(plain):
 def test_the_real_half_field_of_2008_is_found(real_data):
     field = fields()["ssl-2008"]
     frame = Frame(np.asarray(_read(real_data("fields/ssl_2008/ssl-field-2008.jpg"))))
-    told, made = AutoTask(field, field.region("half")).answer(frame)
+    told, made = AutomaticRequest(field, field.region("half")).answer(frame)
     assert made is not None and told["proof"]["found_share"] > 0.95 and told["proof"]["rms_px"] < 0.7
     model = model_from_json(made.model_name, made.model_parameters)
     corners = np.array([[3025.0, 2025.0], [3025.0, -2025.0], [0.0, -2025.0], [0.0, 2025.0]])
@@ -190,7 +190,7 @@ def _read(path):
 
 def test_a_real_field_without_lines_is_declined(real_data):
     field = fields()["vsss-5v5"]
-    told, made = AutoTask(field, field.region("full")).answer(
+    told, made = AutomaticRequest(field, field.region("full")).answer(
         Frame(_read(real_data("fields/agh_mirosot/img/wc_empty_nowindows_allLights.png"))))
     assert made is None and told["doubts"]
 
@@ -198,6 +198,6 @@ def test_a_real_field_without_lines_is_declined(real_data):
 def test_markings_along_the_regions_borders_are_named_as_borders():
     field = fields()["ssl-2008"]
     half = field.region("half")
-    assert automatic.border_under(field.lines["goal-line-right"], half) == "top"
-    assert automatic.border_under(field.lines["halfway-line"], half) == "bottom"
-    assert automatic.border_under(field.lines["goal-line-left"], half) == "goal-line-left"
+    assert automatic.observed_feature(field.lines["goal-line-right"], half) == "top"
+    assert automatic.observed_feature(field.lines["halfway-line"], half) == "bottom"
+    assert automatic.observed_feature(field.lines["goal-line-left"], half) == "goal-line-left"

@@ -10,7 +10,7 @@ import pytest
 from app.core.errors import Conflict
 from app.core.records import Frame
 from app.models import field_from_raw, model_from_json
-from app.workflows.automatic_request import AutoTask
+from app.workflows.automatic_request import AutomaticRequest
 from app.workflows.check import check
 from tests.support.auto_scenes import SceneSpec, scene_of
 
@@ -28,7 +28,7 @@ def calibration(scene):
 
 
 def _found(scene, model):
-    told, made = AutoTask(scene.field, scene.region, model).answer(Frame(scene.pixels))
+    told, made = AutomaticRequest(scene.field, scene.region, model).answer(Frame(scene.pixels))
     assert made is not None, told["verdict"]
     return made
 

@@ -10,8 +10,8 @@ import yaml
 from app.core.errors import TouchlineError
 from app.formats import EXPORTS
 from app.store.stages import load_plans
-from app.vision.stage_pipeline import Plan
-from app.workflows.detection import detect, drawn, setting_for
+from app.vision.stage_pipeline import StageConfig
+from app.workflows.detection import context_for, detect, detections_image
 from tests.support.watched_field import calibration_of, clicked, world
 
 PLAN = load_plans()["ssl"]
@@ -51,8 +51,8 @@ def test_robots_are_where_the_calibration_says_at_the_height_of_their_hats(match
 
 def test_a_plan_may_ask_for_the_picture_to_be_corrected_first_and_says_the_same_places_and_raw_pixels(
         match, pixels, calibration):
-    plan = Plan.from_json({**PLAN.to_json(), "corrected": True})
-    assert Plan.from_json(plan.to_json()) == plan and "corrected" not in PLAN.to_json()
+    plan = StageConfig.from_json({**PLAN.to_json(), "corrected": True})
+    assert StageConfig.from_json(plan.to_json()) == plan and "corrected" not in PLAN.to_json()
     raw, found = (detect(pixels, one, calibration=calibration, clicks=clicked(match), pictures=("colours",))
                   for one in (PLAN, plan))
     off = off_mm(found, match)
@@ -75,7 +75,7 @@ def test_without_a_click_the_colours_are_found_in_the_picture(match, pixels, cal
 
 def test_nothing_is_looked_for_beside_the_field(match, calibration):
     """Somebody in a blue shirt on the floor is no robot's dot; the camera sees more than the field."""
-    within = setting_for(match.camera.image_size, detect(match.frame_at(0, 0.0), PLAN, calibration=calibration).profile,
+    within = context_for(match.camera.image_size, detect(match.frame_at(0, 0.0), PLAN, calibration=calibration).profile,
                          calibration).within
     corners = match.camera.raw_from_field(np.array([(x, y) for x in (-4400, 4400) for y in (-2900, 2900)])).round()
     assert all(within[int(y), int(x)] for x, y in corners) and 0.5 < (within > 0).mean() < 1
@@ -146,8 +146,8 @@ def test_a_plan_of_ones_own_is_read_from_a_file(touchline, here):
 
 def test_what_is_drawn_is_drawn_where_it_was_found(match, pixels, calibration):
     found = detect(pixels, PLAN, calibration=calibration)
-    view = setting_for(match.camera.image_size, found.profile, calibration).view
-    changed = (drawn(pixels, found.seen.detections, view) != pixels).any(axis=-1)
+    view = context_for(match.camera.image_size, found.profile, calibration).view
+    changed = (detections_image(pixels, found.seen.detections, view) != pixels).any(axis=-1)
     near = np.zeros_like(changed)
     for item in found.seen.detections.items:
         x, y = map(round, item.pixel)

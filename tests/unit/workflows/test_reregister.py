@@ -10,7 +10,7 @@ from app.core.records import Calibration, Frame
 from app.models import field_from_raw, model_from_json
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.render import Rendering
-from app.workflows.reregister import registered
+from app.workflows.reregister import reregister
 from tests.support.drifting_cameras import bumped, moved_by
 from tests.support.live_cameras import FIELDS, calibrated
 
@@ -44,7 +44,7 @@ def rms_mm(calibration: Calibration, rendering: Rendering) -> float:
 @pytest.mark.parametrize("degrees", [(0.2, 0.0, 0.1), (0.9, -0.7, 1.5)])
 def test_the_lens_stays_and_the_millimetres_come_back(camera, degrees):
     before, other = version(URL, "brown-conrady"), bumped(camera, *degrees)
-    told, made = registered(before, Frame(other.frame_at(1, 1.0)), before=Frame(camera.frame_at(0, 0.0)))
+    told, made = reregister(before, Frame(other.frame_at(1, 1.0)), before=Frame(camera.frame_at(0, 0.0)))
     for kept in ("focal_px", "aspect", "centre_px", "lens_terms"):
         assert made.model_parameters[kept] == before.model_parameters[kept]
     assert rms_mm(before, other) > 10
@@ -55,7 +55,7 @@ def test_the_lens_stays_and_the_millimetres_come_back(camera, degrees):
 
 def test_a_version_whose_picture_is_gone_is_registered_all_the_same(camera):
     before, other = version(URL, "brown-conrady"), bumped(camera, 0.5, 0.3, 0.0)
-    _, made = registered(before, Frame(other.frame_at(1, 1.0)))
+    _, made = reregister(before, Frame(other.frame_at(1, 1.0)))
     assert rms_mm(made, other) < 6
 
 
@@ -64,7 +64,7 @@ def test_a_model_without_a_lens_of_its_own_is_moved_along(model):
     url = "sim://ssl-div-b?size=640x480&robots=4&k1=-0.03&fill=0.8"
     camera = rendered(url)
     before, other = calibrated(url, model), bumped(camera, 0.05, 0.1, 0.2)
-    _, made = registered(before, Frame(other.frame_at(1, 1.0)), before=Frame(camera.frame_at(0, 0.0)))
+    _, made = reregister(before, Frame(other.frame_at(1, 1.0)), before=Frame(camera.frame_at(0, 0.0)))
     own, left = rms_mm(before, camera), rms_mm(made, other)
     assert rms_mm(before, other) > own + 3
     assert left < 1.1 * own + 1
@@ -74,14 +74,14 @@ def test_points_that_were_never_there_cannot_be_moved_along():
     url = "sim://ssl-div-b?size=640x480&robots=0"
     imported = replace(calibrated(url, "homography"), observations=())
     with pytest.raises(FitFailed) as refused:
-        registered(imported, Frame(rendered(url).frame_at(1, 1.0)))
+        reregister(imported, Frame(rendered(url).frame_at(1, 1.0)))
     assert refused.value.reason == "no-observations"
 
 
 def test_where_the_lines_are_not_nothing_is_made_up():
     before = version(URL, "brown-conrady")
     with pytest.raises(FitFailed) as refused:
-        registered(before, Frame(np.full((512, 640, 3), 80, np.uint8)))
+        reregister(before, Frame(np.full((512, 640, 3), 80, np.uint8)))
     assert refused.value.reason == "lines-not-found" and "Calibrate" in refused.value.fix
 
 
@@ -89,10 +89,10 @@ def test_another_lens_is_not_called_a_knock(camera):
     before = version(URL, "brown-conrady")
     other = rendered(URL.replace("k1=-0.2", "k1=-0.32"))
     with pytest.raises(FitFailed) as refused:
-        registered(before, Frame(other.frame_at(1, 1.0)))
+        reregister(before, Frame(other.frame_at(1, 1.0)))
     assert refused.value.reason in ("lens-changed", "lines-not-found")
 
 
 def test_a_picture_of_another_size_is_refused():
     with pytest.raises(Conflict):
-        registered(version(URL, "brown-conrady"), Frame(np.zeros((100, 100, 3), np.uint8)))
+        reregister(version(URL, "brown-conrady"), Frame(np.zeros((100, 100, 3), np.uint8)))

@@ -11,10 +11,10 @@ import pytest
 from app.cli.files import read_held_lens
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.geometry import ImageSize
-from app.evaluate.motion.roll_report import Rolled, roll_report
-from app.evaluate.motion.rolls import border_pct, rolls_of
+from app.evaluate.motion.roll_report import RecordedRoll, roll_report
+from app.evaluate.motion.rolls import analyse_rolls, border_pct
 from app.formats import EXPORTS
-from app.imaging.undistorted_view import StraightPicture
+from app.imaging.undistorted_view import UndistortedView
 from app.live import capture as live_capture
 from app.live import rolls as live_rolls
 from app.models import field_from_raw, model_from_json
@@ -23,12 +23,12 @@ from app.sources.sim.camera import SimCamera
 from app.sources.sim.clicks import border_observations, known_grid, rms_mm
 from app.sources.sim.lens import LENSES
 from app.store.fields import load_fields
-from app.vision.motion.foreground import Mover
+from app.vision.motion.foreground import MovingBlob
 from app.vision.motion.straight_runs import straight_runs
-from app.vision.motion.tracks import MOST_POINTS, Tracker
-from app.workflows.calibration_request import Task
-from app.workflows.rolling import Rolling
-from app.workflows.rolling_request import lens_record, refinable, refined, rolls_in_film, told_of_kept
+from app.vision.motion.tracks import MAX_POINTS, Tracker
+from app.workflows.calibration_request import CalibrationRequest
+from app.workflows.rolling import RollRecorder
+from app.workflows.rolling_request import check_refinable, lens_record, refine, rolls_in_film, stored_rolls_json
 from tests.support.rolling_balls import FPS, SIZE, chords, film, lens_of
 
 LARGE = ImageSize(1224, 1024)
@@ -37,7 +37,7 @@ CHORDS = [((60, 60), (580, 70), 40), ((590, 90), (560, 430), 30), ((540, 440), (
 
 
 def followed(frames, model=None):
-    rolling = Rolling()
+    rolling = RollRecorder()
     for seconds, pixels in frames:
         rolling.add(seconds, pixels)
     rolling.end()
@@ -58,10 +58,10 @@ def test_rolls_in_a_film_tell_the_lens_that_it_was_taken_with(k):
 
 def test_what_a_right_model_leaves_is_nothing_and_what_a_wrong_one_leaves_is_told():
     frames = list(film(lens_of(-0.25), CHORDS, seed=4))
-    right = followed(frames, StraightPicture(lens_of(-0.25)))
+    right = followed(frames, UndistortedView(lens_of(-0.25)))
     assert abs(right["corrected"]["border_pct"]) < max(3 * right["corrected"]["border_sigma_pct"], 0.1)
     assert "corrected" in right["sentence"] and "no distortion" in right["sentence"]
-    wrong = followed(frames, StraightPicture(lens_of(0.0)))["corrected"]
+    wrong = followed(frames, UndistortedView(lens_of(0.0)))["corrected"]
     assert wrong["border_pct"] < -3 * wrong["border_sigma_pct"]
 
 
@@ -93,7 +93,7 @@ def test_a_kick_cuts_a_track_in_two_at_its_corner():
 
 
 def test_live_a_roll_is_told_soon_after_its_end_though_the_ball_is_still_followed():
-    rolling, told = Rolling(live=True), []
+    rolling, told = RollRecorder(live=True), []
     path = [((60, 60), (580, 70), 40), ((580, 70), (560, 430), 30), ((560, 430), (60, 430), 40)]  # one track, two kicks
     for number, (seconds, pixels) in enumerate(film(lens_of(-0.25), path, seed=8)):
         told += [(number, roll) for roll in rolling.add(seconds, pixels, 2 * number)]  # every other frame was missed
@@ -105,10 +105,10 @@ def test_live_a_roll_is_told_soon_after_its_end_though_the_ball_is_still_followe
 
 
 def test_what_is_followed_all_day_takes_no_more_room():
-    tracker, rolling = Tracker(), Rolling(live=True)
+    tracker, rolling = Tracker(), RollRecorder(live=True)
     for frame in range(1500):
-        tracker.add(frame, [Mover(320 + 100 * np.cos(frame / 9), 240 + 100 * np.sin(frame / 9), 50.0, 40.0)])
-        assert all(len(track.points) <= MOST_POINTS for track in tracker.now)
+        tracker.add(frame, [MovingBlob(320 + 100 * np.cos(frame / 9), 240 + 100 * np.sin(frame / 9), 50.0, 40.0)])
+        assert all(len(track.points) <= MAX_POINTS for track in tracker.now)
     pixels = np.zeros((48, 64, 3), np.uint8)
     for frame in range(5000):
         rolling.add(frame / 30, pixels)
@@ -131,7 +131,7 @@ def test_the_lens_lies_within_two_sigma_of_what_rolls_tell_in_nineteen_of_twenty
     rng, size, off = np.random.default_rng(seed), ImageSize(1224, 1024), []
     for _ in range(60):
         k = rng.uniform(-0.35, 0.15)
-        told = rolls_of(*chords(rng, lens_of(k, size), int(rng.integers(2, 13))), size)
+        told = analyse_rolls(*chords(rng, lens_of(k, size), int(rng.integers(2, 13))), size)
         off.append((told.border_pct - border_pct(k, size)) / told.border_sigma_pct)
     assert np.mean(np.abs(off) < 2) >= 0.93 and np.sqrt(np.mean(np.square(off))) > 0.5  # nor far too humble
 
@@ -141,7 +141,7 @@ def test_a_roll_that_somebody_pushed_aside_counts_little_and_is_named():
     tracks, seconds = chords(rng, lens_of(-0.2, size), 9)
     u = np.linspace(-1, 1, len(tracks[0]))[:, None]
     tracks[0] = tracks[0] + 25 * (1 - u**2)
-    told = rolls_of(tracks, seconds, size)
+    told = analyse_rolls(tracks, seconds, size)
     assert [roll.used for roll in told.rolls].count(False) >= 1 and not told.rolls[0].used
     assert abs(told.border_pct - border_pct(-0.2, size)) < 4 * told.border_sigma_pct
 
@@ -153,7 +153,7 @@ def test_one_roll_that_carries_the_answer_alone_makes_it_unsure():
     tracks = [(p - p.mean(axis=0)) * 0.3 + middle for p in tracks]  # through the middle: they tell nothing
     u = np.linspace(-1, 1, 40)[:, None]
     hand = np.array([300.0, 60.0]) + np.concatenate([60 * u, 8 * (1 - u**2)], axis=1)
-    alone = rolls_of([*tracks, hand], [*seconds, 0.4], size)
+    alone = analyse_rolls([*tracks, hand], [*seconds, 0.4], size)
     assert abs(alone.border_pct) < 2 * alone.border_sigma_pct and alone.border_sigma_pct > 1
 
 
@@ -162,10 +162,10 @@ def test_what_is_driven_is_not_taken_for_rolls():
     for _ in range(12):  # robots, on rounds of about 150 px
         turn = rng.uniform(0, 2 * np.pi) + rng.choice([-1, 1]) * np.linspace(0, 0.8, 40)
         tracks.append(rng.uniform(200, 800, 2) + rng.uniform(100, 200) * np.stack([np.cos(turn), np.sin(turn)], axis=1))
-    told = roll_report([Rolled(p, 0.0, 1.3, 0.1, 1.0) for p in tracks], size)
+    told = roll_report([RecordedRoll(p, 0.0, 1.3, 0.1, 1.0) for p in tracks], size)
     assert not told["raw"]["free"] and "driven or pushed" in told["sentence"]
     with pytest.raises(FitFailed) as refused:
-        lens_record([Rolled(p, 0.0, 1.3, 0.1, 1.0) for p in tracks], size)
+        lens_record([RecordedRoll(p, 0.0, 1.3, 0.1, 1.0) for p in tracks], size)
     assert refused.value.reason == "not-free"
 
 
@@ -177,7 +177,7 @@ def test_without_rolls_nothing_is_claimed():
 
 def test_a_camera_that_is_not_still_is_refused():
     rng = np.random.default_rng(0)
-    rolling = Rolling()
+    rolling = RollRecorder()
     for number in range(30):
         rolling.add(number / FPS, rng.integers(0, 255, (480, 640, 3)).astype(np.uint8))
     with pytest.raises(BadInput, match="not still"):
@@ -185,7 +185,7 @@ def test_a_camera_that_is_not_still_is_refused():
     with pytest.raises(BadInput, match="size"):
         rolling.add(2.0, np.zeros((10, 10, 3), np.uint8))
     with pytest.raises(BadInput):
-        Rolling().report()
+        RollRecorder().report()
 
 
 def calibrated_over_rolls(clicks=4, count=20, seed=1, lens="strong", size=LARGE):
@@ -193,8 +193,9 @@ def calibrated_over_rolls(clicks=4, count=20, seed=1, lens="strong", size=LARGE)
     field = load_fields()["ssl-div-b"]
     region, rng = field.regions["full"], np.random.default_rng(seed)
     camera = SimCamera.above(region, size, LENSES[lens], height_mm=6500)
-    task = Task(border_observations(camera, region, clicks, 0.5, rng, anywhere=True), field, region, camera.image_size,
-                "brown-conrady", {"height_mm": {"value": 6500.0, "sigma": 30.0}}, camera="north")
+    task = CalibrationRequest(border_observations(camera, region, clicks, 0.5, rng, anywhere=True), field, region,
+                              camera.image_size, "brown-conrady", {"height_mm": {"value": 6500.0, "sigma": 30.0}},
+                              camera="north")
     rolls = []
     while len(rolls) < count:
         start, angle = rng.uniform([-4300, -2900], [4300, 2900]), rng.uniform(0, 2 * np.pi)
@@ -202,7 +203,7 @@ def calibrated_over_rolls(clicks=4, count=20, seed=1, lens="strong", size=LARGE)
         if abs(end[0]) < 4400 and abs(end[1]) < 2950:
             t = np.linspace(0, 1, 40)[:, None]
             raw = camera.raw_from_field(np.concatenate([start * (1 - t) + end * t, np.full((40, 1), 21.5)], axis=1))
-            rolls.append(Rolled(raw + rng.normal(0, 0.25, raw.shape), 0.0, 1.3, 0.25, 0.3))
+            rolls.append(RecordedRoll(raw + rng.normal(0, 0.25, raw.shape), 0.0, 1.3, 0.25, 0.3))
     return (camera, rolls), task.record(task.run(cross_validate=False))
 
 
@@ -258,7 +259,7 @@ def test_rolls_tell_the_lens_within_three_sigma_and_a_fit_that_holds_it_needs_fe
     def off_mm(calibration):
         model = model_from_json(calibration.model_name, calibration.model_parameters)
         return rms_mm(field_from_raw(model, raw), field)
-    better = refined(made, kept)
+    better = refine(made, kept)
     assert off_mm(made) > 12 > 2 * off_mm(better)  # these four clicks a border tell the lens badly
     assert better.parent == made.id and "refined by" in better.note and better.options["lens_sigma"] == "own"
 
@@ -270,9 +271,9 @@ def camera_region():
 def test_what_rolls_cannot_refine_is_refused_with_the_reason():
     (camera, rolls), made = calibrated_over_rolls()
     for wrong in (None, replace(made, model_name="polynomial"), replace(made, observations=()),
-                  refined(made, lens_record(rolls, camera.image_size, "brown-conrady"))):
+                  refine(made, lens_record(rolls, camera.image_size, "brown-conrady"))):
         with pytest.raises(Conflict) as refused:
-            refinable(wrong)
+            check_refinable(wrong)
         assert refused.value.fix
     with pytest.raises(FitFailed) as refused:
         lens_record(rolls[:2], camera.image_size)
@@ -285,12 +286,12 @@ def test_kept_rolls_say_each_its_number_and_those_left_out_none():
     kept = [{"id": str(i), "at": 10.0 + i, "seconds": t, "points": p.tolist(), "image_size": list(size),
              "left_out": i == 3} for i, (p, t) in enumerate(zip(tracks, seconds, strict=True))]
     kept[0]["image_size"] = [640, 480]
-    told = told_of_kept(kept, None)
+    told = stored_rolls_json(kept, None)
     assert told["report"]["rolls"] == 7 and told["report"]["raw"]["border_pct"] < 0
     assert [item["id"] for item in told["items"] if item["raw"] is None] == ["0", "3"]
     assert not told["items"][0]["counts"] and told["items"][3]["left_out"]
     assert {item["raw"]["level"] for item in told["items"] if item["raw"]} <= {"good", "fair", "poor", "left-out"}
-    assert json.dumps(told, allow_nan=False) and told_of_kept([], None) == {"items": [], "report": None}
+    assert json.dumps(told, allow_nan=False) and stored_rolls_json([], None) == {"items": [], "report": None}
 
 
 def test_a_pool_ball_rolls_straight_to_a_third_of_a_pixel(real_data):

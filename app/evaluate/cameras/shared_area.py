@@ -1,0 +1,73 @@
+"""The part of the carpet that two cameras both see, as a grid over the field."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.core.errors import FitFailed
+from app.core.field import Field
+from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.models import CameraModel, raw_from_field
+
+COARSE, FINE = 96, 40  # cells along the longer side: to find the shared part, and to draw it
+NEAR_CELLS = 2.0  # how far from a measured place a cell still counts as measured
+
+
+@dataclass(frozen=True, eq=False)
+class SharedArea:
+    """x (w,), y (h,) mm; both (h, w) bool: where both cameras see the carpet."""
+
+    x: Array
+    y: Array
+    both: Array
+
+    @property
+    def places(self) -> Points:
+        return np.stack(np.meshgrid(self.x, self.y), axis=-1)
+
+    @property
+    def cell(self) -> Array:
+        return np.array([self.x[1] - self.x[0], self.y[1] - self.y[0]])
+
+    @property
+    def area_m2(self) -> float:
+        return float(self.both.sum() * self.cell[0] * self.cell[1]) / 1e6
+
+    def filled(self, places: Points, values: Array) -> Array:
+        """(h, w): at each shared cell the mean of the values near it, NaN where none is."""
+        cells = (self.places[:, :, None] - places) / self.cell
+        near = np.maximum(0.0, 1 - np.sum(cells**2, axis=-1) / NEAR_CELLS**2)  # falls to nothing at NEAR_CELLS
+        with np.errstate(all="ignore"):
+            mean = (near @ values) / near.sum(axis=-1)
+        return np.where(self.both & (near.sum(axis=-1) > 0), mean, np.nan)
+
+
+def overlap(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, field: Field,
+            cells: int) -> SharedArea:
+    """Grid the whole field, `cells` along its longer side. FitFailed no-overlap where no cell is seen by both."""
+    half = np.array([field.length_mm, field.width_mm]) / 2
+    area = _seen_by_both(a, size_a, b, size_b, -half, half, cells)
+    if not area.both.any():
+        raise FitFailed("The two cameras see no common part of the field.",
+                        "Choose cameras whose pictures overlap.", reason="no-overlap")
+    return area
+
+
+def shared_area(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, field: Field) -> SharedArea:
+    """Grid only the shared part, finely. FitFailed no-overlap where there is none."""
+    coarse = overlap(a, size_a, b, size_b, field, COARSE)
+    spans = [(axis[seen][0], axis[seen][-1]) for axis, seen in ((coarse.x, coarse.both.any(axis=0)),
+                                                                (coarse.y, coarse.both.any(axis=1)))]
+    low, high = np.transpose(spans)
+    return _seen_by_both(a, size_a, b, size_b, low - coarse.cell / 2, high + coarse.cell / 2, FINE, 4)
+
+
+def _seen_by_both(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, low: Sequence[float],
+                  high: Sequence[float], cells: int, least: int = 2) -> SharedArea:
+    sides = np.subtract(high, low)
+    counts = np.maximum(least, np.round(cells * sides / sides.max())).astype(int)
+    x, y = (start + (np.arange(n) + 0.5) / n * side for start, n, side in zip(low, counts, sides, strict=True))
+    places = np.stack(np.meshgrid(x, y), axis=-1)
+    both = inside_picture(raw_from_field(a, places), size_a) & inside_picture(raw_from_field(b, places), size_b)
+    return SharedArea(x, y, both)
