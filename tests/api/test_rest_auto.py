@@ -7,7 +7,7 @@ import pytest
 from tests.support.auto_scenes import SceneSpec, scene_of
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
-from tests.support.rest_jobs import accepted, ended
+from tests.support.rest_jobs import accepted, finished
 
 AUTO = f"{API}/calibrations/auto"
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
@@ -28,7 +28,7 @@ def kept(client, pixels):
 
 
 def found(client, **body):
-    return ended(client, accepted(client.post(AUTO, json=body)))
+    return finished(client, accepted(client.post(AUTO, json=body)))
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +102,7 @@ def test_a_version_is_checked_against_today_and_nothing_is_made_or_activated_by_
     same = standing.post(f"{API}/calibrations/{id}/check", json={"snapshot": kept(standing, seen.pixels)})
     assert same.status_code == 200 and same.json()["verdict"]["level"] == "good", same.text
     asked = standing.post(f"{API}/calibrations/{id}/check?job=true", json={"snapshots": [knocked]})
-    job = ended(standing, accepted(asked))
+    job = finished(standing, accepted(asked))
     assert job["result"]["verdict"]["reason"] == "moved" and job["result"]["snapshot"] == knocked
     assert job["result"]["lines"] and job["result"]["points"] and job["result"]["carpet"]["mean_mm"] > 15
     assert standing.get(f"{API}/calibrations").json() == before

@@ -1,7 +1,6 @@
 """WS /cameras/{id}/board: a board before a live camera is seen, told about, and taken by itself."""
 
 import json
-import time
 from contextlib import contextmanager
 
 import pytest
@@ -11,6 +10,7 @@ from app.main import create_app
 from app.settings import Settings
 from tests.support.board_film import BOARD, SIZE, film
 from tests.support.refusals import API
+from tests.support.waiting import receive_until
 
 LONG_S = 90.0  # a loaded machine starts a camera's process slowly
 
@@ -37,25 +37,15 @@ def listening(client, camera, **first):
         yield line
 
 
-def until(line, wanted):
-    """The first that is told and wanted."""
-    end = time.monotonic() + LONG_S
-    while time.monotonic() < end:
-        told = line.receive_json()
-        if wanted(told):
-            return told
-    raise AssertionError("it was not told in time")
-
-
 def test_a_board_that_is_held_still_is_taken_by_itself_once_in_each_pose(films):
     with listening(films, "held") as line:
-        taken = [until(line, lambda told: told["taken"]) for _ in range(3)]
+        taken = [receive_until(line, lambda told: told["taken"])[-1] for _ in range(3)]
         for number, told in enumerate(taken, 1):
             kept = films.get(f"{API}/snapshots/{told['taken']['id']}").json()
             assert (kept["camera"], kept["width"], kept["height"]) == ("held", *SIZE)
             assert told["count"] == number and len(told["corners"]) == 54 and len(told["quad"]) == 4
         assert sum(map(sum, taken[-1]["cells"])) == 3 * 54 and taken[-1]["wanted"]["text"].startswith("Hold the board")
-        again = until(line, lambda told: told["still"] and not told["new"])
+        again = receive_until(line, lambda told: told["still"] and not told["new"])[-1]
         assert "already" in again["hint"] and again["taken"] is None and again["count"] == 3
     assert len(films.get(f"{API}/snapshots?purpose=board").json()["items"]) == 3
     assert films.get(f"{API}/snapshots?purpose=picture").json()["items"] == []
@@ -63,19 +53,19 @@ def test_a_board_that_is_held_still_is_taken_by_itself_once_in_each_pose(films):
 
 def test_what_was_taken_before_is_not_taken_again_and_by_hand_it_is(films):
     with listening(films, "held", automatic=False) as line:
-        seen = until(line, lambda told: told["still"] and told["new"])
+        seen = receive_until(line, lambda told: told["still"] and told["new"])[-1]
         assert seen["taken"] is None and not seen["automatic"]
     with listening(films, "held", automatic=False, taken=[seen["quad"]]) as line:
-        assert until(line, lambda told: True)["count"] == 1
+        assert line.receive_json()["count"] == 1
         line.send_text(json.dumps({"take": True}))
-        assert until(line, lambda told: told["taken"])["count"] == 2
+        assert receive_until(line, lambda told: told["taken"])[-1]["count"] == 2
         line.send_text(json.dumps({"automatic": True}))
-        assert until(line, lambda told: told["automatic"])
+        assert receive_until(line, lambda told: told["automatic"])[-1]
 
 
 def test_a_camera_before_which_there_is_no_board_says_so(films):
     with listening(films, "bare") as line:
-        told = until(line, lambda told: True)
+        told = line.receive_json()
     assert told["quad"] is None and told["corners"] == [] and told["hint"].startswith("No board is seen")
     assert told["wanted"]["outline"] and told["count"] == 0
 
@@ -96,7 +86,7 @@ def test_a_camera_that_is_not_there_and_a_third_who_watches_are_refused(films):
         assert line.receive_json()["status"] == 404
     with listening(films, "bare") as one, listening(films, "bare") as two:
         for line in (one, two):
-            until(line, lambda told: True)
+            line.receive_json()
         with socket_to(films, "bare") as third:
             problem = third.receive_json()
         assert problem["type"].endswith("board-watched") and problem["fix"]

@@ -13,7 +13,7 @@ from tests.support.board_views import BOARD, SIZE, TRUTH, picture_of, views_of
 from tests.support.lens_over_field import FIELD, clicks_through_the_lens
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
-from tests.support.rest_jobs import accepted, ended
+from tests.support.rest_jobs import accepted, finished
 from tests.support.store_opener import damage_row
 
 CAL, LENSES = f"{API}/calibrations", f"{API}/lenses"
@@ -29,7 +29,7 @@ def seen(count=15, **more):
 @pytest.fixture(scope="module")
 def lens(standing):
     """A job's result: a lens from corners."""
-    told = ended(standing, accepted(standing.post(f"{CAL}/board", json=seen(camera="north", note="metre board"))))
+    told = finished(standing, accepted(standing.post(f"{CAL}/board", json=seen(camera="north", note="metre board"))))
     assert told["state"] == "done", told
     return told["result"]
 
@@ -124,7 +124,7 @@ def test_what_cannot_be_done_is_refused_before_anybody_waits(standing, name):
 
 
 def test_views_that_tell_no_lens_are_a_failed_job_with_a_fix(client):
-    told = ended(client, accepted(client.post(f"{CAL}/board", json=seen(2))))
+    told = finished(client, accepted(client.post(f"{CAL}/board", json=seen(2))))
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/too-few-views"
     assert told["problem"]["fix"] and client.get(LENSES).json()["items"] == []
 
@@ -158,7 +158,7 @@ def snapshots(client):
 def test_the_board_is_found_in_kept_pictures_and_one_without_it_is_named(client, snapshots):
     blank = uploaded(client, np.full((800, 1000, 3), 90, np.uint8))
     body = {"snapshots": [*snapshots, blank], "board": SMALL.to_json(), "options": {"terms": [], "warp": False}}
-    told = ended(client, accepted(client.post(f"{CAL}/board", json=body)))
+    told = finished(client, accepted(client.post(f"{CAL}/board", json=body)))
     assert told["state"] == "done", told
     record = told["result"]["record"]
     assert record["snapshots"] == body["snapshots"] and record["image_size"] == [1000, 800]
@@ -170,7 +170,7 @@ def test_the_board_is_found_in_kept_pictures_and_one_without_it_is_named(client,
 
 def test_pictures_without_any_board_or_of_two_sizes_are_refused(client, snapshots):
     other = {**SMALL.to_json(), "columns": 7}
-    told = ended(client, accepted(client.post(f"{CAL}/board", json={"snapshots": snapshots, "board": other})))
+    told = finished(client, accepted(client.post(f"{CAL}/board", json={"snapshots": snapshots, "board": other})))
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/no-board"
     body = {"snapshots": [snapshots[0], uploaded(client, np.zeros((80, 100, 3), np.uint8))], "board": SMALL.to_json()}
     refusal(client.post(f"{CAL}/board", json=body), 409, "size-mismatch")
@@ -181,7 +181,8 @@ def test_pictures_without_any_board_or_of_two_sizes_are_refused(client, snapshot
 def test_a_picture_damaged_on_disk_is_a_failed_job(client, snapshots):
     path = client.app.state.store.picture_path(snapshots[2])
     path.write_bytes(path.read_bytes()[:-1] + b"x")
-    told = ended(client, accepted(client.post(f"{CAL}/board", json={"snapshots": snapshots, "board": SMALL.to_json()})))
+    body = {"snapshots": snapshots, "board": SMALL.to_json()}
+    told = finished(client, accepted(client.post(f"{CAL}/board", json=body)))
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/damaged-file"
     assert "Picture 3" in told["problem"]["detail"]
 
@@ -190,7 +191,7 @@ def test_the_classic_left_camera_from_its_own_pictures(client, real_data):
     pictures = sorted(real_data("boards/opencv_left_right").glob("left*.jpg"))
     kept = [client.post(f"{API}/snapshots", files={"file": path.read_bytes()}).json()["id"] for path in pictures]
     board = {"kind": "chessboard", "columns": 9, "rows": 6, "square_mm": 25.0}
-    told = ended(client, accepted(client.post(f"{CAL}/board", json={"snapshots": kept, "board": board})))
+    told = finished(client, accepted(client.post(f"{CAL}/board", json={"snapshots": kept, "board": board})))
     assert told["state"] == "done", told
     record = told["result"]["record"]
     assert record["report"]["rms_px"] < 0.25

@@ -14,6 +14,7 @@ from starlette.testclient import TestClient
 from app.main import create_app
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
+from tests.support.waiting import until
 
 SOUTH = {"id": "south", "name": "South half", "source": "sim://table?size=320x256&seed=4", "field": "table",
          "region": "full"}
@@ -21,14 +22,6 @@ SOUTH = {"id": "south", "name": "South half", "source": "sim://table?size=320x25
 
 def pixels_of(data) -> np.ndarray:
     return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-
-
-def until(condition, seconds: float = 30.0):
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, "it did not come about"
-        time.sleep(0.05)
-    return found
 
 
 def status_of(client, id="north"):

@@ -7,7 +7,7 @@ import pytest
 from app.formats import EXPORTS
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
-from tests.support.watched_field import calibration_of, clicked, world
+from tests.support.watched_field import calibration_of, colour_clicks, world
 
 DETECTIONS = f"{API}/detections"
 
@@ -24,7 +24,7 @@ def asked(standing, match):
     file = EXPORTS["json"].write(calibration_of(match))
     answer = standing.post(f"{API}/calibrations/import", files={"file": ("cal.json", file)})
     assert answer.status_code == 201, answer.text
-    clicks = {colour: [list(place) for place in places] for colour, places in clicked(match).items()}
+    clicks = {colour: [list(place) for place in places] for colour, places in colour_clicks(match).items()}
     return {"snapshot": snapshot, "calibration": answer.json()["id"], "clicks": clicks}
 
 

@@ -20,7 +20,7 @@ from starlette.websockets import WebSocketDisconnect
 from tests.support import sample_jobs
 from tests.support.paths import ROOT
 from tests.support.refusals import API, refusal
-from tests.support.rest_jobs import accepted, ended
+from tests.support.rest_jobs import accepted, finished
 
 CAL = f"{API}/calibrations"
 
@@ -33,7 +33,7 @@ def engine(client):
 def test_a_calibration_made_by_a_job_is_the_one_that_is_made_at_once(client, task):
     at_once = client.post(CAL, json={**task, "camera": "north"}).json()
     job = accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"}))
-    told = ended(client, job)
+    told = finished(client, job)
     assert told["state"] == "done" and told["progress"] == 1 and told["problem"] is None
     made = client.get(f"{CAL}/{told['result']['calibration']}").json()
     same = ("model", "report", "observations", "options", "field_definition", "corrected_size", "software")
@@ -44,7 +44,7 @@ def test_a_calibration_made_by_a_job_is_the_one_that_is_made_at_once(client, tas
 
 def test_a_comparison_by_a_job_is_the_one_that_is_waited_for(client, task):
     body = {**task, "models": ["polynomial", "homography"]}
-    told = ended(client, accepted(client.post(f"{CAL}/compare?job=true", json=body)))
+    told = finished(client, accepted(client.post(f"{CAL}/compare?job=true", json=body)))
     assert told["state"] == "done" and told["result"] == client.post(f"{CAL}/compare", json=body).json()
     assert client.get(CAL).json()["items"] == []
     kinds = [job["kind"] for job in client.get(f"{API}/jobs").json()["items"]]
@@ -53,7 +53,7 @@ def test_a_comparison_by_a_job_is_the_one_that_is_waited_for(client, task):
 
 def test_what_a_job_refuses_is_the_problem_that_the_call_would_have_answered(client, task):
     task["observations"] = task["observations"][:1]
-    told = ended(client, accepted(client.post(f"{CAL}?job=true", json=task)))
+    told = finished(client, accepted(client.post(f"{CAL}?job=true", json=task)))
     at_once = refusal(client.post(CAL, json=task), 422)
     assert told["state"] == "failed" and told["result"] is None and told["problem"] == at_once
     assert client.get(CAL).json()["items"] == []
@@ -98,15 +98,15 @@ def test_a_job_is_cancelled_as_often_as_one_likes_and_an_unknown_one_is_404(clie
 
 def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client, task):
     rng = random.Random(3)
-    ended(client, accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"})))  # starts the process
+    finished(client, accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"})))  # starts the process
     start = time.monotonic()
-    ended(client, accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"})))
+    finished(client, accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"})))
     usual_s, made = time.monotonic() - start, 2
     for _ in range(15):
         job = accepted(client.post(f"{CAL}?job=true", json={**task, "camera": "north"}))
         time.sleep(rng.uniform(0, 2 * usual_s))
         client.delete(f"{API}/jobs/{job['id']}")
-        told = ended(client, job, 5)
+        told = finished(client, job, 5)
         assert told["state"] in ("done", "cancelled"), told
         made += told["state"] == "done"
         if told["state"] == "done":
@@ -126,7 +126,7 @@ def test_a_job_whose_worker_is_killed_is_tried_again_and_has_failed_after_three(
             assert time.monotonic() < until
             time.sleep(0.01)
         os.kill(engine.pids[0], signal.SIGKILL)
-    told = ended(client, {"id": job.id}, 30)
+    told = finished(client, {"id": job.id}, 30)
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/worker-died"
     assert told["problem"]["fix"] and told["attempt"] == 3
     body = {**task, "models": ["homography"]}

@@ -14,8 +14,9 @@ from app.settings import Settings
 from app.workflows import interchange
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of, of_model
-from tests.support.group_listener import Listener, free_group, said, until
+from tests.support.group_listener import Listener, free_group, said
 from tests.support.refusals import API, refusal
+from tests.support.waiting import until
 
 HERE = "http://127.0.0.1:8000"
 NORTH = {"id": "north", "source": "sim://table?size=320x256&fps=5", "field": "table"}

@@ -10,7 +10,7 @@ from app.images import encode
 from app.main import create_app
 from app.settings import Settings
 from tests.support.refusals import API, refusal
-from tests.support.rest_jobs import accepted, ended
+from tests.support.rest_jobs import accepted, finished
 from tests.support.rig_over_field import FIELD, REGIONS, sim_source, sim_task
 
 RIGS = f"{API}/rigs"
@@ -97,7 +97,7 @@ def test_names_alone_do_for_its_cameras(client):
 
 
 def test_a_check_by_live_pictures_says_in_plain_words_that_the_cameras_agree(client, rig):
-    job = ended(client, accepted(client.post(f"{rig}/check?job=true", json={})))
+    job = finished(client, accepted(client.post(f"{rig}/check?job=true", json={})))
     assert job["state"] == "done", job
     (pair,) = job["result"]["pairs"]
     assert pair["from"] == "pictures", (pair["notes"], job["result"]["missing"])
@@ -141,7 +141,7 @@ def test_cameras_with_other_rectangles_are_told_and_refitted_but_never_activated
     assert told["rectangles"] == mine and told["rectangles_from"] == "rig"
     assert [c["troubles"][0]["reason"] for c in told["cameras"]] == ["other-rectangles"] * 2
     before = [c["calibration"] for c in told["cameras"]]
-    job = ended(client, accepted(client.post(f"{rig}/refit", json={"cameras": ["cam1"]})))
+    job = finished(client, accepted(client.post(f"{rig}/refit", json={"cameras": ["cam1"]})))
     assert job["state"] == "done", job
     (made,) = job["result"]["calibrations"]
     calibration = client.get(f"{API}/calibrations/{made}").json()

@@ -1,6 +1,5 @@
 """REST of rolls: followed before a live camera, kept, judged, and made into a lens or a refined calibration."""
 
-import time
 from contextlib import ExitStack, contextmanager
 
 import cv2
@@ -14,11 +13,11 @@ from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_clicks
 from app.store.fields import load_fields
 from tests.support.refusals import API, refusal
-from tests.support.rest_jobs import accepted, ended
+from tests.support.rest_jobs import accepted, finished
 from tests.support.rolling_balls import FPS, SIZE, chords, film, lens_of
+from tests.support.waiting import receive_until, until
 
 SOURCE = "sim://table?robots=0&ball=true&lens=division&k=-0.3&size=640x480&fps=25&height=1400"
-LONG_S = 90.0  # a loaded machine starts a camera's process slowly
 ROLLS = 4
 
 
@@ -45,21 +44,11 @@ def listening(client, camera, query=""):
         yield line
 
 
-def until(line, wanted):
-    """All that is told until what is wanted."""
-    end, heard = time.monotonic() + LONG_S, []
-    while time.monotonic() < end:
-        heard.append(line.receive_json())
-        if wanted(heard[-1]):
-            return heard
-    raise AssertionError(f"it was not told in time: {heard[-1]}")
-
-
 @pytest.fixture(scope="module")
 def rolled(client):
     """What was told until some rolls were kept."""
     with listening(client, "ball") as line:
-        return until(line, lambda told: told["told"] and len(told["told"]["items"]) >= ROLLS)
+        return receive_until(line, lambda told: told["told"] and len(told["told"]["items"]) >= ROLLS)
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +91,7 @@ def test_the_active_calibration_is_judged_by_the_same_rolls(client, rolled, cali
 def test_who_only_listens_keeps_nothing_and_hears_the_rolls_themselves(client, rolled):
     before = client.get(f"{API}/cameras/ball/rolls").json()
     with listening(client, "ball", "?keep=false") as line:
-        told = until(line, lambda told: told["new"])[-1]
+        told = receive_until(line, lambda told: told["new"])[-1]
     assert len(told["new"][0]["points"]) >= 8 and told["new"][0]["seconds"] > 0
     assert len(client.get(f"{API}/cameras/ball/rolls").json()["items"]) == len(before["items"])
 
@@ -122,7 +111,7 @@ def test_a_roll_is_left_out_taken_in_again_and_forgotten(client, rolled):
 
 
 def test_a_lens_of_kept_rolls_is_kept_and_a_fit_holds_it(client, rolled, calibration):
-    done = ended(client, accepted(client.post(f"{API}/motion", json={"camera": "ball", "make": "lens",
+    done = finished(client, accepted(client.post(f"{API}/motion", json={"camera": "ball", "make": "lens",
                                                                      "lens": "division", "note": "after lunch"})))
     assert done["state"] == "done", done
     lens = client.get(f"{API}/lenses/{done['result']['lens']}").json()
@@ -147,7 +136,7 @@ def test_a_lens_of_kept_rolls_is_kept_and_a_fit_holds_it(client, rolled, calibra
 
 
 def test_the_active_calibration_is_refined_as_a_new_version_that_is_not_active(client, rolled, calibration):
-    done = ended(client, accepted(client.post(f"{API}/motion", json={"camera": "ball", "make": "refined"})))
+    done = finished(client, accepted(client.post(f"{API}/motion", json={"camera": "ball", "make": "refined"})))
     assert done["state"] == "done" and done["result"]["lens"] is None, done
     made = client.get(f"{API}/calibrations/{done['result']['calibration']}").json()
     assert made["version"] > calibration["version"] and made["parent"] and not made["active"]
@@ -161,7 +150,7 @@ def test_the_active_calibration_is_refined_as_a_new_version_that_is_not_active(c
 
 
 def test_a_film_in_the_pictures_folder_is_judged(client):
-    done = ended(client, accepted(client.post(f"{API}/motion", json={"film": "rolls.avi", "make": "lens"})))
+    done = finished(client, accepted(client.post(f"{API}/motion", json={"film": "rolls.avi", "make": "lens"})))
     assert done["state"] == "done", done
     report = done["result"]["report"]
     assert report["rolls"] == 4 and report["raw"]["border_pct"] < -2
@@ -171,11 +160,11 @@ def test_a_film_in_the_pictures_folder_is_judged(client):
 def test_rolls_that_a_script_has_followed_itself_are_judged(client):
     tracks, seconds = chords(np.random.default_rng(3), lens_of(-0.2), 8)
     rolls = [{"points": p.tolist(), "seconds": t} for p, t in zip(tracks, seconds, strict=True)]
-    done = ended(client, accepted(client.post(f"{API}/motion", json={"rolls": rolls, "image_size": list(SIZE)})))
+    done = finished(client, accepted(client.post(f"{API}/motion", json={"rolls": rolls, "image_size": list(SIZE)})))
     told = done["result"]["report"]["raw"]
     assert len(told["rolls"]) == 8 and told["border_pct"] < -2 * told["border_sigma_pct"]
     assert done["result"]["lens"] is None
-    short = ended(client, accepted(client.post(f"{API}/motion", json={
+    short = finished(client, accepted(client.post(f"{API}/motion", json={
         "rolls": rolls[:2], "image_size": list(SIZE), "make": "lens"})))
     assert short["state"] == "failed" and short["problem"]["type"].endswith("too-few-rolls")
 
@@ -194,6 +183,7 @@ def test_a_camera_that_is_not_there_and_a_fifth_who_watches_are_refused(client):
     with listening(client, "none") as line:
         assert line.receive_json()["status"] == 404
     refusal(client.get(f"{API}/cameras/none/rolls"), 404)
+    until(lambda: client.get(f"{API}/cameras/bare/status").json()["state"] == "live")  # it may have slept until now
     with ExitStack() as lines:
         for _ in range(4):
             assert lines.enter_context(listening(client, "bare")).receive_json()["new"] == []

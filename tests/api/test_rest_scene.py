@@ -3,7 +3,6 @@
 import json
 import os
 import socket
-import time
 from pathlib import Path
 
 import msgspec
@@ -23,6 +22,7 @@ from app.scene import scene_registry
 from app.settings import Settings
 from tests.support.rig_over_field import sim_task
 from tests.support.servers import served
+from tests.support.waiting import until
 
 PROTOCOL = f"viser-v{viser.__version__}"
 HOST = {"host": "127.0.0.1:8000"}
@@ -50,21 +50,14 @@ def processes(client):
     return list(client.app.state.scenes._playing.values())
 
 
-def is_gone(pid: int) -> bool:
-    """Whether no such process runs; one that was waited for leaves nothing at all."""
+def is_reaped(pid: int) -> bool:
+    """Whether a process has ended and somebody has waited for it."""
     return not os.path.exists(f"/proc/{pid}")
 
 
 def is_closed(port: int) -> bool:
     with socket.socket() as line:
         return line.connect_ex(("127.0.0.1", port)) != 0
-
-
-def soon(what, seconds=30):
-    end = time.monotonic() + seconds
-    while not what():
-        assert time.monotonic() < end, "it did not happen"
-        time.sleep(0.05)
 
 
 def test_a_scene_is_shown_looked_at_and_told(standing, kept):
@@ -99,7 +92,7 @@ def test_visers_line_goes_through_with_its_protocol_and_tells_what_was_clicked(s
                 "near": 0.01, "far": 1000.0, "image_height": 600, "image_width": 900, "look_at": (0.0, 0.0, 0.0),
                 "up_direction": (0.0, 1.0, 0.0)}))
             [process] = processes(standing)
-            soon(lambda: process.viewers == 1)
+            until(lambda: process.viewers == 1)
             viewer.send_bytes(msgspec.msgpack.encode({
                 "type": "ScenePointerMessage", "event_type": "click", "modifier": None,
                 "ray_origin": (-1.5, 0.5, 4.0), "ray_direction": (0.0, 0.0, -1.0), "screen_pos": ((0.5, 0.5),)}))
@@ -110,7 +103,7 @@ def test_visers_line_goes_through_with_its_protocol_and_tells_what_was_clicked(s
             "from": "field", "to": "image", "points": [[-1500, 500]]}).json()
         assert camera["pixel"] == pytest.approx(field["points"][0], abs=1e-3)
         assert 0 < camera["sigma_mm"] < 50
-        soon(lambda: process.viewers == 0)
+        until(lambda: process.viewers == 0)
 
 
 def test_what_cannot_be_shown_is_told_and_the_line_stays_open(standing, kept, standing_calibration):
@@ -153,10 +146,10 @@ def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kep
             line.receive_json()
             [process] = processes(standing)
             seen.append((process.pid, process.port))
-        soon(lambda process=process: is_gone(process.pid) and is_closed(process.port))
+        until(lambda process=process: is_reaped(process.pid) and is_closed(process.port))
         assert standing.get(address).status_code == 404
     assert len({pid for pid, _ in seen}) == 10 and not processes(standing)
-    soon(lambda: standing.app.state.scenes._begun == 0)
+    until(lambda: standing.app.state.scenes._begun == 0)
 
 
 def test_so_many_scenes_and_no_more(standing, monkeypatch):
@@ -165,7 +158,7 @@ def test_so_many_scenes_and_no_more(standing, monkeypatch):
         line.receive_json()
         with opened(standing) as one_more:
             assert "scenes are open" in one_more.receive_json()["detail"]
-    soon(lambda: standing.app.state.scenes._begun == 0)
+    until(lambda: standing.app.state.scenes._begun == 0)
 
 
 def test_a_scene_that_nobody_looks_at_is_closed(standing, kept, monkeypatch):
@@ -174,7 +167,7 @@ def test_a_scene_that_nobody_looks_at_is_closed(standing, kept, monkeypatch):
     with opened(standing) as line:
         line.receive_json()
         assert line.receive_json()["type"] == "/problems/scene-idle"
-    soon(lambda: not processes(standing))
+    until(lambda: not processes(standing))
 
 
 def test_a_scene_whose_process_dies_is_told_and_the_server_goes_on(standing):
@@ -201,7 +194,7 @@ def test_a_server_that_ends_takes_its_scenes_along(tmp_path):
     with served(tmp_path) as url, connect(f"{url.replace('http', 'ws')}{LINE}", proxy=None) as line:
         assert json.loads(line.recv(timeout=60))["address"]
         [pid] = scene_processes(tmp_path)
-    soon(lambda: is_gone(pid))
+    until(lambda: is_reaped(pid))
 
 
 def test_its_own_port_lets_nobody_in(standing):
@@ -262,4 +255,4 @@ def test_the_scene_as_a_file(standing, kept, monkeypatch):
     busy = standing.get(f"/api/v1/calibrations/{kept}/scene.html")
     assert busy.status_code == 429 and busy.json()["fix"]
     assert standing.get(f"/api/v1/calibrations/{'0' * 16}/scene.html").status_code == 404
-    soon(lambda: not processes(standing))
+    until(lambda: not processes(standing))

@@ -9,7 +9,7 @@ import pytest
 from tests.support.bar_pictures import BENT, SIZE, STRAIGHT, bars_behind
 from tests.support.pictures import encoded, gradient
 from tests.support.refusals import API, refusal
-from tests.support.rest_jobs import accepted, ended
+from tests.support.rest_jobs import accepted, finished
 from tests.support.straight_edges import lens_of, lines_seen
 
 STRAIGHTNESS = f"{API}/straightness"
@@ -17,7 +17,7 @@ WORLD = lens_of("division", (-0.25,))
 JSON = {"Content-Type": "application/json"}
 
 
-def clicked(seed=0, **more):
+def lines_request(seed=0, **more):
     """The body of a question about clicked lines."""
     return {"lines": [line.tolist() for line in lines_seen(WORLD, seed)], "image_size": [1280, 1024], **more}
 
@@ -88,7 +88,7 @@ def test_a_straight_picture_has_no_significant_distortion(standing):
 
 
 def test_clicked_lines_need_no_picture_and_come_in_any_order(standing):
-    body = clicked()
+    body = lines_request()
     found = judged(standing, **body)
     assert found["lens"]["terms"]["k"] == pytest.approx(-0.25, abs=0.02) and found["lines_used"] == 14
     assert [line["name"] for line in found["lines"]] == [f"line {n}" for n in range(1, 15)] and not found["pictures"]
@@ -111,13 +111,13 @@ def test_pictures_and_lines_are_judged_together_and_each_edge_names_its_picture(
 
 @pytest.mark.parametrize("lens", ["division", "division-even", "brown-conrady"])
 def test_the_lens_is_the_one_that_was_asked_for_and_its_centre_can_be_held(standing, lens):
-    found = judged(standing, **clicked(lens=lens, centre_sigma_px=0))
+    found = judged(standing, **lines_request(lens=lens, centre_sigma_px=0))
     assert found["lens"]["name"] == lens and found["lens"]["centre_px"] == [639.5, 511.5]
     assert "centre_x" not in found["names"] and found["straightness_px"]["after"] < 0.5
 
 
 def test_a_job_answers_the_same_and_says_how_far_it_is(standing, bars):
-    told = ended(standing, accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [bars[0]]})))
+    told = finished(standing, accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [bars[0]]})))
     assert (told["state"], told["kind"], told["progress"]) == ("done", "straightness", 1)
     assert told["result"] == bars[1]
 
@@ -126,9 +126,9 @@ def test_a_job_is_cancelled_and_one_that_finds_nothing_fails_with_a_fix(standing
     others = [kept(standing, bars_behind(shade=100 + n)) for n in range(8)]
     job = accepted(standing.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [bars[0], *others]}))
     assert standing.delete(f"{API}/jobs/{job['id']}").json()["state"] == "cancelled"
-    assert ended(standing, job)["result"] is None
+    assert finished(standing, job)["result"] is None
     body = {"snapshots": [kept(standing, gradient(640, 480))]}
-    told = ended(standing, accepted(standing.post(f"{STRAIGHTNESS}?job=true", json=body)))
+    told = finished(standing, accepted(standing.post(f"{STRAIGHTNESS}?job=true", json=body)))
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/too-few-lines"
     assert told["problem"] == refusal(standing.post(STRAIGHTNESS, json=body), 422, "too-few-lines")
 
@@ -145,27 +145,28 @@ REFUSED = {
     "nothing": ({}, 422, "nothing-given"),
     "no lines": ({"lines": [], "image_size": [640, 480]}, 422, "nothing-given"),
     "lines without a size": ({"lines": [[[1, 2], [3, 4], [5, 6]]]}, 422, "no-image-size"),
-    "one line": (clicked(lines=[[[0, 0], [500, 5], [1000, 0]]]), 422, "too-few-lines"),
-    "lines of two points": (clicked(lines=[[[0, 100 * k], [1000, 90 * k]] for k in range(10)]), 422, "too-few-lines"),
-    "lines without points": (clicked(lines=[[]] * 10), 422, "too-few-lines"),
-    "one point many times": (clicked(lines=[[[5, 5]] * 9] * 9), 422, "too-few-lines"),
-    "circles": (clicked(lines=arcs()), 422, "no-straight-lines"),
-    "sides of one bar": (clicked(lines=ONE_EDGE), 422, "one-edge"),
-    "an unknown lens": (clicked(lens="fisheye"), 422, "unknown-lens"),
-    "a lens in numbers": (clicked(lens=3), 422, "bad-request"),
-    "a negative σ": (clicked(centre_sigma_px=-1), 422, None),
-    "an infinite σ": (clicked(centre_sigma_px=float("inf")), 422, None),
-    "NaN": (clicked(lines=[[[0, float("nan")], [1, 2]]]), 422, None),
-    "a number in words": (clicked(lines=[[["1", "2"]]]), 422, "bad-request"),
-    "three coordinates": (clicked(lines=[[[1, 2, 3]]]), 422, None),
-    "a point of 1e308": (clicked(lines=[[[1e308, 2]]]), 422, None),
-    "null": (clicked(lines=None), 422, "bad-request"),
-    "a size of one pixel": (clicked(image_size=[1, 1]), 422, "out-of-range"),
-    "a size in words": (clicked(image_size="640x480"), 422, "bad-request"),
+    "one line": (lines_request(lines=[[[0, 0], [500, 5], [1000, 0]]]), 422, "too-few-lines"),
+    "lines of two points": (
+        lines_request(lines=[[[0, 100 * k], [1000, 90 * k]] for k in range(10)]), 422, "too-few-lines"),
+    "lines without points": (lines_request(lines=[[]] * 10), 422, "too-few-lines"),
+    "one point many times": (lines_request(lines=[[[5, 5]] * 9] * 9), 422, "too-few-lines"),
+    "circles": (lines_request(lines=arcs()), 422, "no-straight-lines"),
+    "sides of one bar": (lines_request(lines=ONE_EDGE), 422, "one-edge"),
+    "an unknown lens": (lines_request(lens="fisheye"), 422, "unknown-lens"),
+    "a lens in numbers": (lines_request(lens=3), 422, "bad-request"),
+    "a negative σ": (lines_request(centre_sigma_px=-1), 422, None),
+    "an infinite σ": (lines_request(centre_sigma_px=float("inf")), 422, None),
+    "NaN": (lines_request(lines=[[[0, float("nan")], [1, 2]]]), 422, None),
+    "a number in words": (lines_request(lines=[[["1", "2"]]]), 422, "bad-request"),
+    "three coordinates": (lines_request(lines=[[[1, 2, 3]]]), 422, None),
+    "a point of 1e308": (lines_request(lines=[[[1e308, 2]]]), 422, None),
+    "null": (lines_request(lines=None), 422, "bad-request"),
+    "a size of one pixel": (lines_request(image_size=[1, 1]), 422, "out-of-range"),
+    "a size in words": (lines_request(image_size="640x480"), 422, "bad-request"),
     "too many pictures": ({"snapshots": ["a"] * 51}, 422, None),
     "an unknown picture": ({"snapshots": ["0123456789abcdef"]}, 404, "unknown-snapshot"),
     "a path": ({"snapshots": ["../../etc/passwd"]}, 404, "unknown-snapshot"),
-    "an unknown entry": (clicked(pictures=[]), 422, "bad-request"),
+    "an unknown entry": (lines_request(pictures=[]), 422, "bad-request"),
     "no object": ([], 422, "bad-request"),
 }
 
@@ -196,7 +197,7 @@ def test_a_picture_damaged_on_disk_is_said_so(client):
     id = kept(client, bars_behind())
     path = client.app.state.store.picture_path(id)
     path.write_bytes(path.read_bytes()[:-1] + b"x")
-    told = ended(client, accepted(client.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [id]})))
+    told = finished(client, accepted(client.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [id]})))
     assert told["problem"]["type"] == "/problems/damaged-file" and "Picture 1" in told["problem"]["detail"]
 
 

@@ -24,8 +24,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.imaging.correction import CorrectedView, correction_map
 from app.live import StreamSpec
 from app.live.picture import AppliedCalibration
-from tests.support.live_cameras import calibrated, live, until
+from tests.support.live_cameras import calibrated, live
 from tests.support.mjpeg_camera import MjpegCamera
+from tests.support.waiting import until_async
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 30.0
@@ -121,14 +122,14 @@ def test_a_stopped_camera_is_seen_and_back_in_time():
         seen, back, lost = [], [], []
         url = "sim://table?size=640x512&fps=30"
         async with live(url) as camera, live(url) as neighbour:
-            await until(lambda: camera.status()["state"] == neighbour.status()["state"] == "live")
+            await until_async(lambda: camera.status()["state"] == neighbour.status()["state"] == "live")
             for _ in range(8):
                 await asyncio.sleep(1)
                 before, start = neighbour.status()["seq"], time.monotonic()
                 os.kill(camera.pid, signal.SIGSTOP)
-                await until(lambda: camera.status()["state"] != "live")
+                await until_async(lambda: camera.status()["state"] != "live")
                 seen.append(time.monotonic() - start)
-                await until(lambda: camera.status()["state"] == "live")
+                await until_async(lambda: camera.status()["state"] == "live")
                 back.append(time.monotonic() - start)
                 took = time.monotonic() - start
                 lost.append(1 - (neighbour.status()["seq"] - before) / (30 * took))
@@ -145,13 +146,14 @@ def test_a_hundred_unpluggings_leave_nothing_behind():
 
     async def story():
         async with live(far.url) as camera:
-            await until(lambda: camera.status()["state"] == "live")
+            await until_async(lambda: camera.status()["state"] == "live")
             before, back = (held(os.getpid()), held(camera.pid)), []
             for _ in range(100):
                 opened = camera.status()["reopened"]
                 far.drop()
                 start = time.monotonic()
-                await until(lambda n=opened: camera.status()["reopened"] > n and camera.status()["state"] == "live")
+                await until_async(
+                    lambda n=opened: camera.status()["reopened"] > n and camera.status()["state"] == "live")
                 back.append(time.monotonic() - start)
             await asyncio.sleep(2)
             return before, (held(os.getpid()), held(camera.pid)), back, camera.status()["reconnects"]
@@ -168,7 +170,7 @@ def test_from_the_shutter_to_the_viewer():
     async def story():
         async with live("sim://table?size=1920x1080&fps=30") as camera:
             camera.show(calibrated("sim://table?size=1920x1080"), None)
-            await until(lambda: camera.status()["calibration_applied"])
+            await until_async(lambda: camera.status()["calibration_applied"])
             with camera.watching(StreamSpec.requested("corrected", 960)) as viewer:
                 ages = []
                 from app.live.messages import parts

@@ -30,9 +30,10 @@ from app.ssl_protocol.protobuf import decode, encode
 from app.store.fields import load_fields
 from app.workflows import interchange
 from tests.support.exported import example, model_of
-from tests.support.group_listener import Listener, free_group, said, until
+from tests.support.group_listener import Listener, free_group, said
 from tests.support.servers import Line, form, served
 from tests.support.ssl_listener import Packet
+from tests.support.waiting import until
 
 TIMES = 100
 

@@ -23,7 +23,7 @@ from websockets.sync.client import connect
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.support.scene_calibrations import clicked
+from tests.support.scene_calibrations import border_and_circle_clicks
 from tests.support.servers import served
 
 HERE = Path(__file__).parent
@@ -81,7 +81,7 @@ def test_an_open_scene_leaves_a_live_stream_its_frames(tmp_path):
         made = requests.post(f"{api}/calibrations", json={
             "snapshot": requests.post(f"{api}/snapshots", json={"camera": "north"}).json()["id"], "camera": "north",
             "field": "ssl-div-b", "region": "half-left", "model": "brown-conrady",
-            "observations": clicked(SOURCE, "half-left")}).json()
+            "observations": border_and_circle_clicks(SOURCE, "half-left")}).json()
         stream_fps(url)  # awake
         alone, beside, opening, rates, shares = [], [], [], [], []
         for _ in range(TURNS):

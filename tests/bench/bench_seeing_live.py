@@ -33,7 +33,7 @@ from app.sources import Surroundings  # noqa: E402
 from app.store.stages import named_plan  # noqa: E402
 from app.vision.colour.learning import learn_profile  # noqa: E402
 from tests.support.mjpeg_camera import MjpegCamera  # noqa: E402
-from tests.support.watched_field import calibration_of, clicked, world  # noqa: E402
+from tests.support.watched_field import calibration_of, colour_clicks, world  # noqa: E402
 
 FPS = 60.0
 REEL = 30  # rendered frames, shown to and fro
@@ -42,7 +42,7 @@ REEL = 30  # rendered frames, shown to and fro
 def reel():
     match = world(drift=0.0)
     there = [match.frame_at(n, n / FPS) for n in range(REEL)]
-    profile = learn_profile("bench", [(there[0], clicked(match))]).to_json()
+    profile = learn_profile("bench", [(there[0], colour_clicks(match))]).to_json()
     return match, there + there[::-1], profile
 
 

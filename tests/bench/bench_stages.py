@@ -19,7 +19,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from app.core.options import read_options  # noqa: E402
 from app.vision.stages import STAGES, FrameState  # noqa: E402
 from tests.support.labelled import SETS, read_set, tallies, there  # noqa: E402
-from tests.support.watched_field import Score, clicked, scored, sight_of, world  # noqa: E402
+from tests.support.watched_field import Score, colour_clicks, scored, sight_of, world  # noqa: E402
 
 SEEDS = (1, 2, 3, 4)
 PERIOD_S = 60.0  # of the simulated light
@@ -75,7 +75,7 @@ def speed(runs: int = 150) -> None:
     field = world()
     sight = sight_of(field)
     frames = [field.frame_at(i, 2.0 * i) for i in range(10)]
-    ranges = _ranges(frames[0], clicked(field))
+    ranges = _ranges(frames[0], colour_clicks(field))
     took: dict[str, list[float]] = {}
     for i in range(runs):
         pixels = frames[i % len(frames)]

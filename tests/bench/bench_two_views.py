@@ -20,7 +20,7 @@ from app.core.errors import FitFailed
 from app.fitting.two_view.fundamental_matrix import fundamental_matrix
 from app.fitting.two_view.relative_pose import pose_between, relative_pose
 from app.models.rotation import vector_from_matrix
-from tests.support.pairs import KUSVOD2, PAIRS, clicked, epipolar_error_px, simulated
+from tests.support.pairs import KUSVOD2, PAIRS, epipolar_error_px, labelled_matches, simulated
 
 ESTIMATORS = ("RANSAC", "LMEDS", "USAC_DEFAULT", "USAC_ACCURATE", "USAC_FM_8PTS", "USAC_FAST", "USAC_PARALLEL",
               "USAC_MAGSAC")
@@ -47,7 +47,7 @@ def real() -> None:
         print(f"\nkusvod2, px, hand-clicked points {'among' if among else 'kept out of'} the matches")
         tables = []
         for name in PAIRS:
-            a, b, by_hand, hand_a, hand_b = clicked(name)
+            a, b, by_hand, hand_a, hand_b = labelled_matches(name)
             keep = np.ones(len(a), bool) if among else ~by_hand
             tables.append([errors(a[keep], b[keep], hand_a, hand_b, t) for t in THRESHOLDS_PX])
         at_one = [of_pair[THRESHOLDS_PX.index(1.0)] for of_pair in tables]
@@ -72,7 +72,7 @@ def subsets() -> None:
     print(f"\nkusvod2, px, medians over {SUBSETS} random {100 * SHARE:.0f} % of the matches, OpenCV at 1 px")
     for among in (True, False):
         for name in PAIRS:
-            a, b, by_hand, hand_a, hand_b = clicked(name)
+            a, b, by_hand, hand_a, hand_b = labelled_matches(name)
             keep = np.ones(len(a), bool) if among else ~by_hand
             a, b = a[keep], b[keep]
             rng = np.random.default_rng(0)

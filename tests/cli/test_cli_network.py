@@ -15,8 +15,9 @@ from app.league.geometry_packet import packet_of, spoken
 from app.workflows import interchange
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of
-from tests.support.group_listener import Listener, free_group, said, until
+from tests.support.group_listener import Listener, free_group, said
 from tests.support.servers import Line, form, served
+from tests.support.waiting import until
 
 TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
 

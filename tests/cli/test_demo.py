@@ -8,6 +8,7 @@ from pathlib import Path
 import requests
 
 from app.cli.server import DEMO_CAMERAS
+from tests.support.waiting import LONG_S
 
 
 def test_the_demo_starts_says_where_and_shows_its_cameras(tmp_path):
@@ -16,11 +17,11 @@ def test_the_demo_starts_says_where_and_shows_its_cameras(tmp_path):
                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     try:
         url = re.search(r"http://127\.0\.0\.1:\d+", server.stdout.readline())[0]
-        cameras = requests.get(f"{url}/api/v1/cameras", timeout=30).json()["items"]
+        cameras = requests.get(f"{url}/api/v1/cameras", timeout=LONG_S).json()["items"]
         assert [(camera["id"], camera["source"]) for camera in cameras] == [
             (camera["id"], camera["source"]) for camera in DEMO_CAMERAS]
-        frame = requests.get(f"{url}/api/v1/cameras/{DEMO_CAMERAS[0]['id']}/frame.jpg", timeout=60)
+        frame = requests.get(f"{url}/api/v1/cameras/{DEMO_CAMERAS[0]['id']}/frame.jpg", timeout=LONG_S)
         assert frame.status_code == 200 and frame.content.startswith(b"\xff\xd8")
     finally:
         server.terminate()
-        server.wait(timeout=20)
+        server.wait(timeout=LONG_S)

@@ -10,7 +10,7 @@ from app.cli.server import DEMO_CAMERAS
 from app.core.field_json import field_from_json
 from app.sources import Surroundings, source_from_url
 from tests.e2e.conftest import LONG_MS
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]
 # How many pixels near a place of the stage are drawn in light, warm and any colour.
@@ -84,7 +84,7 @@ def drawn(operator, place, image="image", reach=3):
 
 def is_drawn(operator, arrow, times, holds, image="picture", name="image"):
     """Its end, on the canvas: which is drawn a moment after the legend stands."""
-    eventually(lambda: drawn(operator, tip(operator, arrow, times, image), name), holds)
+    until(lambda: drawn(operator, tip(operator, arrow, times, image), name), holds)
 
 
 def test_arrows_end_where_the_server_says_and_the_stray_is_in_the_warnings_colour(astray, tmp_path):
@@ -186,5 +186,5 @@ def test_two_thousand_arrows_are_drawn_and_keep_up_with_zooming(operator, server
                 if 10 < p[0] < stage["width"] - 10 and 10 < p[1] < stage["height"] - 10]
     assert on_stage
     for end in on_stage[::20]:
-        eventually(lambda end=end: drawn(operator, end), lambda seen: seen["any"] > 3)
+        until(lambda end=end: drawn(operator, end), lambda seen: seen["any"] > 3)
     page.screenshot(path=tmp_path / "many.png")

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.eventually import jobs_so_far, newest_job
 from tests.support.held_requests import holding, wait_until_held
+from tests.support.waiting import jobs_so_far, newest_job
 
 LONG = 120_000  # ms, for a search on a busy machine
 

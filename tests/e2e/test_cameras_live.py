@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 LONG = 90_000  # ms; a camera that slept starts a process, and others want the machine as well
 SMALL = "sim://table?size=320x256&fps=10&robots=2"
@@ -18,8 +18,8 @@ def is_live(page, id):
     def seq():
         return int(page.get_by_test_id(f"live-{id}").get_attribute("data-seq"))
     expect(page.get_by_test_id(f"live-{id}")).to_have_attribute("data-state", "live", timeout=LONG)
-    before = eventually(seq, lambda now: now > 0)
-    eventually(seq, lambda now: now > before)
+    before = until(seq, lambda now: now > 0)
+    until(seq, lambda now: now > before)
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def test_cameras_are_live_on_the_start_page_and_nothing_is_sent_when_it_is_left(
     assert shown["width"] > 150 and shown["height"] > 100
     operator.take()
     # Still read: the next picture comes at once.
-    eventually(lambda: status(server, "overhead"), lambda now: now["viewers"] == 0 and now["state"] == "live")
+    until(lambda: status(server, "overhead"), lambda now: now["viewers"] == 0 and now["state"] == "live")
 
 
 def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server, added, tmp_path):
@@ -151,7 +151,7 @@ def test_eight_live_cameras_leave_the_page_room_to_ask(operator, server, added):
         page.get_by_test_id(f"live-eight-{number}").scroll_into_view_if_needed()
         expect(page.get_by_test_id(f"live-eight-{number}")).to_have_attribute("data-state", "live", timeout=LONG)
     page.set_viewport_size({"width": 1280, "height": 3000})  # all in view
-    eventually(lambda: [status(server, f"eight-{number}")["viewers"] for number in range(7)], lambda n: n == [1] * 7)
+    until(lambda: [status(server, f"eight-{number}")["viewers"] for number in range(7)], lambda n: n == [1] * 7)
     # It answers at all: six streams of another kind would block it for ever. How soon is told by the benchmark.
     assert page.evaluate("""async (ms) => { const answers = [];
         for (let i = 0; i < 10; i++)

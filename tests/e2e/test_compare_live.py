@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.cli.server import DEMO_CAMERAS
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 LONG = 90_000  # ms; a camera that slept starts a process
 
@@ -43,20 +43,20 @@ def boxes(page):
 def test_live_pictures_stand_side_by_side_and_zoom_together(live, tmp_path):
     page = compared(live, "side")
     # Half of 1600, and the gap; with the frames of that size the pictures lie where they stay.
-    eventually(lambda: (drawn(page, "raw")[0], drawn(page, "corrected")[0]), lambda widths: widths == (798, 798))
+    until(lambda: (drawn(page, "raw")[0], drawn(page, "corrected")[0]), lambda widths: widths == (798, 798))
     before = boxes(page)
     stage = page.get_by_test_id(f"live-{live.camera}").bounding_box()
     assert before[0]["x"] + before[0]["width"] <= stage["x"] + stage["width"] / 2 + 1
     assert before[1]["x"] >= stage["x"] + stage["width"] / 2 - 1
     page.mouse.move(stage["x"] + 0.75 * stage["width"], stage["y"] + 0.5 * stage["height"])
     page.mouse.wheel(0, -500)
-    after = eventually(lambda: boxes(page), lambda now: now[0]["width"] > 1.5 * before[0]["width"])
+    after = until(lambda: boxes(page), lambda now: now[0]["width"] > 1.5 * before[0]["width"])
     assert after[0]["width"] / before[0]["width"] == pytest.approx(after[1]["width"] / before[1]["width"], rel=1e-3)
     expect(page.get_by_test_id("counterpart-image")).to_be_visible()
     expect(page.get_by_test_id("live-read-out")).to_contain_text("Corrected pixel")
     page.screenshot(path=tmp_path / "side.png")
     page.keyboard.press("0")
-    eventually(lambda: boxes(page)[0]["width"], lambda width: width == pytest.approx(before[0]["width"], abs=1))
+    until(lambda: boxes(page)[0]["width"], lambda width: width == pytest.approx(before[0]["width"], abs=1))
 
 
 def test_live_pictures_are_wiped_with_field_lines_and_grid_over_both(live, tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 KNOWN_HEIGHT = {"value": 3000.0, "sigma": 30.0}
 
@@ -47,7 +47,7 @@ def test_side_by_side_both_pictures_go_together_when_zoomed_and_panned(compared,
     share = (spot[0] - corrected["x"]) / corrected["width"], (spot[1] - corrected["y"]) / corrected["height"]
     page.mouse.move(*spot)
     page.mouse.wheel(0, -600)
-    zoomed_raw, zoomed = eventually(lambda: boxes(page), lambda now: now[1]["width"] > 1.5 * corrected["width"])
+    zoomed_raw, zoomed = until(lambda: boxes(page), lambda now: now[1]["width"] > 1.5 * corrected["width"])
     assert zoomed_raw["width"] / raw["width"] == pytest.approx(zoomed["width"] / corrected["width"], rel=1e-3)
     there = zoomed["x"] + share[0] * zoomed["width"], zoomed["y"] + share[1] * zoomed["height"]
     assert there == pytest.approx(spot, abs=0.5)  # what was under the pointer still is
@@ -58,12 +58,12 @@ def test_side_by_side_both_pictures_go_together_when_zoomed_and_panned(compared,
     def moved():
         return [(after["x"] - before["x"], after["y"] - before["y"])
                 for before, after in zip((zoomed_raw, zoomed), boxes(page), strict=True)]
-    eventually(moved, lambda ways: all(way == pytest.approx((60, 25), abs=0.5) for way in ways))
+    until(moved, lambda ways: all(way == pytest.approx((60, 25), abs=0.5) for way in ways))
     page.keyboard.press("0")
 
     def apart_now():
         return [b - a for a, b in zip(*map(middle, boxes(page)), strict=True)]
-    eventually(apart_now, lambda now: now == pytest.approx(apart, abs=0.5))
+    until(apart_now, lambda now: now == pytest.approx(apart, abs=0.5))
 
 
 def test_side_by_side_the_pointers_place_is_marked_in_the_other_picture(compared, server):
@@ -86,7 +86,7 @@ def test_side_by_side_the_pointers_place_is_marked_in_the_other_picture(compared
         expect(mark).to_be_visible()
         # On its way the pointer was elsewhere, and that is answered first.
         wanted = pytest.approx(marked, abs=1.5)
-        eventually(mark.bounding_box, lambda box, wanted=wanted: box and middle(box) == wanted)
+        until(mark.bounding_box, lambda box, wanted=wanted: box and middle(box) == wanted)
 
 
 def test_a_stage_that_is_higher_than_wide_has_the_two_one_above_the_other(compared, tmp_path):
@@ -94,7 +94,7 @@ def test_a_stage_that_is_higher_than_wide_has_the_two_one_above_the_other(compar
     page.set_viewport_size({"width": 1000, "height": 1250})
     page.keyboard.press("s")
     expect(page.get_by_test_id("side-names")).to_have_class(re.compile("stacked"))
-    raw, corrected = eventually(lambda: boxes(page), lambda now: now[1]["y"] > now[0]["y"] + 0.8 * now[0]["height"])
+    raw, corrected = until(lambda: boxes(page), lambda now: now[1]["y"] > now[0]["y"] + 0.8 * now[0]["height"])
     assert corrected["x"] < raw["x"] + raw["width"]
     page.screenshot(path=tmp_path / "stacked.png")
 
@@ -219,13 +219,13 @@ def test_the_worst_place_says_what_to_do_there_and_the_button_goes_to_do_it(comp
     page.get_by_test_id("do-worst-place").click()
     stage = page.get_by_test_id("stage").bounding_box()
     worst = page.get_by_test_id("worst-corrected").locator("circle").first
-    eventually(lambda: worst.bounding_box(), lambda box: box and middle(box) == pytest.approx(middle(stage), abs=2))
+    until(lambda: worst.bounding_box(), lambda box: box and middle(box) == pytest.approx(middle(stage), abs=2))
     page.screenshot(path=tmp_path / "worst.png")
     next_click = compared.saved()["report"]["next_click"]
     page.get_by_test_id("cure-next-click").click()
     expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step")
     compared.wait_for_picture()
-    eventually(lambda: compared.spot(*next_click["point"]), lambda at: at == pytest.approx(middle(stage), abs=2))
+    until(lambda: compared.spot(*next_click["point"]), lambda at: at == pytest.approx(middle(stage), abs=2))
 
 
 def test_two_fingers_zoom_both_pictures(compared):
@@ -246,5 +246,5 @@ def test_two_fingers_zoom_both_pictures(compared):
         touch("touchMove", spread)
     touch("touchEnd")
     wide = pytest.approx(2 * before[0]["width"], rel=0.05)
-    after = eventually(lambda: boxes(page), lambda now: now[0]["width"] == wide)
+    after = until(lambda: boxes(page), lambda now: now[0]["width"] == wide)
     assert after[1]["width"] / before[1]["width"] == pytest.approx(after[0]["width"] / before[0]["width"], rel=1e-3)

@@ -5,7 +5,7 @@ import re
 import numpy as np
 from playwright.sync_api import expect
 
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 
 def drawn(page, border: str) -> np.ndarray:
@@ -26,7 +26,7 @@ def test_a_dragged_points_curve_is_drawn_while_the_server_is_silent_and_is_what_
 
     at_rest = told(clicked, "auto")
     assert at_rest["degree"] >= 2
-    eventually(lambda: np.abs(drawn(page, "left") - at_rest["curve"]).max(), lambda px: px < 0.01)
+    until(lambda: np.abs(drawn(page, "left") - at_rest["curve"]).max(), lambda px: px < 0.01)
 
     page.route("**/api/v1/fit/border", lambda route: None)  # asked, and never answered
     x, y = clicked[2]
@@ -34,7 +34,7 @@ def test_a_dragged_points_curve_is_drawn_while_the_server_is_silent_and_is_what_
     page.mouse.down()
     page.mouse.move(*operator.spot(x + 9, y), steps=3)  # far enough to be a drag
     page.mouse.move(*operator.spot(x + 1.2, y), steps=3)  # and no stray
-    eventually(lambda: np.abs(drawn(page, "left") - at_rest["curve"]).max(), lambda px: px > 0.2)
+    until(lambda: np.abs(drawn(page, "left") - at_rest["curve"]).max(), lambda px: px > 0.2)
     shown = drawn(page, "left")
     page.mouse.up()
 

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS, Operator
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 BORDERS = ("left", "right", "top", "bottom")
 PASTE = """async ([data, type]) => {
@@ -62,7 +62,7 @@ def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, ser
         touch("touchMove", operator.spot(x, 220))
     touch("touchEnd")
     # Nobody waits until the page has felt a touch.
-    eventually(lambda: operator.points("left"),
+    until(lambda: operator.points("left"),
                lambda points: points == [[pytest.approx(80, abs=0.6), pytest.approx(220, abs=0.6)]])
 
     def width():
@@ -74,7 +74,7 @@ def test_a_finger_places_a_point_under_a_loupe_and_two_fingers_zoom(browser, ser
     for step in range(10, 60, 10):
         touch("touchMove", (400 - step, 400), (500 + step, 400))
     touch("touchEnd")
-    eventually(width, lambda now: now == pytest.approx(2 * before, rel=0.05))
+    until(width, lambda now: now == pytest.approx(2 * before, rel=0.05))
     expect(page.get_by_test_id("border-left")).to_contain_text("1 point")  # the first of two fingers places nothing
     assert len(operator.points("left")) == 1
     context.close()

@@ -3,8 +3,8 @@
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.eventually import eventually
 from tests.support.live_cameras import calibrated
+from tests.support.waiting import until
 
 ID = "knocked"
 SOURCE = "sim://table?size=480x384&fps=10&robots=3"
@@ -17,7 +17,7 @@ def followed(server):
     answer = server.api("POST", "/cameras", json={"id": ID, "name": "Knocked", "source": SOURCE, "field": "table",
                                                   "region": "full"})
     assert answer.status_code == 201, answer.text
-    taken = eventually(lambda: server.api("POST", "/snapshots", json={"camera": ID}), lambda answer: answer.ok)
+    taken = until(lambda: server.api("POST", "/snapshots", json={"camera": ID}), lambda answer: answer.ok)
     snapshot = taken.json()
     made = server.api("POST", "/calibrations", json={
         "camera": ID, "snapshot": snapshot["id"], "field": "table", "region": "full", "model": "brown-conrady",

@@ -5,7 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 # Marks when a move of the pointer was heard, when the curve was redrawn, and when the next frame began.
 WATCH = """() => {
@@ -129,7 +129,7 @@ def test_the_curve_is_redrawn_in_the_frame_of_the_move(operator, straight_pictur
     page.evaluate(WATCH)
     for i in range(12):
         page.mouse.move(*operator.spot(84 + 2 * i, 140))
-    moves = eventually(lambda: page.evaluate("marks.moves"), lambda moves: len(moves) >= 10)
+    moves = until(lambda: page.evaluate("marks.moves"), lambda moves: len(moves) >= 10)
     page.mouse.up()
     drawn = page.evaluate("marks.drawn")
     late = [heard for heard, frame in moves if not any(heard <= d <= frame for d in drawn)]

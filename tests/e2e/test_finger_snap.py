@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import Operator
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 LINE_X = 80.0  # of the drawn frame's left side
 BESIDE_STAGE_PX = 17  # beyond a mouse's reach of 12 on the screen, within a finger's 22
@@ -22,7 +22,7 @@ def test_a_tap_beside_a_line_lands_on_its_middle_where_a_click_would_stay(browse
     on_line, y = operator.spot(LINE_X, 220)
     page.touchscreen.tap(on_line + BESIDE_STAGE_PX, y)
     expect(page.get_by_test_id("snap-said")).to_have_text(re.compile(r"^Snapped \d+\.\d px$"))
-    eventually(lambda: operator.points("left"), lambda points: points == [
+    until(lambda: operator.points("left"), lambda points: points == [
         [pytest.approx(LINE_X, abs=0.1), pytest.approx(220, abs=1)]])
 
     page.mouse.click(on_line + BESIDE_STAGE_PX, operator.spot(LINE_X, 300)[1])

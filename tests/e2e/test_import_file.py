@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import CLICKS
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 SOON = 60_000
 
@@ -56,7 +56,7 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
             page.wait_for_timeout(1000)
         return choosers
 
-    eventually(chosen, bool)[0].set_files(file_of("north.yml", data))
+    until(chosen, bool)[0].set_files(file_of("north.yml", data))
     expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=SOON)
     said = re.search(r"Version (\d+) for", page.get_by_test_id("imported").inner_text())
     listed = server.api("GET", f"/calibrations?camera={camera}").json()["items"]
@@ -86,7 +86,7 @@ def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(exp
 
 def drop(page, name, text):
     """Once the page listens: it then keeps the browser from opening the file itself."""
-    eventually(lambda: page.evaluate("""([name, text]) => {
+    until(lambda: page.evaluate("""([name, text]) => {
       const data = new DataTransfer();
       data.items.add(new File([text], name, { type: "application/json" }));
       return dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));

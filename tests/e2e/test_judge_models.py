@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 LONG = 90_000  # ms, for seven models on a busy machine
 LEVELS = {"good": "Good", "fair": "Fair", "poor": "Poor", "unknown": "Not known inside"}
@@ -47,7 +47,7 @@ def test_every_models_worth_stands_in_the_servers_figures_and_in_a_plain_word(ra
     body = {key: draft[key] for key in ("field", "region", "observations")}
     asked = server.api("POST", "/calibrations/compare?job=true", json={
         **body, "snapshot": ranked.snapshot, "model": "division", "options": draft["options"]}).json()
-    told = eventually(lambda: server.api("GET", f"/jobs/{asked['id']}").json(),
+    told = until(lambda: server.api("GET", f"/jobs/{asked['id']}").json(),
                       lambda job: job["state"] == "done", LONG / 1000)["result"]
     assert told["recommended"] is not None
     for row in told["ranking"]:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from tests.support.eventually import eventually
 from tests.support.held_requests import holding, wait_until_held
+from tests.support.waiting import until
 
 EDITS = 1000
 
@@ -59,7 +59,7 @@ def test_a_thousand_edits_undone_and_redone_give_identical_documents(operator, s
     assert done["steps"] == EDITS
     assert done["wrong"] == []
     clicked = {o["feature"]: o["points"] for o in done["last"]["observations"]}
-    eventually(lambda: {o["feature"]: o["points"] for o in operator.draft()["observations"]},
+    until(lambda: {o["feature"]: o["points"] for o in operator.draft()["observations"]},
                lambda kept: kept == clicked)
 
 
@@ -70,7 +70,7 @@ def test_what_is_taken_back_while_it_is_being_saved_is_taken_back_on_the_server_
         operator.click("left", [(80, 200)])
         wait_until_held(page, saves)
         page.keyboard.press("Control+z")
-    eventually(lambda: operator.draft()["observations"], lambda kept: kept == before)
+    until(lambda: operator.draft()["observations"], lambda kept: kept == before)
     page.reload()
     operator.wait_for_picture()
     assert operator.draft()["observations"] == before

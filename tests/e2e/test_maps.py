@@ -2,7 +2,7 @@
 
 from playwright.sync_api import expect
 
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 LONG = 90_000  # ms, for a map on a busy machine
 
@@ -24,7 +24,7 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     places, sigma = on_carpet["grid"]["places"], on_carpet["grid"]["sigma_mm"]
     flat = [(s, p) for row, line in zip(sigma, places, strict=True) for s, p in zip(row, line, strict=True)]
     shares = _shares(operator, [min(flat)[1], max(flat)[1]])
-    lowest, highest = eventually(  # the canvas is there before it is drawn
+    lowest, highest = until(  # the canvas is there before it is drawn
         lambda: [page.get_by_test_id("heat-corrected").evaluate(COLOUR_AT, share) for share in shares],
         lambda colours: all(opacity == 255 for *_, opacity in colours))
     assert _brightness(highest) > _brightness(lowest)

@@ -3,8 +3,8 @@
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.eventually import jobs_so_far, newest_job
 from tests.support.held_requests import holding, wait_until_held
+from tests.support.waiting import jobs_so_far, newest_job
 
 BORDERS = ("left", "right", "top", "bottom")
 LONG = 90_000  # ms, for seven models on a busy machine

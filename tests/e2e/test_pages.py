@@ -12,8 +12,8 @@ from playwright.sync_api import expect
 from app.core.field import BORDERS
 from tests.e2e.conftest import Operator
 from tests.support.board_film import film
-from tests.support.eventually import eventually
 from tests.support.old_answer import OldAnswer
+from tests.support.waiting import until
 
 LONG = 120_000  # ms, for work on a busy machine
 
@@ -64,7 +64,7 @@ def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operato
     expect(page.get_by_test_id("at-work")).to_have_count(0, timeout=LONG)
     assert server.api("GET", f"/jobs/{id}").json()["state"] == "cancelled"
 
-    snapshot = eventually(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok).json()
+    snapshot = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok).json()
     body = {**clicks("ssl_2008_half"), "snapshot": snapshot["id"], "image_size": None, "model": "homography"}
     made = server.api("POST", "/calibrations?job=true", json={k: v for k, v in body.items() if v}).json()["id"]
     expect(job(page, made)).to_have_attribute("data-state", "done", timeout=LONG)
@@ -76,7 +76,7 @@ def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operato
 def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, server):
     page = clicked("division").page
     # In the middle of it: the page knows which job it is.
-    asked = json.loads(eventually(lambda: page.evaluate("sessionStorage.getItem('touchline.comparison')"), bool))
+    asked = json.loads(until(lambda: page.evaluate("sessionStorage.getItem('touchline.comparison')"), bool))
     page.reload()
     expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
     ours = [it for it in server.api("GET", "/jobs").json()["items"] if it["kind"] == "comparison"]
@@ -110,7 +110,7 @@ def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, 
     page.get_by_test_id("operator-name").press("Enter")
     page.reload()
     expect(page.get_by_test_id("operator-name")).to_have_value("Ada")
-    taken = eventually(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok)
+    taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok)
     snapshot = taken.json()["id"]
     operator.go_on(snapshot, {"field": "ssl-div-b", "region": "half", "model": "polynomial", "options": {},
                               "observations": []}, "borders")

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.e2e.conftest import LONG_MS
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 MIDDLE = 80.0  # x of the drawn frame's left side
 
@@ -42,7 +42,7 @@ def left(operator, *expected, within=0.5, feature="left"):
     def is_so(points):
         return len(points) == len(expected) and (not points or np.abs(np.array(points) - expected).max() < within)
 
-    return eventually(lambda: operator.points(feature), is_so)
+    return until(lambda: operator.points(feature), is_so)
 
 
 def said(page, text):
@@ -121,7 +121,7 @@ def test_a_drag_shows_the_free_point_and_snaps_when_it_is_let_go(snapping):
     page.mouse.down()
     page.mouse.move(*snapping.spot(88, 240), steps=5)
     point, stage = page.locator("[data-point='left:0']"), page.get_by_test_id("stage").bounding_box()["x"]
-    eventually(lambda: stage + float(re.search(r"translate\(([\d.]+)", point.get_attribute("transform"))[1]),
+    until(lambda: stage + float(re.search(r"translate\(([\d.]+)", point.get_attribute("transform"))[1]),
                lambda x: x == pytest.approx(snapping.spot(88, 240)[0], abs=1.5))
     page.mouse.move(*snapping.spot(83, 240))
     page.mouse.up()

@@ -6,9 +6,9 @@ import pytest
 from playwright.sync_api import expect
 
 from app.formats import EXPORTS
-from tests.support.eventually import eventually
 from tests.support.live_play import Before
 from tests.support.rig_over_field import sim_task
+from tests.support.waiting import until
 
 SOON = 90_000  # ms, for live cameras and a check on a busy machine
 ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=10"
@@ -42,7 +42,7 @@ def two_cameras(server):
 
 
 def are_live(server, id):
-    eventually(lambda: server.api("GET", f"/cameras/{id}/status").json()["state"], lambda state: state == "live", 120)
+    until(lambda: server.api("GET", f"/cameras/{id}/status").json()["state"], lambda state: state == "live", 120)
 
 
 def without_south(route):
@@ -117,7 +117,7 @@ def test_ball_and_robots_of_all_cameras_stand_on_the_field_once_each_with_the_se
             assert server.api("POST", "/cameras", json=play.settings).ok
             play.calibrate(api)
             asked = {"clicks": play.clicks(), "base": profile}
-            learned = eventually(  # its process may still be starting
+            learned = until(  # its process may still be starting
                 lambda at=f"/cameras/{play.name}/colours/learn", asked=asked: server.api("POST", at, json=asked),
                 lambda answer: answer.status_code != 503, 120)
             profile = learned.json()["profile"]

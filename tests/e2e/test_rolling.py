@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 SOURCE = "sim://table?robots=0&ball=true&lens=division&k=-0.3&size=640x480&fps=25"
 LONG = 120_000  # ms, for rolls and jobs on a busy machine
@@ -71,4 +71,4 @@ def test_the_lens_of_the_rolls_is_kept_and_chosen_for_the_next_picture(rolling, 
     expect(page.get_by_test_id("do-forget-rolls")).to_contain_text("Press again")
     page.get_by_test_id("do-forget-rolls").click()
     expect(page.get_by_test_id("do-forget-rolls")).to_contain_text("Forget all")
-    eventually(lambda: kept(server), lambda now: not old & now)  # the ball rolls on meanwhile
+    until(lambda: kept(server), lambda now: not old & now)  # the ball rolls on meanwhile

@@ -8,8 +8,8 @@ import pytest
 from playwright.sync_api import expect
 
 from app.cli.server import DEMO_CAMERAS
-from tests.support.eventually import eventually
-from tests.support.scene_calibrations import clicked
+from tests.support.scene_calibrations import border_and_circle_clicks
+from tests.support.waiting import until
 
 LONG = 90_000  # ms: WebGL in software draws a few frames a second, on a busy machine fewer
 FOV_DEG, ROOM = 50, 1.12  # app/scene/geometry/views.py
@@ -21,9 +21,9 @@ NEAR, STILL = 40, 0.5  # of 255
 def kept(server):
     """Two versions from one picture of the demo's tilted camera: one with rays, one of a model that knows no camera."""
     source = next(camera["source"] for camera in DEMO_CAMERAS if camera["id"] == "east")
-    taken = eventually(lambda: server.api("POST", "/snapshots", json={"camera": "east"}), lambda answer: answer.ok)
+    taken = until(lambda: server.api("POST", "/snapshots", json={"camera": "east"}), lambda answer: answer.ok)
     picture = taken.json()["id"]
-    observations = clicked(source, "half-right")
+    observations = border_and_circle_clicks(source, "half-right")
     ids = []
     for model in ("brown-conrady", "polynomial"):
         made = server.api("POST", "/calibrations", json={
@@ -58,7 +58,7 @@ def until_drawn(page) -> None:
         patch = last[int(0.42 * height):int(0.46 * height), int(0.55 * width):int(0.6 * width)]
         moved = np.abs(last - before).mean() if before.shape == last.shape else np.inf
         return patch.reshape(-1, 3).mean(axis=0).tolist(), float(moved)
-    eventually(look, lambda told: np.abs(np.subtract(told[0], CARPET)).max() < NEAR and told[1] < STILL,
+    until(look, lambda told: np.abs(np.subtract(told[0], CARPET)).max() < NEAR and told[1] < STILL,
                seconds=LONG / 1000)
 
 
@@ -98,7 +98,7 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
     middle = stage["x"] + stage["width"] / 2, stage["y"] + stage["height"] / 2
     operator.wait_for_picture()
     near = pytest.approx(middle, abs=8)  # screen px
-    eventually(lambda: operator.spot(*pixel), lambda at: at == near)  # its versions are looked for before
+    until(lambda: operator.spot(*pixel), lambda at: at == near)  # its versions are looked for before
 
 
 def test_a_model_without_rays_says_why_there_is_no_camera(operator, kept):

@@ -6,9 +6,9 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.support.axe import axe_path, grave
-from tests.support.eventually import eventually
 from tests.support.live_play import Before
 from tests.support.old_answer import OldAnswer
+from tests.support.waiting import until
 
 LONG = 120_000
 FPS = 4
@@ -48,7 +48,7 @@ def page(operator, server, play):
     def set_anew():  # the page of the test before may have had a wish on its way
         tag = server.api("GET", "/cameras/seer/seeing").headers["ETag"]
         return server.api("PUT", "/cameras/seer/seeing", json=fresh, headers={"If-Match": tag})
-    eventually(set_anew, lambda answer: answer.ok)
+    until(set_anew, lambda answer: answer.ok)
     page = operator.page
     page.goto(f"{server.url}/#/live/seer")
     page.reload()
@@ -90,7 +90,7 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     def place_mm():  # the table is drawn anew with each frame
         said = [text.replace("\u202f", "").replace("−", "-") for text in row.locator("td").all_inner_texts()[:2]]
         return [int(text) for text in said if re.fullmatch(r"-?\d+", text)]
-    eventually(place_mm, lambda now: now == pytest.approx([robot.x_mm, robot.y_mm], abs=30))
+    until(place_mm, lambda now: now == pytest.approx([robot.x_mm, robot.y_mm], abs=30))
     press(page, "v", "seen-corrected")
     expect(page.locator("[data-view=corrected]")).to_be_visible()
     expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG)
@@ -116,10 +116,10 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     expect(page.get_by_test_id("publish-words")).to_contain_text("nothing leaves this machine")
     page.get_by_test_id("publish").check()
     expect(page.get_by_test_id("publish-problem")).to_contain_text("Nothing is published", timeout=LONG)
-    eventually(lambda: kept(server)["publish"], bool)
+    until(lambda: kept(server)["publish"], bool)
     page.get_by_test_id("publish").uncheck()
     expect(page.get_by_test_id("publish-words")).to_contain_text("nothing leaves this machine")
-    eventually(lambda: not kept(server)["publish"], bool)
+    until(lambda: not kept(server)["publish"], bool)
 
 
 def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_camera(page, server, play, tmp_path):
@@ -132,7 +132,7 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG)
     expect(page.get_by_test_id("learned")).to_contain_text("seer", timeout=LONG)
     expect(page.get_by_test_id("health-blue")).to_contain_text("margin", timeout=LONG)
-    eventually(lambda: kept(server)["learned"], lambda learned: learned == "clicks")
+    until(lambda: kept(server)["learned"], lambda learned: learned == "clicks")
     press(page, "m", "mask")
     expect(page.locator("[data-view=stage-colours] [data-testid=stage-held-colours]")).to_be_visible(timeout=LONG)
     page.screenshot(path=tmp_path / "mask.png")
@@ -153,7 +153,7 @@ def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_c
     expect(page.get_by_text("Second goes by these colours now.")).to_be_visible(timeout=LONG)
     assert kept(server, "second")["colours"] == kept(server)["colours"] == "north-hall"
     page.get_by_role("button", name="Take it back").click()
-    eventually(lambda: kept(server, "second")["colours"], lambda name: name is None)
+    until(lambda: kept(server, "second")["colours"], lambda name: name is None)
     page.get_by_test_id("sample-blue").last.click()
     expect(page.get_by_test_id("learned")).to_contain_text("north-hall, changed", timeout=LONG)
 

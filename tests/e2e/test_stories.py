@@ -15,7 +15,7 @@ from app.core.field_json import field_from_json
 from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_clicks
 from tests.e2e.conftest import LONG_MS
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 STRAIGHT_PX = 1.0  # how straight a border must be in the corrected picture
 REAL = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}
@@ -111,7 +111,7 @@ def test_a_version_that_is_asked_for_twice_is_saved_once(operator, server, strai
     operator.next("model")
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false", timeout=LONG_MS)
     page.route("**/api/v1/calibrations", lambda route: held.append(route))
-    eventually(lambda: page.keyboard.press("Control+s") or page.wait_for_timeout(500) or held, bool)
+    until(lambda: page.keyboard.press("Control+s") or page.wait_for_timeout(500) or held, bool)
     expect(page.get_by_test_id("next")).to_have_text("Saving the calibration…")
     page.keyboard.press("Control+s")
     page.wait_for_timeout(300)  # for a second request

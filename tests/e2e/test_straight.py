@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.support.bar_pictures import BENT, STRAIGHT, bars_behind
-from tests.support.eventually import jobs_so_far, newest_job
+from tests.support.waiting import jobs_so_far, newest_job
 
 LONG = 120_000  # ms, for a job on a busy machine
 

@@ -67,15 +67,6 @@ class Listener:
         self.close()
 
 
-def until(condition, seconds: float = 30.0):
-    """What the condition gives once it gives something."""
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, "it did not come about"
-        time.sleep(0.02)
-    return found
-
-
 def said(packet: bytes, group: str, port: int, interface: str = LO, sock: socket.socket | None = None, **_) -> int:
     """A stranger's packet; the port it came from. sock: a socket of the stranger's own, to be used again."""
     out = sock or socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from playwright.sync_api import Page, Request, Route
 
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 
 @contextmanager
@@ -33,4 +33,4 @@ def holding(page: Page, url: str, method: str) -> Iterator[list[Request]]:
 
 def wait_until_held(page: Page, requests: list[Request]) -> None:
     """Until the page has asked: only a call to the browser lets its news in."""
-    eventually(lambda: (page.evaluate("() => 0"), len(requests)), lambda seen: seen[1] > 0)
+    until(lambda: (page.evaluate("() => 0"), len(requests)), lambda seen: seen[1] > 0)

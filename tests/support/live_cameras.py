@@ -1,6 +1,5 @@
 """Live cameras for tests: what their process must know, and a calibration of a simulated one."""
 
-import asyncio
 from contextlib import asynccontextmanager
 from dataclasses import asdict
 
@@ -33,16 +32,6 @@ async def live(url: str, **around):
         yield camera
     finally:
         await camera.stop()
-
-
-async def until(condition, seconds: float = 30.0):
-    """Wait for it to hold; whatever it returns."""
-    loop = asyncio.get_running_loop()
-    end = loop.time() + seconds
-    while not (found := condition()):
-        assert loop.time() < end, "it did not come about"
-        await asyncio.sleep(0.01)
-    return found
 
 
 def calibrated(url: str, model: str = "polynomial", id: str = "made", region: str = "full") -> Calibration:

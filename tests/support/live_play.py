@@ -6,7 +6,7 @@ from app.sources import Surroundings, source_from_url
 from app.sources.sim.clicks import border_clicks
 from app.store.fields import load_fields
 from tests.support.refusals import API
-from tests.support.watched_field import clicked
+from tests.support.watched_field import colour_clicks
 
 REGION, SIZE = "quarter-bottom-left", (800, 600)
 SOURCE = ("sim://ssl-div-b?region=quarter-bottom-left&size=800x600&robots={robots}&play={play}&ball=true&speed=0&numbers=drawn"
@@ -33,7 +33,7 @@ class Before:
     def clicks(self) -> dict:
         """On each colour, at most five times, raw px within the picture."""
         return {colour: [list(p) for p in places if 5 < p[0] < SIZE[0] - 5 and 5 < p[1] < SIZE[1] - 5][:5]
-                for colour, places in clicked(self.rendering, per_colour=40).items()}
+                for colour, places in colour_clicks(self.rendering, per_colour=40).items()}
 
     def calibrate(self, client) -> dict:
         """An active version."""

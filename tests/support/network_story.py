@@ -12,7 +12,7 @@ from app.league.geometry_packet import wired
 from app.league.multicast_address import Route
 from app.league.publisher import Publisher
 from tests.support.exported import example
-from tests.support.group_listener import until
+from tests.support.waiting import until
 
 SIOCSIFFLAGS, SIOCGIFFLAGS, SIOCSIFADDR, IFF_UP = 0x8914, 0x8913, 0x8916, 1
 TUNSETIFF, TAP = 0x400454CA, 0x1002

@@ -2,7 +2,7 @@
 
 from playwright.sync_api import Page
 
-from tests.support.eventually import eventually
+from tests.support.waiting import until
 
 
 class OldAnswer:
@@ -20,7 +20,7 @@ class OldAnswer:
 
     def made(self) -> "OldAnswer":
         """Once the page has asked and the server has answered."""
-        eventually(lambda: self._page.wait_for_timeout(50) or self._told, bool)
+        until(lambda: self._page.wait_for_timeout(50) or self._told, bool)
         return self
 
     def comes(self) -> None:

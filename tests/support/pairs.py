@@ -68,7 +68,7 @@ def ideal(pair: Pair, which: str) -> tuple[np.ndarray, np.ndarray]:
     return (ideal_px(pair.camera_a, getattr(pair, f"{which}a")), ideal_px(pair.camera_b, getattr(pair, f"{which}b")))
 
 
-def clicked(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def labelled_matches(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Detected matches a, b of a kusvod2 pair, whether each was clicked by hand, and the hand-clicked a, b again."""
     table = np.loadtxt(KUSVOD2 / f"{name}_pts.txt")
     by_hand = _matrix_of_six_rows((KUSVOD2 / f"{name}_vpts.mat").read_bytes()).T

@@ -1,19 +1,13 @@
-"""Waiting for jobs through the REST door."""
-
-import time
+"""Jobs over REST."""
 
 from tests.support.refusals import API
+from tests.support.waiting import LONG_S, until
 
 
-def ended(client, job: dict, seconds: float = 90.0) -> dict:
-    """The job when it has ended."""
-    until = time.monotonic() + seconds
-    while True:
-        told = client.get(f"{API}/jobs/{job['id']}").json()
-        if told["state"] in ("done", "failed", "cancelled"):
-            return told
-        assert time.monotonic() < until, told
-        time.sleep(0.05)
+def finished(client, job: dict, seconds: float = LONG_S) -> dict:
+    """A job as REST shows it, once it has ended."""
+    return until(lambda: client.get(f"{API}/jobs/{job['id']}").json(),
+                 lambda now: now["state"] in ("done", "failed", "cancelled"), seconds)
 
 
 def accepted(answer) -> dict:

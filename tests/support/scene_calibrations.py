@@ -13,7 +13,7 @@ SOUTH = "sim://ssl-div-b?cameras=2&camera=1&lens=half&tilt=6&fill=0.86&robots=0&
 WIDE = "sim://ssl-div-b?lens=fisheye&fill=0.9&robots=0&fps=5"
 
 
-def clicked(source: str, region: str, noise_px: float = 0.3) -> list[dict]:
+def border_and_circle_clicks(source: str, region: str, noise_px: float = 0.3) -> list[dict]:
     """An operator's clicks on the region's borders and on the field's inner lines, as REST takes them."""
     camera, field, random = source_from_url(source, Surroundings(FIELDS)).camera, FIELDS["ssl-div-b"], \
         np.random.default_rng(3)
@@ -31,7 +31,7 @@ def kept_camera(api, id: str, source: str, region: str, model: str, options: dic
     picture = api("POST", "/snapshots", json={"camera": id}).json()
     answer = api("POST", "/calibrations", json={
         "snapshot": picture["id"], "camera": id, "field": "ssl-div-b", "region": region, "model": model,
-        "options": options or {}, "observations": observations or clicked(source, region)})
+        "options": options or {}, "observations": observations or border_and_circle_clicks(source, region)})
     made = answer.json()
     assert "id" in made, made
     api("POST", f"/calibrations/{made['id']}/activate")

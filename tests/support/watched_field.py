@@ -52,7 +52,7 @@ def world(field="ssl-div-b", *, size=(1920, 1080), robots=16, seed=1, drift=0.4,
                         Light(gain=gain), Sensor(noise=noise), Lamps(drift=drift))
 
 
-def clicked(rendering: Rendering, time_s=0.0, per_colour=5):
+def colour_clicks(rendering: Rendering, time_s=0.0, per_colour=5):
     """What an operator would click in the frame at that time, at most so often a colour: by the truth, in raw px."""
     from app.core.ssl_pattern import DOTS_MM, GREEN
     truth = rendering.truth_at(time_s)
@@ -80,7 +80,7 @@ def clicked(rendering: Rendering, time_s=0.0, per_colour=5):
 def sight_of(rendering: Rendering, plan="ssl", time_s=0.0, frame=0) -> StagePipeline:
     """Learned from at most five clicks a colour in the first frame."""
     pixels = rendering.frame_at(frame, time_s)
-    profile = learn_profile("here", [(pixels, clicked(rendering, time_s))])
+    profile = learn_profile("here", [(pixels, colour_clicks(rendering, time_s))])
     field = rendering.field
     setting = StageContext(rendering.camera.image_size, profile, exact_view(rendering.camera),
                       field.hat_height_mm, field.extras.get("ball", {"radius_mm": 21.5})["radius_mm"])

@@ -6,7 +6,6 @@ import pty
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ from app.batch import read_table
 from tests.support.batch_pictures import folder_of
 from tests.support.dask_cluster import dask_cluster
 from tests.support.paths import ROOT
+from tests.support.waiting import gone, until
 
 TOUCHLINE = [sys.executable, "-c", "from app.cli import main; main()"]
 PICTURES = 12
@@ -50,14 +50,6 @@ def figures(table):
             for name, row in table.items()}
 
 
-def until(condition, seconds=120.0):
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, "it did not come about"
-        time.sleep(0.01)
-    return found
-
-
 def some_rows(path, least=2):
     return path.exists() and len(rows(path)) >= least
 
@@ -69,11 +61,6 @@ def children_of(pid):
         found += [int(child) for child in (thread / "children").read_text().split()]
     below = set(found)
     return below | {deeper for child in below for deeper in children_of(child)}
-
-
-def gone(pid):
-    status = Path(f"/proc/{pid}/status")
-    return not status.exists() or "State:\tZ" in status.read_text()
 
 
 def test_a_killed_run_leaves_a_whole_table_and_no_process_and_goes_on_where_it_was(archive, whole, tmp_path):
@@ -135,7 +122,6 @@ def read(terminal):
 
 
 def test_two_workers_of_a_cluster_one_killed_midway_and_every_row_is_right(archive, whole, tmp_path):
-    pytest.importorskip("distributed")
     table = tmp_path / "table.json"
     with dask_cluster(tmp_path) as cluster:
         process = run(archive, table, "--workers", "2", "--engine", cluster.address)

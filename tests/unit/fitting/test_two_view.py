@@ -16,7 +16,7 @@ from app.models import raw_from_field
 from app.models.homography import Homography
 from app.models.rotation import vector_from_matrix
 from tests.support.fields import FULL, plain_field
-from tests.support.pairs import KUSVOD2, PAIRS, clicked, epipolar_error_px, ideal, simulated
+from tests.support.pairs import KUSVOD2, PAIRS, epipolar_error_px, ideal, labelled_matches, simulated
 
 FIELD = plain_field()
 
@@ -195,7 +195,7 @@ def test_what_is_not_refused_is_right():
 @pytest.mark.parametrize("name, most_px", [("corr", 0.16), ("plant", 0.51), ("rotunda", 0.38)])
 def test_hand_clicked_points_lie_on_their_lines(name, most_px):
     """Means as measured, and a fifth more. The hand-clicked points are among the matches, unmarked."""
-    a, b, _, hand_a, hand_b = clicked(name)
+    a, b, _, hand_a, hand_b = labelled_matches(name)
     found = fundamental_matrix(a, b)
     assert epipolar_error_px(found.fundamental, hand_a, hand_b).mean() < most_px
 
@@ -300,4 +300,4 @@ def test_without_a_lens_ideal_pixels_are_the_pixels():
 def test_every_pair_is_beside_the_project_or_said_to_be_missing():
     if not KUSVOD2.is_dir():
         pytest.skip("the kusvod2 pairs are not beside the project")
-    assert all(len(clicked(name)[3]) >= 8 for name in PAIRS)
+    assert all(len(labelled_matches(name)[3]) >= 8 for name in PAIRS)

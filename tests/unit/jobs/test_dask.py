@@ -20,8 +20,7 @@ from tests.support.board_views import SIZE, views_of
 from tests.support.dask_cluster import ENVIRONMENT, DaskCluster, dask_cluster
 from tests.support.paths import ROOT, TESTS
 from tests.support.pictures import encoded, gradient
-
-pytest.importorskip("distributed")
+from tests.support.waiting import ended, until
 
 
 @pytest.fixture(scope="module")
@@ -34,19 +33,6 @@ def cluster(tmp_path_factory):
 def standing(cluster):
     with JobEngine(workers=2, engine=cluster.address) as jobs:
         yield jobs
-
-
-def until(condition, seconds=90.0):
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, "it did not come about"
-        time.sleep(0.01)
-    return found
-
-
-def ended(jobs, job):
-    until(lambda: jobs.get(job.id).ended)
-    return jobs.get(job.id)
 
 
 def said(jobs, job, message):
@@ -209,7 +195,7 @@ def test_the_only_worker_killed_is_seen_at_once_and_the_job_waits_for_another(tm
         job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1})
         said(jobs, job, "sleeping")
         os.kill(cluster.workers[0].pid, signal.SIGKILL)
-        until(lambda: jobs.get(job.id).attempt == 2, 30)
+        until(lambda: jobs.get(job.id).attempt == 2)
         assert not jobs.get(job.id).ended
         cluster.start_workers(1)
         assert (ended(jobs, job).result, jobs.get(job.id).attempt) == ({"slept": 1}, 2)

@@ -9,7 +9,7 @@ from sqlalchemy import text
 from app.core.errors import DiskFull, NotFound, Unavailable
 from app.jobs import JobEngine, registry
 from tests.support import sample_jobs
-from tests.unit.jobs.test_jobs import ended, running, until
+from tests.support.waiting import ended, running, until
 
 
 @pytest.fixture

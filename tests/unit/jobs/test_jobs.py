@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
 
 import pytest
 
@@ -15,6 +14,7 @@ from app.core.errors import Busy, NotFound, Unavailable
 from app.jobs import JobEngine
 from tests.support import sample_jobs
 from tests.support.paths import ROOT
+from tests.support.waiting import ended, gone, running, until
 
 
 @pytest.fixture(scope="module")
@@ -27,31 +27,6 @@ def standing():
 def jobs():
     with JobEngine(workers=1) as jobs:
         yield jobs
-
-
-def until(condition, seconds=30.0):
-    """Wait for it to hold; whatever it returns."""
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, "it did not come about"
-        time.sleep(0.005)
-    return found
-
-
-def ended(jobs, job, seconds=30.0):
-    until(lambda: jobs.get(job.id).ended, seconds)
-    return jobs.get(job.id)
-
-
-def running(jobs, job):
-    until(lambda: jobs.get(job.id).state == "running" and jobs.get(job.id).message != "Starting")
-
-
-def gone(pid):
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except (FileNotFoundError, ProcessLookupError):  # reaped before or between opening and reading
-        return True
 
 
 def test_a_job_is_done_in_a_process_of_its_own_and_says_how_far_it_has_come(standing):
@@ -148,7 +123,7 @@ def test_a_cancelled_job_that_does_not_listen_is_killed_within_a_second_or_so(jo
     (pid,) = jobs.pids
     start = time.monotonic()
     assert jobs.cancel(job.id).state == "cancelled"
-    until(lambda: gone(pid), 3)
+    until(lambda: gone(pid))
     assert time.monotonic() - start < 1.6
     assert ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
     assert jobs.get(job.id).state == "cancelled" and jobs.get(job.id).problem is None
@@ -305,4 +280,4 @@ def test_a_worker_ends_when_its_server_is_killed(job):
     finally:
         server.kill()
         server.wait()
-    until(lambda: gone(pid), 3)
+    until(lambda: gone(pid))

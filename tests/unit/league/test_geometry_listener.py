@@ -23,8 +23,9 @@ from app.ssl_protocol.messages import DetectionFrame, Geometry, Sender, WrapperP
 from app.ssl_protocol.protobuf import decode, encode
 from app.store.fields import load_fields
 from tests.support.exported import example, model_of
-from tests.support.group_listener import Listener, free_group, said, until
+from tests.support.group_listener import Listener, free_group, said
 from tests.support.paths import ROOT
+from tests.support.waiting import until
 
 FIELDS = load_fields()
 LISTEN = "from tests.support.group_listener import Listener\n" \

@@ -19,7 +19,8 @@ from app.ssl_protocol.protobuf import MAX_BYTES, decode, encode
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, field_around, model_of, of_model, places
 from tests.support.fields import plain_field
-from tests.support.group_listener import Listener, free_group, until
+from tests.support.group_listener import Listener, free_group
+from tests.support.waiting import until
 
 EXAMPLES = [(name, i) for name in MODELS for i in range(3)]
 ALL = Plan(limit_mm=1e9)

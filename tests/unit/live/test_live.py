@@ -22,9 +22,10 @@ from app.live import LiveCamera, StreamSpec
 from app.live.messages import parts
 from app.live.picture import AppliedCalibration
 from app.sources import Identity, Surroundings, source_from_url
-from tests.support.live_cameras import FIELDS, SIM, calibrated, live, spec, until
+from tests.support.live_cameras import FIELDS, SIM, calibrated, live, spec
 from tests.support.paths import ROOT
 from tests.support.pictures import encoded
+from tests.support.waiting import gone, until, until_async
 
 STILL = "picture://frame.png?fps=20"
 SHOWN = AppliedCalibration.of
@@ -38,19 +39,12 @@ def pixels_of(jpeg) -> np.ndarray:
     return cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
 
 
-def gone(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except (FileNotFoundError, ProcessLookupError):
-        return True
-
-
 def test_a_viewer_gets_the_newest_pictures_with_what_they_are():
     async def story():
         async with live(SIM) as camera:
             with camera.watching(StreamSpec.requested("raw", 160)) as viewer:
                 seen = [parts(await viewer.next(30)) for _ in range(4)]
-            await until(lambda: camera.status()["state"] == "live")
+            await until_async(lambda: camera.status()["state"] == "live")
             return seen, camera.status()
     seen, status = run(story())
     heads = [head for head, _ in seen]
@@ -78,14 +72,14 @@ def test_who_is_slow_misses_pictures_and_gets_the_newest():
 def test_alike_viewers_share_one_encoding_and_nothing_is_encoded_for_nobody():
     async def story():
         async with live(SIM) as camera:
-            await until(lambda: camera.status()["state"] == "live")
+            await until_async(lambda: camera.status()["state"] == "live")
             await asyncio.sleep(1.0)
             assert camera.status()["encoded"] == 0
             with (camera.watching(StreamSpec.requested("raw", 150)) as one,
                   camera.watching(StreamSpec.requested("raw", 155)) as two):
                 for _ in range(10):
                     a, b = await asyncio.gather(one.next(10), two.next(10))
-                await until(lambda: camera.status()["encoded"] >= 10)
+                await until_async(lambda: camera.status()["encoded"] >= 10)
                 seq = camera.status()["seq"]
                 assert camera.status()["encoded"] <= seq and a[-500:] and len(b) > 500
             await asyncio.sleep(1.0)
@@ -118,11 +112,11 @@ def test_a_process_that_stops_or_dies_is_replaced_and_its_viewers_go_on(deed):
                 pid, begin = camera.pid, time.monotonic()
                 seen_before = other.taken
                 os.kill(pid, deed)
-                await until(lambda: camera.status()["state"] != "live", 10)
+                await until_async(lambda: camera.status()["state"] != "live", seconds=10)
                 noticed = time.monotonic() - begin
                 while camera.pid in (pid, None) or parts(await viewer.next(30))[0]["seq"] > 50:
                     await asyncio.sleep(0.01)
-                await until(lambda: camera.status()["state"] == "live")
+                await until_async(lambda: camera.status()["state"] == "live")
                 await other.next(10)
                 return noticed, pid, camera.pid, gone(pid), camera.status()["reconnects"], other.taken - seen_before
     noticed, before, after, was_reaped, reconnects, others = run(story())
@@ -133,7 +127,7 @@ def test_a_process_that_stops_or_dies_is_replaced_and_its_viewers_go_on(deed):
 def test_a_held_up_server_does_not_blame_its_cameras():
     async def story():
         async with live(SIM) as camera:
-            await until(lambda: camera.status()["state"] == "live")
+            await until_async(lambda: camera.status()["state"] == "live")
             pid = camera.pid
             time.sleep(4)  # the event loop itself stands still
             await asyncio.sleep(1.5)
@@ -145,12 +139,12 @@ def test_a_held_up_server_does_not_blame_its_cameras():
 def test_a_source_that_is_not_there_says_why_and_is_live_when_it_comes(tmp_path):
     async def story():
         async with live("picture://field.png?fps=20", pictures=tmp_path) as camera:
-            await until(lambda: camera.status()["state"] == "offline")
+            await until_async(lambda: camera.status()["state"] == "offline")
             before = camera.status()
             with pytest.raises(NotFound):
                 await camera.first_still(20)
             (tmp_path / "field.png").write_bytes(encoded("png"))
-            await until(lambda: camera.status()["state"] == "live" and camera.status()["fps"] > 0, 20)
+            await until_async(lambda: camera.status()["state"] == "live" and camera.status()["fps"] > 0, seconds=20)
             return before, camera.status()
     before, after = run(story())
     assert before["problem"]["reason"] == "unknown-picture" and before["problem"]["fix"] and before["width"] is None
@@ -165,7 +159,7 @@ def test_a_film_that_is_not_to_be_shown_again_ends(tmp_path):
 
     async def story():
         async with live("folder://shots?fps=20&loop=false", pictures=tmp_path) as camera:
-            ended = await until(lambda: (s := camera.status())["state"] == "offline" and s)
+            ended = await until_async(lambda: (s := camera.status())["state"] == "offline" and s)
             await asyncio.sleep(1.5)
             return ended, camera.status()
     ended, after = run(story())
@@ -211,7 +205,7 @@ def test_the_lines_of_the_field_lie_on_the_picture_in_both_views(tmp_path):
     async def story():
         async with live(STILL, pictures=tmp_path) as camera:
             camera.show(calibration, None)
-            await until(lambda: camera.status()["calibration_applied"])
+            await until_async(lambda: camera.status()["calibration_applied"])
             found = {}
             for view in ("raw", "corrected"):
                 with camera.watching(StreamSpec.requested(view, 160 if view == "raw" else 320)) as viewer:
@@ -257,7 +251,7 @@ def test_raw_and_corrected_stand_side_by_side(tmp_path):
 def test_a_corrected_view_needs_a_calibration_and_says_so():
     async def story():
         async with live(SIM) as camera:
-            await until(lambda: camera.status()["state"] == "live")
+            await until_async(lambda: camera.status()["state"] == "live")
             with pytest.raises(Conflict) as refused:
                 camera.require_view("corrected")
             camera.require_view("raw")
@@ -277,7 +271,7 @@ def test_a_calibration_of_another_camera_or_size_is_never_applied(changes, confi
             camera.show(calibration, confirmed)
             with (camera.watching(StreamSpec.requested("corrected", 320)) as viewer,
                   camera.watching(StreamSpec()) as raw):
-                status = await until(lambda: (s := camera.status())["state"] == "mismatch" and s)
+                status = await until_async(lambda: (s := camera.status())["state"] == "mismatch" and s)
                 with pytest.raises(Conflict) as refused:
                     camera.require_view("corrected")
                 with pytest.raises(TimeoutError):
@@ -299,7 +293,7 @@ def test_the_camera_that_is_seen_first_is_trusted_where_nobody_knows_which_it_wa
         camera = LiveCamera("test", spec(SIM), lambda calibration, identity: trusted.append((calibration.id, identity)))
         camera.show(calibrated(SIM), None)
         camera.start()
-        await until(lambda: camera.status()["calibration_applied"])
+        await until_async(lambda: camera.status()["calibration_applied"])
         await camera.stop()
     run(story())
     assert [(id, identity.address[:11]) for id, identity in trusted] == [("made", "sim://table")]
@@ -310,7 +304,7 @@ def test_a_still_is_a_frame_exact_to_the_bit(tmp_path):
 
     async def story():
         async with live(STILL, pictures=tmp_path) as camera:
-            await until(lambda: camera.status()["state"] == "live")
+            await until_async(lambda: camera.status()["state"] == "live")
             return await camera.still()
     head, png = run(story())
     assert np.array_equal(pixels_of(png), frame) and (head["width"], head["height"], head["frames"]) == (320, 256, 1)
@@ -337,7 +331,7 @@ def test_opening_and_closing_leaves_no_process_no_descriptor_and_no_thread_behin
 
     async def cycle(pids):
         async with live("picture://none.png") as camera:
-            await until(lambda: camera.status()["state"] == "offline")
+            await until_async(lambda: camera.status()["state"] == "offline")
             pids.append(camera.pid)
 
     async def story():
@@ -353,18 +347,16 @@ def test_opening_and_closing_leaves_no_process_no_descriptor_and_no_thread_behin
 
 
 def test_a_process_whose_server_was_killed_ends_by_itself():
-    code = ("import asyncio, sys\nfrom tests.support.live_cameras import SIM, live, until\n"
-            "async def story():\n async with live(SIM) as camera:\n  await until(lambda: camera.pid)\n"
+    code = ("import asyncio, sys\nfrom tests.support.live_cameras import SIM, live\n"
+            "from tests.support.waiting import until_async\n"
+            "async def story():\n async with live(SIM) as camera:\n  await until_async(lambda: camera.pid)\n"
             "  print(camera.pid, flush=True)\n  await asyncio.sleep(60)\nasyncio.run(story())")
     server = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True,
                               cwd=ROOT)
     pid = int(server.stdout.readline())
     server.kill()
     server.wait()
-    end = time.monotonic() + 20
-    while not gone(pid):
-        assert time.monotonic() < end
-        time.sleep(0.05)
+    until(lambda: gone(pid))
 
 
 @pytest.mark.parametrize("asked", [("upside-down", 0, 80), ("raw", 7, 80), ("raw", 9000, 80), ("raw", 0, 0)])

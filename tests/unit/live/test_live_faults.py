@@ -11,10 +11,11 @@ import pytest
 
 from app.live import StreamSpec
 from app.live.messages import parts
-from tests.support.live_cameras import SIM, live, until
+from tests.support.live_cameras import SIM, live
 from tests.support.mjpeg_camera import MjpegCamera, coded
 from tests.support.pictures import jpeg_of_many_scans, jpeg_with_size, png_bomb
 from tests.support.rtsp_camera import RtspCamera
+from tests.support.waiting import until_async
 
 
 @contextmanager
@@ -68,14 +69,14 @@ def test_a_fault_is_seen_the_neighbour_goes_on_and_the_camera_comes_back(kind, f
         async with live(far.url) as camera, live(SIM) as neighbour:
             with camera.watching(StreamSpec()) as viewer:
                 await viewer.next(30)
-                await until(lambda: camera.status()["state"] == neighbour.status()["state"] == "live")
+                await until_async(lambda: camera.status()["state"] == neighbour.status()["state"] == "live")
                 seq, start = neighbour.status()["seq"], time.monotonic()
                 fault(far)
-                told = await until(lambda: (s := camera.status())["state"] != "live" and s, 15)
+                told = await until_async(lambda: (s := camera.status())["state"] != "live" and s, seconds=15)
                 await asyncio.sleep(2)
                 lost = 1 - (neighbour.status()["seq"] - seq) / (25 * (time.monotonic() - start))
                 heals(far)
-                await until(lambda: camera.status()["state"] == "live", 30)
+                await until_async(lambda: camera.status()["state"] == "live", seconds=30)
                 await viewer.next(10)
                 return told, lost, neighbour.status()
     with kind() as far:
@@ -119,7 +120,7 @@ def test_another_size_is_shown_as_it_is(kind):
                     far.drop()  # a camera's stream has one size from its beginning to its end
                 while (head := parts(await viewer.next(30))[0])["raw_width"] != 640:
                     pass
-                await until(lambda: camera.status()["width"] == 640)
+                await until_async(lambda: camera.status()["width"] == 640)
                 return head
     with kind() as far:
         head = asyncio.run(asyncio.wait_for(story(far), 100))
@@ -130,9 +131,9 @@ def test_a_picture_that_never_changes_is_not_called_live():
     async def story(far):
         far.parts = lambda n: [coded(7)]
         async with live(far.url) as camera:
-            frozen = await until(lambda: (s := camera.status())["state"] == "stalled" and s, 30)
+            frozen = await until_async(lambda: (s := camera.status())["state"] == "stalled" and s, seconds=30)
             far.parts = lambda n: [coded(n)]
-            await until(lambda: camera.status()["state"] == "live", 30)
+            await until_async(lambda: camera.status()["state"] == "live", seconds=30)
             return frozen
     with mjpeg() as far:
         frozen = asyncio.run(asyncio.wait_for(story(far), 100))
@@ -142,7 +143,7 @@ def test_a_picture_that_never_changes_is_not_called_live():
 def test_a_slow_camera_is_not_called_stalled():
     async def story(far):
         async with live(far.url) as camera:
-            await until(lambda: camera.status()["state"] == "live", 30)
+            await until_async(lambda: camera.status()["state"] == "live", seconds=30)
             states = set()
             for _ in range(70):
                 states.add(camera.status()["state"])
@@ -157,17 +158,17 @@ def test_many_unpluggings_leave_nothing_behind():
     async def story(far):
         async with live(far.url) as camera:
             async def cycle():
-                await until(lambda: camera.status()["state"] == "live", 30)
+                await until_async(lambda: camera.status()["state"] == "live", seconds=30)
                 far.drop()
                 seq = camera.status()["reopened"]
-                await until(lambda: (camera.status()["reopened"] or 0) > seq, 30)
+                await until_async(lambda: (camera.status()["reopened"] or 0) > seq, seconds=30)
             await cycle()
             pid = camera.pid
-            await until(lambda: camera.status()["state"] == "live", 30)
+            await until_async(lambda: camera.status()["state"] == "live", seconds=30)
             before = len(os.listdir("/proc/self/fd")), threading.active_count(), held(pid)
             for _ in range(6):
                 await cycle()
-            await until(lambda: camera.status()["state"] == "live", 30)
+            await until_async(lambda: camera.status()["state"] == "live", seconds=30)
             return pid, camera.pid, before, (len(os.listdir("/proc/self/fd")), threading.active_count(), held(pid))
 
     def held(pid):

@@ -9,6 +9,7 @@ from app.live import capture as module
 from app.live.capture import REST_S, FrameCapture
 from app.sources import SOURCES, Surroundings
 from tests.support.live_cameras import FIELDS, SIM
+from tests.support.waiting import until
 
 PERIOD_S = 1 / 25  # of SIM
 
@@ -21,15 +22,8 @@ def capture(monkeypatch):
     return capture
 
 
-def becomes(condition, seconds: float = 30.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it never did"
-        time.sleep(0.02)
-
-
 def rest(capture) -> None:
-    becomes(lambda: capture.resting and capture.status()["seq"] > 0)
+    until(lambda: capture.resting and capture.status()["seq"] > 0)
 
 
 def test_nobody_watches_and_one_picture_a_second_is_made(capture):
@@ -45,7 +39,7 @@ def test_nobody_watches_and_one_picture_a_second_is_made(capture):
 def test_who_watches_gets_every_picture(capture):
     rest(capture)
     capture.watch(True)
-    becomes(lambda: 0 < capture.status()["interval_s"] < REST_S / 2)
+    until(lambda: 0 < capture.status()["interval_s"] < REST_S / 2)
     assert not capture.resting
     capture.watch(False)
     rest(capture)

@@ -174,15 +174,15 @@ def test_light_falls_off_towards_the_corners_and_blur_widens_lines():
     assert sharp > soft + 30
 
 
-def test_a_picture_takes_well_under_a_second():
-    start = time.perf_counter()
+def test_a_picture_costs_a_small_part_of_what_stays_the_same_in_all():
+    """In processor time, which a busy machine does not lengthen; seconds are in tests/bench/bench_sim_and_light.py."""
+    begun = time.process_time()
     shown = Rendering.of(above(), FIELD, FIELD.regions["full"], Play(robots=8))
-    built = time.perf_counter() - start
     shown.frame(0)
-    start = time.perf_counter()
+    built = time.process_time()
     for i in range(1, 6):
         shown.frame(i)
-    assert built < 5 and (time.perf_counter() - start) / 5 < 0.5  # a loaded machine's limits; quiet: 0.9 s and 0.03 s
+    assert (time.process_time() - built) / 5 < (built - begun) / 8  # on a quiet machine a thirtieth
 
 
 @pytest.mark.filterwarnings("error")

@@ -32,7 +32,7 @@ def source(camera):
         yield opened
 
 
-def until(source, wanted) -> float:
+def read_until(source, wanted) -> float:
     """Read until a frame is as wanted, and how long that took."""
     start = time.monotonic()
     while not wanted(source.read()):
@@ -85,7 +85,7 @@ def test_a_new_size_is_followed_and_never_bent_to_the_old_one(camera, source):
     source.read()
     for size in ((640, 480), (320, 240), (640, 240)):
         camera.size = size
-        until(source, lambda frame, size=size: tuple(frame.size) == size)
+        read_until(source, lambda frame, size=size: tuple(frame.size) == size)
         bar = source.read().pixels[:, :, 0] > 140
         assert np.ptp(np.flatnonzero(bar.all(axis=0))) == 15  # 16 px wide, as it was drawn
 
@@ -197,7 +197,7 @@ def test_a_real_server_is_read_and_its_size_followed(codec):
         assert white.min() > 170 and green[1] > 170 and green[[0, 2]].max() < 60
         for size in ((640, 480), (320, 240)):
             camera.resize(*size)
-            until(source, lambda frame, size=size: tuple(frame.size) == size)
+            read_until(source, lambda frame, size=size: tuple(frame.size) == size)
 
 
 def test_a_codec_whose_sizes_are_not_understood_is_read_and_says_so():

@@ -15,7 +15,8 @@ from app.store import EMPTY, Store
 from tests.support.paths import ROOT
 from tests.support.store_writer import digest
 
-LONGEST_LIFE_S = 0.1  # a save takes some ms, and the writer does nothing else
+MAX_CALLS = 12  # of one life; the writer does nothing but save
+CALL_S = 0.005  # about what the first one takes
 
 
 @pytest.fixture
@@ -45,7 +46,7 @@ def killed_writers_lose_nothing(writer, kills):
     expected = Expected()
     inside = acknowledged = 0
     for seed in range(kills):
-        calls, interrupted = one_life(writer, seed, chance.uniform(0, LONGEST_LIFE_S))
+        calls, interrupted = one_life(writer, seed, chance.randrange(MAX_CALLS), chance.random())
         for call in calls:
             expected.happened(call)
         expected.perhaps(interrupted)
@@ -58,16 +59,21 @@ def killed_writers_lose_nothing(writer, kills):
     assert acknowledged >= kills / 4
 
 
-def one_life(writer, seed, seconds):
-    """Let the writer work for so long, kill it; the acknowledged calls, and the one that was under way."""
+def one_life(writer, seed, count, share):
+    """Kill the writer so far into the call after so many; the acknowledged calls, and the one that was under way.
+
+    share: of the time that the calls before took, each; so a slow machine is killed inside its saves as often.
+    """
     writer.stdin.write(f"{seed}\n")
     writer.stdin.flush()
     word, pid = writer.stdout.readline().split()
     assert word == "start"
-    time.sleep(seconds)
-    os.kill(int(pid), signal.SIGKILL)
-    calls, interrupted = [], None
+    calls, interrupted, begun, is_killed = [], None, time.monotonic(), False
     while True:
+        if len(calls) == count and not is_killed:
+            time.sleep(share * ((time.monotonic() - begun) / count if count else CALL_S))
+            os.kill(int(pid), signal.SIGKILL)
+            is_killed = True
         word, _, rest = writer.stdout.readline().partition(" ")
         if word == "end":
             assert int(rest) == -signal.SIGKILL, "the writer failed by itself"

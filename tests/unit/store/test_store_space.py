@@ -19,7 +19,7 @@ SIZE = ImageSize(640, 480)
 MB = 1_000_000
 
 
-def clicked(store, id):
+def save_clicks(store, id):
     points = [{"feature": "left", "kind": "line", "points": [[1.0, 2.0]]}]
     store.save_draft(id, {**EMPTY, "observations": points}, store.draft(id).etag)
 
@@ -34,7 +34,7 @@ def test_the_oldest_picture_that_nothing_needs_makes_room_and_a_needed_one_never
         fitted, begun, board, loose, looser = (store.add_snapshot(os.urandom(1800), SIZE, "png").id for _ in range(5))
         deleted = from_snapshot(store, fitted)
         store.delete_calibration(deleted.id)  # hidden, and still resting on its picture
-        clicked(store, begun)
+        save_clicks(store, begun)
         store.add_lens({"model": "ssl", "snapshots": [board]})
         store.save_draft(loose, {**EMPTY, "field": "f"}, store.draft(loose).etag)  # nothing was clicked
         new = store.add_snapshot(os.urandom(1800), SIZE, "png").id
@@ -50,7 +50,7 @@ def test_the_oldest_picture_that_nothing_needs_makes_room_and_a_needed_one_never
 def test_when_every_picture_is_needed_a_new_one_is_refused_and_work_goes_on(opener, tmp_path):
     with opener(tmp_path / "data", uploads_bytes=4000) as store:
         for _ in range(2):
-            clicked(store, store.add_snapshot(os.urandom(1800), SIZE, "png").id)
+            save_clicks(store, store.add_snapshot(os.urandom(1800), SIZE, "png").id)
         with pytest.raises(DiskFull) as told:
             store.add_snapshot(os.urandom(1800), SIZE, "png")
         assert (told.value.status, told.value.reason) == (507, "uploads-full") and told.value.fix
@@ -61,7 +61,7 @@ def test_a_picture_that_two_snapshots_share_goes_with_the_second(opener, tmp_pat
     with opener(tmp_path / "data", uploads_bytes=4000) as store:
         first = store.add_snapshot(b"x" * 1800, SIZE, "png").id
         second = store.add_snapshot(b"x" * 1800, SIZE, "png").id
-        clicked(store, second)
+        save_clicks(store, second)
         store.add_snapshot(b"y" * 1800, SIZE, "png")
         store.add_snapshot(b"z" * 1800, SIZE, "png")
         assert store.picture(second) == b"x" * 1800 and first not in [s.id for s in store.snapshots().items]

@@ -14,7 +14,7 @@ from app.vision.colour.separability import colour_health
 from app.vision.colour.table import CODES, cells, in_light, table_of
 from app.vision.stage_pipeline import StagePipeline
 from app.vision.stages import StageContext
-from tests.support.watched_field import clicked, world
+from tests.support.watched_field import colour_clicks, world
 
 LEAGUE = ColourProfile("league", {name: (ColourSample(NAMES[name]),) for name in ("orange", "yellow", "blue", "pink")},
                        (ColourSample((44.0, 112.0, 60.0)), ColourSample((20.0, 20.0, 20.0)), ColourSample((226.0, 236.0,
@@ -130,7 +130,7 @@ def test_health_says_which_colours_run_together():
 
 def test_a_profile_survives_json():
     pixels = world(size=(960, 720), drift=0.0, noise=2.0)
-    profile = learn_profile("hall 2", [(pixels.frame_at(0, 0.0), clicked(pixels))])
+    profile = learn_profile("hall 2", [(pixels.frame_at(0, 0.0), colour_clicks(pixels))])
     back = ColourProfile.from_json(profile.to_json())
     assert back.to_json() == profile.to_json() and set(back.colours) == set(profile.colours)
     assert (table_of(back)[0] == table_of(profile)[0]).mean() > 0.999  # rounded to a tenth of a grey level

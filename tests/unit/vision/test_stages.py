@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -16,7 +17,7 @@ from app.vision.blobs.runs import runs_of
 from app.vision.stage_pipeline import StageConfig, StagePipeline
 from app.vision.stages import STAGES, FrameState, Stage, StageContext
 from app.vision.stages.localisation import FieldLocator
-from tests.support.watched_field import Score, clicked, scored, sight_of, world
+from tests.support.watched_field import Score, colour_clicks, scored, sight_of, world
 
 FRAMES = 36  # over a whole coming and going of the light
 PLANS = load_plans()
@@ -154,7 +155,6 @@ def test_what_moves_leaves_no_ghost_in_noise_reduction_over_time():
 
 def test_patches_are_what_a_plain_search_finds():
     """Beside cv2, colour by colour, on noise that makes every form of patch."""
-    cv2 = pytest.importorskip("cv2")
     labels = (np.random.default_rng(0).integers(0, 9, (60, 80)) % 4).astype(np.uint8)
     blobs = Blobs.of(runs_of(labels))
     found = []
@@ -269,4 +269,4 @@ def test_detections_that_make_no_sense_are_refused(change):
 
 
 def test_clicks_are_at_most_five_a_colour(match):
-    assert all(1 <= len(places) <= 5 for places in clicked(match).values())
+    assert all(1 <= len(places) <= 5 for places in colour_clicks(match).values())

@@ -12,7 +12,7 @@ from app.formats import EXPORTS
 from app.store.stages import load_plans
 from app.vision.stage_pipeline import StageConfig
 from app.workflows.detection import context_for, detect, detections_image
-from tests.support.watched_field import calibration_of, clicked, world
+from tests.support.watched_field import calibration_of, colour_clicks, world
 
 PLAN = load_plans()["ssl"]
 
@@ -40,7 +40,7 @@ def off_mm(found, match):
 
 
 def test_robots_are_where_the_calibration_says_at_the_height_of_their_hats(match, pixels, calibration):
-    found = detect(pixels, PLAN, calibration=calibration, clicks=clicked(match))
+    found = detect(pixels, PLAN, calibration=calibration, clicks=colour_clicks(match))
     off = off_mm(found, match)
     assert len(off) == 16 and np.median(off) < 5 and max(off) < 15
     assert {d.z_mm for d in found.seen.detections.of("robot")} == {150.0}
@@ -53,7 +53,7 @@ def test_a_plan_may_ask_for_the_picture_to_be_corrected_first_and_says_the_same_
         match, pixels, calibration):
     plan = StageConfig.from_json({**PLAN.to_json(), "corrected": True})
     assert StageConfig.from_json(plan.to_json()) == plan and "corrected" not in PLAN.to_json()
-    raw, found = (detect(pixels, one, calibration=calibration, clicks=clicked(match), pictures=("colours",))
+    raw, found = (detect(pixels, one, calibration=calibration, clicks=colour_clicks(match), pictures=("colours",))
                   for one in (PLAN, plan))
     off = off_mm(found, match)
     assert len(off) == 16 and np.median(off) < 5 and max(off) < 15
@@ -64,7 +64,7 @@ def test_a_plan_may_ask_for_the_picture_to_be_corrected_first_and_says_the_same_
     assert found.seen.detections.image_size == raw.seen.detections.image_size and "correct" in found.seen.took_ms
     assert found.seen.pictures["colours"].shape != raw.seen.pictures["colours"].shape
     with pytest.raises(TouchlineError) as refused:
-        detect(pixels, plan, mm_per_px=5.0, clicks=clicked(match))
+        detect(pixels, plan, mm_per_px=5.0, clicks=colour_clicks(match))
     assert refused.value.reason == "no-calibration"
 
 
@@ -110,7 +110,7 @@ def here(tmp_path, pixels, calibration):
 
 
 def test_the_shell_tells_a_line_a_thing_and_writes_pictures_and_colours(touchline, here, match):
-    words = [f"--click={colour}={x:.1f},{y:.1f}" for colour, places in clicked(match).items() for x, y in places]
+    words = [f"--click={colour}={x:.1f},{y:.1f}" for colour, places in colour_clicks(match).items() for x, y in places]
     code, out, err = touchline("detect", "match.png", "--calibration", "cal.json", *words, "--drawn", "found.png",
                                "--stage-pictures", ".", "--save-colours", "hall.yaml")
     assert (code, err) == (0, "")
@@ -118,7 +118,7 @@ def test_the_shell_tells_a_line_a_thing_and_writes_pictures_and_colours(touchlin
     assert len(robots) == 16 and out.splitlines()[1].startswith("ball") and " ms: noise" in out
     assert (cv2.imread("found.png") != cv2.imread("match.png")).any(axis=-1).mean() > 0.001
     assert cv2.imread("2-colours.png").shape == (1080, 1920, 3)
-    assert set(yaml.safe_load((here / "hall.yaml").read_text())["colours"]) == set(clicked(match))
+    assert set(yaml.safe_load((here / "hall.yaml").read_text())["colours"]) == set(colour_clicks(match))
     code, out, _ = touchline("detect", "match.png", "--calibration", "cal.json", "--colours", "hall.yaml", "--json")
     told = json.loads(out)
     assert code == 0 and len([d for d in told["detections"] if d["kind"] == "robot"]) == 16

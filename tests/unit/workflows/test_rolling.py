@@ -1,7 +1,6 @@
 """Rolling things as plumb lines: found, followed, cut at kicks, and honest about what they tell of the lens."""
 
 import json
-import time
 from dataclasses import replace
 
 import cv2
@@ -30,6 +29,7 @@ from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.rolling import RollRecorder
 from app.workflows.rolling_request import check_refinable, lens_record, refine, rolls_in_film, stored_rolls_json
 from tests.support.rolling_balls import FPS, SIZE, chords, film, lens_of
+from tests.support.waiting import LONG_S, until
 
 LARGE = ImageSize(1224, 1024)
 CHORDS = [((60, 60), (580, 70), 40), ((590, 90), (560, 430), 30), ((540, 440), (60, 430), 40),
@@ -307,23 +307,20 @@ def test_a_camera_in_somebodys_hand_is_refused(real_data):
 
 
 def test_what_moves_is_followed_only_while_somebody_asks(monkeypatch):
-    monkeypatch.setattr(live_rolls, "KEEP_S", 0.5)
+    monkeypatch.setattr(live_rolls, "KEEP_S", LONG_S)
     monkeypatch.setattr(live_capture, "RESTS_AFTER_S", 0.3)
     capture = live_capture.FrameCapture("sim://table?robots=0&ball=true&size=320x256&fps=50",
                                         Surroundings(load_fields()))
     capture.start()
     watch = live_rolls.RollMonitor(capture)
+
+    def ask_for_the_last_time():
+        monkeypatch.setattr(live_rolls, "KEEP_S", 0.0)
+        watch.ask("", 0, 0)  # any picture will do: it is answered at once
     first = watch.ask("", 0, 0)
     again = watch.ask(first["watch"], 0, first["seq"])
     assert again["seq"] > first["seq"] and again["watch"] == first["watch"]
     assert (again["width"], again["height"]) == (320, 256)
-    becomes(lambda: watch._thread is None)  # it costs nothing now
+    until(lambda: watch._thread is None)  # it costs nothing now
     assert watch.ask(first["watch"], 7, 0)["watch"] != first["watch"]  # and numbers begin anew
-    becomes(lambda: watch._thread is None and capture.resting)
-
-
-def becomes(condition, seconds=60.0):
-    until = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < until, "it never did"
-        time.sleep(0.05)
+    until(lambda: watch._thread is None and capture.resting)
