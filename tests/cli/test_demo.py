@@ -8,7 +8,7 @@ from pathlib import Path
 import requests
 
 from app.cli.server import DEMO_CAMERAS
-from tests.support.waiting import LONG_S
+from tests.support.waiting import LONG_S, until
 
 
 def test_the_demo_starts_says_where_and_shows_its_cameras(tmp_path):
@@ -20,7 +20,8 @@ def test_the_demo_starts_says_where_and_shows_its_cameras(tmp_path):
         cameras = requests.get(f"{url}/api/v1/cameras", timeout=LONG_S).json()["items"]
         assert [(camera["id"], camera["source"]) for camera in cameras] == [
             (camera["id"], camera["source"]) for camera in DEMO_CAMERAS]
-        frame = requests.get(f"{url}/api/v1/cameras/{DEMO_CAMERAS[0]['id']}/frame.jpg", timeout=LONG_S)
+        frame = until(lambda: requests.get(f"{url}/api/v1/cameras/{DEMO_CAMERAS[0]['id']}/frame.jpg", timeout=LONG_S),
+                      lambda answer: answer.status_code != 503)  # until then its process is starting
         assert frame.status_code == 200 and frame.content.startswith(b"\xff\xd8")
     finally:
         server.terminate()
