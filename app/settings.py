@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, m
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from app.core.errors import BadInput, NotFound
-from app.league.config import Plan
+from app.league.config import PublishingConfig
 from app.league.multicast_address import GROUP, PORT
 
 Port = Annotated[int, Field(ge=0, le=65535)]
@@ -94,13 +94,13 @@ class Publish(_Section):
     limit_mm: Annotated[float, Field(allow_inf_nan=False)] = 10.0
 
     @property
-    def plan(self) -> Plan:
-        return Plan(**self.model_dump())
+    def config(self) -> PublishingConfig:
+        return PublishingConfig(**self.model_dump())
 
     @model_validator(mode="after")
     def _can_be(self) -> "Publish":
         try:
-            _ = self.plan
+            _ = self.config
         except BadInput as refused:
             raise ValueError(f"{refused.what[0].lower()}{refused.what[1:]} {refused.fix}") from None
         return self

@@ -11,7 +11,7 @@ from app.core.errors import BadInput
 from app.core.geometry import Points, as_points
 from app.core.records import Calibration, Frame
 from app.fitting.ray_camera.distortion_prior import BentLens
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.images import ImageLimits, encode, frame_from_bytes
 from app.models.pinhole_lens import PinholeLens
 from app.store.files import write_whole
@@ -58,11 +58,11 @@ def write_picture(path: Path, pixels: Any) -> None:
 
 
 def read_calibration(path: Path) -> Calibration:
-    return EXPORTS["json"].read(read_bytes(path, MAX_JSON_BYTES))
+    return FORMATS["json"].read(read_bytes(path, MAX_JSON_BYTES))
 
 
 def write_calibration(path: Path, calibration: Calibration) -> None:
-    write_bytes(path, EXPORTS["json"].write(calibration))
+    write_bytes(path, FORMATS["json"].write(calibration))
 
 
 def read_held_lens(path: Path) -> dict[str, Any]:
@@ -75,7 +75,7 @@ def read_held_lens(path: Path) -> dict[str, Any]:
             return {"name": bent.bend.name, "lens": bent.to_json()}
         lens = PinholeLens.from_json(value.get("lens"))
         return {"name": lens.model, "lens": lens.to_json()}
-    return EXPORTS["json"].read(data).lens_option()
+    return FORMATS["json"].read(data).lens_option()
 
 
 def write_lens(path: Path, found: Mapping[str, Any]) -> None:

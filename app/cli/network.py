@@ -34,20 +34,20 @@ def publish(
     from dataclasses import replace
 
     from app.cli import files
-    from app.league.config import Plan
-    from app.league.geometry_packet import packet_of, spoken
-    from app.league.multicast_sender import Group
+    from app.league.config import PublishingConfig
+    from app.league.geometry_packet import geometry_packet, published_cameras
+    from app.league.multicast_sender import MulticastSender
 
     known = [replace(files.read_calibration(path), camera=str(path)) for path in calibrations]
     numbers = dict(zip((one.camera for one in known), camera_id or (), strict=False))
     approved = {one.camera: one.id for one in known} if approve else {}
-    plan = Plan(True, False, group, port, interface, ttl, every or 3.0, limit, None, numbers, approved)
-    told = spoken(known, plan)
+    config = PublishingConfig(True, False, group, port, interface, ttl, every or 3.0, limit, None, numbers, approved)
+    told = published_cameras(known, config)
     for one in told:
         if one.problem is not None:
             raise one.problem  # all or nothing: half of a field's cameras is a field that half its robots leave
-    packet = packet_of(told)
-    with Group(plan.route) as way:
+    packet = geometry_packet(told)
+    with MulticastSender(config.address) as way:
         way.check()
         for one in told:
             print(f"{one.name}: camera {one.number} of {one.calibration.field['name']}, {_loss(one.to_json())}")
@@ -65,21 +65,21 @@ def absorb(
 ) -> None:
     """Listen to the group, and tell who publishes geometry there."""
     from app.cli import files
-    from app.league.geometry_listener import Absorber
-    from app.league.multicast_address import Route
-    from app.league.received import heard_json
+    from app.league.geometry_listener import GeometryListener
+    from app.league.multicast_address import MulticastAddress
+    from app.league.received import received_json
     from app.settings import Settings
     from app.store.field_repository import FieldShelf
 
     known = tuple(FieldShelf(fields or Settings().own_fields).values())
-    absorber = Absorber(Route(group, port, interface))
+    listener = GeometryListener(MulticastAddress(group, port, interface))
     try:
-        _wait_joined(absorber)
+        _wait_joined(listener)
         time.sleep(seconds)
-        senders = absorber.heard
+        senders = listener.publishers
     finally:
-        absorber.close()
-    told = [heard_json(sender, known, ()) for sender in senders]
+        listener.close()
+    told = [received_json(sender, known, ()) for sender in senders]
     if as_json:
         print(json.dumps(told, allow_nan=False, indent=1))
     else:
@@ -117,11 +117,11 @@ def _send(way: Any, packet: bytes, every: float | None) -> None:
         return
 
 
-def _wait_joined(absorber: Any) -> None:
+def _wait_joined(listener: Any) -> None:
     end = time.monotonic() + JOIN_S
-    while not absorber.joined.wait(0.05):
-        if absorber.problem is not None:
-            raise absorber.problem
+    while not listener.joined.wait(0.05):
+        if listener.problem is not None:
+            raise listener.problem
         if time.monotonic() > end:
             return
 

@@ -37,6 +37,10 @@ class TouchlineError(Exception):
     def __str__(self) -> str:
         return f"{self.what} {self.fix}"
 
+    def to_json(self) -> dict[str, str]:
+        """Return reason, what and fix, as reports and answers carry them."""
+        return {"reason": self.reason, "what": self.what, "fix": self.fix}
+
     @property
     def title(self) -> str:
         """The reason in words: "too-few-points" reads "Too few points"."""

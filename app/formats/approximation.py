@@ -1,46 +1,47 @@
-"""Which lens of a format holds a calibration: its own where the format knows it, else the nearest and its cost."""
+"""The camera that a format can hold: the calibration's own where it knows the lens, else the nearest and its error."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import Any
 
 from app.core.errors import Conflict
 from app.core.field import Region
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
 from app.evaluate.fit.approximation import ApproximationError, approximate_camera, approximation_error
+from app.formats import Format
 from app.models import MODELS, CameraModel, model_from_json
 from app.models.ray_camera import RayCamera
 
-NO_WORSE = 1.05  # a lens with fewer terms is taken where richer ones are hardly nearer
+NO_WORSE = 1.05  # a lens with fewer terms is preferred unless richer ones are nearer by more than this
 NO_WORSE_MM = 1e-6
-LADDER = (("k1", "k2"), ("k1", "k2", "p1", "p2"), ("k1", "k2", "p1", "p2", "k3"))  # before a lens's all
+TERM_LADDER = (("k1", "k2"), ("k1", "k2", "p1", "p2"), ("k1", "k2", "p1", "p2", "k3"))  # before a lens's all
 
 
 @dataclass(frozen=True)
-class Held:
-    """The camera that is written; loss: None where it is the calibration's own. camera_id: of formats that number."""
+class ExportCamera:
+    """The camera to write. loss: of an approximation, else None. camera_id: for formats that number cameras."""
 
     camera: RayCamera
     loss: ApproximationError | None = None
     camera_id: int | None = None
 
 
-def held(calibration: Calibration, kind: Any, approximate: bool, camera_id: int | None = None) -> Held:
-    """The calibration's camera as the format has it; Conflict, with what to do, where that must be asked for."""
+def export_camera(calibration: Calibration, format: type[Format], approximate: bool,
+                  camera_id: int | None = None) -> ExportCamera:
+    """Return the camera as the format can hold it; Conflict where that takes `approximate`."""
     model = model_from_json(calibration.model_name, calibration.model_parameters)
-    own = own_camera(model, kind.LENSES, kind.SQUARE_PIXELS)
+    own = exact_camera(model, format.LENSES, format.SQUARE_PIXELS)
     if own is not None:
-        return Held(own, None, camera_id)
+        return ExportCamera(own, None, camera_id)
     if not approximate:
-        raise _cannot_hold(model, kind)
-    camera, loss = nearest(model, tuple(kind.LENSES.items()), kind.SQUARE_PIXELS, *_where(calibration))
-    return Held(camera, loss, camera_id)
+        raise _cannot_hold(model, format)
+    camera, loss = nearest_camera(model, tuple(format.LENSES.items()), format.SQUARE_PIXELS, *_where(calibration))
+    return ExportCamera(camera, loss, camera_id)
 
 
-def own_camera(model: CameraModel, lenses: Mapping[str, tuple[str, ...]], square: bool) -> RayCamera | None:
-    """The model as a camera with one of those lenses, exactly; None where there is no such."""
+def exact_camera(model: CameraModel, lenses: Mapping[str, tuple[str, ...]], square: bool) -> RayCamera | None:
+    """Return the model as a camera with exactly one of these lenses; None where there is none."""
     if not isinstance(model, RayCamera) or (square and model.aspect != 1):
         return None
     terms = dict(zip(model.LENS.TERMS, model.lens_terms, strict=True))
@@ -55,13 +56,13 @@ def own_camera(model: CameraModel, lenses: Mapping[str, tuple[str, ...]], square
 
 
 @lru_cache(maxsize=64)
-def nearest(model: CameraModel, lenses: tuple[tuple[str, tuple[str, ...]], ...], square: bool, region: Region,
+def nearest_camera(model: CameraModel, lenses: tuple[tuple[str, tuple[str, ...]], ...], square: bool, region: Region,
             hat_height_mm: float) -> tuple[RayCamera, ApproximationError]:
-    """The nearest camera with one of those lenses, with as few terms as do, and what it costs."""
+    """Return the nearest camera with one of these lenses and as few terms as suffice, and its error."""
     found = []
     for name, terms in lenses:
         family = MODELS[name]
-        for chosen in dict.fromkeys([*(rung for rung in LADDER if set(rung) < set(terms)), terms]):
+        for chosen in dict.fromkeys([*(rung for rung in TERM_LADDER if set(rung) < set(terms)), terms]):
             try:
                 camera = approximate_camera(model, family, chosen, region, hat_height_mm, square=square)
             except Conflict:
@@ -83,13 +84,13 @@ def _where(calibration: Calibration) -> tuple[Region, float]:
     return field.region(calibration.region, calibration.rotate), field.hat_height_mm
 
 
-def _cannot_hold(model: CameraModel, kind: Any) -> Conflict:
-    known = ", ".join(kind.LENSES)
+def _cannot_hold(model: CameraModel, format: type[Format]) -> Conflict:
+    known = ", ".join(format.LENSES)
     if not isinstance(model, RayCamera):
-        return Conflict(f"{kind.TITLE} describes a camera with rays; {model.TITLE} has none.",
-                        f"Fit {next(iter(kind.LENSES))} to the same clicks, or ask for approximate=true: the nearest "
+        return Conflict(f"{format.TITLE} describes a camera with rays; {model.TITLE} has none.",
+                        f"Fit {next(iter(format.LENSES))} to the same clicks, or ask for approximate=true: the nearest "
                         "camera over the region, with its error in mm.", reason="format-cannot-hold")
-    why = "pixels that are not square" if kind.SQUARE_PIXELS and model.NAME in kind.LENSES else "this lens"
-    return Conflict(f"{kind.TITLE} cannot hold {why} ({model.TITLE}, {', '.join(model.LENS.TERMS)}).",
+    why = "pixels that are not square" if format.SQUARE_PIXELS and model.NAME in format.LENSES else "this lens"
+    return Conflict(f"{format.TITLE} cannot hold {why} ({model.TITLE}, {', '.join(model.LENS.TERMS)}).",
                     f"Fit {known} to the same clicks, or ask for approximate=true: the nearest lens over the region, "
                     "with its error in mm.", reason="format-cannot-hold")

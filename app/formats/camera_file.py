@@ -1,4 +1,4 @@
-"""What a file from outside says of a camera, typed and checked: its lens, its picture, and perhaps where it hangs."""
+"""A camera read from a file: lens and image size, checked, and the pose where the file has it."""
 
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -6,14 +6,14 @@ from typing import Any, Self
 from app.core.errors import BadInput, Conflict
 from app.core.field import Field
 from app.core.geometry import ImageSize
-from app.formats.metadata import About, Pose
-from app.formats.numbers import number, refuse, whole
+from app.formats.metadata import CameraPose, Metadata
+from app.formats.numbers import format_error, integer, number
 from app.models import MODELS
 from app.models.pinhole_lens import PinholeLens
 from app.models.ray_camera import RayCamera
 
 MAX_FOCAL_PX = 1e6
-NOTHING = About()
+NO_METADATA = Metadata()
 SIDE = (2, 65536)
 
 
@@ -22,7 +22,7 @@ class CameraFile:
     """One camera of a file.
 
     format: the reader's NAME. model: a name in MODELS, whose lens has these terms. image_size: None where the file does
-    not tell. pose: only of a camera that is known to hang over a field, which about or field names.
+    not tell. pose: only with a known field, which metadata or field names.
     """
 
     format: str
@@ -31,10 +31,10 @@ class CameraFile:
     focal_px: tuple[float, float]
     centre_px: tuple[float, float]
     image_size: ImageSize | None
-    about: About = NOTHING
-    pose: Pose | None = None
+    metadata: Metadata = NO_METADATA
+    pose: CameraPose | None = None
     field: Field | None = None  # where the file describes it itself
-    notes: tuple[str, ...] = ()  # what was left aside, for people
+    notes: tuple[str, ...] = ()  # what was ignored, for people
 
     def __post_init__(self) -> None:
         for axis, focal, centre in zip("xy", self.focal_px, self.centre_px, strict=True):
@@ -42,14 +42,14 @@ class CameraFile:
             number(centre, f"The centre c{axis}")
         number(self.aspect, "fy / fx", 0.5, 2)
         if len(self.terms) != len(MODELS[self.model].LENS.TERMS):
-            raise refuse("The lens has too many or too few terms.", "Correct the file.")
+            raise format_error("The lens has too many or too few terms.", "Correct the file.")
 
     @property
     def aspect(self) -> float:
         return self.focal_px[1] / self.focal_px[0]
 
     def at_size(self, wanted: ImageSize | None) -> Self:
-        """For pictures of that size: an image scaled by s has s times the focal length, and its centre likewise.
+        """Scale to another image size: an image scaled by s has s times the focal length, and its centre likewise.
 
         Conflict where the file is of a picture of another shape, BadInput where nobody says the size.
         """
@@ -67,16 +67,16 @@ class CameraFile:
         s = wanted.width / old.width
         return replace(self, image_size=wanted, focal_px=(self.focal_px[0] * s, self.focal_px[1] * s),
                        centre_px=(s * (self.centre_px[0] + 0.5) - 0.5, s * (self.centre_px[1] + 0.5) - 0.5),
-                       about=replace(self.about, rectangle=None),
+                       metadata=replace(self.metadata, rectangle=None),
                        notes=(*self.notes, f"It was for pictures of {sizes}; focal length and centre are scaled."))
 
     def lens(self) -> PinholeLens:
-        """The lens alone, for a fit to hold; BadInput where it is none."""
+        """Return the lens alone, to be held fixed in a fit; BadInput where it is none."""
         return PinholeLens.from_json(PinholeLens(self.model, self.terms, self.focal_px[0], self.aspect, self.centre_px,
                                                  self.image_size).to_json())
 
     def camera(self, view: dict[str, Any]) -> RayCamera:
-        """The camera with its pose. view: the fields of a RectangleView."""
+        """Return the camera with its pose. view: the fields of a TopView."""
         if self.pose is None:
             raise BadInput("The file does not say where the camera hangs.", "Hold its lens in a fit of the field.",
                            reason="no-pose")
@@ -84,9 +84,10 @@ class CameraFile:
                                     centre_px=self.centre_px, rotation=self.pose.rotation,
                                     position_mm=self.pose.position_mm, **view)
         if not camera.plausible():
-            raise refuse("These numbers describe no camera over a field.", "Check their units: pixels, mm and radians.")
+            raise format_error("These numbers describe no camera over a field.",
+                               "Check their units: pixels, mm and radians.")
         return camera
 
 
-def size_of(width: Any, height: Any) -> ImageSize:
-    return ImageSize(whole(width, "The picture's width", *SIDE), whole(height, "The picture's height", *SIDE))
+def checked_size(width: Any, height: Any) -> ImageSize:
+    return ImageSize(integer(width, "The picture's width", *SIDE), integer(height, "The picture's height", *SIDE))

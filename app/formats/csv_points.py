@@ -1,22 +1,22 @@
-"""Points as a table for spreadsheets: what was clicked and where the model puts it, then the model over its region.
+"""Points as a table for spreadsheets: the clicks and where the model maps them, then the model over its region.
 
     feature,kind,z_mm,raw_x_px,raw_y_px,field_x_mm,field_y_mm
 
-Rows of kind "grid" are the model's own, for looking up; the others are clicks, and are read back as such. A field
+Rows of kind "grid" are computed from the model; the others are clicks, and are read back as such. A field
 position as a feature is written "1200 -300".
 """
 
 import csv
 import io
 from collections.abc import Iterator
-from typing import ClassVar
 
 import numpy as np
 
 from app.core.errors import BadInput
 from app.core.field_json import field_from_json
 from app.core.records import MAX_POINTS, Calibration, Observation, Observations, observations_from_json
-from app.formats.numbers import number, refuse
+from app.formats import Format
+from app.formats.numbers import format_error, number
 from app.models import RayModel, field_from_raw, model_from_json, raw_from_field
 
 COLUMNS = ("feature", "kind", "z_mm", "raw_x_px", "raw_y_px", "field_x_mm", "field_y_mm")
@@ -24,12 +24,12 @@ GRID = (25, 19)  # columns, rows over the region
 MAX_BYTES = 4 << 20
 
 
-class CsvPoints:
-    NAME: ClassVar[str] = "csv"
-    TITLE: ClassVar[str] = "Points (CSV)"
-    MEDIA_TYPE: ClassVar[str] = "text/csv"
-    SUFFIX: ClassVar[str] = ".csv"
-    HOLDS: ClassVar[str] = "Every model: its clicks, and pixels and millimetres over the region."
+class CsvPoints(Format):
+    NAME = "csv"
+    TITLE = "Points (CSV)"
+    MEDIA_TYPE = "text/csv"
+    SUFFIX = ".csv"
+    HOLDS = "Every model: its clicks, and pixels and millimetres over the region."
 
     @staticmethod
     def write(calibration: Calibration) -> bytes:
@@ -45,21 +45,21 @@ class CsvPoints:
 
     @staticmethod
     def read(data: bytes) -> Observations:
-        """The clicks, or where there are none the grid as landmarks. Needs feature, raw_x_px and raw_y_px."""
+        """Read the clicks, or without any the grid as landmarks. Needs feature, raw_x_px and raw_y_px."""
         if len(data) > MAX_BYTES:
-            raise refuse(f"The file has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
+            raise format_error(f"The file has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
         try:
             rows = csv.reader(data.decode("utf-8-sig").splitlines())
             header = [name.strip() for name in next(rows, [])]
             if len(header) == 1 and ";" in header[0]:
-                raise refuse("The table is separated by semicolons, so its numbers have decimal commas.",
+                raise format_error("The table is separated by semicolons, so its numbers have decimal commas.",
                              "Save it with commas between the columns and decimal points.")
             for name in ("feature", "raw_x_px", "raw_y_px"):
                 if header.count(name) != 1:
-                    raise refuse(f"The table has no column {name}.", f"Give the columns {', '.join(COLUMNS)}.")
+                    raise format_error(f"The table has no column {name}.", f"Give the columns {', '.join(COLUMNS)}.")
             return _observations(header, rows)
         except (UnicodeDecodeError, csv.Error) as error:
-            raise refuse(f"The file is no table of text: {str(error)[:100]}.", "Give CSV in UTF-8.") from None
+            raise format_error(f"The file is no table of text: {str(error)[:100]}.", "Give CSV in UTF-8.") from None
 
 
 def _rows(calibration: Calibration) -> Iterator[tuple[str | float | None, ...]]:
@@ -83,7 +83,7 @@ def _rows(calibration: Calibration) -> Iterator[tuple[str | float | None, ...]]:
 
 
 def _text(cell: str | float | None) -> str:
-    """A number with all its digits, nothing for one that is out of reach, and no text that a spreadsheet would run."""
+    """Write a number with all its digits, NaN as nothing, and no text that a spreadsheet would run."""
     if isinstance(cell, str):
         return f"'{cell}" if cell[:1] in ("=", "@", "+") else cell
     return repr(float(cell)) if cell is not None and np.isfinite(cell) else ""
@@ -100,7 +100,7 @@ def _observations(header: list[str], rows: Iterator[list[str]]) -> Observations:
             continue
         at = f"Row {line}"
         if len(row) != len(header):
-            raise refuse(f"{at} has {len(row)} columns, the first row {len(header)}.",
+            raise format_error(f"{at} has {len(row)} columns, the first row {len(header)}.",
                          "Write numbers with decimal points, and put text with commas in quotes.")
         cells = dict(zip(header, (cell.strip() for cell in row), strict=True))
         if cells.get("kind") == "grid" and not (cells["raw_x_px"] and cells["raw_y_px"]):
@@ -123,5 +123,5 @@ def _observation(feature: str, kind: str, z_mm: float, points: list[tuple[float,
 def _position(text: str, at: str) -> tuple[float, float]:
     parts = text.split()
     if len(parts) != 2:
-        raise refuse(f"{at} names no field position: {text[:40]!r}.", 'Write it as "1200 -300", in mm.')
+        raise format_error(f"{at} names no field position: {text[:40]!r}.", 'Write it as "1200 -300", in mm.')
     return number(parts[0], f"{at}, feature"), number(parts[1], f"{at}, feature")

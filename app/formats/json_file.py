@@ -1,22 +1,23 @@
-"""Our own file: the whole calibration as JSON, read back exactly."""
+"""Touchline's own format: the whole calibration as JSON, read back exactly."""
 
 import json
-from typing import Any, ClassVar
+from typing import Any
 
 from app.core.errors import BadInput
 from app.core.records import Calibration, observations_from_json
+from app.formats import Format
 from app.models import model_from_json
 
 MAX_BYTES = 4 << 20  # 20 000 points with their residuals fit; more is no calibration
 FORMAT = "touchline-calibration"
 
 
-class JsonFile:
-    NAME: ClassVar[str] = "json"
-    TITLE: ClassVar[str] = "Touchline JSON"
-    MEDIA_TYPE: ClassVar[str] = "application/json"
-    SUFFIX: ClassVar[str] = ".json"
-    HOLDS: ClassVar[str] = "Everything: every model, with all that it came from."
+class JsonFile(Format):
+    NAME = "json"
+    TITLE = "Touchline JSON"
+    MEDIA_TYPE = "application/json"
+    SUFFIX = ".json"
+    HOLDS = "Everything: every model, with all that it came from."
 
     @staticmethod
     def write(calibration: Calibration) -> bytes:

@@ -5,18 +5,24 @@ metres, as mrcal's tools expect lengths; 'intrinsics' are fx, fy, cx, cy and Ope
 """
 
 import re
-from typing import ClassVar
 
 import numpy as np
 
 from app.core.records import Calibration
-from app.formats.approximation import Held
-from app.formats.camera_file import CameraFile, size_of
-from app.formats.metadata import about_in, header, pose_of
-from app.formats.numbers import entry, listed, number, numbers, refuse
-from app.formats.opencv_terms import LENSES, lengthened, shortened
+from app.formats import Format
+from app.formats.approximation import ExportCamera
+from app.formats.camera_file import CameraFile, checked_size
+from app.formats.camera_matrix import (
+    LENSES,
+    intrinsics_of,
+    lens_from_terms,
+    pose_from_field,
+    translation_of,
+    trim_terms,
+)
+from app.formats.metadata import header, metadata_from_comment
+from app.formats.numbers import format_error, format_list, numbers, require
 from app.formats.python_literal import literal
-from app.models.rotation import matrix_from_vector
 
 MODELS = {"LENSMODEL_PINHOLE": 0, "LENSMODEL_OPENCV4": 4, "LENSMODEL_OPENCV5": 5, "LENSMODEL_OPENCV8": 8,
           "LENSMODEL_OPENCV12": 12}
@@ -24,27 +30,26 @@ MM_PER_M = 1000.0
 KEY = re.compile(rb"""['"]lensmodel['"]\s{0,9}:\s{0,9}['"]LENSMODEL_""")
 
 
-class Mrcal:
-    NAME: ClassVar[str] = "mrcal"
-    TITLE: ClassVar[str] = "mrcal camera model"
-    MEDIA_TYPE: ClassVar[str] = "text/plain"
-    SUFFIX: ClassVar[str] = ".cameramodel"
-    HOLDS: ClassVar[str] = "Brown–Conrady lenses (OPENCV4, 5 and 8), with the pose."
-    LENSES: ClassVar[dict[str, tuple[str, ...]]] = LENSES
-    SQUARE_PIXELS: ClassVar[bool] = False
+class Mrcal(Format):
+    NAME = "mrcal"
+    TITLE = "mrcal camera model"
+    MEDIA_TYPE = "text/plain"
+    SUFFIX = ".cameramodel"
+    HOLDS = "Brown–Conrady lenses (OPENCV4, 5 and 8), with the pose."
+    LENSES = LENSES
 
     @staticmethod
-    def write(calibration: Calibration, held: Held) -> bytes:
-        camera = held.camera
-        terms = shortened(camera.lens_terms, (0, 4, 5, 8))
+    def write(calibration: Calibration, export: ExportCamera) -> bytes:
+        camera = export.camera
+        terms = trim_terms(camera.lens_terms, (0, 4, 5, 8))
         name = next(n for n, count in MODELS.items() if count == len(terms))
-        core = (camera.focal_px, camera.focal_px * camera.aspect, *camera.centre_px)
-        translation = -matrix_from_vector(np.array(camera.rotation)) @ np.array(camera.position_mm) / MM_PER_M
+        translation = translation_of(camera) / MM_PER_M
         width, height = camera.image_size
-        text = header(calibration, held, "extrinsics take field coordinates in metres to the camera (rt_fromref).",
+        text = header(calibration, export, "extrinsics take field coordinates in metres to the camera (rt_fromref).",
                       pose=False)
-        text += (f"{{\n    'lensmodel': '{name}',\n\n    'intrinsics': {listed((*core, *terms))},\n\n"
-                 f"    'extrinsics': {listed((*camera.rotation, *translation))},\n\n"
+        intrinsics = (*intrinsics_of(camera), *terms)
+        text += (f"{{\n    'lensmodel': '{name}',\n\n    'intrinsics': {format_list(intrinsics)},\n\n"
+                 f"    'extrinsics': {format_list((*camera.rotation, *translation))},\n\n"
                  f"    'imagersize': [{width}, {height}],\n}}\n")
         return text.encode()
 
@@ -55,18 +60,17 @@ class Mrcal:
     @staticmethod
     def read(data: bytes) -> CameraFile:
         value = literal(data, "The file")
-        name = entry(value, "lensmodel", "The file")
+        name = require(value, "lensmodel", "The file")
         if not isinstance(name, str) or name not in MODELS:
-            raise refuse(f"lensmodel is {str(name)[:60]!r}.", f"Use one of: {', '.join(MODELS)}.")
-        fx, fy, cx, cy, *terms = numbers(entry(value, "intrinsics", "The file"), "intrinsics", (4 + MODELS[name],))
-        size = size_of(*numbers(entry(value, "imagersize", "The file"), "imagersize", (2,)))
-        about = about_in(data)
-        rt = numbers(entry(value, "extrinsics", "The file"), "extrinsics", (6,))
+            raise format_error(f"lensmodel is {str(name)[:60]!r}.", f"Use one of: {', '.join(MODELS)}.")
+        fx, fy, cx, cy, *terms = numbers(require(value, "intrinsics", "The file"), "intrinsics", (4 + MODELS[name],))
+        size = checked_size(*numbers(require(value, "imagersize", "The file"), "imagersize", (2,)))
+        metadata = metadata_from_comment(data)
+        rt = numbers(require(value, "extrinsics", "The file"), "extrinsics", (6,))
         pose, notes = None, ()
-        if about.field is not None:
-            number(float(np.linalg.norm(rt[:3])), "The camera's rotation", 0, 10)
-            pose = pose_of(rt[:3], -matrix_from_vector(np.array(rt[:3])).T @ np.array(rt[3:]) * MM_PER_M)
+        if metadata.field is not None:
+            pose = pose_from_field(rt[:3], np.array(rt[3:]) * MM_PER_M)
         elif any(rt):
             notes = ("Its extrinsics belong to another frame than a field's, and were left aside.",)
-        return CameraFile("mrcal", "brown-conrady", lengthened(tuple(terms), "intrinsics"), (fx, fy), (cx, cy), size,
-                          about, pose, notes=notes)
+        return CameraFile("mrcal", *lens_from_terms(tuple(terms), "intrinsics"), (fx, fy), (cx, cy), size, metadata,
+                          pose, notes=notes)

@@ -2,23 +2,24 @@
 
 import io
 import json
-from typing import ClassVar
 
 import numpy as np
 
 from app.core.records import Calibration
+from app.formats import Format
 from app.imaging.correction import correction_map
 from app.models import field_from_raw, model_from_json
 
 GRID_STEP_PX = 8  # field positions are given on a grid; between its nodes a bilinear look-up is good to 0.1 px
 
 
-class NpzFile:
-    NAME: ClassVar[str] = "npz"
-    TITLE: ClassVar[str] = "Remap table (numpy)"
-    MEDIA_TYPE: ClassVar[str] = "application/octet-stream"
-    SUFFIX: ClassVar[str] = ".npz"
-    HOLDS: ClassVar[str] = "Every model, as a table that corrects pictures; cannot be read back."
+class NpzFile(Format):
+    NAME = "npz"
+    TITLE = "Remap table (numpy)"
+    MEDIA_TYPE = "application/octet-stream"
+    READS = False
+    SUFFIX = ".npz"
+    HOLDS = "Every model, as a table that corrects pictures; cannot be read back."
 
     @staticmethod
     def write(calibration: Calibration) -> bytes:

@@ -1,4 +1,4 @@
-"""Numbers in files of text: read strictly from whatever a parser made of them, written so that every reader reads them.
+"""Strict numbers in text files: checked as a parser returned them, written so that every reader accepts them.
 
 YAML 1.1 takes 1e-05 for a word: it wants a point and a sign, 1.0e-05, and OpenCV, Python and JSON read that as well.
 """
@@ -16,77 +16,81 @@ DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
 MAX_DIGITS = 400
 
 
-def written(value: float) -> str:
-    """The shortest text that is read back as the same double: 5.0, -0.25, 1.0e-05."""
+def format_number(value: float) -> str:
+    """Return the shortest text that reads back as the same double: 5.0, -0.25, 1.0e-05."""
     text = repr(float(value))
     mantissa, e, exponent = text.partition("e")
     return f"{mantissa}.0e{exponent}" if e and "." not in mantissa else text
 
 
-def listed(values: Iterable[float]) -> str:
-    """[1.0, 2.0]."""
-    return f"[{', '.join(written(v) for v in values)}]"
+def format_list(values: Iterable[float]) -> str:
+    """Return a list in brackets: [1.0, 2.0]."""
+    return f"[{', '.join(format_number(v) for v in values)}]"
 
 
 def number(value: Any, at: str, low: float = -MAX_COORDINATE, high: float = MAX_COORDINATE) -> float:
-    """One finite number, given as such or as text; BadInput names the place, and a decimal comma by name."""
+    """Return one finite number, given as such or as text. BadInput names the place, and recognises a decimal comma."""
     if isinstance(value, str):
         text = value.strip()
         if DECIMAL_COMMA.fullmatch(text[:MAX_DIGITS]):
-            raise refuse(f"{at} is written with a decimal comma ({text[:40]}).", "Write a decimal point.")
+            raise format_error(f"{at} is written with a decimal comma ({text[:40]}).", "Write a decimal point.")
         value = float(text) if len(text) <= MAX_DIGITS and NUMBER.fullmatch(text) else None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise refuse(f"{at} is no number.", "Correct it.")
+        raise format_error(f"{at} is no number.", "Correct it.")
     if not low <= value <= high:  # NaN is in no range
-        raise refuse(f"{at} is {value:g}." if isinstance(value, float) and math.isfinite(value) else
+        raise format_error(f"{at} is {value:g}." if isinstance(value, float) and math.isfinite(value) else
                      f"{at} is beyond all numbers that can be meant.", f"Give a number from {low:g} to {high:g}.")
     return float(value)
 
 
-def whole(value: Any, at: str, low: int, high: int) -> int:
-    """A whole number; 640.0 is one."""
+def integer(value: Any, at: str, low: int, high: int) -> int:
+    """Return a whole number; 640.0 is one."""
     found = number(value, at, low, high)
     if found != int(found):
-        raise refuse(f"{at} is {found:g}.", "Give a whole number.")
+        raise format_error(f"{at} is {found:g}.", "Give a whole number.")
     return int(found)
 
 
 def numbers(value: Any, at: str, counts: Iterable[int]) -> tuple[float, ...]:
-    """A list of numbers, as many as one of `counts` says."""
+    """Return a list of numbers whose length is one of `counts`."""
     counts = tuple(counts)
     many = " or ".join(map(str, counts))
     if not isinstance(value, (list, tuple)):
-        raise refuse(f"{at} is no list of numbers.", f"Give {many} numbers.")
+        raise format_error(f"{at} is no list of numbers.", f"Give {many} numbers.")
     if len(value) not in counts:
         commas = " If it was written with decimal commas, write points." if len(value) > max(counts) else ""
-        raise refuse(f"{at} has {len(value)} number{'' if len(value) == 1 else 's'}.", f"Give {many}.{commas}")
+        raise format_error(f"{at} has {len(value)} number{'' if len(value) == 1 else 's'}.", f"Give {many}.{commas}")
     return tuple(number(v, f"{at}[{i}]") for i, v in enumerate(value))
 
 
-def entry(value: Any, key: str, at: str) -> Any:
-    """value[key] of what must be a mapping that has it."""
+def require(value: Any, key: str, at: str) -> Any:
+    """Return value[key] of what must be a mapping with that key."""
     if not isinstance(value, dict):
-        raise refuse(f"{at} is no mapping.", f"Give one with {key}.")
+        raise format_error(f"{at} is no mapping.", f"Give one with {key}.")
     if key not in value:
-        raise refuse(f"{at} has no {key}.", f"Add {key}.")
+        raise format_error(f"{at} has no {key}.", f"Add {key}.")
     return value[key]
 
 
+def vector(value: Any, at: str, counts: tuple[int, ...]) -> tuple[float, ...]:
+    """Return the numbers of {rows, cols, data}, a row or a column."""
+    rows, columns = (integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols"))
+    if min(rows, columns) != 1:
+        raise format_error(f"{at} is {rows} × {columns}.", "Give one row or one column.")
+    found = numbers(require(value, "data", at), f"{at}.data", counts)
+    if len(found) != rows * columns:
+        raise format_error(f"{at} has {len(found)} numbers for {rows} × {columns}.", "Correct the file.")
+    return found
+
+
 def matrix(value: Any, at: str, rows: int, columns: int) -> tuple[float, ...]:
-    """The numbers of {rows, cols, data}, row by row; its shape is checked."""
-    shape = tuple(whole(entry(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols"))
+    """Return the numbers of {rows, cols, data}, row by row, after checking the shape."""
+    shape = tuple(integer(require(value, key, at), f"{at}.{key}", 1, 100) for key in ("rows", "cols"))
     if shape != (rows, columns):
-        raise refuse(f"{at} is {shape[0]} × {shape[1]}.", f"Give a matrix of {rows} × {columns}.")
-    return numbers(entry(value, "data", at), f"{at}.data", (rows * columns,))
+        raise format_error(f"{at} is {shape[0]} × {shape[1]}.", f"Give a matrix of {rows} × {columns}.")
+    return numbers(require(value, "data", at), f"{at}.data", (rows * columns,))
 
 
-def intrinsics(k: tuple[float, ...], at: str) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Focal lengths and centre, px, from a camera matrix (9 numbers) that is none but for those four."""
-    fx, skew, cx, zero, fy, cy, *last = k
-    if abs(skew) > 1e-9 * abs(fx) or zero != 0 or last != [0, 0, 1]:
-        raise refuse(f"{at} is no camera matrix without skew.", "Give [fx, 0, cx, 0, fy, cy, 0, 0, 1].")
-    return (fx, fy), (cx, cy)
-
-
-def refuse(what: str, fix: str) -> BadInput:
+def format_error(what: str, fix: str) -> BadInput:
+    """Return the error for a file that cannot be read."""
     return BadInput(what, fix, reason="bad-calibration")

@@ -4,41 +4,39 @@ It keeps no pose, and passes over entries that it does not know: ours stands und
 """
 
 import json
-from typing import Any, ClassVar
+from typing import Any
 
 from app.core.records import Calibration
-from app.formats.approximation import Held
-from app.formats.camera_file import CameraFile, size_of
-from app.formats.metadata import About, about_from, about_json
-from app.formats.numbers import entry, intrinsics, matrix, numbers, refuse
-from app.formats.opencv_terms import LENSES, lengthened, shortened
+from app.formats import Format
+from app.formats.approximation import ExportCamera
+from app.formats.camera_file import CameraFile, checked_size
+from app.formats.camera_matrix import LENSES, intrinsics_from_matrix, lens_from_terms, lens_terms, matrix_of
+from app.formats.metadata import Metadata, metadata_from_json, metadata_json
+from app.formats.numbers import format_error, matrix, numbers, require
 
 MAX_BYTES = 4 << 20  # with pictures of the board inside
 DOUBLE = 6  # OpenCV's CV_64F
 
 
-class PhotonVision:
-    NAME: ClassVar[str] = "photonvision"
-    TITLE: ClassVar[str] = "PhotonVision JSON"
-    MEDIA_TYPE: ClassVar[str] = "application/json"
-    SUFFIX: ClassVar[str] = ".photon.json"
-    HOLDS: ClassVar[str] = "Brown–Conrady lenses; no pose."
-    LENSES: ClassVar[dict[str, tuple[str, ...]]] = LENSES
-    SQUARE_PIXELS: ClassVar[bool] = False
+class PhotonVision(Format):
+    NAME = "photonvision"
+    TITLE = "PhotonVision JSON"
+    MEDIA_TYPE = "application/json"
+    SUFFIX = ".photon.json"
+    HOLDS = "Brown–Conrady lenses; no pose."
+    LENSES = LENSES
 
     @staticmethod
-    def write(calibration: Calibration, held: Held) -> bytes:
-        camera = held.camera
-        terms = list(shortened(camera.lens_terms))
-        k = [camera.focal_px, 0.0, camera.centre_px[0], 0.0, camera.focal_px * camera.aspect, camera.centre_px[1],
-             0.0, 0.0, 1.0]
+    def write(calibration: Calibration, export: ExportCamera) -> bytes:
+        camera = export.camera
+        terms = list(lens_terms(camera))
         width, height = camera.image_size
         record = {"resolution": {"width": float(width), "height": float(height)},
-                  "cameraIntrinsics": {"rows": 3, "cols": 3, "type": DOUBLE, "data": k},
+                  "cameraIntrinsics": {"rows": 3, "cols": 3, "type": DOUBLE, "data": list(matrix_of(camera))},
                   "distCoeffs": {"rows": 1, "cols": len(terms), "type": DOUBLE, "data": terms},
                   "calobjectWarp": [], "observations": [], "calobjectSize": {"width": 0.0, "height": 0.0},
                   "calobjectSpacing": 0.0, "lensmodel": "LENSMODEL_OPENCV",
-                  "touchline": about_json(calibration, held, pose=True)}
+                  "touchline": metadata_json(calibration, export, pose=True)}
         return json.dumps(record, indent=1, allow_nan=False).encode()
 
     @staticmethod
@@ -48,22 +46,23 @@ class PhotonVision:
     @staticmethod
     def read(data: bytes) -> CameraFile:
         value = _json(data)
-        resolution = entry(value, "resolution", "The file")
-        size = size_of(entry(resolution, "width", "resolution"), entry(resolution, "height", "resolution"))
-        focal, centre = intrinsics(matrix(entry(value, "cameraIntrinsics", "The file"), "cameraIntrinsics", 3, 3),
-                                   "cameraIntrinsics")
+        resolution = require(value, "resolution", "The file")
+        size = checked_size(require(resolution, "width", "resolution"), require(resolution, "height", "resolution"))
+        k = matrix(require(value, "cameraIntrinsics", "The file"), "cameraIntrinsics", 3, 3)
+        focal, centre = intrinsics_from_matrix(k, "cameraIntrinsics")
         # older files call the terms "cameraExtrinsics"
         key = "distCoeffs" if "distCoeffs" in value else "cameraExtrinsics"
-        terms = numbers(entry(entry(value, key, "The file"), "data", key), f"{key}.data", (4, 5, 8, 12, 14))
-        about = about_from(value["touchline"]) if "touchline" in value else About()
-        return CameraFile("photonvision", "brown-conrady", lengthened(terms, key), focal, centre, size, about,
-                          about.pose if about.field is not None else None)
+        terms = numbers(require(require(value, key, "The file"), "data", key), f"{key}.data", (4, 5, 8, 12, 14))
+        metadata = metadata_from_json(value["touchline"]) if "touchline" in value else Metadata()
+        return CameraFile("photonvision", *lens_from_terms(terms, key), focal, centre, size, metadata,
+                          metadata.field_pose)
 
 
 def _json(data: bytes) -> Any:
     if len(data) > MAX_BYTES:
-        raise refuse(f"The file has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
+        raise format_error(f"The file has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
     try:
         return json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise refuse(f"The file is no JSON: {str(error)[:99]}.", "Give the file that PhotonVision exported.") from None
+        raise format_error(f"The file is no JSON: {str(error)[:99]}.",
+                           "Give the file that PhotonVision exported.") from None

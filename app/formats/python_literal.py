@@ -1,4 +1,4 @@
-"""A Python literal from a stranger: dictionaries, lists, texts and numbers, and nothing that could run.
+"""Parse an untrusted Python literal: dictionaries, lists, texts and numbers, and nothing that could run.
 
 ast.literal_eval would do it, but ends the whole process where brackets are nested a hundred thousand deep.
 """
@@ -6,7 +6,7 @@ ast.literal_eval would do it, but ends the whole process where brackets are nest
 import re
 from typing import Any
 
-from app.formats.numbers import refuse
+from app.formats.numbers import format_error
 
 MAX_BYTES = 4 << 20  # mrcal keeps what it solved inside its files
 MAX_DEPTH = 12
@@ -17,13 +17,13 @@ CLOSING = {"{": "}", "[": "]", "(": ")"}
 
 
 def literal(data: bytes, what: str) -> Any:
-    """The value: dict, list (of tuples as well), str, float, or the words None, True and False as they stand."""
+    """Return the value: dict, list (of tuples as well), str, float, or the words None, True and False as they stand."""
     if len(data) > MAX_BYTES:
-        raise refuse(f"{what} has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
+        raise format_error(f"{what} has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise refuse(f"{what} is no text.", "Give the file as it was written.") from None
+        raise format_error(f"{what} is no text.", "Give the file as it was written.") from None
     reader = _Reader(text, what)
     value = reader.value(0)
     if reader.kind != "end":
@@ -32,7 +32,7 @@ def literal(data: bytes, what: str) -> Any:
 
 
 class _Reader:
-    """One token ahead."""
+    """A parser with one token of lookahead."""
 
     def __init__(self, text: str, what: str) -> None:
         self._text, self._what, self._at, self._left = text, what, 0, MAX_TOKENS
@@ -44,7 +44,7 @@ class _Reader:
             found = TOKEN.match(self._text, self._at)
             self._left -= 1
             if self._left < 0:
-                raise refuse(f"{self._what} has more than {MAX_TOKENS} parts.", "Give a shorter one.")
+                raise format_error(f"{self._what} has more than {MAX_TOKENS} parts.", "Give a shorter one.")
             if found is None:
                 raise self.wrong()
             self._at = found.end()
@@ -55,7 +55,7 @@ class _Reader:
     def value(self, depth: int) -> Any:
         kind, token = self.kind, self.token
         if depth > MAX_DEPTH:
-            raise refuse(f"{self._what} is nested more than {MAX_DEPTH} deep.", "Flatten it.")
+            raise format_error(f"{self._what} is nested more than {MAX_DEPTH} deep.", "Flatten it.")
         if kind == "mark" and token in CLOSING:
             self.advance()
             return self._mapping(depth) if token == "{" else self._list(CLOSING[token], depth)
@@ -96,4 +96,5 @@ class _Reader:
 
     def wrong(self) -> Exception:
         line = self._text.count("\n", 0, min(self._at, len(self._text))) + 1
-        return refuse(f"{self._what} is no literal that we read (line {line}).", "Give the file as it was written.")
+        return format_error(f"{self._what} is no literal that we read (line {line}).",
+                            "Give the file as it was written.")

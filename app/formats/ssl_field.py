@@ -1,6 +1,6 @@
-"""A field as the Small Size League puts it on the wire: there and back.
+"""Convert a field to and from the Small Size League's message.
 
-The league names its lines; ours are called in our words, and one that has no name of theirs is sent under our own.
+The league has its own names of lines; a line without one is sent under our name.
 """
 
 import re
@@ -12,7 +12,7 @@ import numpy as np
 from app.core.errors import BadInput
 from app.core.field import Arc, Field, Line
 from app.core.field_json import field_from_json
-from app.formats.numbers import refuse
+from app.formats.numbers import format_error
 from app.ssl_protocol.messages import FieldArc, FieldLine, FieldSize, Shape, Vector2f
 
 NAMES = {  # ours: theirs
@@ -35,8 +35,8 @@ SAME_MM = 0.5  # they send whole millimetres
 GOAL_MM = {"width_mm": 1000, "depth_mm": 180, "height_mm": 160}  # where a field has none: required on the wire
 
 
-def wire_field(field: Field) -> FieldSize:
-    """The field with all its lines and arcs; lengths that must be whole are rounded."""
+def field_to_wire(field: Field) -> FieldSize:
+    """Encode a field with all lines and arcs; lengths that must be whole are rounded."""
     extras = field.extras
     goal, boundary = {**GOAL_MM, **extras.get("goal", {})}, extras.get("boundary", {"touch_mm": 0, "goal_mm": 0})
     front = field.lines.get("defence-left-front")
@@ -58,9 +58,9 @@ def wire_field(field: Field) -> FieldSize:
 
 
 def field_from_wire(sent: FieldSize, known: Iterable[Field] = ()) -> Field:
-    """The known field that is meant, or one made of what was sent; BadInput where that is no field."""
+    """Return the known field that matches the message, or one made of it; BadInput where it is no field."""
     for field in known:
-        ours = wire_field(field)
+        ours = field_to_wire(field)
         if all(abs(getattr(ours, name) - getattr(sent, name)) <= SAME_MM
                for name in ("field_length", "field_width", "goal_width", "goal_depth")) and _same_lines(ours, sent):
             return field
@@ -79,9 +79,9 @@ def field_from_wire(sent: FieldSize, known: Iterable[Field] = ()) -> Field:
             "name": f"ssl-{sent.field_length}x{sent.field_width}",
             "title": f"Small Size League, {sent.field_length} × {sent.field_width} mm",
             "length_mm": length, "width_mm": width,
-            "lines": _once([{"name": _our_name(line.name), "from": [line.p1.x, line.p1.y],
+            "lines": _with_unique_names([{"name": _our_name(line.name), "from": [line.p1.x, line.p1.y],
                              "to": [line.p2.x, line.p2.y], "width_mm": line.thickness} for line in sent.field_lines]),
-            "arcs": _once([{"name": _our_name(arc.name), "centre": [arc.center.x, arc.center.y],
+            "arcs": _with_unique_names([{"name": _our_name(arc.name), "centre": [arc.center.x, arc.center.y],
                             "radius_mm": arc.radius, "start_deg": round(float(np.degrees(arc.a1)), 3),
                             "end_deg": round(float(np.degrees(arc.a2)), 3), "width_mm": arc.thickness}
                            for arc in sent.field_arcs]),
@@ -90,7 +90,7 @@ def field_from_wire(sent: FieldSize, known: Iterable[Field] = ()) -> Field:
             "regions": {name: {"x": list(xs), "y": list(ys)} for name, (xs, ys) in regions.items()},
             "extras": extras})
     except BadInput as refused:
-        raise refuse(f"The packet's field is none: {refused.what}", "Say the field by name.") from None
+        raise format_error(f"The packet's field is none: {refused.what}", "Say the field by name.") from None
 
 
 def _line(line: Line) -> FieldLine:
@@ -105,7 +105,7 @@ def _arc(arc: Arc) -> FieldArc:
 
 
 def _same_lines(ours: FieldSize, sent: FieldSize) -> bool:
-    """Whether every line that both name stands at the same place, in either direction."""
+    """Tell whether every line that both name is at the same place, in either direction."""
     there = {line.name: line for line in sent.field_lines}
     for line in ours.field_lines:
         if line.name in there:
@@ -118,15 +118,15 @@ def _same_lines(ours: FieldSize, sent: FieldSize) -> bool:
 
 
 def _our_name(name: str) -> str:
-    """Ours for a line of theirs; else theirs in our spelling."""
+    """Return our name of a league line, or theirs in our spelling."""
     if name in OURS:
         return OURS[name]
     spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", name[:60])
     return re.sub(r"[^a-z0-9]+", "-", spaced.lower()).strip("-") or "line"
 
 
-def _once(members: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A name that comes again gets a number."""
+def _with_unique_names(members: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Append a number to repeated names."""
     seen: dict[str, int] = {}
     for member in members:
         seen[member["name"]] = seen.get(member["name"], 0) + 1

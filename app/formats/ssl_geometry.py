@@ -1,4 +1,4 @@
-"""Cameras as the Small Size League puts them on the wire: there and back, and which number a camera has.
+"""Convert cameras to and from the Small Size League's message, and number them.
 
 The traps: their distortion a undistorts where OpenCV's k1 distorts, a ≈ -k1; their tz lies along the optical axis and
 is not the camera's height; a negative a, pincushion, is as good as any other; the quaternion is x, y, z, w.
@@ -7,16 +7,16 @@ is not the camera's height; a negative a, pincushion, is as good as any other; t
 import numpy as np
 
 from app.core.field import Field, Region
-from app.formats.camera_file import CameraFile, size_of
-from app.formats.metadata import Pose, pose_of
-from app.formats.numbers import refuse
+from app.formats.camera_file import CameraFile, checked_size
+from app.formats.metadata import CameraPose, checked_pose
+from app.formats.numbers import format_error
 from app.models.ray_camera import RayCamera
 from app.models.rotation import matrix_from_vector, vector_from_matrix
 from app.ssl_protocol.messages import CameraCalibration
 
 
-def wire_camera(camera: RayCamera, camera_id: int) -> CameraCalibration:
-    """An Ssl camera as the league sends it; its numbers become floats of four bytes when they are encoded."""
+def camera_to_wire(camera: RayCamera, camera_id: int) -> CameraCalibration:
+    """Encode an Ssl camera; its numbers become floats of four bytes."""
     rotation = np.array(camera.rotation)
     translation = -matrix_from_vector(rotation) @ np.array(camera.position_mm)
     x, y, z, w = quaternion(rotation)
@@ -30,24 +30,24 @@ def wire_camera(camera: RayCamera, camera_id: int) -> CameraCalibration:
 
 
 def camera_from_wire(sent: CameraCalibration, field: Field) -> CameraFile:
-    """What they say of a camera over that field. The position is q's and t's: the derived one only repeats it."""
-    told = sent.pixel_image_width is not None and sent.pixel_image_height is not None
-    size = size_of(sent.pixel_image_width, sent.pixel_image_height) if told else None
+    """Decode a camera over this field. The position is that of q and t: the derived one only repeats it."""
+    sized = sent.pixel_image_width is not None and sent.pixel_image_height is not None
+    size = checked_size(sent.pixel_image_width, sent.pixel_image_height) if sized else None
     return CameraFile("ssl-vision", "ssl", (sent.distortion,), (sent.focal_length, sent.focal_length),
-                      (sent.principal_point_x, sent.principal_point_y), size, pose=wire_pose(sent), field=field)
+                      (sent.principal_point_x, sent.principal_point_y), size, pose=pose_from_wire(sent), field=field)
 
 
-def wire_pose(sent: CameraCalibration) -> Pose:
+def pose_from_wire(sent: CameraCalibration) -> CameraPose:
     q = np.array([sent.q0, sent.q1, sent.q2, sent.q3])
     length = float(np.linalg.norm(q))
     if not 0.5 < length < 2:
-        raise refuse(f"The camera's quaternion has the length {length:g}.", "Give one of length 1: x, y, z, w.")
+        raise format_error(f"The camera's quaternion has the length {length:g}.", "Give one of length 1: x, y, z, w.")
     rotation = matrix_from_quaternion(q / length)
-    return pose_of(vector_from_matrix(rotation), -rotation.T @ np.array([sent.tx, sent.ty, sent.tz]))
+    return checked_pose(vector_from_matrix(rotation), -rotation.T @ np.array([sent.tx, sent.ty, sent.tz]))
 
 
 def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
-    """(x, y, z, w) of a rotation vector, w ≥ 0."""
+    """Return the quaternion (x, y, z, w), w ≥ 0, of a rotation vector."""
     angle = float(np.linalg.norm(rotation))
     half = np.sin(angle / 2) / angle * rotation if angle > 1e-12 else rotation / 2
     w = float(np.cos(angle / 2))
@@ -56,7 +56,7 @@ def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
 
 
 def matrix_from_quaternion(q: np.ndarray) -> np.ndarray:
-    """The rotation matrix of a quaternion (x, y, z, w) of length 1."""
+    """Return the rotation matrix of a unit quaternion (x, y, z, w)."""
     x, y, z, w = q
     return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
                      [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
@@ -64,7 +64,7 @@ def matrix_from_quaternion(q: np.ndarray) -> np.ndarray:
 
 
 def camera_number(field: Field, region: Region) -> int:
-    """The number of the camera that sees this part of a shared field: columns along x, in each the lower y first.
+    """Return the number of the camera over this region of a shared field: columns along x, in each the lower y first.
 
     1 camera sees all; of 2, 0 has x < 0; of 4: 0 (-, -), 1 (-, +), 2 (+, -), 3 (+, +); of 8, columns of two.
     """

@@ -1,14 +1,14 @@
-"""What is said to a whole network at once: the league's geometry over UDP multicast, and what others say there.
+"""The league's geometry over UDP multicast: publish ours, and receive what others publish.
 
-    route.py      which group, by which interface, how far; what this machine has
-    group.py      packets out: Group(route).send(data), for geometry now and for whatever else the league puts there
-    ear.py        packets in, each with where it came from
-    geometry.py   calibrations → one packet, with what the league's one-term lens loses of each in mm
-    publisher.py  says the newest packet every few seconds, and at once when something changed
-    absorber.py   who else publishes: the newest whole geometry of each sender, under limits
-    heard.py      what was heard, in plain JSON, and where it contradicts what we say
-    plan.py, publishing.py    all of it switched on and off as an operator says
+    multicast_address.py    group, port, interface and TTL; what this machine's network allows
+    multicast_sender.py     packets out: MulticastSender(address).send(data), shared by geometry and detections
+    multicast_receiver.py   packets in, each with its sender's address
+    geometry_packet.py      calibrations → one packet, with the error in mm that the league's one-term lens causes
+    publisher.py            a thread that sends the newest packet every few seconds, and at once after a change
+    geometry_listener.py    a thread that keeps the newest whole geometry of each other publisher, within limits
+    received.py             what was received, as JSON, and where it contradicts what we publish
+    config.py, publishing.py    publisher and listener, switched on and off by one configuration
 
-Nothing is sent and nothing is listened to before somebody asks for it. A network that fails is tried again for ever,
-and what failed is told with its cure.
+Nothing is sent or received before it is switched on. A failing network is retried for ever; the failure is reported
+with its remedy.
 """

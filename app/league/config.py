@@ -1,4 +1,4 @@
-"""What is to be published and listened to: everything that an operator can set, as one frozen record."""
+"""Configuration of publishing and listening: everything that an operator can set, as one frozen record."""
 
 import math
 from collections.abc import Mapping
@@ -7,20 +7,20 @@ from dataclasses import field as member
 from typing import Any, Self, get_args, get_origin
 
 from app.core.errors import BadInput
-from app.league.multicast_address import GROUP, PORT, Route
+from app.league.multicast_address import GROUP, PORT, MulticastAddress
 
-SHORTEST_S, LONGEST_S = 0.1, 60.0  # between two packets
+MIN_INTERVAL_S, MAX_INTERVAL_S = 0.1, 60.0  # between two packets
 KINDS = {"enabled": bool, "absorb": bool, "group": str, "port": int, "interface": str, "ttl": int, "interval_s": float,
          "limit_mm": float, "field": str | None, "numbers": dict[str, int], "approved": dict[str, str]}
 
 
 @dataclass(frozen=True)
-class Plan:
-    """enabled: whether geometry is sent. absorb: whether the group is listened to. interval_s: between two packets.
+class PublishingConfig:
+    """enabled: send geometry. absorb: listen to the group. interval_s: between two packets.
 
-    limit_mm: a camera whose lens loses more on the wire, at worst, is not sent, unless `approved` has its name with the
-    id of that very calibration. field: the field that is sent where cameras see several; None for that of most.
-    numbers: cameras' numbers on the wire, where they are not those of their regions.
+    limit_mm: a camera whose worst error through the league's lens is larger is not sent, unless `approved` maps its
+    name to the id of exactly this calibration. field: the field to send where cameras see several; None for that of
+    most cameras. numbers: camera ids by camera name, where they differ from those of the regions.
     """
 
     enabled: bool = False
@@ -36,10 +36,10 @@ class Plan:
     approved: Mapping[str, str] = member(default_factory=dict)
 
     def __post_init__(self) -> None:
-        _ = self.route
-        if not SHORTEST_S <= self.interval_s <= LONGEST_S:
-            raise BadInput(f"{self.interval_s:g} s is no interval.", f"Give {SHORTEST_S:g} to {LONGEST_S:g} seconds.",
-                           reason="bad-interval")
+        _ = self.address
+        if not MIN_INTERVAL_S <= self.interval_s <= MAX_INTERVAL_S:
+            raise BadInput(f"{self.interval_s:g} s is no interval.",
+                           f"Give {MIN_INTERVAL_S:g} to {MAX_INTERVAL_S:g} seconds.", reason="bad-interval")
         if not (math.isfinite(self.limit_mm) and self.limit_mm >= 0):
             raise BadInput("The limit is no length.", "Give millimetres, 0 or more.", reason="bad-limit")
         for name, number in self.numbers.items():
@@ -48,15 +48,15 @@ class Plan:
                                reason="bad-camera-number")
 
     @property
-    def route(self) -> Route:
-        return Route(self.group, self.port, self.interface, self.ttl)
+    def address(self) -> MulticastAddress:
+        return MulticastAddress(self.group, self.port, self.interface, self.ttl)
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
-        """What to_json gave; BadInput for anything else."""
+        """Read what to_json wrote; BadInput for anything else."""
         try:
             given = dict(value.items())
             if not all(_is(given[name], kind) for name, kind in KINDS.items() if name in given):
@@ -68,7 +68,7 @@ class Plan:
 
 
 def _is(value: Any, kind: Any) -> bool:
-    """Whether plain JSON is of that kind; true is no number, and 3 is as good as 3.0."""
+    """Tell whether plain JSON is of that type; true is no number, and 3 is accepted as 3.0."""
     if get_origin(kind) is dict:
         key, inner = get_args(kind)
         return isinstance(value, dict) and all(_is(k, key) and _is(v, inner) for k, v in value.items())

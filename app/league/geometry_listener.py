@@ -1,7 +1,7 @@
-"""Who else publishes geometry in the group: the newest whole packet of each sender, whatever strangers send.
+"""Listen for other publishers in the group: keep the newest whole geometry of each, whatever strangers send.
 
 Anybody may send here, so everything is bounded: how many senders are remembered, how much time their packets may take,
-how long a packet is. What is no whole packet is counted and left.
+how long a packet is. What is no whole packet is counted and ignored.
 """
 
 import logging
@@ -11,19 +11,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from app.core.errors import BadInput, TouchlineError, Unavailable
-from app.league.multicast_address import Route
-from app.league.multicast_receiver import Datagram, Ear
+from app.league.multicast_address import MulticastAddress
+from app.league.multicast_receiver import Datagram, MulticastReceiver
 from app.ssl_protocol.messages import Geometry
 from app.ssl_protocol.protobuf import decode, optional
 
 log = logging.getLogger("touchline")
 MAX_SENDERS = 32
 MAX_CAMERAS = 64  # of one sender; the league has at most eight
-HEAR_S = 0.25
-REJOIN_S = 5.0  # of silence: an interface that came back, or a switch that forgot us, wants the group joined anew
+RECEIVE_S = 0.25
+REJOIN_S = 5.0  # of silence: an interface that came back, or a switch that lost us, needs a new join
 RETRY_S = 1.0
-SHARE, OF_ONE = 0.2, 0.05  # of a core's time for reading packets: all of them, and one sender's
-PAUSE_S = 0.002  # between packets that are left unread: a flood shall not have the whole process
+CPU_SHARE, CPU_SHARE_PER_SENDER = 0.2, 0.05  # of one core's time for decoding: all senders together, and one
+PAUSE_S = 0.002  # between packets that are skipped: a flood must not occupy the process
 FORGET_S = 600.0
 JOIN_S = 5.0
 
@@ -37,8 +37,8 @@ class _Packet:
 
 
 @dataclass(frozen=True)
-class Heard:
-    """One sender. data: the newest whole packet with geometry, as it came; times are time.monotonic()."""
+class RemotePublisher:
+    """One sender. data: its newest whole packet with geometry, as received; times are time.monotonic()."""
 
     address: str
     port: int
@@ -46,7 +46,7 @@ class Heard:
     packets: int = 0
     geometries: int = 0
     refused: int = 0
-    why: str = ""  # the newest refusal
+    why: str = ""  # the newest packet was refused
     skipped: int = 0
     source: int = 0
     geometry: Geometry | None = None
@@ -60,7 +60,7 @@ class Heard:
 
 
 class _Budget:
-    """So many seconds of work in a second, at most one second's ahead."""
+    """A token bucket of CPU time: a share of each second, at most one second's in advance."""
 
     def __init__(self, share: float) -> None:
         self._share, self._left, self._at = share, share, time.monotonic()
@@ -75,31 +75,32 @@ class _Budget:
         self._left -= seconds
 
 
-class Absorber:
-    """A thread that listens until it is closed. own: whether a packet from that address and port is our own."""
+class GeometryListener:
+    """A thread that listens until it is closed. own: recognises our own packets by address and port."""
 
-    def __init__(self, route: Route, own: Callable[[str, int], bool] = lambda address, port: False) -> None:
-        self.route = route
+    def __init__(self, address: MulticastAddress,
+                 own: Callable[[str, int], bool] = lambda address, port: False) -> None:
+        self.address = address
         self.problem: TouchlineError | None = None
         self.datagrams = self.own = 0
         self._is_own = own
-        self._heard: dict[tuple[str, int], Heard] = {}
+        self._publishers: dict[tuple[str, int], RemotePublisher] = {}
         self._budgets: dict[tuple[str, int], _Budget] = {}
-        self._budget = _Budget(SHARE)
+        self._budget = _Budget(CPU_SHARE)
         self._lock = threading.Lock()
         self._ended = threading.Event()
         self.joined = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="absorber", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="geometry listener", daemon=True)
         self._thread.start()
 
     @property
-    def heard(self) -> tuple[Heard, ...]:
-        """Everybody who was heard of late, the newest word of each."""
+    def publishers(self) -> tuple[RemotePublisher, ...]:
+        """Everybody who sent lately, with each one's newest geometry."""
         with self._lock:
-            return tuple(self._heard.values())
+            return tuple(self._publishers.values())
 
-    def get(self, id: str) -> Heard | None:
-        return next((sender for sender in self.heard if sender.id == id), None)
+    def get(self, id: str) -> RemotePublisher | None:
+        return next((sender for sender in self.publishers if sender.id == id), None)
 
     def close(self) -> None:
         self._ended.set()
@@ -112,7 +113,7 @@ class Absorber:
             except TouchlineError as refused:
                 self.problem = refused
             except OSError as error:
-                self.problem = self.route.trouble(error)
+                self.problem = self.address.network_error(error)
             except Exception:
                 log.exception("the group could not be listened to")
                 self.problem = Unavailable("The group could not be listened to.",
@@ -120,35 +121,35 @@ class Absorber:
             self._ended.wait(RETRY_S)
 
     def _listen(self) -> None:
-        ear = Ear(self.route)
+        receiver = MulticastReceiver(self.address)
         try:
             self.problem = None
             self.joined.set()
             at = time.monotonic()
             while not self._ended.is_set():
-                datagram = ear.hear(HEAR_S)
+                datagram = receiver.receive(RECEIVE_S)
                 now = time.monotonic()
                 if datagram is not None:
-                    self._take(datagram)
+                    self._receive(datagram)
                     at = now
                 elif now - at > REJOIN_S:
-                    fresh = Ear(self.route)  # before the old one goes, so that nothing is missed
-                    ear.close()
-                    ear, at = fresh, now
+                    fresh = MulticastReceiver(self.address)  # before the old one goes, so that nothing is missed
+                    receiver.close()
+                    receiver, at = fresh, now
         finally:
-            ear.close()
+            receiver.close()
 
-    def _take(self, datagram: Datagram) -> None:
+    def _receive(self, datagram: Datagram) -> None:
         self.datagrams += 1
         if self._is_own(datagram.address, datagram.port):
             self.own += 1
             return
         key, now = (datagram.address, datagram.port), time.monotonic()
-        before = self._heard.get(key) or self._newcomer(key, now)
+        before = self._publishers.get(key) or self._add(key, now)
         before = replace(before, packets=before.packets + 1, last_s=now)
         budget = self._budgets[key]
         if budget.has() and self._budget.has():
-            begun = time.thread_time()  # the processor's, so that a busy machine makes nobody unheard
+            begun = time.thread_time()  # CPU time, so that a busy machine ignores nobody
             after = self._read(before, datagram.data)
             spent = time.thread_time() - begun
             budget.spend(spent)
@@ -157,9 +158,9 @@ class Absorber:
             after = replace(before, skipped=before.skipped + 1)
             self._ended.wait(PAUSE_S)
         with self._lock:
-            self._heard[key] = after
+            self._publishers[key] = after
 
-    def _read(self, sender: Heard, data: bytes) -> Heard:
+    def _read(self, sender: RemotePublisher, data: bytes) -> RemotePublisher:
         try:
             if not data:
                 raise BadInput("The packet is empty.", "Send a packet.", reason="bad-protobuf")
@@ -174,18 +175,18 @@ class Absorber:
         return replace(sender, geometries=sender.geometries + 1, geometry=packet.geometry, data=data,
                        source=packet.source or 0, geometry_s=time.monotonic(), geometry_at=time.time())
 
-    def _newcomer(self, key: tuple[str, int], now: float) -> Heard:
-        """Room for one more: the silent are forgotten, else those without geometry, else who was silent longest."""
+    def _add(self, key: tuple[str, int], now: float) -> RemotePublisher:
+        """Add a sender; evict the silent, else those without geometry, else who was silent longest."""
         with self._lock:
-            for other, sender in list(self._heard.items()):
-                if now - sender.last_s > FORGET_S:
+            for other, publisher in list(self._publishers.items()):
+                if now - publisher.last_s > FORGET_S:
                     self._forget(other)
-            while len(self._heard) >= MAX_SENDERS:
-                self._forget(min(self._heard, key=lambda k: (self._heard[k].geometry is not None,
-                                                             self._heard[k].last_s)))
-            self._heard[key] = Heard(*key, now)
-            self._budgets[key] = _Budget(OF_ONE)
-            return self._heard[key]
+            while len(self._publishers) >= MAX_SENDERS:
+                self._forget(min(self._publishers, key=lambda k: (self._publishers[k].geometry is not None,
+                                                             self._publishers[k].last_s)))
+            self._publishers[key] = RemotePublisher(*key, now)
+            self._budgets[key] = _Budget(CPU_SHARE_PER_SENDER)
+            return self._publishers[key]
 
     def _forget(self, key: tuple[str, int]) -> None:
-        del self._heard[key], self._budgets[key]
+        del self._publishers[key], self._budgets[key]

@@ -1,4 +1,4 @@
-"""Cameras' calibrations → the league's geometry packet, and what its one-term lens loses of each in millimetres."""
+"""Encode calibrations as the league's geometry packet, with the error in mm that its one-term lens causes."""
 
 import math
 from collections import Counter
@@ -10,11 +10,11 @@ from app.core.errors import Conflict, TouchlineError
 from app.core.field_json import field_from_json
 from app.core.records import Calibration
 from app.evaluate.fit.approximation import ApproximationError, approximation_error
-from app.formats.approximation import held
-from app.formats.ssl_field import wire_field
-from app.formats.ssl_geometry import camera_from_wire, camera_number, wire_camera
+from app.formats.approximation import export_camera
+from app.formats.ssl_field import field_to_wire
+from app.formats.ssl_geometry import camera_from_wire, camera_number, camera_to_wire
 from app.formats.ssl_vision import SslVision
-from app.league.config import Plan
+from app.league.config import PublishingConfig
 from app.models import model_from_json
 from app.models.top_view import VIEW_FIELDS
 from app.ssl_protocol.messages import CameraCalibration, Geometry, Sender, WrapperPacket
@@ -22,10 +22,10 @@ from app.ssl_protocol.protobuf import decode, encode
 
 
 @dataclass(frozen=True)
-class Wired:
-    """A calibration as the league's message holds it, under the number that its region has.
+class WireCamera:
+    """A calibration as the league's message, under its region's number.
 
-    loss: of that message, read back as a listener does, against the calibration. exact: whether the model is the
+    loss: error of that message, decoded as a listener does, against the calibration. exact: whether the model is the
     league's own, so that only the rounding to four bytes is lost.
     """
 
@@ -39,12 +39,12 @@ class Wired:
 
 
 @dataclass(frozen=True)
-class Spoken:
-    """One camera of the packet, or why it is not in it (problem)."""
+class PublishedCamera:
+    """One camera of the packet, or the problem that keeps it out."""
 
     calibration: Calibration
     number: int
-    wired: Wired | None = None
+    wire: WireCamera | None = None
     problem: TouchlineError | None = None
 
     @property
@@ -53,90 +53,91 @@ class Spoken:
 
     @property
     def sent(self) -> CameraCalibration | None:
-        """As it is in the packet; None where it is left out."""
-        if self.wired is None or self.problem is not None:
+        """The message in the packet; None where the camera is left out."""
+        if self.wire is None or self.problem is not None:
             return None
-        return replace(self.wired.sent, camera_id=self.number)
+        return replace(self.wire.sent, camera_id=self.number)
 
     def to_json(self) -> dict[str, Any]:
-        c, wired, problem = self.calibration, self.wired, self.problem
-        loss = None if wired is None or not math.isfinite(wired.worst_mm) else wired.loss.to_json()
+        c, wire, problem = self.calibration, self.wire, self.problem
+        loss = None if wire is None or not math.isfinite(wire.worst_mm) else wire.loss.to_json()
         return {"camera": self.name, "calibration": c.id, "version": c.version, "model": c.model_name,
                 "field": c.field["name"], "region": c.region, "camera_id": self.number,
-                "published": self.sent is not None, "exact": wired is not None and wired.exact, "loss": loss,
-                "problem": None if problem is None else {
-                    "reason": problem.reason, "what": problem.what, "fix": problem.fix}}
+                "published": self.sent is not None, "exact": wire is not None and wire.exact, "loss": loss,
+                "problem": problem and problem.to_json()}
 
 
-class Wiring:
-    """Calibrations as messages, each worked out once: a version never changes, and the nearest lens takes a while."""
+class WireCameraCache:
+    """Encodes each calibration once: a version never changes, and approximating its lens takes a while."""
 
-    KEPT = 64
+    CAPACITY = 64
 
     def __init__(self) -> None:
-        self._known: dict[str, Wired | TouchlineError] = {}
+        self._cache: dict[str, WireCamera | TouchlineError] = {}
 
-    def __call__(self, calibration: Calibration) -> Wired | TouchlineError:
-        """Or why the league's lens cannot hold it."""
-        if calibration.id not in self._known:
-            while len(self._known) >= self.KEPT:
-                self._known.pop(next(iter(self._known)), None)
-            self._known[calibration.id] = wired(calibration)
-        return self._known[calibration.id]
+    def __call__(self, calibration: Calibration) -> WireCamera | TouchlineError:
+        """Return the message, or why the league's lens cannot represent the calibration."""
+        if calibration.id not in self._cache:
+            while len(self._cache) >= self.CAPACITY:
+                self._cache.pop(next(iter(self._cache)), None)
+            self._cache[calibration.id] = wire_camera(calibration)
+        return self._cache[calibration.id]
 
 
-def wired(calibration: Calibration) -> Wired | TouchlineError:
-    """The calibration as a message and its loss, or why the league's lens cannot hold it."""
+def wire_camera(calibration: Calibration) -> WireCamera | TouchlineError:
+    """Encode a calibration and measure the loss, or return why the league's lens cannot represent it."""
     try:
         field = field_from_json(calibration.field)
         region = field.region(calibration.region, calibration.rotate)
-        camera = held(calibration, SslVision, approximate=True)
-        sent = wire_camera(camera.camera, camera_number(field, region))
+        camera = export_camera(calibration, SslVision, approximate=True)
+        sent = camera_to_wire(camera.camera, camera_number(field, region))
         read = camera_from_wire(decode(CameraCalibration, encode(sent)), field)
         back = read.camera({name: getattr(camera.camera, name) for name in VIEW_FIELDS})
         model = model_from_json(calibration.model_name, calibration.model_parameters)
-        return Wired(sent, approximation_error(model, back, region, field.hat_height_mm), camera.loss is None)
+        return WireCamera(sent, approximation_error(model, back, region, field.hat_height_mm), camera.loss is None)
     except TouchlineError as refused:
         return refused
 
 
-def spoken(calibrations: Sequence[Calibration], plan: Plan,
-           wire: Callable[[Calibration], Wired | TouchlineError] = wired) -> tuple[Spoken, ...]:
-    """Each camera as it would be sent, or why not: its lens, its loss, its number, its field."""
-    field = _field(calibrations, plan)
-    told: list[Spoken] = []
+def published_cameras(calibrations: Sequence[Calibration], config: PublishingConfig,
+                      encode_camera: Callable[[Calibration], WireCamera | TouchlineError] = wire_camera,
+                      ) -> tuple[PublishedCamera, ...]:
+    """Return each camera as it would be sent, or why not: its lens, loss, number and field are checked."""
+    field = _field(calibrations, config)
+    cameras: list[PublishedCamera] = []
     for calibration in calibrations:
-        made = wire(calibration)
+        made = encode_camera(calibration)
         if isinstance(made, TouchlineError):
-            told.append(Spoken(calibration, plan.numbers.get(calibration.camera or "", 0), None, made))
+            cameras.append(PublishedCamera(calibration, config.numbers.get(calibration.camera or "", 0), None, made))
             continue
-        one = Spoken(calibration, plan.numbers.get(calibration.camera or "", made.sent.camera_id), made)
-        told.append(replace(one, problem=_problem(one, told, plan, field)))
-    return tuple(told)
+        one = PublishedCamera(calibration, config.numbers.get(calibration.camera or "", made.sent.camera_id), made)
+        cameras.append(replace(one, problem=_problem(one, cameras, config, field)))
+    return tuple(cameras)
 
 
-def packet_of(told: Iterable[Spoken]) -> bytes | None:
-    """The packet with all cameras that are to be sent; None where there is none."""
-    cameras = [one for one in told if one.sent is not None]
+def geometry_packet(candidates: Iterable[PublishedCamera]) -> bytes | None:
+    """Encode all cameras that are sent; None where there is none."""
+    cameras = [one for one in candidates if one.sent is not None]
     if not cameras:
         return None
     newest = max(cameras, key=lambda one: one.calibration.created_at)  # its field is the one of today
-    field = wire_field(field_from_json(newest.calibration.field))
+    field = field_to_wire(field_from_json(newest.calibration.field))
     return encode(WrapperPacket(geometry=Geometry(field, tuple(one.sent for one in cameras)),
                                 source=int(Sender.OTHER)))
 
 
-def _field(calibrations: Iterable[Calibration], plan: Plan) -> str | None:
-    """The one field that a packet has: as it is set, else that of most cameras, the first of equals."""
-    if plan.field is not None:
-        return plan.field
+def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str | None:
+    """Choose the packet's one field: the configured one, else that of most cameras, the first of equals."""
+    if config.field is not None:
+        return config.field
     names = Counter(calibration.field["name"] for calibration in calibrations)
     return max(names, key=lambda name: names[name], default=None)
 
 
-def _problem(one: Spoken, before: Iterable[Spoken], plan: Plan, field: str | None) -> TouchlineError | None:
-    """Why a camera that the lens can hold is left out; None where it is sent."""
-    name, worst = one.name, one.wired.worst_mm
+def _problem(one: PublishedCamera, before: Iterable[PublishedCamera], config: PublishingConfig,
+             field: str | None) -> TouchlineError | None:
+    """Return why an encoded camera is left out; None where it is sent."""
+    name, worst = one.name, one.wire.worst_mm
     if one.calibration.field["name"] != field:
         return Conflict(f"{name} looks at {one.calibration.field['name']}, and a packet has one field: {field}.",
                         "Publish that field instead, or switch this camera's field.", reason="other-field")
@@ -147,8 +148,9 @@ def _problem(one: Spoken, before: Iterable[Spoken], plan: Plan, field: str | Non
     if not math.isfinite(worst):
         return Conflict(f"The league's lens does not reach all that {name} sees.",
                         "Fit the ssl model to the same clicks, and activate that.", reason="loss-unlimited")
-    if worst > plan.limit_mm and plan.approved.get(name) != one.calibration.id:
+    if worst > config.limit_mm and config.approved.get(name) != one.calibration.id:
         return Conflict(f"The league's lens puts {name} {worst:.1f} mm off at worst; the limit is "
-                        f"{plan.limit_mm:g} mm.", "Fit the ssl model to the same clicks and activate that, or approve "
-                        "this loss.", reason="loss-above-limit")
+                        f"{config.limit_mm:g} mm.",
+                        "Fit the ssl model to the same clicks and activate that, or approve this loss.",
+                        reason="loss-above-limit")
     return None

@@ -1,4 +1,4 @@
-"""Where packets go and come from: a multicast group, a port, the interface, and how many routers they may pass."""
+"""A multicast address: group, port, interface, and how many routers a packet may pass."""
 
 import errno
 import fcntl
@@ -9,19 +9,19 @@ from dataclasses import dataclass
 
 from app.core.errors import BadInput, Conflict
 
-GROUP, PORT = "224.5.23.2", 10006  # where the league's vision is by custom
+GROUP, PORT = "224.5.23.2", 10006  # the league's usual ones for vision
 MAX_NAME = 15  # bytes of an interface's name; Linux' IFNAMSIZ less its end
 SIOCGIFADDR = 0x8915
 
 
-class NetworkTrouble(Conflict):
-    """The network, as it is now, does not carry what was asked. It is tried again; nothing of ours is broken."""
+class NetworkError(Conflict):
+    """The network does not carry this now; callers retry."""
 
     reason = "network"
 
 
 @dataclass(frozen=True)
-class Route:
+class MulticastAddress:
     """interface: an address of this machine or an interface's name; "" leaves the choice to the system.
 
     ttl: 0 stays on this machine, 1 in the local network, more passes routers that forward multicast.
@@ -49,7 +49,7 @@ class Route:
             raise BadInput(f"{self.interface[:64]!r} is no interface.", known_interfaces(), reason="bad-interface")
 
     def request(self) -> bytes:
-        """The interface as the system's calls want it (struct ip_mreqn, the group first); NetworkTrouble."""
+        """Return the socket option's struct ip_mreqn: group, address, interface index; NetworkError."""
         address, index = "0.0.0.0", 0
         if _address(self.interface) is not None:
             address = self.interface
@@ -57,27 +57,27 @@ class Route:
             try:
                 index = socket.if_nametoindex(self.interface)
             except OSError:
-                raise self.no_interface() from None
+                raise self.no_interface_error() from None
         return socket.inet_aton(self.group) + socket.inet_aton(address) + struct.pack("i", index)
 
-    def no_interface(self) -> NetworkTrouble:
+    def no_interface_error(self) -> NetworkError:
         named = f"no interface {self.interface}" if self.interface else "no network for multicast"
-        return NetworkTrouble(f"This machine has {named} now.", known_interfaces(), reason="no-interface")
+        return NetworkError(f"This machine has {named} now.", known_interfaces(), reason="no-interface")
 
-    def trouble(self, error: OSError) -> NetworkTrouble:
-        """What a refusal of the system means here, and what cures it."""
+    def network_error(self, error: OSError) -> NetworkError:
+        """Translate a socket error into its cause and remedy."""
         if error.errno in (errno.ENODEV, errno.EADDRNOTAVAIL, errno.ENXIO):
-            return self.no_interface()
+            return self.no_interface_error()
         if error.errno in (errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN):
-            return NetworkTrouble(f"No route leads to {self.group}.",
+            return NetworkError(f"No address leads to {self.group}.",
                                   f"Plug in or switch on the network. {known_interfaces()}", reason="no-route")
         if error.errno in (errno.EPERM, errno.EACCES):
-            return NetworkTrouble(f"The system forbids multicast to {self.group}, port {self.port}.",
+            return NetworkError(f"The system forbids multicast to {self.group}, port {self.port}.",
                                   "Let this program through the firewall.", reason="forbidden")
         if error.errno == errno.EADDRINUSE:
-            return NetworkTrouble(f"Another program keeps port {self.port} to itself.",
+            return NetworkError(f"Another program keeps port {self.port} to itself.",
                                   "End it, or let it share the port (SO_REUSEADDR).", reason="port-taken")
-        return NetworkTrouble(f"The network refuses {self.group}, port {self.port}: {error.strerror or error}.",
+        return NetworkError(f"The network refuses {self.group}, port {self.port}: {error.strerror or error}.",
                               "Check the interface; it is tried again.", reason="network")
 
     def to_json(self) -> dict[str, object]:
@@ -85,13 +85,13 @@ class Route:
 
 
 def interfaces() -> list[dict[str, str | None]]:
-    """This machine's interfaces: {"name", "address"}; None for one without an IPv4 address."""
+    """List this machine's interfaces: {"name", "address"}; address None without IPv4."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         return [{"name": name, "address": _address_of(probe, name)} for _, name in socket.if_nameindex()]
 
 
 def is_here(address: str) -> bool:
-    """Whether an address is this machine's: only such a one can be bound to."""
+    """Tell whether an address is this machine's: only such a one can be bound to."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.bind((address, 0))
@@ -101,21 +101,21 @@ def is_here(address: str) -> bool:
 
 
 def known_interfaces() -> str:
-    """In words, for a refusal."""
+    """Name the interfaces in a sentence, for an error."""
     named = [f"{i['name']} ({i['address']})" for i in interfaces() if i["address"]]
     return f"Name one of this machine's interfaces: {', '.join(named[:8]) or 'none is up'}."
 
 
 def _address_of(probe: socket.socket, name: str) -> str | None:
     try:
-        told = fcntl.ioctl(probe, SIOCGIFADDR, struct.pack("256s", name.encode()[:MAX_NAME]))
+        answer = fcntl.ioctl(probe, SIOCGIFADDR, struct.pack("256s", name.encode()[:MAX_NAME]))
     except OSError:
         return None
-    return socket.inet_ntoa(told[20:24])
+    return socket.inet_ntoa(answer[20:24])
 
 
 def _may_be_interface(text: str) -> bool:
-    """An address that is a host's, or what the system would take for a name."""
+    """Tell whether text is a unicast address or a possible interface name."""
     address = _address(text)
     if address is not None:
         return not (address.is_multicast or address.is_unspecified)

@@ -1,40 +1,41 @@
-"""Packets out to a multicast group: one socket that is opened anew whenever the network has changed under it."""
+"""Send packets to a multicast group over one socket, reopened when the network has changed."""
 
+import contextlib
 import errno
 import socket
 import threading
 from typing import Self
 
 from app.core.errors import BadInput
-from app.league.multicast_address import Route, is_here
+from app.league.multicast_address import MulticastAddress, is_here
 from app.ssl_protocol.protobuf import MAX_BYTES
 
 STALE = (errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, errno.ENODEV, errno.EADDRNOTAVAIL, errno.ENXIO)
 
 
-class Group:
-    """The way to everybody who listens to a route. Thread-safe: geometry and other packets share its socket.
+class MulticastSender:
+    """Sends to one multicast address. Thread-safe: geometry and detections share its socket.
 
-        with Group(Route(interface="eth1")) as group:
-            group.send(encode(packet))
+        with MulticastSender(MulticastAddress(interface="eth1")) as sender:
+            sender.send(encode(packet))
     """
 
-    def __init__(self, route: Route) -> None:
+    def __init__(self, address: MulticastAddress) -> None:
         """The socket is opened by the first packet."""
-        self.route = route
+        self.address = address
         self._lock = threading.Lock()
         self._socket: socket.socket | None = None
 
     def check(self) -> None:
-        """NetworkTrouble where a packet would not leave now; nothing is sent."""
+        """NetworkError where a packet would not leave now; nothing is sent."""
         with self._opened() as probe:
             try:
-                probe.connect((self.route.group, self.route.port))  # looks the route up, and says nothing to anybody
+                probe.connect((self.address.group, self.address.port))  # looks up the route and sends nothing
             except OSError as error:
-                raise self.route.trouble(error) from None
+                raise self.address.network_error(error) from None
 
     def send(self, packet: bytes) -> None:
-        """One datagram; NetworkTrouble, with the cure, where the network does not take it now.
+        """Send one datagram; NetworkError, with the remedy, where the network does not take it now.
 
         A socket remembers its interface by number, and one that was unplugged comes back with another: what fails so is
         tried once more with a new socket.
@@ -43,23 +44,18 @@ class Group:
             raise BadInput(f"The packet has {len(packet)} bytes; a datagram carries at most {MAX_BYTES}.",
                            "Send fewer cameras or lines.", reason="packet-too-long")
         with self._lock:
-            if self._socket is not None:
+            for last in (self._socket is None, True):
+                self._socket = self._socket or self._opened()
                 try:
-                    self._socket.sendto(packet, (self.route.group, self.route.port))
+                    self._socket.sendto(packet, (self.address.group, self.address.port))
                     return
                 except OSError as error:
                     self._close()
-                    if error.errno not in STALE:
-                        raise self.route.trouble(error) from None
-            self._socket = self._opened()
-            try:
-                self._socket.sendto(packet, (self.route.group, self.route.port))
-            except OSError as error:
-                self._close()
-                raise self.route.trouble(error) from None
+                    if last or error.errno not in STALE:
+                        raise self.address.network_error(error) from None
 
-    def sent(self, address: str, port: int) -> bool:
-        """Whether a packet from there is our own, come back to this machine."""
+    def is_own_packet(self, address: str, port: int) -> bool:
+        """Tell whether a packet from this address is our own, looped back to this machine."""
         with self._lock:
             ours = self._socket is not None and self._socket.getsockname()[1] == port
         return ours and is_here(address)
@@ -75,19 +71,17 @@ class Group:
         self.close()
 
     def _opened(self) -> socket.socket:
-        opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, self.route.ttl)
-            opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)  # listeners on this machine hear it too
-            opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, self.route.request())
-            opened.bind(("", 0))  # a port of its own from now on, by which our own packets are known
-            opened.setblocking(False)  # a full queue loses a packet, as UDP may; it never holds anybody up
-        except OSError as error:
-            opened.close()
-            raise self.route.trouble(error) from None
-        except BaseException:
-            opened.close()
-            raise
+        with contextlib.ExitStack() as on_error:
+            opened = on_error.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            try:
+                opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, self.address.ttl)
+                opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)  # also to listeners on this machine
+                opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, self.address.request())
+                opened.bind(("", 0))  # a port of its own from now on, by which our own packets are known
+                opened.setblocking(False)  # a full queue loses a packet, as UDP may; it never holds anybody up
+            except OSError as error:
+                raise self.address.network_error(error) from None
+            on_error.pop_all()
         return opened
 
     def _close(self) -> None:

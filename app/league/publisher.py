@@ -1,4 +1,4 @@
-"""Says where the cameras hang: every few seconds, and at once when something changed; what fails is tried again."""
+"""Publish the cameras' geometry: every few seconds, and at once after a change; failures are retried."""
 
 import logging
 import threading
@@ -9,9 +9,9 @@ from typing import Any
 
 from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Calibration
-from app.league.config import Plan
-from app.league.geometry_packet import Spoken, Wired, packet_of, spoken
-from app.league.multicast_sender import Group
+from app.league.config import PublishingConfig
+from app.league.geometry_packet import PublishedCamera, WireCamera, geometry_packet, published_cameras
+from app.league.multicast_sender import MulticastSender
 
 log = logging.getLogger("touchline")
 RETRY_S = 1.0  # after a failure, or sooner where the interval is shorter
@@ -19,15 +19,15 @@ JOIN_S = 5.0
 
 
 @dataclass(frozen=True)
-class Said:
-    """What was done so far. last_s: time.monotonic() of the newest packet; failures: since the last one."""
+class PublishStatus:
+    """What was sent so far. last_s: time.monotonic() of the newest packet; failures: since the last one."""
 
     packets: int = 0
     bytes: int = 0
     last_s: float | None = None
     failures: int = 0
     problem: TouchlineError | None = None
-    cameras: tuple[Spoken, ...] = ()
+    cameras: tuple[PublishedCamera, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         age_s = None if self.last_s is None else round(time.monotonic() - self.last_s, 3)
@@ -37,51 +37,51 @@ class Said:
 class Publisher:
     """A thread that publishes until it is closed.
 
-    active: the calibrations that stand now. wire: each as a message. group: what else is sent there shares its socket.
+    active: returns the active calibrations. encode: a calibration's message. sender: open to other packets as well.
     """
 
-    def __init__(self, plan: Plan, active: Callable[[], Sequence[Calibration]],
-                 wire: Callable[[Calibration], Wired | TouchlineError]) -> None:
-        self.plan = plan
-        self.group = Group(plan.route)
-        self.said = Said()
-        self._active, self._wire = active, wire
-        self._wanted = threading.Event()
+    def __init__(self, config: PublishingConfig, active: Callable[[], Sequence[Calibration]],
+                 encode: Callable[[Calibration], WireCamera | TouchlineError]) -> None:
+        self.config = config
+        self.sender = MulticastSender(config.address)
+        self.status = PublishStatus()
+        self._active, self._encode = active, encode
+        self._wakened = threading.Event()
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="publisher", daemon=True)
         self._thread.start()
 
     def wake(self) -> None:
-        """Something changed: say it now."""
-        self._wanted.set()
+        """Publish now: something has changed."""
+        self._wakened.set()
 
     def close(self) -> None:
-        """No packet leaves after this."""
+        """End the thread; no packet leaves afterwards."""
         self._ended = True
-        self._wanted.set()
+        self._wakened.set()
         self._thread.join(JOIN_S)
-        self.group.close()
+        self.sender.close()
 
     def _run(self) -> None:
         while not self._ended:
-            self._wanted.clear()  # before looking: what changes while we look is said in the next round
-            self.said = self._next()
-            self._wanted.wait(self.plan.interval_s if self.said.problem is None else
-                              min(RETRY_S, self.plan.interval_s))
+            self._wakened.clear()  # before looking: what changes meanwhile is sent in the next round
+            self.status = self._publish()
+            self._wakened.wait(self.config.interval_s if self.status.problem is None else
+                               min(RETRY_S, self.config.interval_s))
 
-    def _next(self) -> Said:
-        before, told = self.said, self.said.cameras
+    def _publish(self) -> PublishStatus:
+        before, cameras = self.status, self.status.cameras
         try:
-            told = spoken(self._active(), self.plan, self._wire)
-            packet = packet_of(told)
+            cameras = published_cameras(self._active(), self.config, self._encode)
+            packet = geometry_packet(cameras)
             if self._ended or packet is None:
-                return Said(before.packets, 0, before.last_s, 0, None, told)
-            self.group.send(packet)
-            return Said(before.packets + 1, len(packet), time.monotonic(), 0, None, told)
-        except TouchlineError as refused:
-            problem = refused
+                return PublishStatus(before.packets, 0, before.last_s, 0, None, cameras)
+            self.sender.send(packet)
+            return PublishStatus(before.packets + 1, len(packet), time.monotonic(), 0, None, cameras)
+        except TouchlineError as error:
+            problem = error
         except Exception:
             log.exception("geometry could not be published")
             problem = Unavailable("Geometry could not be published.", "It is tried again; the server's log says why.",
                                   reason="publishing-failed")
-        return Said(before.packets, before.bytes, before.last_s, before.failures + 1, problem, told)
+        return PublishStatus(before.packets, before.bytes, before.last_s, before.failures + 1, problem, cameras)

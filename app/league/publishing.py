@@ -1,99 +1,99 @@
-"""Publishing and listening together, as one plan says; the plan may change at any time."""
+"""Publishing and listening together, switched by one configuration that may change at any time."""
 
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from app.core.errors import Conflict, NotFound, TouchlineError
+from app.core.errors import Conflict, NotFound
 from app.core.field import Field
 from app.core.records import Calibration, Warning
-from app.league.config import Plan
-from app.league.geometry_listener import Absorber, Heard
-from app.league.geometry_packet import Spoken, Wiring, spoken
+from app.league.config import PublishingConfig
+from app.league.geometry_listener import GeometryListener, RemotePublisher
+from app.league.geometry_packet import PublishedCamera, WireCameraCache, published_cameras
 from app.league.multicast_address import interfaces
-from app.league.multicast_sender import Group
+from app.league.multicast_sender import MulticastSender
 from app.league.publisher import Publisher
-from app.league.received import contradictions, heard_json
+from app.league.received import contradictions, received_json
 
 
 class Publishing:
-    """What a server says to its network and hears there. Begins with start(), follows the plan until close().
+    """Publishes and listens as configured, from start() until close().
 
-    active: every camera's calibration as it stands now; it may block.
+    active: returns every camera's active calibration; it may block.
     """
 
-    def __init__(self, plan: Plan, active: Callable[[], Sequence[Calibration]]) -> None:
-        self.plan = plan
+    def __init__(self, config: PublishingConfig, active: Callable[[], Sequence[Calibration]]) -> None:
+        self.config = config
         self._active = active
-        self._wiring = Wiring()
+        self._encode = WireCameraCache()
         self._lock = threading.Lock()
         self._publisher: Publisher | None = None
-        self._absorber: Absorber | None = None
+        self._listener: GeometryListener | None = None
         self._running = False
 
     def start(self) -> None:
         with self._lock:
             self._running = True
-            self._follow(self.plan)
+            self._apply(self.config)
 
     def close(self) -> None:
         with self._lock:
             self._running = False
-            self._follow(Plan())
+            self._apply(PublishingConfig())
 
-    def check(self, plan: Plan) -> None:
-        """NetworkTrouble where what the plan switches on cannot be done on this network now."""
-        fresh = plan.route != self.plan.route
-        if (plan.enabled and (fresh or not self.plan.enabled)) or (plan.absorb and (fresh or not self.plan.absorb)):
-            Group(plan.route).check()
+    def check(self, config: PublishingConfig) -> None:
+        """NetworkError where this network cannot do now what the configuration newly switches on."""
+        now, moved = self.config, config.address != self.config.address
+        if (config.enabled and (moved or not now.enabled)) or (config.absorb and (moved or not now.absorb)):
+            MulticastSender(config.address).check()
 
-    def follow(self, plan: Plan) -> None:
-        """From now on this plan."""
+    def apply(self, config: PublishingConfig) -> None:
+        """Replace the configuration."""
         with self._lock:
-            self.plan = plan
+            self.config = config
             if self._running:
-                self._follow(plan)
+                self._apply(config)
 
     def wake(self) -> None:
-        """A calibration was activated, or a camera changed: say it at once."""
+        """Publish at once: a calibration was activated, or a camera changed."""
         if (publisher := self._publisher) is not None:
             publisher.wake()
 
     @property
-    def group(self) -> Group | None:
-        """The way to the group while publishing is on: what else is published is sent by it."""
+    def sender(self) -> MulticastSender | None:
+        """The publisher's sender, for other packets to the same group; None while publishing is off."""
         publisher = self._publisher
-        return None if publisher is None else publisher.group
+        return None if publisher is None else publisher.sender
 
-    def cameras(self) -> tuple[Spoken, ...]:
-        """As they are sent, or would be: worked out now."""
-        return spoken(self._active(), self.plan, self._wiring)
+    def cameras(self) -> tuple[PublishedCamera, ...]:
+        """Compute what is sent of each camera, or would be."""
+        return published_cameras(self._active(), self.config, self._encode)
 
     def status(self) -> dict[str, Any]:
-        """All of it as plain JSON; takes as long as the lenses of new calibrations take."""
-        publisher, told = self._publisher, self.cameras()
-        said = None if publisher is None else publisher.said
-        problem = None if said is None else said.problem
-        state = ("off" if said is None else "failing" if problem is not None else
-                 "silent" if not any(one.sent for one in told) else "on-air" if said.packets else "starting")
-        return {**self.plan.to_json(), "state": state, "problem": _json(problem),
-                "said": None if said is None else said.to_json(),
-                "cameras": [one.to_json() for one in told], "interfaces": interfaces()}
+        """Return configuration, state and cameras as JSON; takes as long as approximating new calibrations does."""
+        publisher, cameras = self._publisher, self.cameras()
+        sent = None if publisher is None else publisher.status
+        problem = None if sent is None else sent.problem
+        state = ("off" if sent is None else "failing" if problem is not None else
+                 "silent" if not any(one.sent for one in cameras) else "on-air" if sent.packets else "starting")
+        return {**self.config.to_json(), "state": state, "problem": problem and problem.to_json(),
+                "said": None if sent is None else sent.to_json(),
+                "cameras": [one.to_json() for one in cameras], "interfaces": interfaces()}
 
-    def heard(self, known: Iterable[Field]) -> dict[str, Any]:
-        """Who else is there, as plain JSON. known: the fields of this house."""
-        absorber, publisher = self._absorber, self._publisher
-        if absorber is None:
+    def received(self, fields: Iterable[Field]) -> dict[str, Any]:
+        """Describe the other publishers as JSON. fields: those known to this server."""
+        listener, publisher = self._listener, self._publisher
+        if listener is None:
             return {"listening": False, "problem": None, "datagrams": 0, "own": 0, "items": []}
-        known = tuple(known)
-        ours = () if publisher is None else publisher.said.cameras
-        items = sorted((heard_json(sender, known, ours) for sender in absorber.heard), key=lambda one: one["id"])
-        return {"listening": absorber.problem is None, "problem": _json(absorber.problem),
-                "datagrams": absorber.datagrams, "own": absorber.own, "items": items}
+        fields, problem = tuple(fields), listener.problem
+        ours = () if publisher is None else publisher.status.cameras
+        items = sorted((received_json(one, fields, ours) for one in listener.publishers), key=lambda one: one["id"])
+        return {"listening": problem is None, "problem": problem and problem.to_json(),
+                "datagrams": listener.datagrams, "own": listener.own, "items": items}
 
-    def sender(self, id: str) -> Heard:
-        """One that has sent geometry; NotFound, or Conflict."""
-        found = None if self._absorber is None else self._absorber.get(id)
+    def remote_publisher(self, id: str) -> RemotePublisher:
+        """Return one that has sent geometry; NotFound, or Conflict."""
+        found = None if self._listener is None else self._listener.get(id)
         if found is None:
             raise NotFound(f"Nobody was heard from {id}.", "See GET /api/v1/publishing/heard, with absorb switched on.",
                            reason="unknown-sender")
@@ -104,37 +104,33 @@ class Publishing:
 
     @property
     def warnings(self) -> tuple[Warning, ...]:
-        """What an operator should know wherever he looks: that nothing goes out, or that two say different things."""
-        publisher, absorber = self._publisher, self._absorber
-        told = []
-        if publisher is not None and (problem := publisher.said.problem) is not None:
-            told.append(Warning("publishing", f"Geometry is not published: {problem.what}", problem.fix))
-        if absorber is not None and (problem := absorber.problem) is not None:
-            told.append(Warning("absorbing", f"The network is not listened to: {problem.what}", problem.fix))
-        if publisher is not None and absorber is not None:
-            for sender, one in contradictions(absorber.heard, publisher.said.cameras):
-                told.append(Warning("two-publishers", f"{sender.address} also publishes camera {one.number}, which is "
-                                    f"{one.name}, with another calibration.", "Two publishers confuse every team: "
-                                    "switch one of them off, or take theirs over."))
-        return tuple(told)
+        """What an operator should see on every page: nothing goes out, or two publishers contradict each other."""
+        publisher, listener = self._publisher, self._listener
+        found = []
+        if publisher is not None and (problem := publisher.status.problem) is not None:
+            found.append(Warning("publishing", f"Geometry is not published: {problem.what}", problem.fix))
+        if listener is not None and (problem := listener.problem) is not None:
+            found.append(Warning("absorbing", f"The network is not listened to: {problem.what}", problem.fix))
+        if publisher is not None and listener is not None:
+            for other, one in contradictions(listener.publishers, publisher.status.cameras):
+                found.append(Warning("two-publishers", f"{other.address} also publishes camera {one.number}, which is "
+                                     f"{one.name}, with another calibration.", "Two publishers confuse every team: "
+                                     "switch one of them off, or take theirs over."))
+        return tuple(found)
 
-    def _follow(self, plan: Plan) -> None:
-        old, listener = self._publisher, self._absorber
-        if old is not None and (not plan.enabled or old.plan != plan):
+    def _apply(self, config: PublishingConfig) -> None:
+        publisher, listener = self._publisher, self._listener
+        if publisher is not None and (not config.enabled or publisher.config != config):
             self._publisher = None
-            old.close()
-        if plan.enabled and self._publisher is None:
-            self._publisher = Publisher(plan, self._active, self._wiring)
-        if listener is not None and (not plan.absorb or listener.route != plan.route):
-            self._absorber = None
+            publisher.close()
+        if config.enabled and self._publisher is None:
+            self._publisher = Publisher(config, self._active, self._encode)
+        if listener is not None and (not config.absorb or listener.address != config.address):
+            self._listener = None
             listener.close()
-        if plan.absorb and self._absorber is None:
-            self._absorber = Absorber(plan.route, self._is_own)
+        if config.absorb and self._listener is None:
+            self._listener = GeometryListener(config.address, self._is_own)
 
     def _is_own(self, address: str, port: int) -> bool:
-        group = self.group
-        return group is not None and group.sent(address, port)
-
-
-def _json(problem: TouchlineError | None) -> dict[str, str] | None:
-    return None if problem is None else {"reason": problem.reason, "what": problem.what, "fix": problem.fix}
+        sender = self.sender
+        return sender is not None and sender.is_own_packet(address, port)

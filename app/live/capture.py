@@ -16,7 +16,7 @@ from typing import Any
 
 from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Frame
-from app.sources import Control, Source, Surroundings, source_from_url
+from app.sources import Control, Source, SourceContext, source_from_url
 
 RETRY_S, MAX_RETRY_S = 0.5, 5.0
 ENDED = "source-ended"
@@ -38,7 +38,7 @@ class CapturedFrame:
 class FrameCapture:
     """The reading thread. Everything public may be called from other threads."""
 
-    def __init__(self, url: str, around: Surroundings) -> None:
+    def __init__(self, url: str, around: SourceContext) -> None:
         self._url = url
         self._around = around
         self._changed = threading.Condition()

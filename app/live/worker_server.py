@@ -24,7 +24,7 @@ from app.live.rolls import RollMonitor
 from app.live.snapshot import take_still
 from app.live.stream_spec import StreamSpec
 from app.live.worker_main import STATUS_S, Line, every
-from app.sources import Surroundings
+from app.sources import SourceContext
 
 
 class Serving:
@@ -98,11 +98,11 @@ def problem_of(error: TouchlineError) -> dict[str, Any]:
     return {"kind": type(error).__name__, "what": error.what, "fix": error.fix, "reason": error.reason}
 
 
-def _surroundings(spec: dict[str, Any]) -> Surroundings:
+def _surroundings(spec: dict[str, Any]) -> SourceContext:
     limits = ImageLimits(**spec["limits"])
     fields = {name: field_from_json(one) for name, one in spec["fields"].items()}
     pictures = Path(spec["pictures"]) if spec["pictures"] else None
-    return Surroundings(fields, lambda data: decode_in_process(data, limits), pictures, tuple(spec["hosts"]),
+    return SourceContext(fields, lambda data: decode_in_process(data, limits), pictures, tuple(spec["hosts"]),
                         tuple(Path(place) for place in spec["producers"]))
 
 

@@ -1,4 +1,4 @@
-"""A ball, robots and markers, where something has detected them: the scene invents none and looks for none."""
+"""Draw detected balls, robots and markers; the scene itself detects nothing."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -18,9 +18,9 @@ MARKER_MM, THIN_MM = 25.0, 4.0
 AHEAD_MM = 60.0  # how far a robot's front is drawn beyond its rim
 
 
-def draw_things(scene: viser.SceneApi, name: str, field: Field, items: Sequence[Mapping[str, Any]],
+def draw_detections(scene: viser.SceneApi, name: str, field: Field, items: Sequence[Mapping[str, Any]],
                 ) -> list[viser.SceneNodeHandle]:
-    """items: as app/core/detections.py writes them, field mm; those without a place are left out."""
+    """items: as core/detections writes them, field mm; those without a position are left out."""
     draw = {"ball": _ball, "robot": _robot, "marker": _marker}
     return [draw[one["kind"]](scene, f"{name}/{number}", field, one) for number, one in enumerate(items)
             if one["kind"] in draw and one["x_mm"] is not None and one["y_mm"] is not None]
@@ -50,6 +50,6 @@ def _robot(scene: viser.SceneApi, name: str, field: Field, one: Mapping[str, Any
 
 
 def _marker(scene: viser.SceneApi, name: str, field: Field, one: Mapping[str, Any]) -> viser.SceneNodeHandle:
-    """A patch of a team's colour at its own height."""
+    """Draw a patch of a team's colour at its own height."""
     return scene.add_cylinder(name, MARKER_MM * METRES, THIN_MM * METRES, TEAMS.get(one.get("team"), OTHERS),
                               position=_at(one, one.get("z_mm", 0.0) * METRES))

@@ -1,4 +1,4 @@
-"""The field: carpet, painted lines as wide as they are, goals."""
+"""Draw the field: carpet, lines of their true width, goals."""
 
 import numpy as np
 import viser
@@ -14,7 +14,7 @@ POST_MM = 20.0
 
 
 def draw_ground(scene: viser.SceneApi, field: Field) -> None:
-    """Under /field."""
+    """Draw under /field."""
     ground, lines, posts = carpet(field), paint(field), goals(field)
     scene.add_mesh_simple("/field/carpet", _metres(ground.vertices - [0, 0, BELOW_MM]), ground.faces, side="double",
                           color=BLACK if field.extras.get("carpet") == "black" else GREEN, cast_shadow=False,

@@ -1,4 +1,4 @@
-"""A camera alone, and where a board was held before it: each view an outline, and what of the picture they covered."""
+"""Draw a lens calibration: the camera, each board pose as an outline, and the coverage of its picture."""
 
 import numpy as np
 import viser
@@ -12,7 +12,7 @@ FACES = np.array([[0, 1, 2], [0, 2, 3]])
 
 
 def draw_boards(scene: viser.SceneApi, boards: BoardViews) -> None:
-    """Under /boards; the world is the camera's frame."""
+    """Draw under /boards; the world is the camera's frame."""
     depth = boards.depth_mm * METRES
     scene.add_camera_frustum("/boards/camera", fov=boards.fov_rad, aspect=boards.aspect, color=CAMERA,
                              scale=float(depth * np.cbrt(boards.half[0] * boards.half[1] / 3)),

@@ -1,4 +1,4 @@
-"""How a scene is looked at: what the page may set, and nothing of it is ever kept."""
+"""How a scene is viewed: what the page may set; never stored."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -10,9 +10,9 @@ VIEWS = ("free", "above", "camera")
 
 
 @dataclass(frozen=True)
-class Look:
-    """layers: those that are seen. sheet: which expected error. scale: of residuals and of what moved, None for one at
-    which they are well seen. hidden: cameras. view and through: from where it is looked at, and by which camera."""
+class ViewState:
+    """layers: the visible ones. sheet: which expected error. scale: of arrows, None for a well visible one. hidden:
+    cameras left out. view: the viewpoint; through: its camera, for the view "camera"."""
 
     layers: frozenset[str] = frozenset(LAYERS) - {"rays", "things"}
     sheet: str = "none"
@@ -23,7 +23,7 @@ class Look:
     through: str = ""
 
     def changed(self, given: Mapping[str, Any]) -> Self:
-        """With what was given; api/scene_schemas.py has looked at it."""
+        """Return the state with these changes, which the API schema has validated."""
         sets = {name: frozenset(given[name]) for name in ("layers", "hidden") if given.get(name) is not None}
         plain = {name: given[name] for name in ("sheet", "scale", "dark", "view", "through")
                  if given.get(name) is not None}

@@ -12,8 +12,8 @@ from app.live.worker_main import Line
 from app.live.worker_server import problem_of
 from app.scene import messages
 from app.scene.export import whole_page
-from app.scene.scene_view import Room
-from app.scene.secured_viser import LockedViser
+from app.scene.scene_view import SceneView
+from app.scene.secured_viser import SecuredViser
 
 
 class Serving:
@@ -24,19 +24,19 @@ class Serving:
         kind, _, body = line.receive()
         if kind != messages.KEY:
             raise RuntimeError("the server began with something else")
-        server = LockedViser(form.parts(body)[0]["key"])
-        self._room = Room(server, lambda told: self._send(messages.CLICKED, told))
+        server = SecuredViser(form.parts(body)[0]["key"])
+        self._view = SceneView(server, lambda told: self._send(messages.CLICKED, told))
         server.on_client_connect(lambda _: self._viewers())
         server.on_client_disconnect(lambda _: self._viewers())
         self._send(messages.READY, {"port": server.get_port()})
 
     def run(self) -> None:
         deeds: dict[int, Callable[[dict[str, Any], bytes], Any]] = {
-            messages.DRAW: lambda head, _: self._answer(head, lambda: (self._room.show(head), b"")),
+            messages.DRAW: lambda head, _: self._answer(head, lambda: (self._view.show(head), b"")),
             messages.EXPORT: lambda head, _: self._answer(head, lambda: ({}, self._exported(head))),
-            messages.SET_VIEW: lambda head, _: self._room.set(head),
+            messages.SET_VIEW: lambda head, _: self._view.set_state(head),
             messages.PICTURE: lambda head, jpeg: self._picture(head["key"], jpeg),
-            messages.DETECTIONS: lambda head, _: self._room.things(head["key"], head["things"]),
+            messages.DETECTIONS: lambda head, _: self._view.show_detections(head["key"], head["things"]),
         }
         while True:
             kind, _, body = self._line.receive()
@@ -47,10 +47,10 @@ class Serving:
         """A JPEG that our own server or a camera's process has encoded."""
         raw = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
         if raw is not None:
-            self._room.picture(key, raw)
+            self._view.show_picture(key, raw)
 
     def _exported(self, head: dict[str, Any]) -> bytes:
-        html = self._room.server.scene.as_html(dark_mode=head["dark"])
+        html = self._view.server.scene.as_html(dark_mode=head["dark"])
         return whole_page(html, head["title"]).encode("utf-8", "replace")
 
     def _answer(self, head: dict[str, Any], deed: Callable[[], tuple[dict[str, Any], bytes]]) -> None:
@@ -62,7 +62,7 @@ class Serving:
             self._send(messages.ANSWER, {"number": head["number"], "told": told}, payload)
 
     def _viewers(self) -> None:
-        self._send(messages.VIEWERS, {"count": len(self._room.server.get_clients())})
+        self._send(messages.VIEWERS, {"count": len(self._view.server.get_clients())})
 
     def _send(self, kind: int, head: dict[str, Any], payload: bytes = b"") -> None:
         self._line.send(kind, 0, form.message(head, payload))

@@ -14,7 +14,7 @@ from app.core.records import Calibration
 from app.images import ImageLimits
 from app.live import LiveCamera, LiveCameras
 from app.settings import CameraSettings, Settings
-from app.sources import SOURCES, Identity, Surroundings, read_query, split_address
+from app.sources import SOURCES, Identity, SourceContext, read_query, split_address
 from app.store import Store
 from app.store.field_repository import FieldShelf
 
@@ -90,10 +90,10 @@ class CameraShelf:
                 "producers": [str(place) for place in self._settings.sources.known_producers],
                 "limits": asdict(self._limits)}
 
-    def surroundings(self) -> Surroundings:
+    def surroundings(self) -> SourceContext:
         """For who looks for cameras in this process, and decodes nothing."""
         settings = self._settings
-        return Surroundings(self._fields, None, settings.shown_pictures, settings.sources.allowed_hosts,
+        return SourceContext(self._fields, None, settings.shown_pictures, settings.sources.allowed_hosts,
                             settings.sources.known_producers)
 
     def kept(self, id: str) -> tuple[Calibration | None, Identity | None]:

@@ -104,12 +104,12 @@ class SeeingShelf:
 
     def publish(self, packet: bytes) -> TouchlineError | None:
         """Send it to the league's group; why it did not leave."""
-        group = self._publishing.publishing.group
-        if group is None:
+        sender = self._publishing.publishing.sender
+        if sender is None:
             return Conflict("Nothing is published to the network.", "Switch it on: PUT /api/v1/publishing with "
                             '"enabled": true.', reason="not-publishing")
         try:
-            group.send(packet)
+            sender.send(packet)
         except TouchlineError as error:
             return error
         return None
@@ -136,7 +136,7 @@ class SeeingShelf:
         """The camera's number on the wire, the same as in the geometry that is published."""
         if calibration is None:
             return 0
-        numbers = self._publishing.publishing.plan.numbers
+        numbers = self._publishing.publishing.config.numbers
         if id in numbers:
             return numbers[id]
         field = field_from_json(calibration.field)

@@ -8,7 +8,7 @@ from typing import Any
 
 from app.core.errors import BadInput
 from app.core.records import Calibration, Warning
-from app.league.config import Plan
+from app.league.config import PublishingConfig
 from app.league.publishing import Publishing
 from app.services.cameras import CameraShelf
 from app.settings import Settings
@@ -24,7 +24,7 @@ class PublishingShelf:
 
     def __init__(self, settings: Settings, store: Store, cameras: CameraShelf) -> None:
         self._path = settings.data / FILE
-        self._own = settings.publish.plan
+        self._own = settings.publish.config
         self._lock = threading.Lock()
         self._damage: tuple[Warning, ...] = ()
         self._changes: dict[str, Any] = {}
@@ -36,41 +36,41 @@ class PublishingShelf:
         self.publishing = Publishing(self._read(), active)
 
     def change(self, changes: Mapping[str, Any], check: bool = True) -> None:
-        """Keep and follow; BadInput for what cannot be, NetworkTrouble for what this network does not carry now.
+        """Keep and follow; BadInput for what cannot be, NetworkError for what this network does not carry now.
 
         Nothing is kept or changed where anything is refused.
         """
         with self._lock:
-            before = self.publishing.plan
+            before = self.publishing.config
             kept = {**self._changes, **changes}
             for name in MERGED:
                 if name in changes:
                     merged = {**getattr(before, name), **changes[name]}
                     kept[name] = {key: value for key, value in merged.items() if value is not None}
-            plan = Plan.from_json({**self._own.to_json(), **kept})
+            config = PublishingConfig.from_json({**self._own.to_json(), **kept})
             if check:
-                self.publishing.check(plan)
+                self.publishing.check(config)
             with keeping("The setting"):
                 write_whole(self._path, json.dumps(kept, indent=1).encode())
             self._changes, self._damage = kept, ()
-            if plan != before:
-                self.publishing.follow(plan)
+            if config != before:
+                self.publishing.apply(config)
 
     @property
     def warnings(self) -> tuple[Warning, ...]:
         return (*self._damage, *self.publishing.warnings)
 
-    def _read(self) -> Plan:
+    def _read(self) -> PublishingConfig:
         """As it was kept. What is damaged is left where it is, and nothing is sent until somebody has looked."""
         try:
             self._changes = _mapping(self._path)
-            return Plan.from_json({**self._own.to_json(), **self._changes})
+            return PublishingConfig.from_json({**self._own.to_json(), **self._changes})
         except (BadInput, ValueError, RecursionError, OSError):
             self._changes = {}
             self._damage = (Warning("publishing-damaged", f"{self._path.name} in the data folder cannot be read: "
                                     "nothing is published.", "Set anew what is to be sent, or correct the file and "
                                     "start again."),)
-            return Plan()
+            return PublishingConfig()
 
 
 def _mapping(path: Path) -> dict[str, Any]:

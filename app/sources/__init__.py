@@ -1,12 +1,16 @@
-"""Where frames come from: what a source is, the table of those there are, and the addresses that name one.
+"""Sources of frames: the contract, the table, and the addresses that name a source.
 
 A source is named by an address, scheme://target?option=value&…, such as sim://ssl-div-b?lens=strong&tilt=12. Its
-scheme picks the class from SOURCES; its target and options are the class's own business (address.py). To add one: write
-a file here with a class that follows Source, add its line to SOURCES; the laws in tests/unit/sources/test_sources.py
-then hold for it.
+scheme picks the class from SOURCES; target and options are the class's own (address.py).
 
-read() may block, and a bad source may hang or crash: whoever shows live pictures reads each source in a process of its
-own and keeps only the newest frame.
+To add one: write app/sources/…/NAME.py with a class that follows Source, and add its line to SOURCES; the tests walk
+the table. Derive from BaseSource where nothing can be set while it runs. OPTIONS describe what follows the ?: the text
+is checked against them before open(), and the forms in the browser are made of them. lifecycle.py keeps a frame rate
+and refuses to read after close(), control_errors.py words the refusals of set_control(), industrial/camera.py does all
+but the driver of a GenICam camera, network/endpoint.py connects to addresses that an untrusted user may name.
+
+read() may block, and a bad source may hang or crash: live pictures are read in a process per camera, which keeps only
+the newest frame.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,18 +26,28 @@ from app.core.records import Frame
 from app.core.registry import Registry
 from app.sources.address import read_query, split_address, without_password
 
-__all__ = ["SOURCES", "Control", "Identity", "PlainSource", "Source", "Surroundings", "named_field", "source_from_url",
-           "split_address", "without_password"]
+__all__ = [
+    "SOURCES",
+    "BaseSource",
+    "Control",
+    "Identity",
+    "Source",
+    "SourceContext",
+    "named_field",
+    "source_from_url",
+    "split_address",
+    "without_password",
+]
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """What a source may need of the house; floors beside it are handed to it, not imported.
+class SourceContext:
+    """What a source may use of its surroundings; handed in, since a source imports no package beside it.
 
-    fields: every known field by name. decode: bytes of a picture → Frame, safely. pictures: the only folder from which
-    pictures, folders of them and videos are read. hosts: names and addresses of network cameras that the operator's
-    settings allow although they lie where no camera should (this machine, link-local, multicast). producers: files
-    (*.cti) and folders of them through which industrial cameras are reached; never from an address.
+    fields: every known field by name. decode: safely turns an image file's bytes into a Frame. pictures: the only
+    folder from which pictures, folders of them and videos are read. hosts: names and addresses of network cameras that
+    the operator's settings allow although they lie where no camera should (this machine, link-local, multicast).
+    producers: files (*.cti) and folders of them through which industrial cameras are reached; never from an address.
     """
 
     fields: Mapping[str, Field] = member(default_factory=dict)
@@ -45,7 +59,7 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Identity:
-    """What tells one camera from another, as far as the source knows; "" where it does not.
+    """What distinguishes one camera from another; "" where the source does not know.
 
     A calibration belongs to a serial number; without one, to a port and a model; without those, to an address.
     address never holds a password.
@@ -57,7 +71,7 @@ class Identity:
     model: str = ""
 
     def differs_from(self, other: "Identity") -> str | None:
-        """In words, why this may be another camera than the other; None where the evidence agrees."""
+        """Return in words why this may be another camera; None where the evidence agrees."""
         for name, ours, theirs in (("serial number", self.serial, other.serial), ("model", self.model, other.model)):
             if ours != theirs:
                 return f"its {name} is {ours or 'unknown'}, not {theirs or 'unknown'}"
@@ -88,7 +102,7 @@ class Control:
 
 @runtime_checkable
 class Source(Protocol):
-    """One camera, or what stands in for one. Open, read as often as you like, close."""
+    """One camera, or what stands in for one: open, read any number of times, close."""
 
     TITLE: ClassVar[str]
     HELP: ClassVar[str]
@@ -96,23 +110,23 @@ class Source(Protocol):
     OPTIONS: ClassVar[tuple[Option, ...]]
 
     @classmethod
-    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
-        """Get ready to read. BadInput or NotFound if target or options make no sense, Unavailable if it is off."""
+    def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
+        """Open the source. BadInput or NotFound for a bad target or option, Unavailable if it is off."""
 
     def read(self) -> Frame:
-        """The next frame, its pixels read-only; waits for it. Unavailable when there will be none."""
+        """Wait for and return the next frame, its pixels read-only. Unavailable when there will be none."""
 
     def close(self) -> None:
-        """Let go of everything; more than once does no harm."""
+        """Release everything; may be called again."""
 
     def identity(self) -> Identity:
-        """Which camera this is."""
+        """Return which camera this is."""
 
     def controls(self) -> tuple[Control, ...]:
-        """What can be set while it runs, read back now; empty where nothing can."""
+        """Return what can be set while it runs, with the current values; empty where nothing can."""
 
     def set_control(self, name: str, value: Any) -> Control:
-        """Set one, and what it is afterwards, read back. "auto" hands it to the camera where it has such a mode.
+        """Set one control and return it as read back. "auto" leaves it to the camera where it has such a mode.
 
         NotFound for an unknown name, BadInput for a value it cannot have. read() goes on with the new setting, at a
         new size if that changed. Only the thread that reads calls this, or before the first read.
@@ -120,16 +134,17 @@ class Source(Protocol):
 
     @classmethod
     def example(cls, folder: Path) -> str:
-        """An address that opens, with whatever file it names put into the pictures folder first; for tests."""
+        """Return an address that opens, after putting the file it names into the pictures folder; for tests."""
 
 
-class PlainSource:
-    """For sources that have nothing to set and are told apart by their address alone."""
+class BaseSource:
+    """A source that has nothing to set, identified by its address, or by a network camera's MAC address."""
 
     _address = ""
+    _hardware = ""  # a network camera's MAC address, where it is known
 
     def identity(self) -> Identity:
-        return Identity(self._address)
+        return Identity(self._address, serial=self._hardware and f"MAC {self._hardware}")
 
     def controls(self) -> tuple[Control, ...]:
         return ()
@@ -153,20 +168,20 @@ SOURCES = Registry("source", {
 })
 
 
-def source_from_url(url: str, around: Surroundings) -> Source:
+def source_from_url(url: str, context: SourceContext) -> Source:
     """Open the source that an address names."""
     scheme, target, given = split_address(url)
     source = SOURCES[scheme]
-    opened = source.open(target, read_query(source.OPTIONS, given), around)
-    if isinstance(opened, PlainSource):
+    opened = source.open(target, read_query(source.OPTIONS, given), context)
+    if isinstance(opened, BaseSource):
         opened._address = without_password(f"{scheme}://{target}")
     return opened
 
 
-def named_field(around: Surroundings, name: str) -> Field:
-    """A field by name; NotFound lists those there are."""
+def named_field(context: SourceContext, name: str) -> Field:
+    """Return a field by name; NotFound lists those there are."""
     try:
-        return around.fields[name]
+        return context.fields[name]
     except KeyError:
-        raise NotFound(f"There is no field called {name!r}.", f"Use one of: {', '.join(around.fields)}.",
+        raise NotFound(f"There is no field called {name!r}.", f"Use one of: {', '.join(context.fields)}.",
                        reason="unknown-field") from None

@@ -20,10 +20,10 @@ from app.core.records import Calibration, Fit, Observations, Warning
 from app.evaluate.fit.approximation import ApproximationError, approximation_error
 from app.evaluate.fit.report import report
 from app.fitting.corrected_rectangle import rectangles
-from app.formats import EXPORTS
-from app.formats.approximation import held, own_camera
+from app.formats import FORMATS
+from app.formats.approximation import exact_camera, export_camera
 from app.formats.camera_file import CameraFile
-from app.formats.ssl_field import field_from_wire, wire_field
+from app.formats.ssl_field import field_from_wire, field_to_wire
 from app.models import model_from_json, parameters_json
 from app.models.top_view import VIEW_FIELDS
 from app.workflows.calibration_request import CalibrationRequest
@@ -59,11 +59,11 @@ class ImportOptions:
 def export(calibration: Calibration, format: str, approximate: bool = False,
            camera_id: int | None = None) -> ExportedFile:
     """Write the calibration as a file of that format; Conflict where that takes `approximate`."""
-    kind = EXPORTS[format]
+    kind = FORMATS[format]
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}{kind.SUFFIX}"
-    if not hasattr(kind, "LENSES"):
+    if not kind.LENSES:
         return ExportedFile(kind.write(calibration), name, kind.MEDIA_TYPE)
-    camera = held(calibration, kind, approximate, camera_id)
+    camera = export_camera(calibration, kind, approximate, camera_id)
     data = kind.write(calibration, camera)
     field = field_from_json(calibration.field)
     back = kind.read(data).camera({name: getattr(camera.camera, name) for name in VIEW_FIELDS})
@@ -76,16 +76,16 @@ def export(calibration: Calibration, format: str, approximate: bool = False,
 def formats(calibration: Calibration) -> list[dict[str, Any]]:
     """List every format, whether it holds this calibration exactly, and its error where it must approximate; JSON."""
     model = model_from_json(calibration.model_name, calibration.model_parameters)
-    return [_format(calibration, model, name) for name in EXPORTS]
+    return [_format(calibration, model, name) for name in FORMATS]
 
 
 def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
-    kind = EXPORTS[name]
+    kind = FORMATS[name]
     entry = {"format": name, "title": kind.TITLE, "holds": kind.HOLDS, "suffix": kind.SUFFIX,
-             "reads": hasattr(kind, "read"), "exact": True, "loss": None, "problem": None}
-    if not hasattr(kind, "LENSES"):
+             "reads": kind.READS, "exact": True, "loss": None, "problem": None}
+    if not kind.LENSES:
         return entry
-    exact = own_camera(model, kind.LENSES, kind.SQUARE_PIXELS) is not None
+    exact = exact_camera(model, kind.LENSES, kind.SQUARE_PIXELS) is not None
     try:
         loss = export(calibration, name, approximate=True).loss
     except TouchlineError as refused:
@@ -95,7 +95,7 @@ def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
 
 def read_file(data: bytes, name: str = "", camera_id: int | None = None) -> Calibration | CameraFile | Observations:
     """Read a file. The reader is chosen by content, and by name where several recognise the content."""
-    readable = {n: EXPORTS[n] for n in EXPORTS if hasattr(EXPORTS[n], "read")}
+    readable = {n: FORMATS[n] for n in FORMATS if FORMATS[n].READS}
     found = [n for n, kind in readable.items() if kind.recognises(data)]
     named = [n for n, kind in readable.items() if name.lower().endswith(kind.SUFFIX) and (not found or n in found)]
     chosen = max(named, key=lambda n: len(readable[n].SUFFIX), default=found[0] if found else None)
@@ -135,9 +135,9 @@ def lens_record_from_file(found: CameraFile, options: ImportOptions) -> dict[str
     """Return a lens record like one from a board; its error is not known."""
     lens = found.at_size(options.image_size)
     known = lens.lens()
-    note = " ".join([f"Imported from {EXPORTS[found.format].TITLE}.", *lens.notes])
-    return {"camera": options.camera or found.about.camera, "note": note, "model": known.model, "lens": known.to_json(),
-            "board": None, "image_size": list(known.image_size), "snapshots": None,
+    note = " ".join([f"Imported from {FORMATS[found.format].TITLE}.", *lens.notes])
+    return {"camera": options.camera or found.metadata.camera, "note": note, "model": known.model,
+            "lens": known.to_json(), "board": None, "image_size": list(known.image_size), "snapshots": None,
             "software": f"touchline {__version__}",
             "report": {"rms_px": None, "views": [], "warnings": [], "verdict": {
                 "level": "unknown", "sentence": "It was imported: nothing is known of its error."}}}
@@ -150,8 +150,8 @@ def _of_camera(given: CameraFile, options: ImportOptions, fields: Mapping[str, F
     view = _view(found, region)
     camera = found.camera(view)
     judged = report(Fit(camera, (), (), (_UNKNOWN,)), (), field, region, None)
-    note = " ".join([f"Imported from {EXPORTS[found.format].TITLE}.", *found.notes])
-    return Calibration(id="imported", version=1, camera=options.camera or found.about.camera, field=field.to_json(),
+    note = " ".join([f"Imported from {FORMATS[found.format].TITLE}.", *found.notes])
+    return Calibration(id="imported", version=1, camera=options.camera or found.metadata.camera, field=field.to_json(),
                        region=region.name, rotate=region.rotate_deg, model_name=camera.NAME,
                        model_parameters=parameters_json(camera), image_size=camera.image_size,
                        corrected_size=camera.corrected_size, observations=(), options={}, report=judged, created_at="",
@@ -166,10 +166,10 @@ def _field(found: CameraFile, options: ImportOptions, fields: Mapping[str, Field
     if options.field is not None:
         return _known(fields, options.field)
     if found.field is not None:
-        return field_from_wire(wire_field(found.field), fields.values())
-    if found.about.field is None:
+        return field_from_wire(field_to_wire(found.field), fields.values())
+    if found.metadata.field is None:
         raise BadInput("The file does not say over which field the camera hangs.", "Say it: field.", reason="no-field")
-    return _known(fields, found.about.field)
+    return _known(fields, found.metadata.field)
 
 
 def _known(fields: Mapping[str, Field], name: str) -> Field:
@@ -181,8 +181,8 @@ def _known(fields: Mapping[str, Field], name: str) -> Field:
 
 def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
     """Return the region stated here or in the file; else the one nearest to what the camera sees, upright."""
-    name = options.region or (found.about.region if found.about.region in field.regions else None)
-    rotate = options.rotate if options.rotate is not None else found.about.rotate
+    name = options.region or (found.metadata.region if found.metadata.region in field.regions else None)
+    rotate = options.rotate if options.rotate is not None else found.metadata.rotate
     if name is not None:
         return field.region(name, rotate)
     x = np.linspace(-field.length_mm / 2, field.length_mm / 2, GRID)
@@ -215,7 +215,7 @@ def _view(found: CameraFile, region: Region) -> dict[str, Any]:
     if size is None:
         raise BadInput("The file does not say for which picture size it is.", "Say it: image_size.",
                        reason="no-image-size")
-    drawn = found.about.rectangle or rectangles(NO_OPTIONS, region, size)
+    drawn = found.metadata.rectangle or rectangles(NO_OPTIONS, region, size)
     return dict(zip(VIEW_FIELDS, (*drawn, region, size), strict=True))
 
 

@@ -23,7 +23,7 @@ from app.fitting.ray_camera.distortion_prior import BentLens
 from app.images import frame_from_bytes
 from app.models import CameraModel, model_from_json
 from app.models.plumb_line import LENSES, PlumbLens
-from app.sources import Surroundings
+from app.sources import SourceContext
 from app.sources.local.video import VideoSource
 from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
@@ -209,7 +209,7 @@ def _few(points: Sequence[Sequence[float]]) -> list[Sequence[float]]:
 def _film(path: Path) -> VideoSource:
     if not path.is_file():
         raise NotFound(f"There is no film {path.name!r}.", "Correct the path.", reason="unknown-video")
-    return VideoSource.open(path.name, OPTIONS, Surroundings(decode=frame_from_bytes, pictures=path.parent))
+    return VideoSource.open(path.name, OPTIONS, SourceContext(decode=frame_from_bytes, pictures=path.parent))
 
 
 def model_for_size(calibration: Calibration | None, size: ImageSize) -> tuple[CameraModel | None, str | None]:

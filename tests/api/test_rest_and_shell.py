@@ -13,10 +13,10 @@ from app.cli import main
 from app.cli.server import DEMO_CAMERAS
 from app.main import create_app
 from app.settings import Settings
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_observations
+from app.sources import SourceContext, source_from_url
 from app.store.field_repository import FieldShelf
 from tests.support.refusals import API, without_size
+from tests.support.sim_clicks import border_observations
 
 PICTURES = {"ssl_2008_half": "fields/ssl_2008/ssl-field-2008.jpg", "unball_full": "fields/unball/unball_path1.png"}
 
@@ -62,7 +62,7 @@ def test_every_camera_of_the_demo_can_be_calibrated_on_its_region(tmp_path):
     with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
         for camera in settings.cameras:
             kept = client.post(f"{API}/snapshots", json={"camera": camera.id}).json()
-            source = source_from_url(camera.source, Surroundings(fields))
+            source = source_from_url(camera.source, SourceContext(fields))
             region = fields[camera.field].region(camera.region)
             seen = border_observations(source.camera, region, 12)
             body = {"camera": camera.id, "snapshot": kept["id"], "field": camera.field, "region": camera.region,

@@ -4,9 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
+from tests.support.sim_truth import truth_at
 from tests.support.watched_field import calibration_of, colour_clicks, world
 
 DETECTIONS = f"{API}/detections"
@@ -21,7 +22,7 @@ def match():
 def asked(standing, match):
     """A body that finds everything: a snapshot, its calibration, clicks."""
     snapshot = standing.post(f"{API}/snapshots", files={"file": encoded("png", match.frame_at(0, 0.0))}).json()["id"]
-    file = EXPORTS["json"].write(calibration_of(match))
+    file = FORMATS["json"].write(calibration_of(match))
     answer = standing.post(f"{API}/calibrations/import", files={"file": ("cal.json", file)})
     assert answer.status_code == 201, answer.text
     clicks = {colour: [list(place) for place in places] for colour, places in colour_clicks(match).items()}
@@ -32,7 +33,7 @@ def test_a_snapshot_tells_its_ball_and_robots_in_field_millimetres(standing, ask
     answer = standing.post(DETECTIONS, json=asked)
     assert answer.status_code == 200, answer.text
     told = answer.json()
-    truth = {(r.team, r.number): r for r in match.truth_at(0.0).robots}
+    truth = {(r.team, r.number): r for r in truth_at(match, 0.0).robots}
     robots = [d for d in told["detections"] if d["kind"] == "robot"]
     assert {(d["team"], d["id"]) for d in robots} == set(truth)
     off = [np.hypot(d["x_mm"] - truth[d["team"], d["id"]].x_mm, d["y_mm"] - truth[d["team"], d["id"]].y_mm)

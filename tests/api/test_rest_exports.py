@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from app.api.file_headers import attachment
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from tests.support.refusals import API, refusal
 
 CAL = f"{API}/calibrations"
-LENS_FORMATS = [name for name in EXPORTS if hasattr(EXPORTS[name], "LENSES")]
+LENS_FORMATS = [name for name in FORMATS if FORMATS[name].LENSES]
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +60,7 @@ def test_a_model_that_a_format_cannot_hold_is_409_and_with_approximate_its_error
     loss = next(f["loss"] for f in listed if f["format"] == format)
     assert float(worst) == pytest.approx(loss["worst_mm"], abs=6e-4)
     assert float(rest[0][4:]) == pytest.approx(loss["rms_mm"], abs=6e-4)
-    assert f'-v{calibration["version"]}{EXPORTS[format].SUFFIX}"' in answer.headers["content-disposition"]
+    assert f'-v{calibration["version"]}{FORMATS[format].SUFFIX}"' in answer.headers["content-disposition"]
     back = imported(standing, answer.content).json()
     pixels = [[200.0, 150.0], [400.0, 300.0], [600.0, 450.0], [420.0, 120.0]]
     off = np.linalg.norm(field_of(standing, back, pixels) - field_of(standing, calibration, pixels), axis=1)
@@ -74,7 +74,7 @@ def test_what_is_held_comes_back_as_a_new_version_that_says_the_same(standing, m
     pixels = [[100.0, 100.0], [390.0, 290.0], [700.0, 500.0]]
     for format in formats:
         answer = exported(standing, calibration, format)
-        assert answer.status_code == 200 and answer.headers["content-type"].startswith(EXPORTS[format].MEDIA_TYPE)
+        assert answer.status_code == 200 and answer.headers["content-type"].startswith(FORMATS[format].MEDIA_TYPE)
         assert ("x-approximation-error-mm" in answer.headers) == (format == "ssl-vision")
         back = imported(standing, answer.content, camera="south")
         assert back.status_code == 201 and back.headers["location"] == f"{CAL}/{back.json()['id']}"
@@ -90,7 +90,7 @@ def test_everything_that_can_be_asked_of_a_calibration_can_be_asked_of_an_import
     back = imported(standing, exported(standing, made("brown-conrady"), "opencv").content).json()
     asked = ("", "/exports", "/overlay.json", "/residuals.json", "/uncertainty.json", "/report.html", "/report.json",
              f"/difference/{made('brown-conrady')['id']}.json",
-             *(f"/export/{name}?approximate=true" for name in EXPORTS))
+             *(f"/export/{name}?approximate=true" for name in FORMATS))
     for path in asked:
         answer = standing.get(f"{CAL}/{back['id']}{path}")
         assert answer.status_code in (200, 409), (path, answer.text)
@@ -100,7 +100,7 @@ def test_everything_that_can_be_asked_of_a_calibration_can_be_asked_of_an_import
 
 def test_the_list_says_what_each_format_holds_and_costs(standing, made):
     told = {f["format"]: f for f in standing.get(f"{CAL}/{made('brown-conrady')['id']}/exports").json()["items"]}
-    assert list(told) == list(EXPORTS)
+    assert list(told) == list(FORMATS)
     assert told["opencv"]["exact"] and told["opencv"]["loss"] is None
     assert not told["ssl-vision"]["exact"] and 0 < told["ssl-vision"]["loss"]["worst_mm"] < 50
     assert told["npz"]["reads"] is False and told["json"]["holds"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from tests.support.pair_over_field import calibrations, cameras, matches
 from tests.support.refusals import API, refusal
 
@@ -14,7 +14,7 @@ PAIRS = f"{API}/pairs"
 def ids(standing):
     """The two cameras' calibrations, kept."""
     def kept(model="brown-conrady"):
-        made = [standing.post(f"{API}/calibrations/import", files={"file": EXPORTS["json"].write(calibration)})
+        made = [standing.post(f"{API}/calibrations/import", files={"file": FORMATS["json"].write(calibration)})
                 for calibration in calibrations(model)]
         return dict(zip(("calibration_a", "calibration_b"), (answer.json()["id"] for answer in made), strict=True))
     return kept

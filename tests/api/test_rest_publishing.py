@@ -7,8 +7,8 @@ import time
 import pytest
 from starlette.testclient import TestClient
 
-from app.league.config import Plan
-from app.league.geometry_packet import packet_of, spoken
+from app.league.config import PublishingConfig
+from app.league.geometry_packet import geometry_packet, published_cameras
 from app.main import create_app
 from app.settings import Settings
 from app.workflows import interchange
@@ -78,10 +78,10 @@ def test_an_activation_is_on_the_air_at_once(client, way):
         ear.hear_until(lambda came: focal(came) == pytest.approx(model_of("ssl", 0).focal_px, rel=1e-6))
         assert state(client)["state"] == "on-air"
         assert put(client, enabled=False)["state"] == "off"
-        while ear.hear(0.05) is not None:
+        while ear.receive(0.05) is not None:
             pass
         kept(client, "ssl", 1)
-        assert ear.hear(0.5) is None
+        assert ear.receive(0.5) is None
 
 
 def focal(came) -> float:
@@ -96,7 +96,7 @@ def test_what_is_set_is_kept_over_a_restart_and_wins_over_the_settings_file(tmp_
         put(client, numbers={"south": 1}, approved={"north": "abc"})
         put(client, numbers={"south": None})
     with Listener(**way) as ear, TestClient(create_app(settings), base_url=HERE) as client:
-        assert listener.Packet.FromString(ear.hear().data).geometry.calib[0].camera_id == 2
+        assert listener.Packet.FromString(ear.receive().data).geometry.calib[0].camera_id == 2
         told = state(client)
         assert told["enabled"] and told["absorb"] and told["limit_mm"] == 7.5 and told["interval_s"] == 1.0
         assert (told["numbers"], told["approved"]) == ({"north": 2}, {"north": "abc"})
@@ -106,7 +106,7 @@ def test_settings_can_switch_it_on(tmp_path, way):
     settings = Settings(data=tmp_path / "data", cameras=(NORTH,), publish={"enabled": True, **way})
     with Listener(**way) as ear, TestClient(create_app(settings), base_url=HERE) as client:
         kept(client)
-        assert ear.hear() is not None
+        assert ear.receive() is not None
 
 
 @pytest.mark.parametrize("damage", [b"{", b"[]", b'{"enabled": "yes"}', b'{"group": "10.0.0.1"}', b"\xff\xfe",
@@ -118,11 +118,11 @@ def test_kept_settings_that_are_damaged_publish_nothing_and_say_so(tmp_path, dam
     settings = Settings(data=data, cameras=(NORTH,), publish={"enabled": True, **way})
     with Listener(**way) as ear, TestClient(create_app(settings), base_url=HERE) as client:
         kept(client)
-        assert state(client)["state"] == "off" and ear.hear(0.3) is None
+        assert state(client)["state"] == "off" and ear.receive(0.3) is None
         (warning,) = client.get(f"{API}/health").json()["warnings"]
         assert warning["reason"] == "publishing-damaged" and warning["fix"]
         assert put(client, enabled=True, **way)["enabled"]
-        assert ear.hear() is not None and client.get(f"{API}/health").json()["warnings"] == []
+        assert ear.receive() is not None and client.get(f"{API}/health").json()["warnings"] == []
 
 
 @pytest.mark.parametrize("body, reason", [
@@ -164,7 +164,7 @@ def test_a_network_that_is_away_at_the_start_is_told_and_tried_again(tmp_path, w
         assert client.get(f"{API}/publishing/heard").json()["problem"]["reason"] == "no-interface"
         with Listener(**way) as ear:
             put(client, **way)
-            assert ear.hear() is not None
+            assert ear.receive() is not None
         until(lambda: state(client)["state"] == "on-air" and not client.get(f"{API}/health").json()["warnings"])
 
 
@@ -174,16 +174,16 @@ def test_a_loss_above_the_limit_is_sent_only_once_it_is_approved(client, way):
         told = put(client, enabled=True, interval_s=0.1, **way)
         assert told["cameras"][0]["problem"]["reason"] == "loss-above-limit"
         until(lambda: state(client)["state"] == "silent")
-        assert ear.hear(0.3) is None
+        assert ear.receive(0.3) is None
         assert put(client, approved={"north": id})["cameras"][0]["published"]
-        assert ear.hear() is not None
+        assert ear.receive() is not None
         kept(client, "fisheye", 2)  # the next version is not approved
         until(lambda: state(client)["state"] == "silent")
 
 
 def test_a_camera_that_is_heard_becomes_a_calibration_that_says_where_it_is_from(client, way):
     put(client, absorb=True, **way)
-    theirs = packet_of(spoken([example("ssl", 1)], Plan(numbers={"north": 3})))
+    theirs = geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig(numbers={"north": 3})))
     until(lambda: client.get(f"{API}/publishing/heard").json()["listening"])
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         port = said(theirs, **way, sock=stranger)
@@ -203,7 +203,7 @@ def test_a_camera_that_is_heard_becomes_a_calibration_that_says_where_it_is_from
         refusal(client.post(path, json={"camera_id": 3, "field": "nowhere"}), 404, "unknown-field")
         refusal(client.post(path, json={"camera_id": 3, "image_size": [100, 100]}), 409, "size-mismatch")
         refusal(client.post(path, json={"camera_id": -3}), 422)
-        said(packet_of(spoken([example("ssl", 2)], Plan())), **way, sock=stranger)
+        said(geometry_packet(published_cameras([example("ssl", 2)], PublishingConfig())), **way, sock=stranger)
         until(lambda: heard(client)[0]["geometries"] == 2)
         refusal(client.post(path, json={"camera_id": 3, "sha256": one["sha256"]}), 409, "heard-changed")
     refusal(client.post(f"{API}/publishing/heard/10.0.0.1-5/import", json={"camera_id": 0}), 404, "unknown-sender")
@@ -222,7 +222,7 @@ def test_another_sender_for_our_camera_number_is_told(client, way):
     kept(client)
     put(client, enabled=True, absorb=True, **way)
     until(lambda: state(client)["state"] == "on-air" and client.get(f"{API}/publishing/heard").json()["listening"])
-    said(packet_of(spoken([example("ssl", 1)], Plan())), **way)
+    said(geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig())), **way)
     (one,) = until(lambda: heard(client))
     assert (one["cameras"][0]["ours"], one["cameras"][0]["contradicts"]) == ("north", True)
     (warning,) = client.get(f"{API}/health").json()["warnings"]
@@ -246,12 +246,12 @@ def test_it_ends_with_the_server(tmp_path, way):
     with Listener(**way) as ear:
         with TestClient(create_app(settings), base_url=HERE) as client:
             kept(client)
-            assert ear.hear() is not None
+            assert ear.receive() is not None
             begun = time.monotonic()
         assert time.monotonic() - begun < 20
-        while ear.hear(0.05) is not None:
+        while ear.receive(0.05) is not None:
             pass
-        assert ear.hear(0.5) is None
+        assert ear.receive(0.5) is None
 
 
 def test_a_polynomial_is_sent_as_the_camera_that_shows_the_same_carpet(client, way):

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from app.models import MODELS
-from app.sources.sim.clicks import border_observations
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
+from tests.support.sim_clicks import border_observations
 
 NAUGHTY = "<script>alert(1)</script>\"'><img src=http://evil.example/x onerror=alert(2)> & ${7*7} \u202e \U0001f600"
 MB = 1_000_000

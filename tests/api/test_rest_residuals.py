@@ -7,8 +7,8 @@ import pytest
 
 from app.core.records import Observation
 from app.models import MODELS, RayModel
-from app.sources.sim.clicks import border_observations
 from tests.support.operator import REGION, reference_camera
+from tests.support.sim_clicks import border_observations
 
 FIELD = {"name": "round-4x3", "title": "With a circle", "length_mm": 4000, "width_mm": 3000, "lines": [],
          "arcs": [{"name": "circle", "centre": [100, 50], "radius_mm": 600}], "landmarks": {"spot": [-900, 400]},

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.images import encode
 from app.main import create_app
 from app.settings import Settings
@@ -35,7 +35,7 @@ def client(tmp_path_factory):
 
 def activate(client, number, model="brown-conrady", options=None):
     task = sim_task(2, number, model=model, options=options)
-    data = EXPORTS["json"].write(task.record(task.run(cross_validate=False)))
+    data = FORMATS["json"].write(task.record(task.run(cross_validate=False)))
     made = client.post(f"{API}/calibrations/import", files={"file": data})
     assert made.status_code == 201, made.text
     answer = client.post(f"{API}/calibrations/{made.json()['id']}/activate")

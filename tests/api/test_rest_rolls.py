@@ -9,12 +9,12 @@ from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_clicks
+from app.sources import SourceContext, source_from_url
 from app.store.fields import load_fields
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
 from tests.support.rolling_balls import FPS, SIZE, chords, film, lens_of
+from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import receive_until, until
 
 SOURCE = "sim://table?robots=0&ball=true&lens=division&k=-0.3&size=640x480&fps=25&height=1400"
@@ -55,7 +55,7 @@ def rolled(client):
 def calibration(client):
     """A version of that camera by a few clicks on each border; it is active."""
     field = load_fields()["table"]
-    camera = source_from_url(SOURCE, Surroundings(fields={"table": field})).camera
+    camera = source_from_url(SOURCE, SourceContext(fields={"table": field})).camera
     clicks = border_clicks(camera, field.regions["full"], 4, 0.5, np.random.default_rng(1))
     body = {"camera": "ball", "image_size": list(SIZE), "field": "table", "region": "full", "model": "division",
             "options": {"height_mm": {"value": 1400.0, "sigma": 10.0}},

@@ -16,7 +16,7 @@ from websockets.sync.client import connect
 from app.api.routes import scenes
 from app.api.schemas.scenes import read_word
 from app.core.errors import BadInput
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.main import create_app
 from app.scene import scene_registry
 from app.settings import Settings
@@ -35,7 +35,7 @@ LINE = "/api/v1/scene"
 def kept(standing):
     """A version with rays, brought in as a file."""
     task = sim_task(2, 0)
-    record = json.loads(EXPORTS["json"].write(task.record(task.run(cross_validate=False))))
+    record = json.loads(FORMATS["json"].write(task.record(task.run(cross_validate=False))))
     record.get("calibration", record)["camera"] = None
     answer = standing.post("/api/v1/calibrations/import", files={"file": json.dumps(record).encode()})
     assert answer.status_code == 201, answer.text

@@ -16,6 +16,7 @@ from app.settings import Settings
 from tests.support.group_listener import Listener, free_group
 from tests.support.live_play import Before
 from tests.support.refusals import API, refusal
+from tests.support.sim_truth import truth_at
 from tests.support.ssl_listener import Packet
 
 HOST = {"host": "127.0.0.1:8000"}
@@ -249,7 +250,7 @@ def test_a_listener_to_the_leagues_group_hears_what_was_seen_once_it_is_switched
     for key, robot in play.robots.items():
         assert np.hypot(heard[key].x - robot.x_mm, heard[key].y - robot.y_mm) < 25
         assert heard[key].height == pytest.approx(150) and heard[key].HasField("orientation")
-    ball = play.rendering.truth_at(0.0).ball
+    ball = truth_at(play.rendering, 0.0).ball
     if ball.seen > 0.9:
         assert np.hypot(frame.balls[0].x - ball.x_mm, frame.balls[0].y - ball.y_mm) < 25
 

@@ -5,14 +5,14 @@ import pytest
 
 from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
-from app.sources.sim.clicks import border_clicks
 from app.sources.sim.illumination import Light
 from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Play
+from app.sources.sim.motion import Motion
 from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
 from tests.support.pictures import encoded
 from tests.support.refusals import API, refusal
+from tests.support.sim_clicks import border_clicks
 
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]
@@ -23,7 +23,7 @@ COUNT = 9
 def scene(standing):
     """A rendered field, kept as a snapshot, and a fit to exact clicks on its borders."""
     camera = SimCamera.above(REGION, ImageSize(1280, 1024), LENSES["mild"], height_mm=6500, tilt_deg=6)
-    picture = Rendering.of(camera, FIELD, REGION, Play(robots=0), Light(), Sensor()).frame(0)
+    picture = Rendering.of(camera, FIELD, REGION, Motion(robots=0), Light(), Sensor()).frame(0)
     kept = standing.post(f"{API}/snapshots", files={"file": encoded("png", picture)}).json()
     clicks = border_clicks(camera, REGION, 9)
     body = {"snapshot": kept["id"], "field": FIELD.name, "region": "full", "model": "division",

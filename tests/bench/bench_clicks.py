@@ -18,8 +18,8 @@ from app.fitting import FITTERS, sensitivity_of
 from app.fitting.ray_camera.parameters import RayState
 from app.fitting.ray_camera.problem import gather
 from app.models import field_from_raw
-from app.sources.sim.clicks import border_observations, known_grid, landmark_observations, rms_mm
 from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
+from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
 
 SEEDS = 16
 BOUND_SEEDS = 60

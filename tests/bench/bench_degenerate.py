@@ -16,8 +16,8 @@ from app.core.errors import TouchlineError
 from app.core.records import Observation
 from app.fitting import FITTERS
 from app.models import MODELS, parameters_json
-from app.sources.sim.clicks import border_observations
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
+from tests.support.sim_clicks import border_observations
 
 BORDERS = ("left", "right", "top", "bottom")
 SLOW_S = 10.0

@@ -17,10 +17,10 @@ from playwright.sync_api import sync_playwright
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.cli.server import DEMO_CAMERAS
 from app.core.field_json import field_from_json
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_clicks
+from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import Operator, Server
 from tests.support.chromium import ARGUMENTS, chromium_path
+from tests.support.sim_clicks import border_clicks
 
 MOVES = 150
 PACE_S = 1 / 60
@@ -68,7 +68,7 @@ def dragged(operator: Operator, server: Server, model: str) -> dict:
     """Drag the middle point of the left border about for a while."""
     settings = DEMO_CAMERAS[0]
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
-    camera = source_from_url(settings["source"], Surroundings(fields={field.name: field})).camera
+    camera = source_from_url(settings["source"], SourceContext(fields={field.name: field})).camera
     region = field.region(settings["region"])
     clicks = border_clicks(camera, region, PER_BORDER, 0.3)
     snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]

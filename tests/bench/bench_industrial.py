@@ -11,8 +11,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from app.sources.discover import found  # noqa: E402
-from app.sources.industrial.pixel_formats import FORMATS, bgr_from_raw  # noqa: E402
+from app.sources.discover import discover_cameras  # noqa: E402
+from app.sources.industrial.pixel_formats import PIXEL_FORMATS, bgr_from_raw  # noqa: E402
 from tests.support.industrial import GvCamera, held, opened, with_viky  # noqa: E402
 
 CYCLES = 100
@@ -59,11 +59,11 @@ def rate(url: str, fps: float, **size: int) -> None:
 
 def conversion() -> None:
     for name in ("BayerRG8", "YUV422_8", "RGB8", "Mono8"):
-        raw = bytes(1920 * 1080 * FORMATS[name].bytes_per_pixel)
+        raw = bytes(1920 * 1080 * PIXEL_FORMATS[name].bytes_per_pixel)
         times = []
         for _ in range(30):
             start = time.perf_counter()
-            bgr_from_raw(raw, 1920, 1080, FORMATS[name].code)
+            bgr_from_raw(raw, 1920, 1080, PIXEL_FORMATS[name].code)
             times.append(time.perf_counter() - start)
         print(f"{name} 1920x1080 to BGR: {sorted(times)[15] * 1000:.1f} ms")
 
@@ -72,7 +72,7 @@ def main() -> None:
     conversion()
     for _ in range(3):
         start = time.perf_counter()
-        cameras = found(with_viky())
+        cameras = discover_cameras(with_viky())
         print(f"finding: {len(cameras)} cameras in {time.perf_counter() - start:.1f} s")
     rate(VIKY, 60, width=800, height=800)
     rate(FAKE, 30, width=1920, height=1080)

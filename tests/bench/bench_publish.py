@@ -20,11 +20,11 @@ import numpy as np
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from app.formats.ssl_field import wire_field
-from app.league.config import Plan
-from app.league.geometry_listener import Absorber
-from app.league.geometry_packet import packet_of, spoken
-from app.league.multicast_address import Route
+from app.formats.ssl_field import field_to_wire
+from app.league.config import PublishingConfig
+from app.league.geometry_listener import GeometryListener
+from app.league.geometry_packet import geometry_packet, published_cameras
+from app.league.multicast_address import MulticastAddress
 from app.ssl_protocol.messages import DetectedRobot, DetectionFrame, Geometry, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
 from app.store.fields import load_fields
@@ -53,7 +53,7 @@ def heard_after_activation(name: str) -> list[float]:
         for i in range(TIMES):
             begun = time.perf_counter()
             line.json("POST", f"/calibrations/{versions[i % 2]}/activate")
-            while (now := focal(ear.hear().data)) == seen:
+            while (now := focal(ear.receive().data)) == seen:
                 pass
             took.append(1000 * (time.perf_counter() - begun))
             seen = now
@@ -65,11 +65,12 @@ def focal(data: bytes) -> float:
 
 
 def weights() -> None:
-    (calib,) = decode(WrapperPacket, packet_of(spoken([example("ssl", 0)], Plan()))).geometry.calib
+    (calib,) = decode(WrapperPacket, geometry_packet(
+        published_cameras([example("ssl", 0)], PublishingConfig()))).geometry.calib
     for name in ("ssl-div-a", "ssl-div-b"):
         for cameras in (1, 4, 8):
             calibs = tuple(replace(calib, camera_id=i) for i in range(cameras))
-            data = encode(WrapperPacket(geometry=Geometry(wire_field(load_fields()[name]), calibs)))
+            data = encode(WrapperPacket(geometry=Geometry(field_to_wire(load_fields()[name]), calibs)))
             print(f"{name}, {cameras} cameras: {len(data)} bytes")
 
 
@@ -77,21 +78,21 @@ def listening() -> None:
     way, robot = free_group(), DetectedRobot(confidence=1, robot_id=3, x=1, y=2, orientation=0.5, pixel_x=5, pixel_y=6)
     frame = encode(WrapperPacket(detection=DetectionFrame(
         frame_number=1, t_capture=1, t_sent=1, camera_id=0, robots_yellow=(robot,) * 11, robots_blue=(robot,) * 11)))
-    absorber = Absorber(Route(**way))
-    absorber.joined.wait(20)
+    listener = GeometryListener(MulticastAddress(**way))
+    listener.joined.wait(20)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vision:
         said(frame, **way, sock=vision)
-        until(lambda: absorber.datagrams == 1)
+        until(lambda: listener.datagrams == 1)
         count, before = 5000, resource.getrusage(resource.RUSAGE_SELF)
         for i in range(count):
             vision.sendto(frame, (way["group"], way["port"]))
             if i % 50 == 49:
                 time.sleep(0.02)
-        until(lambda: absorber.datagrams >= count)
+        until(lambda: listener.datagrams >= count)
         after = resource.getrusage(resource.RUSAGE_SELF)
     spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
-    (sender,) = absorber.heard
-    absorber.close()
+    (sender,) = listener.publishers
+    listener.close()
     print(f"{count} detections of {len(frame)} bytes sent and heard by one process: {1e6 * spent / count:.0f} µs of "
           f"processor time each, {sender.skipped} left unread; {560 * spent / count:.1%} of a core at 560 a second")
 

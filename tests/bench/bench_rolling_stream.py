@@ -16,14 +16,14 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from app.core.geometry import ImageSize  # noqa: E402
 from app.evaluate.motion.roll_report import RecordedRoll  # noqa: E402
 from app.models import field_from_raw, model_from_json  # noqa: E402
-from app.sources import Surroundings, source_from_url  # noqa: E402
+from app.sources import SourceContext, source_from_url  # noqa: E402
 from app.sources.sim.camera import SimCamera  # noqa: E402
-from app.sources.sim.clicks import border_observations, known_grid, rms_mm  # noqa: E402
 from app.sources.sim.lens import LENSES  # noqa: E402
 from app.store.fields import load_fields  # noqa: E402
 from app.workflows.calibration_request import CalibrationRequest  # noqa: E402
 from app.workflows.rolling import RollRecorder  # noqa: E402
 from app.workflows.rolling_request import lens_record, refine  # noqa: E402
+from tests.support.sim_clicks import border_observations, known_grid, rms_mm  # noqa: E402
 
 FIELDS = load_fields()
 SIZE = ImageSize(1224, 1024)
@@ -34,7 +34,7 @@ def stream() -> None:
     for lens in ("mild", "half", "strong", "pincushion"):
         for seed in (1, 2):
             source = source_from_url(f"sim://ssl-div-b?robots=0&ball=true&lens={lens}&size=1224x1024&fps=30&seed={seed}",
-                                     Surroundings(fields=FIELDS))
+                                     SourceContext(fields=FIELDS))
             rolling, took = RollRecorder(live=True), []
             for number in range(SECONDS * FPS):
                 pixels = source.rendering.frame_at(number, number / FPS, source.settings.shot(source._level))

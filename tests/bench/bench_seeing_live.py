@@ -24,12 +24,12 @@ ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT))
 
 from app.core.records import Frame  # noqa: E402
-from app.formats import EXPORTS  # noqa: E402
+from app.formats import FORMATS  # noqa: E402
 from app.live import messages  # noqa: E402
 from app.live.capture import FrameCapture  # noqa: E402
 from app.live.detector import LiveDetector  # noqa: E402
 from app.live.picture import AppliedCalibration  # noqa: E402
-from app.sources import Surroundings  # noqa: E402
+from app.sources import SourceContext  # noqa: E402
 from app.store.stages import named_plan  # noqa: E402
 from app.vision.colour.learning import learn_profile  # noqa: E402
 from tests.support.mjpeg_camera import MjpegCamera  # noqa: E402
@@ -50,7 +50,7 @@ class Reel(FrameCapture):
     """Frames from memory, on time."""
 
     def __init__(self, frames) -> None:
-        super().__init__("", Surroundings({}))
+        super().__init__("", SourceContext({}))
         self._frames = frames
 
     def _run(self) -> None:
@@ -119,7 +119,7 @@ def asked(port: int, path: str, body: bytes | None = None, method: str | None = 
 def prepared(port: int, match, profile) -> None:
     """The camera is calibrated and has its colours."""
     form = b"".join(b'--form\r\ncontent-disposition: form-data; name="%s"%s\r\n\r\n%s\r\n' % one for one in (
-        (b"camera", b"", b"north"), (b"file", b'; filename="c.json"', EXPORTS["json"].write(calibration_of(match)))))
+        (b"camera", b"", b"north"), (b"file", b'; filename="c.json"', FORMATS["json"].write(calibration_of(match)))))
     made = asked(port, "/calibrations/import", form + b"--form--\r\n",
                  content_type="multipart/form-data; boundary=form")
     asked(port, f"/calibrations/{made['id']}/activate", b"")

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from app.sources.sim.render import Rendering
 from app.store.fields import load_fields
 from app.vision.motion.background import Background
@@ -26,7 +26,7 @@ FIELDS = load_fields()
 
 
 def rendering(url: str) -> Rendering:
-    return source_from_url(f"sim://ssl-div-b?{url}", Surroundings(FIELDS)).rendering
+    return source_from_url(f"sim://ssl-div-b?{url}", SourceContext(FIELDS)).rendering
 
 
 def median_ms(work: Callable[[int], object], rounds: int = 60) -> float:

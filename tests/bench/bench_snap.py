@@ -16,7 +16,7 @@ from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.illumination import Light
 from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Play
+from app.sources.sim.motion import Motion
 from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
 from app.vision.lines.snap import Snapped, snap
@@ -70,7 +70,7 @@ def rendered_fields() -> None:
         errors, left = [], 0
         for seed in range(4):
             sensor = Sensor(blur_px=0.8, noise=2.0)
-            shown = Rendering.of(camera, field, region, Play(robots=0), Light(), sensor).frame(seed)
+            shown = Rendering.of(camera, field, region, Motion(robots=0), Light(), sensor).frame(seed)
             rng = np.random.default_rng(seed)
             for marking in (*field.lines.values(), *field.arcs.values()):
                 places = camera.raw_from_field(marking.sample(13)[1:-1])

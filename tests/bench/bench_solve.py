@@ -16,8 +16,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.fitting.least_squares import minimise
 from app.fitting.ray_camera.parameters import RayState
 from app.fitting.ray_camera.problem import gather
-from app.sources.sim.clicks import border_observations
 from tests.support.operator import FIELD, REGION, reference_camera, true_camera
+from tests.support.sim_clicks import border_observations
 
 HELD = {"centre_x", "centre_y", "p1", "p2", "k3", "k4", "k5", "k6"}
 

@@ -19,6 +19,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from app.core.options import read_options  # noqa: E402
 from app.vision.stages import STAGES, FrameState  # noqa: E402
 from tests.support.labelled import SETS, read_set, tallies, there  # noqa: E402
+from tests.support.sim_truth import truth_at  # noqa: E402
 from tests.support.watched_field import Score, colour_clicks, scored, sight_of, world  # noqa: E402
 
 SEEDS = (1, 2, 3, 4)
@@ -34,7 +35,7 @@ def match(frames: int, small: bool = False) -> None:
         sight, count = sight_of(field, "vsss" if small else "ssl"), frames // len(SEEDS)
         for i in range(count):
             time_s = i * 3.0 * PERIOD_S / count
-            scored(total, sight.process(field.frame_at(i, time_s)), field.truth_at(time_s), 40.0 if small else 100.0)
+            scored(total, sight.process(field.frame_at(i, time_s)), truth_at(field, time_s), 40.0 if small else 100.0)
         print(f"seed {seed}: {total.robots} robots so far, {total.wrong} wrong, {total.missed} missed", flush=True)
     print(f"{total.robots} robots in {frames // len(SEEDS) * len(SEEDS)} frames: wrong number or team {total.wrong}, "
           f"without a number {total.unnamed}, missed {total.missed}, not there {total.invented}")

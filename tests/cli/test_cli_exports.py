@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.store.fields import load_fields
 from tests.support.exported import example, model_of, of_model
 from tests.unit.formats.test_imports import KALIBR
@@ -14,7 +14,7 @@ from tests.unit.formats.test_imports import KALIBR
 def cal(tmp_path):
     """Write an example as a calibration file: its name."""
     def write(name: str, index: int) -> str:
-        (tmp_path / "cal.json").write_bytes(EXPORTS["json"].write(example(name, index)))
+        (tmp_path / "cal.json").write_bytes(FORMATS["json"].write(example(name, index)))
         return "cal.json"
     return write
 
@@ -22,12 +22,12 @@ def cal(tmp_path):
 def test_formats_are_listed_with_what_each_costs(touchline, cal):
     code, out, _ = touchline("export", cal("brown-conrady", 0))
     lines = {line.split()[0]: line for line in out.splitlines()}
-    assert code == 0 and list(lines) == list(EXPORTS)
+    assert code == 0 and list(lines) == list(FORMATS)
     assert " exact. " in lines["opencv"] and "at worst 4.008 mm off on the carpet, 5.842 mm" in lines["ssl-vision"]
     assert "with --approximate" in lines["ssl-vision"] and "--approximate" not in lines["mrcal"]
 
 
-@pytest.mark.parametrize("format", list(EXPORTS))
+@pytest.mark.parametrize("format", list(FORMATS))
 def test_every_format_is_written(touchline, cal, tmp_path, format):
     code, out, _ = touchline("export", cal("brown-conrady", 0), "-f", format, "-o", "out", "--approximate")
     assert code == 0 and (tmp_path / "out").stat().st_size > 300
@@ -56,7 +56,7 @@ def test_a_file_of_ours_becomes_a_calibration_that_transform_takes(touchline, tm
     from dataclasses import replace
     model = replace(model_of("ssl", 0), region=field.region("full"), position_mm=(0.0, 0.0, 1700.0))
     original = replace(of_model(model), field=field.to_json(), region="full")
-    (tmp_path / "cal.json").write_bytes(EXPORTS["json"].write(original))
+    (tmp_path / "cal.json").write_bytes(FORMATS["json"].write(original))
     assert touchline("export", "cal.json", "-f", "ssl-vision", "-o", "north.pb", "--camera-id", "2")[0] == 0
     code, out, err = touchline("import", "north.pb", "-o", "back.json", "--camera-id", "2")
     assert code == 0, err

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from app.league.config import Plan
-from app.league.geometry_packet import packet_of, spoken
+from app.league.config import PublishingConfig
+from app.league.geometry_packet import geometry_packet, published_cameras
 from app.workflows import interchange
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of
@@ -42,8 +42,8 @@ def test_publish_sends_once_and_says_what_is_lost(touchline, tmp_path, way):
     with Listener(**way) as ear:
         code, out, _ = touchline("publish", a, b, *options(way), "--ttl", 0, "--camera-id", 4, "--camera-id", 5)
         assert code == 0
-        came = ear.hear()
-        assert ear.hear(0.2) is None
+        came = ear.receive()
+        assert ear.receive(0.2) is None
     geometry = listener.Packet.FromString(came.data).geometry
     assert [calib.camera_id for calib in geometry.calib] == [4, 5] and came.ttl == 0
     assert "ssl-0.json: camera 4 of plain, at worst 0.0000 mm" in out and f"{len(came.data)} bytes" in out
@@ -57,9 +57,9 @@ def test_publish_sends_nothing_where_one_camera_loses_too_much(touchline, tmp_pa
         assert code == 3 and "mm off at worst" in told and "fix:" in told
         code, _, told = touchline("publish", a, a, *options(way))
         assert code == 3 and "would both be camera 0" in told
-        assert ear.hear(0.2) is None
+        assert ear.receive(0.2) is None
         assert touchline("publish", a, b, *options(way), "--camera-id", 0, "--camera-id", 1, "--approve")[0] == 0
-        assert ear.hear() is not None
+        assert ear.receive() is not None
 
 
 def test_a_network_that_is_not_there_has_an_exit_code_of_its_own(touchline, tmp_path):
@@ -75,7 +75,7 @@ def test_publish_every_goes_on_until_it_is_ended(tmp_path, way):
         publishing = subprocess.Popen([*TOUCHLINE, "publish", str(written(tmp_path, "ssl", 0)), "--every", "0.1",
                                        *options(way)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:
-            assert [ear.hear(60) is not None for _ in range(3)] == [True] * 3
+            assert [ear.receive(60) is not None for _ in range(3)] == [True] * 3
         finally:
             publishing.send_signal(signal.SIGINT)
             out, err = publishing.communicate(timeout=30)
@@ -83,7 +83,7 @@ def test_publish_every_goes_on_until_it_is_ended(tmp_path, way):
 
 
 def test_absorb_tells_who_is_there_and_keeps_what_import_reads(tmp_path, way):
-    packet = packet_of(spoken([example("ssl", 1)], Plan(numbers={"north": 2})))
+    packet = geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig(numbers={"north": 2})))
     listening = subprocess.Popen([*TOUCHLINE, "absorb", "--for", "4", "--folder", str(tmp_path / "heard"),
                                   *options(way)], stdout=subprocess.PIPE, text=True)
     joined = f"{int.from_bytes(bytes(map(int, way['group'].split('.'))), 'little'):08X}"  # as the kernel lists it
@@ -143,6 +143,6 @@ def test_a_server_that_was_not_asked_has_no_socket_to_send_by(tmp_path, way):
         assert udp_sockets(child) == set()
         with Listener(**way) as ear:
             assert line.json("PUT", "/publishing", {"enabled": True, **way})[0] == 200
-            assert ear.hear() is not None and len(udp_sockets(child)) == 1  # the look would have found it
+            assert ear.receive() is not None and len(udp_sockets(child)) == 1  # the look would have found it
             assert line.json("PUT", "/publishing", {"enabled": False})[0] == 200
         assert udp_sockets(child) == set()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.core.records import Calibration
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.images import encode
 from app.store import Store
 from tests.support.rig_over_field import sim_rig, sim_source, sim_task
@@ -22,7 +22,7 @@ def calibrations():
 def files(calibrations, tmp_path):
     """north.json, south.json, and what both see."""
     for name, calibration, number in zip(("north", "south"), calibrations, (0, 1), strict=True):
-        (tmp_path / f"{name}.json").write_bytes(EXPORTS["json"].write(calibration))
+        (tmp_path / f"{name}.json").write_bytes(FORMATS["json"].write(calibration))
         (tmp_path / f"{name}.png").write_bytes(encode(sim_source(2, number).read().pixels))
     return ("north.json", "south.json")
 

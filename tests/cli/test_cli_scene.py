@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from tests.support.rig_over_field import sim_task
 
 
@@ -12,7 +12,7 @@ from tests.support.rig_over_field import sim_task
 def calibration(tmp_path):
     task = sim_task(2, 0)
     path = tmp_path / "cal.json"
-    path.write_bytes(EXPORTS["json"].write(task.record(task.run(cross_validate=False))))
+    path.write_bytes(FORMATS["json"].write(task.record(task.run(cross_validate=False))))
     return path
 
 

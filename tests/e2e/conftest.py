@@ -18,10 +18,10 @@ from playwright.sync_api import Page, expect
 
 from app.cli.server import DEMO_CAMERAS
 from app.core.field_json import field_from_json
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_clicks
+from app.sources import SourceContext, source_from_url
 from tests.support.chromium import ARGUMENTS, FIX, chromium_path
 from tests.support.paths import CLICKS, ROOT
+from tests.support.sim_clicks import border_clicks
 
 FPS = 3
 SOON_MS = 20_000  # what is there at once on a quiet machine
@@ -251,7 +251,7 @@ def clicked(operator, server):
     """
     settings = DEMO_CAMERAS[0]
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
-    camera = source_from_url(settings["source"], Surroundings(fields={field.name: field})).camera
+    camera = source_from_url(settings["source"], SourceContext(fields={field.name: field})).camera
     region = field.region(settings["region"])
 
     def clicked(model: str, step: str = "model", noise_px: float = 0.3, painted: str | None = None, **options):

@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from app.cli.server import DEMO_CAMERAS
 from app.core.field_json import field_from_json
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
 
@@ -159,7 +159,7 @@ def test_raw_and_corrected_pictures_both_have_their_arrows(astray, server, tmp_p
 def test_two_thousand_arrows_are_drawn_and_keep_up_with_zooming(operator, server, tmp_path):
     settings = DEMO_CAMERAS[0]
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
-    camera = source_from_url(settings["source"], Surroundings(fields={field.name: field})).camera
+    camera = source_from_url(settings["source"], SourceContext(fields={field.name: field})).camera
     region, rng = field.region(settings["region"]), np.random.default_rng(0)
     observations = []
     for name in ("left", "right", "top", "bottom"):

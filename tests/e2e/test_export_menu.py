@@ -3,7 +3,7 @@
 import yaml
 from playwright.sync_api import expect
 
-from app.formats import EXPORTS
+from app.formats import FORMATS
 
 ELSEWHERE = {"json", "npz"}  # offered to everybody
 
@@ -13,10 +13,10 @@ def test_every_format_is_offered_with_what_it_costs_and_can_be_had(clicked, serv
     page, it = saved.page, saved.saved()
     menu = page.get_by_test_id("exports")
     menu.locator("summary").click()
-    for name in EXPORTS:
+    for name in FORMATS:
         expect(page.get_by_test_id(f"export-{name}")).to_have_count(0 if name in ELSEWHERE else 1)
     told = {f["format"]: f for f in server.api("GET", f"/calibrations/{it['id']}/exports").json()["items"]}
-    for name in set(EXPORTS) - ELSEWHERE:
+    for name in set(FORMATS) - ELSEWHERE:
         worst = None if told[name]["loss"] is None else told[name]["loss"]["worst_mm"]
         shown = "exact" if worst is None else f"{worst:.2f} mm"
         expect(page.get_by_test_id(f"cost-{name}")).to_contain_text(shown)

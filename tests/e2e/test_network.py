@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from app.league.config import Plan
-from app.league.geometry_packet import packet_of, spoken
+from app.league.config import PublishingConfig
+from app.league.geometry_packet import geometry_packet, published_cameras
 from app.workflows import interchange
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of
@@ -59,7 +59,7 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
         page.get_by_test_id("publish").click()
         expect(state).to_have_attribute("data-state", "on-air")
         expect(state).to_contain_text(f"1 of 2 cameras to {way['group']}, port {way['port']}, by lo")
-        assert len(listener.Packet.FromString(ear.hear().data).geometry.calib) == 1
+        assert len(listener.Packet.FromString(ear.receive().data).geometry.calib) == 1
 
         expect(page.get_by_text("would both be camera 0")).to_be_visible()
         page.get_by_test_id("number-east").fill("1")
@@ -75,7 +75,8 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
         expect(page.get_by_test_id("nobody")).to_be_visible()
         shot(page, "on")
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-            port = said(packet_of(spoken([example("ssl", 1)], Plan())), **way, sock=stranger)
+            port = said(geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig())), **way,
+                        sock=stranger)
             told = page.get_by_test_id("contradiction")
             expect(told).to_contain_text("127.0.0.1 also publishes camera 0, which is overhead", timeout=LONG)
             shot(page, "two")

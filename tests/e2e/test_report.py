@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from app.sources.sim.clicks import border_observations
 from app.sources.sim.render import Rendering
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.pictures import encoded
+from tests.support.sim_clicks import border_observations
 
 LONG = 90_000  # ms, for a report on a busy machine
 FRIENDLY_PAGES = 6  # an operator's calibration; ours has four borders and their parameters

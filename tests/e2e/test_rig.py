@@ -5,7 +5,7 @@ import json
 import pytest
 from playwright.sync_api import expect
 
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from tests.support.live_play import Before
 from tests.support.rig_over_field import sim_task
 from tests.support.waiting import until
@@ -25,7 +25,7 @@ def two_cameras(server):
             "region": ("half-left", "half-right")[number]})
         assert added.ok, added.text
         task = sim_task(2, number)
-        record = json.loads(EXPORTS["json"].write(task.record(task.run(cross_validate=False))))
+        record = json.loads(FORMATS["json"].write(task.record(task.run(cross_validate=False))))
         where = record.get("calibration", record)
         where["camera"] = id
         if number == 1:

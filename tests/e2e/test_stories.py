@@ -12,9 +12,9 @@ from playwright.sync_api import expect
 from app.cli.server import DEMO_CAMERAS
 from app.core.field import BORDERS
 from app.core.field_json import field_from_json
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_clicks
+from app.sources import SourceContext, source_from_url
 from tests.e2e.conftest import LONG_MS
+from tests.support.sim_clicks import border_clicks
 from tests.support.waiting import until
 
 STRAIGHT_PX = 1.0  # how straight a border must be in the corrected picture
@@ -150,7 +150,7 @@ def test_a_stray_click_is_named_and_can_be_removed(operator, straight_picture, f
 def _truth(server, settings):
     """A simulated camera itself, and the region it looks at."""
     field = field_from_json(server.api("GET", f"/fields/{settings['field']}").json())
-    source = source_from_url(settings["source"], Surroundings(fields={field.name: field}))
+    source = source_from_url(settings["source"], SourceContext(fields={field.name: field}))
     return source.camera, field.region(settings["region"])
 
 

@@ -13,21 +13,21 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[1]))
 
-from app.formats import EXPORTS  # noqa: E402
-from app.formats.approximation import own_camera  # noqa: E402
+from app.formats import FORMATS  # noqa: E402
+from app.formats.approximation import exact_camera  # noqa: E402
 from app.workflows import interchange  # noqa: E402
 from tests.support.exported import EXAMPLES, LENS_FORMATS, example, model_of  # noqa: E402
 
 
 def cases() -> list[tuple[str, str, int]]:
     """(format, model, index) of every golden file."""
-    held = [(f, name, i) for f in LENS_FORMATS for name, i in EXAMPLES if own_camera(
-        model_of(name, i), EXPORTS[f].LENSES, EXPORTS[f].SQUARE_PIXELS) is not None]
+    held = [(f, name, i) for f in LENS_FORMATS for name, i in EXAMPLES if exact_camera(
+        model_of(name, i), FORMATS[f].LENSES, FORMATS[f].SQUARE_PIXELS) is not None]
     return [*(("json", name, i) for name, i in EXAMPLES), *(("csv", name, i) for name, i in EXAMPLES if i == 0), *held]
 
 
 def path(format: str, name: str, index: int) -> Path:
-    return HERE / format / f"{name}-{index}{EXPORTS[format].SUFFIX}"
+    return HERE / format / f"{name}-{index}{FORMATS[format].SUFFIX}"
 
 
 if __name__ == "__main__":

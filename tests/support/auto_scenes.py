@@ -12,9 +12,10 @@ from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.illumination import Light
 from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Play
+from app.sources.sim.motion import Motion
 from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
+from tests.support.sim_truth import truth_at
 
 FIELDS = ("ssl-2008", "ssl-div-a", "ssl-div-b", "table", "vsss-3v3", "vsss-5v5")
 LENS_NAMES = ("none", "mild", "half", "strong", "crooked", "pincushion", "division", "ssl", "fisheye")
@@ -101,14 +102,14 @@ def scene_of(spec: SceneSpec) -> SeenScene:
     field = fields()[spec.field]
     region = field.region(spec.region)
     camera = camera_of(spec)
-    play = Play(robots=spec.robots, people=spec.people, seed=spec.seed + 1)
+    play = Motion(robots=spec.robots, people=spec.people, seed=spec.seed + 1)
     shown = Rendering.of(camera, field, region, play, Light(glare=spec.glare), Sensor(spec.blur_px, spec.noise))
     time_s = 3.0 + spec.seed % 7
     hidden = 0.0
     if spec.robots or spec.people:
         places = np.concatenate([m.sample(200) for m in (*field.lines.values(), *field.arcs.values())])
         inside = camera.sees(camera.raw_from_field(places))
-        hidden = 1 - float(shown.truth_at(time_s).carpet_seen(places[inside]).mean())
+        hidden = 1 - float(truth_at(shown, time_s).carpet_seen(places[inside]).mean())
         if hidden > MOST_HIDDEN and spec.people:
             return scene_of(replace(spec, people=spec.people - 1))
     return SeenScene(spec, shown.frame_at(0, time_s), camera, field, region, hidden)

@@ -9,11 +9,11 @@ import numpy as np
 
 from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
-from app.sources.sim.clicks import border_observations, line_clicks
 from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Play
+from app.sources.sim.motion import Motion
 from app.sources.sim.render import Rendering
 from app.store.fields import load_fields
+from tests.support.sim_clicks import border_observations, line_clicks
 
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]
@@ -28,7 +28,7 @@ def camera(lens: str = "strong", roll_deg: float = 0.0) -> SimCamera:
 
 @cache
 def rendering(lens: str = "strong", roll_deg: float = 0.0) -> Rendering:
-    return Rendering.of(camera(lens, roll_deg), FIELD, REGION, Play(robots=4))
+    return Rendering.of(camera(lens, roll_deg), FIELD, REGION, Motion(robots=4))
 
 
 def picture(path: Path, index: int = 0, lens: str = "strong", roll_deg: float = 0.0) -> Path:

@@ -6,16 +6,16 @@ import numpy as np
 
 from app.evaluate.drift.monitor import DriftReference
 from app.models import CameraModel
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_observations
+from app.sources import SourceContext, source_from_url
 from app.sources.sim.render import Rendering
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.live_cameras import FIELDS
+from tests.support.sim_clicks import border_observations
 
 
 def fitted(url: str, model: str = "brown-conrady", noise_px: float = 0.3) -> tuple[Rendering, CameraModel]:
     """A simulated camera, and a calibration of it from an operator's clicks on the borders."""
-    source = source_from_url(url, Surroundings(FIELDS))
+    source = source_from_url(url, SourceContext(FIELDS))
     rendering, field = source.rendering, FIELDS[url.partition("://")[2].partition("?")[0]]
     clicks = border_observations(source.camera, rendering.region, 9, noise_px=noise_px, rng=np.random.default_rng(1))
     task = CalibrationRequest(clicks, field, rendering.region, source.camera.image_size, model)
@@ -33,7 +33,7 @@ def followed(url: str, model: str = "brown-conrady") -> tuple[Rendering, DriftRe
 def bumped(rendering: Rendering, tilt_deg: float = 0.0, pan_deg: float = 0.0, roll_deg: float = 0.0) -> Rendering:
     """The same camera, turned a little about its own axes."""
     return Rendering.of(rendering.camera.turned(tilt_deg, pan_deg, roll_deg), rendering.field, rendering.region,
-                        rendering.play, sensor=rendering.sensor, lamps=rendering.lamps)
+                        rendering.motion, sensor=rendering.sensor, lamps=rendering.lamps)
 
 
 def moved_by(one: Rendering, other: Rendering) -> tuple[float, float]:

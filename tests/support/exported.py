@@ -7,14 +7,14 @@ import numpy as np
 
 from app.core.field import Field, Region
 from app.core.records import Calibration
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.models import MODELS, CameraModel, RayModel, parameters_json
 from tests.support.examples import examples
 from tests.support.fields import plain_field
 
 EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(examples(name))]
-LENS_FORMATS = [name for name in EXPORTS if hasattr(EXPORTS[name], "LENSES")]
-READABLE = [name for name in EXPORTS if hasattr(EXPORTS[name], "read")]
+LENS_FORMATS = [name for name in FORMATS if FORMATS[name].LENSES]
+READABLE = [name for name in FORMATS if FORMATS[name].READS]
 RAY_EXAMPLES = [(name, i) for name, i in EXAMPLES if issubclass(MODELS[name], RayModel)]
 
 

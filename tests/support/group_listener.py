@@ -38,7 +38,7 @@ class Listener:
         self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
                                 socket.inet_aton(group) + socket.inet_aton(interface))
 
-    def hear(self, seconds: float = 20.0) -> Came | None:
+    def receive(self, seconds: float = 20.0) -> Came | None:
         """The next packet."""
         self._socket.settimeout(seconds)
         try:
@@ -52,7 +52,7 @@ class Listener:
     def hear_until(self, wanted, seconds: float = 20.0) -> Came:
         """The first packet that is wanted."""
         end = time.monotonic() + seconds
-        while (came := self.hear(max(0.01, end - time.monotonic()))) is not None:
+        while (came := self.receive(max(0.01, end - time.monotonic()))) is not None:
             if wanted(came):
                 return came
         raise AssertionError("it was not heard")

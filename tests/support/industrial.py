@@ -20,7 +20,7 @@ from typing import NoReturn
 import pytest
 
 from app.core.errors import TouchlineError, Unavailable
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from app.sources.industrial import gige
 from app.sources.industrial.aravis_library import aravis
 
@@ -48,8 +48,8 @@ def viky() -> tuple[Path, ...]:
     return simulated_producers() or missing("harvesters", "pip install harvesters")
 
 
-def with_viky() -> Surroundings:
-    return Surroundings(producers=viky())
+def with_viky() -> SourceContext:
+    return SourceContext(producers=viky())
 
 
 def need_aravis() -> None:
@@ -59,12 +59,12 @@ def need_aravis() -> None:
         missing("libaravis-0.8", gone.fix)
 
 
-def opened(url: str, around: Surroundings | None = None, patience_s: float = 20.0):
+def opened(url: str, around: SourceContext | None = None, patience_s: float = 20.0):
     """The camera, as soon as whoever had it before lets go of it: a camera notices that only after some seconds."""
     until = time.monotonic() + patience_s
     while True:
         try:
-            return source_from_url(url, around or Surroundings())
+            return source_from_url(url, around or SourceContext())
         except TouchlineError:
             if time.monotonic() > until:
                 raise

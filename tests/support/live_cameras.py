@@ -8,10 +8,10 @@ import numpy as np
 from app.core.records import Calibration
 from app.images import ImageLimits
 from app.live import LiveCamera
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_observations
+from app.sources import SourceContext, source_from_url
 from app.store.fields import load_fields
 from app.workflows.calibration_request import CalibrationRequest
+from tests.support.sim_clicks import border_observations
 
 FIELDS = load_fields()
 FIELD_JSON = {name: FIELDS[name].to_json() for name in ("table", "vsss-3v3", "ssl-div-b")}
@@ -36,7 +36,7 @@ async def live(url: str, **around):
 
 def calibrated(url: str, model: str = "polynomial", id: str = "made", region: str = "full") -> Calibration:
     """A calibration of a simulated camera, from exact points along its borders."""
-    source = source_from_url(url, Surroundings(FIELDS))
+    source = source_from_url(url, SourceContext(FIELDS))
     field = FIELDS[url.partition("://")[2].partition("?")[0]]
     region = field.region(region)
     task = CalibrationRequest(observations=border_observations(source.camera, region, 9, rng=np.random.default_rng(1)),

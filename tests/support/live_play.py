@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_clicks
+from app.sources import SourceContext, source_from_url
 from app.store.fields import load_fields
 from tests.support.refusals import API
+from tests.support.sim_clicks import border_clicks
+from tests.support.sim_truth import truth_at
 from tests.support.watched_field import colour_clicks
 
 REGION, SIZE = "quarter-bottom-left", (800, 600)
@@ -21,14 +22,14 @@ class Before:
         self.name, self.region = name, region
         self.source = SOURCE.format(seed=seed, play=play, robots=robots, fill=fill).replace(REGION, region)
         self.field = load_fields()["ssl-div-b"]
-        opened = source_from_url(self.source, Surroundings(fields={"ssl-div-b": self.field}))
+        opened = source_from_url(self.source, SourceContext(fields={"ssl-div-b": self.field}))
         self.rendering = opened.rendering
         self.settings = {"id": name, "source": self.source, "field": "ssl-div-b", "region": region}
 
     @property
     def robots(self) -> dict:
         """Those that are wholly seen, by team and number."""
-        return {(r.team, r.number): r for r in self.rendering.truth_at(0.0).robots if r.seen > 0.99}
+        return {(r.team, r.number): r for r in truth_at(self.rendering, 0.0).robots if r.seen > 0.99}
 
     def clicks(self) -> dict:
         """On each colour, at most five times, raw px within the picture."""

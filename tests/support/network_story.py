@@ -6,10 +6,10 @@ import socket
 import struct
 import sys
 
-from app.league.config import Plan
-from app.league.geometry_listener import Absorber
-from app.league.geometry_packet import wired
-from app.league.multicast_address import Route
+from app.league.config import PublishingConfig
+from app.league.geometry_listener import GeometryListener
+from app.league.geometry_packet import wire_camera
+from app.league.multicast_address import MulticastAddress
 from app.league.publisher import Publisher
 from tests.support.exported import example
 from tests.support.waiting import until
@@ -47,21 +47,22 @@ def main(interface: str) -> None:
         on, off = (lambda: plug("eth7")), (lambda: tap.close())
     else:
         on, off = (lambda: switch("lo", True)), (lambda: switch("lo", False))
-    route = {"group": "239.255.7.7", "port": 23457, "interface": interface, "ttl": 1}
-    publisher = Publisher(Plan(enabled=True, interval_s=0.1, **route), lambda: [example("ssl", 0)], wired)
-    absorber = Absorber(Route(**route))
+    address = {"group": "239.255.7.7", "port": 23457, "interface": interface, "ttl": 1}
+    publisher = Publisher(PublishingConfig(enabled=True, interval_s=0.1, **address),
+                          lambda: [example("ssl", 0)], wire_camera)
+    absorber = GeometryListener(MulticastAddress(**address))
     reasons = set()
     for _ in range(2):
-        problem = until(lambda: publisher.said.problem)
+        problem = until(lambda: publisher.status.problem)
         reasons.add(problem.reason)
-        assert problem.fix and publisher.said.failures
+        assert problem.fix and publisher.status.failures
         tap = on()
         heard = absorber.datagrams
-        until(lambda: publisher.said.problem is None)
+        until(lambda: publisher.status.problem is None)
         until(lambda heard=heard: absorber.datagrams > heard + 3, 60)
         assert absorber.problem is None
         off()
-    reasons.add(until(lambda: publisher.said.problem).reason)
+    reasons.add(until(lambda: publisher.status.problem).reason)
     print(*sorted(reasons))
     assert reasons <= {"no-route", "no-interface"}, reasons
     absorber.close()

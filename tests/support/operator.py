@@ -5,8 +5,8 @@ import numpy as np
 from app.core.records import Fit, Observation
 from app.fitting import FITTERS
 from app.models import MODELS, field_from_raw
-from app.sources.sim.clicks import border_observations, known_grid, rms_mm
-from app.sources.sim.reference import SIZE, reference_camera, reference_field
+from tests.support.reference_camera import SIZE, reference_camera, reference_field
+from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 
 FIELD = reference_field()
 REGION = FIELD.regions["full"]

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from app.core.records import Calibration
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_observations
+from app.sources import SourceContext, source_from_url
 from app.store.field_repository import FieldShelf
 from app.workflows.calibration_request import CalibrationRequest
+from tests.support.sim_clicks import border_observations
 
 FIELDS = FieldShelf(Path("no-fields-of-our-own"))
 FIELD = FIELDS["ssl-div-b"]
@@ -18,7 +18,7 @@ HALVES = ("half-left", "half-right")
 
 @cache
 def cameras():
-    return tuple(source_from_url(f"sim://ssl-div-b?cameras=2&camera={n}&lens=half&tilt=8", Surroundings(FIELDS)).camera
+    return tuple(source_from_url(f"sim://ssl-div-b?cameras=2&camera={n}&lens=half&tilt=8", SourceContext(FIELDS)).camera
                  for n in (0, 1))
 
 

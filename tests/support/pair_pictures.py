@@ -8,10 +8,11 @@ from typing import Any
 import cv2
 import numpy as np
 
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_clicks
+from app.sources import SourceContext, source_from_url
 from app.sources.sim.source import SimSource
 from app.store.field_repository import FieldShelf
+from tests.support.sim_clicks import border_clicks
+from tests.support.sim_truth import robots_in
 
 FIELD = FieldShelf(Path("no-fields-of-our-own"))["ssl-div-b"]
 REGION = "half-right"
@@ -34,7 +35,7 @@ class PairSeen:
 @cache
 def sources() -> tuple[SimSource, SimSource]:
     left, right = (source_from_url(f"sim://ssl-div-b?region={REGION}&tilt={tilt}&lens=half&robots=12&seed=3",
-                                   Surroundings({FIELD.name: FIELD})) for tilt in TILTS)
+                                   SourceContext({FIELD.name: FIELD})) for tilt in TILTS)
     assert isinstance(left, SimSource) and isinstance(right, SimSource)
     return left, right
 
@@ -42,7 +43,7 @@ def sources() -> tuple[SimSource, SimSource]:
 @cache
 def pair_seen() -> PairSeen:
     """Twelve marks on the carpet, then the twelve robots' hats."""
-    hats = [(robot.x_mm, robot.y_mm, robot.z_mm) for robot in sources()[0].rendering.robots(0)]
+    hats = [(robot.x_mm, robot.y_mm, robot.z_mm) for robot in robots_in(sources()[0].rendering, 0)]
     places = np.array([(*spot, 0.0) for spot in CARPET] + hats)
     a, b = (source.camera.raw_from_field(places) for source in sources())
     pictures = [cv2.imencode(".png", source.rendering.frame(0))[1].tobytes() for source in sources()]

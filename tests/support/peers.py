@@ -12,8 +12,8 @@ from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.plugged_cameras import Webcam, plug_in
 from tests.support.rtsp_camera import RtspCamera
 
-HOSTS = ("127.0.0.1",)  # where they are, for Surroundings.hosts
-PRODUCERS = simulated_producers()  # through which they are reached, for Surroundings.producers
+HOSTS = ("127.0.0.1",)  # where they are, for SourceContext.hosts
+PRODUCERS = simulated_producers()  # through which they are reached, for SourceContext.producers
 
 
 @contextlib.contextmanager

@@ -8,10 +8,10 @@ import numpy as np
 from app.core.records import Observation
 from app.models.brown_conrady import BrownConrady
 from app.models.rotation import vector_from_matrix
-from app.sources import Surroundings, source_from_url
-from app.sources.sim.clicks import border_observations, line_clicks
+from app.sources import SourceContext, source_from_url
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.pair_over_field import FIELD, FIELDS, HALVES, cameras
+from tests.support.sim_clicks import border_observations, line_clicks
 
 REGIONS = {2: HALVES, 4: ("quarter-bottom-left", "quarter-top-left", "quarter-bottom-right", "quarter-top-right")}
 
@@ -33,7 +33,7 @@ def true_models():
 def sim_source(count: int, number: int, seed: int = 1, robots: int = 0):
     """One of the cameras above a Division B field, tilted and with a barrel lens; robots would stand on the lines."""
     return source_from_url(f"sim://ssl-div-b?cameras={count}&camera={number}&lens=half&tilt=6&fill=0.86&seed={seed}"
-                           f"&robots={robots}&fps=240", Surroundings(FIELDS))
+                           f"&robots={robots}&fps=240", SourceContext(FIELDS))
 
 
 def sim_task(count: int, number: int, seed: int = 0, model: str = "brown-conrady", noise_px: float = 0.3,

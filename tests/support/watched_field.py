@@ -9,7 +9,7 @@ from app.sources.sim.camera import SimCamera
 from app.sources.sim.illumination import Light
 from app.sources.sim.lamps import Lamps
 from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Play
+from app.sources.sim.motion import Motion
 from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
 from app.store.stages import load_plans
@@ -17,6 +17,7 @@ from app.vision.colour.learning import learn_profile
 from app.vision.stage_pipeline import StagePipeline
 from app.vision.stages import StageContext
 from app.vision.stages.localisation import FieldLocator
+from tests.support.sim_truth import truth_at
 
 FIELDS = load_fields()
 DRIFT_S = 60.0  # the simulated light comes and goes within that
@@ -48,14 +49,15 @@ def world(field="ssl-div-b", *, size=(1920, 1080), robots=16, seed=1, drift=0.4,
     region = field.regions["full"]
     height_mm = 0.7 * float(np.hypot(region.width_mm, region.height_mm))
     camera = SimCamera.above(region, ImageSize(*size), LENSES["mild"], height_mm=height_mm)
-    return Rendering.of(camera, field, region, Play(robots=robots, seed=seed, speed_mm_s=speed_mm_s, shuffled=shuffled),
+    return Rendering.of(camera, field, region, Motion(robots=robots, seed=seed, speed_mm_s=speed_mm_s,
+                                                         shuffled=shuffled),
                         Light(gain=gain), Sensor(noise=noise), Lamps(drift=drift))
 
 
 def colour_clicks(rendering: Rendering, time_s=0.0, per_colour=5):
     """What an operator would click in the frame at that time, at most so often a colour: by the truth, in raw px."""
     from app.core.ssl_pattern import DOTS_MM, GREEN
-    truth = rendering.truth_at(time_s)
+    truth = truth_at(rendering, time_s)
     places = {"orange": [], "yellow": [], "blue": [], "pink": [], "green": []}
     if truth.ball and truth.ball.seen > 0.8:
         places["orange"].append((truth.ball.x_mm + 5, truth.ball.y_mm - 5, truth.ball.z_mm))

@@ -19,7 +19,7 @@ from app.images import encode
 from app.services.cameras import CameraShelf, tried
 from app.settings import CameraSettings
 from app.sources import SOURCES, without_password
-from app.sources.discover import found
+from app.sources.discover import discover_cameras
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 
@@ -68,7 +68,7 @@ async def find_cameras(request: Request) -> Json:
     if LOOKS.locked():
         raise Busy("Cameras are being looked for already.", "Wait some seconds.", reason="already-looking")
     async with LOOKS:
-        return Json({"items": await at_work(request, found, _shelf(request).surroundings())})
+        return Json({"items": await at_work(request, discover_cameras, _shelf(request).surroundings())})
 
 
 @router.get("/sources", response_model=responses.Sources)

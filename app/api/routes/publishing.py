@@ -42,7 +42,7 @@ async def set_publishing(request: Request, body: publishing.PublishingChanges) -
 async def read_heard(request: Request) -> Json:
     """Who else publishes geometry: each sender's newest whole packet, and what of it contradicts ours."""
     fields = request.app.state.fields
-    return Json(await at_work(request, lambda: _shelf(request).publishing.heard(fields.values())))
+    return Json(await at_work(request, lambda: _shelf(request).publishing.received(fields.values())))
 
 
 @router.post("/heard/{id}/import", status_code=201, response_model=responses.Calibration)
@@ -53,7 +53,7 @@ async def import_heard(request: Request, id: Id, body: publishing.TakeOver) -> J
 
 
 def _taken(request: Request, id: str, body: publishing.TakeOver) -> dict[str, Any]:
-    sender = _shelf(request).publishing.sender(id)
+    sender = _shelf(request).publishing.remote_publisher(id)
     if body.sha256 is not None and body.sha256 != hashlib.sha256(sender.data).hexdigest():
         raise Conflict(f"{id} has sent another geometry since.", "Look at it again, then take it over.",
                        reason="heard-changed")

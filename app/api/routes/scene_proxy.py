@@ -11,7 +11,7 @@ from app.api.sockets import until_either
 from app.core.errors import NotFound
 from app.scene.messages import KEY_HEADER
 from app.scene.page import client_page
-from app.scene.policy import OURS
+from app.scene.policy import PAGE_POLICY
 
 router = APIRouter(prefix="/viser", include_in_schema=False)
 
@@ -23,7 +23,7 @@ OPEN_S = 10.0
 @router.get("/{name}/")
 async def show_viser(request: Request, name: str) -> HTMLResponse:
     request.app.state.scenes.get(name)
-    return HTMLResponse(client_page(), headers={"Content-Security-Policy": OURS, "Cache-Control": "no-cache"})
+    return HTMLResponse(client_page(), headers={"Content-Security-Policy": PAGE_POLICY, "Cache-Control": "no-cache"})
 
 
 @router.websocket("/{name}")

@@ -21,7 +21,7 @@ from app.core.records import Calibration
 from app.live import StreamSpec
 from app.live.messages import parts, payload
 from app.scene import messages
-from app.scene.policy import KEPT
+from app.scene.policy import EXPORT_POLICY
 from app.scene.process import SceneProcess
 from app.services.scenes import records_of, still_of, title_of
 
@@ -178,5 +178,5 @@ async def scene_page(request: Request, id: Id, dark: Dark = False) -> HTMLRespon
     name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}-scene.html"
     return HTMLResponse(html, headers={
         # an origin of its own: whatever runs in it has no part in ours
-        "Content-Security-Policy": f"sandbox allow-scripts; {KEPT}; frame-ancestors 'self'",
+        "Content-Security-Policy": f"sandbox allow-scripts; {EXPORT_POLICY}; frame-ancestors 'self'",
         "Cache-Control": "no-cache", "Content-Disposition": disposition("inline", name)})

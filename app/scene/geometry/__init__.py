@@ -1,19 +1,18 @@
-"""What stands in the room, as numbers: everything that a scene in 3-D shows, computed from records alone.
+"""The geometry of the 3-D scene: everything that it shows, as numbers computed from records alone.
 
-    shapes.py     a mesh, and what is painted on the carpet, with the goals, to scale
-    hung.py       where a camera hangs, which way it looks, and its picture as a pinhole there would take it
-    landings.py   where the rays of clicked points land, and how far from where they should
-    sheet.py      expected error over the region, as a coloured sheet
-    lying.py      a picture that lies level: the sheet, or a corrected picture where a model knows of no camera
-    moved.py      what has moved between two versions
-    boards.py     where a board was held before a camera, and which part of the picture it covered
-    standing.py   one calibration with all of this
-    views.py      from where the room is looked at: above, a camera, free
-    place.py      one place of the carpet: its pixel in every camera, and the expected error there
+    shapes.py         meshes of the carpet, its markings and the goals, to scale
+    frustum.py        a camera's pose and field of view, and its undistorted picture
+    ray_hits.py       where the rays of clicked points meet the carpet, and their residuals
+    error_surface.py  expected error over the region, as a coloured surface
+    textured_quad.py  a level rectangle with a picture: an error surface, or a corrected picture
+    pose_change.py    what has changed between two versions of a camera
+    boards.py         board poses before a camera, and the part of the picture that they covered
+    scene_camera.py   one calibration with all of this
+    views.py          viewpoints: above, through a camera, free
+    picking.py        a place on the carpet: its pixel in every camera, and the expected error there
 
-    camera = Standing.of("north", "North", calibration)
-    camera.hung.height_mm, camera.landings.feet, told_at((0.0, 500.0), [camera])
+    camera = SceneCamera.of("north", "North", calibration)
+    camera.frustum.height_mm, camera.ray_hits.points, describe_place((0.0, 500.0), [camera])
 
-Lengths are mm in the field frame (geometry.py); whoever draws them knows units of its own. A scene draws and computes
-nothing.
+Lengths are mm in the field frame; whoever draws converts them.
 """

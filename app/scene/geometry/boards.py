@@ -1,4 +1,4 @@
-"""Where a board was held before a camera whose lens it told, and which part of the picture it has covered."""
+"""Board poses before a camera whose lens was calibrated with them, and the part of the picture that they covered."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,16 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import Conflict
+from app.scene.geometry.frustum import Pyramid
 
-SIDE_PX = 32  # of a cell in the picture of the coverage
-MOST_MM = 1e6
+SIDE_PX = 32  # of a cell in the coverage picture
+MAX_MM = 1e6
 
 
 @dataclass(frozen=True, eq=False)
-class BoardViews:
+class BoardViews(Pyramid):
     """quads (n, 4, 3) mm in the camera's frame (x right, y down, z ahead): the outermost corners of every used view.
 
-    half: of the picture's extent at depth 1, across and down, without the lens's bend. cells (rows, columns): how many
+    half: half the picture's extent at depth 1, across and down, undistorted. cells (rows, columns): how many
     corners were seen in each part of the picture.
     """
 
@@ -28,15 +29,15 @@ class BoardViews:
 
     @classmethod
     def of(cls, lens: Mapping[str, Any]) -> Self:
-        """From a kept lens; Conflict where it does not say how the board was held."""
+        """Read a stored lens; Conflict where it has no board poses."""
         try:
             views = [view for view in lens["report"]["views"] if view.get("used") and view.get("quad_mm") is not None]
             quads = np.array([view["quad_mm"] for view in views], float).reshape(-1, 4, 3)
             cells = np.array(lens["report"]["coverage"]["cells"], float)
-            held, (width, height) = lens["lens"], lens["image_size"]
-            focal = float(held["focal_px"])
-            half = (width / 2 / focal, height / 2 / (focal * float(held["aspect"])))
-            known = (np.isfinite(quads).all() and np.abs(quads).max(initial=0) < MOST_MM and cells.ndim == 2
+            intrinsics, (width, height) = lens["lens"], lens["image_size"]
+            focal = float(intrinsics["focal_px"])
+            half = (width / 2 / focal, height / 2 / (focal * float(intrinsics["aspect"])))
+            known = (np.isfinite(quads).all() and np.abs(quads).max(initial=0) < MAX_MM and cells.ndim == 2
                      and np.isfinite(cells).all() and np.isfinite(half).all() and 0 < min(half) <= max(half) < 1e3)
         except (KeyError, TypeError, ValueError, AttributeError, ZeroDivisionError):
             known, views, quads = False, [], np.empty((0, 4, 3))
@@ -47,19 +48,11 @@ class BoardViews:
 
     @property
     def depth_mm(self) -> float:
-        """How far ahead of the camera its picture is drawn: before the nearest board."""
+        """Distance at which the camera's picture is drawn: before the nearest board."""
         return float(min(0.5 * np.median(self.quads[..., 2]), 0.8 * max(self.quads[..., 2].min(), 1.0)))
 
-    @property
-    def fov_rad(self) -> float:
-        return float(2 * np.arctan(self.half[1]))
-
-    @property
-    def aspect(self) -> float:
-        return self.half[0] / self.half[1]
-
     def coverage(self) -> NDArray[np.uint8]:
-        """RGB: bright cells of the picture have seen many corners, red ones none."""
+        """Return an RGB picture: bright cells have seen many corners, red ones none."""
         share = np.clip(self.cells / max(float(np.median(self.cells[self.cells > 0], axis=None))
                                          if (self.cells > 0).any() else 1.0, 1.0) / 2, 0, 1)
         picture = np.stack([40 + 60 * share, 70 + 160 * share, 60 + 80 * share], axis=-1).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""Expected error over a region as a coloured sheet that lies on the carpet, or floats where robots carry their hats."""
+"""Expected error over a region as a coloured surface, on the carpet or at hat height."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,29 +10,29 @@ from app.core import opencv
 from app.core.errors import TouchlineError
 from app.core.field import Region
 from app.models import CameraModel
-from app.scene.geometry.textured_quad import Lying
+from app.scene.geometry.textured_quad import TexturedQuad
 from app.workflows.calibration import uncertainty
 
-WIDTH_PX = 256  # of the longer side: colours run smoothly between the places of the grid
+WIDTH_PX = 256  # of the longer side: colours are interpolated between the grid's nodes
 SEEN = 190  # of 255: the field's lines are seen through it
 SHADES = 256
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
-    """sigma_mm (rows, columns), NaN where the camera sees nothing; lying: where."""
+class ErrorSurface:
+    """sigma_mm (rows, columns), NaN where the camera sees nothing; quad: its place."""
 
     sigma_mm: NDArray[np.float64]
-    lying: Lying
+    quad: TexturedQuad
 
     @property
     def largest_mm(self) -> float:
         return float(np.nanmax(self.sigma_mm))
 
     def picture(self, top_mm: float) -> NDArray[np.uint8]:
-        """RGBA (h, w, 4): dark is 0, bright top_mm and more; see-through where nothing is known."""
-        scale = WIDTH_PX / max(self.lying.width_mm, self.lying.height_mm)
-        size = [max(2, round(side * scale)) for side in (self.lying.width_mm, self.lying.height_mm)]
+        """Return RGBA (h, w, 4): dark is 0, bright top_mm and more; transparent where nothing is known."""
+        scale = WIDTH_PX / max(self.quad.width_mm, self.quad.height_mm)
+        size = [max(2, round(side * scale)) for side in (self.quad.width_mm, self.quad.height_mm)]
         values = opencv.resize_grid(self.sigma_mm, *size)
         shades = np.clip(np.nan_to_num(values) / top_mm * (SHADES - 1), 0, SHADES - 1).astype(int)
         picture = np.empty((*values.shape, 4), np.uint8)
@@ -41,10 +41,10 @@ class Sheet:
         return picture
 
 
-def sheet_of(model: CameraModel, covariance: Any, region: Region, z_mm: float) -> Sheet | TouchlineError:
-    """The sheet, or why there is none."""
+def error_surface(model: CameraModel, covariance: Any, region: Region, z_mm: float) -> ErrorSurface | TouchlineError:
+    """Compute the surface, or return why there is none."""
     try:
         found = uncertainty(model, covariance, region, z_mm)
     except TouchlineError as refusal:
         return refusal
-    return Sheet(np.array(found["grid"]["sigma_mm"], float), Lying.over(region, z_mm))
+    return ErrorSurface(np.array(found["grid"]["sigma_mm"], float), TexturedQuad.over(region, z_mm))

@@ -1,7 +1,7 @@
-"""Where a camera hangs and which way it looks; and its picture as a pinhole at the same place would have taken it.
+"""A camera's pose and field of view, and its picture as a pinhole at the same place would have taken it.
 
 A lens bends its picture, and a frustum is a pinhole's: drawn on one, only the straightened picture lies over the field
-that stands behind it. A pinhole cannot see 180°: of a very wide lens the middle WIDEST_DEG are shown.
+that stands behind it. A pinhole cannot see 180°: of a very wide lens the middle MAX_FOV_DEG are shown.
 """
 
 from dataclasses import dataclass
@@ -15,31 +15,46 @@ from app.core.geometry import ImageSize, Points
 from app.imaging.correction import CorrectionMap
 from app.models.ray_camera import RayCamera
 
-WIDEST_DEG = 120.0
+MAX_FOV_DEG = 120.0
 BORDER_STEPS = 33  # points along each side of the picture
 REACH_MM = 1000.0  # along a ray: any length will do
 DEPTH_SHARE = 0.22  # of the camera's height: how far below it its picture is drawn
-DEEPEST_MM = 1200.0
+MAX_DEPTH_MM = 1200.0
 IN_FRONT = 0.985  # of the frustum's depth, where lines are drawn over its picture
 
 
+class Pyramid:
+    """The view of a pinhole. half: half the picture's extent at depth 1, across and down."""
+
+    half: tuple[float, float]
+
+    @property
+    def fov_rad(self) -> float:
+        """Angle from the picture's top to its bottom."""
+        return float(2 * np.arctan(self.half[1]))
+
+    @property
+    def aspect(self) -> float:
+        return self.half[0] / self.half[1]
+
+
 @dataclass(frozen=True, eq=False)
-class Hung:
-    """position_mm (3,); field_from_camera (3, 3), whose columns are right, down and ahead. half: of the straightened
-    picture's extent at depth 1, across and down. whole: whether that is all that the camera sees."""
+class Frustum(Pyramid):
+    """position_mm (3,); field_from_camera (3, 3), whose columns are right, down and ahead. half: of the undistorted
+    picture. complete: whether that is all that the camera sees."""
 
     model: RayCamera
     position_mm: NDArray[np.float64]
     field_from_camera: NDArray[np.float64]
     half: tuple[float, float]
-    whole: bool
+    complete: bool
 
     @classmethod
     def of(cls, model: RayCamera) -> Self:
         rays = _rays(model, _border(model.image_size))
         with np.errstate(all="ignore"):
             plane = np.abs(rays[:, :2] / np.where(rays[:, 2:] > 0, rays[:, 2:], np.nan))
-        most = float(np.tan(np.radians(WIDEST_DEG / 2)))
+        most = float(np.tan(np.radians(MAX_FOV_DEG / 2)))
         known = np.isfinite(plane).all(axis=1)
         seen = np.nanmax(plane[known], axis=0) if known.any() else np.array([most, most])
         half = np.minimum(seen, most)
@@ -52,35 +67,27 @@ class Hung:
 
     @property
     def tilt_deg(self) -> float:
-        """Of the line of sight against straight down."""
+        """Angle of the optical axis against straight down."""
         return float(np.degrees(np.arccos(np.clip(-self.field_from_camera[2, 2], -1, 1))))
 
-    @property
-    def fov_rad(self) -> float:
-        """Of the straightened picture, from top to bottom."""
-        return float(2 * np.arctan(self.half[1]))
-
-    @property
-    def aspect(self) -> float:
-        return self.half[0] / self.half[1]
-
     def fov_within(self, aspect: float) -> float:
-        """The angle from top to bottom at which a window of that shape shows the whole frustum."""
+        """Return the vertical angle at which a window of this aspect shows the whole frustum."""
         return float(2 * np.arctan(max(self.half[1], self.half[0] / aspect)))
 
     @property
     def depth_mm(self) -> float:
-        """How far ahead of the camera its picture is drawn."""
-        return min(DEEPEST_MM, DEPTH_SHARE * self.height_mm)
+        """Distance from the camera at which its picture is drawn."""
+        return min(MAX_DEPTH_MM, DEPTH_SHARE * self.height_mm)
 
     @property
     def ahead(self) -> NDArray[np.float64]:
-        """(3,): the place of the picture's middle."""
+        """(3,): the centre of the drawn picture."""
         return self.position_mm + self.field_from_camera[:, 2] * self.depth_mm
 
     def drawn_closer(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Places (n, 3) moved along their rays to just before the picture: seen from the camera they stay where they
-        are. NaN for what is beside or behind it."""
+        """Move points (n, 3) along their rays to just before the drawn picture; NaN beside or behind the camera.
+
+        Seen from the camera they stay where they are."""
         arms = points - self.position_mm
         depth = arms @ self.field_from_camera[:, 2:]
         with np.errstate(all="ignore"):
@@ -91,8 +98,8 @@ class Hung:
         outline = self.model.unproject(_border(self.model.image_size))
         return np.concatenate([outline, outline[:1]])
 
-    def straight(self, width: int, of: ImageSize) -> CorrectionMap:
-        """The map of the straightened picture, so wide, from a raw picture of that size."""
+    def undistortion(self, width: int, of: ImageSize) -> CorrectionMap:
+        """Return the map of the undistorted picture of this width from raw pictures of size `of`."""
         if (width, of) not in self._maps:
             self._maps[width, of] = self._map(width, max(2, round(width / self.aspect)), of)
         return self._maps[width, of]

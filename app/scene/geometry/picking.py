@@ -1,4 +1,4 @@
-"""One place of the carpet: where a line of sight meets it, its pixel in every camera, and the expected error there."""
+"""Picking: where a ray meets the carpet, the place's pixel in every camera, and the expected error there."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,19 +12,21 @@ from app.evaluate.fit.covariance_json import covariance_from_json
 from app.evaluate.fit.uncertainty import expected_error
 from app.fitting import sensitivity_of
 from app.models import raw_from_field
-from app.scene.geometry.scene_camera import Standing
+from app.scene.geometry.scene_camera import SceneCamera
 
 
-def met(origin_mm: Sequence[float], direction: Sequence[float]) -> NDArray[np.float64] | None:
-    """Where a ray meets the carpet, field mm (2,); None where it leads away from it."""
+def carpet_intersection(origin_mm: Sequence[float], direction: Sequence[float]) -> NDArray[np.float64] | None:
+    """Return where a ray meets the carpet, field mm (2,); None where it points away."""
     origin, ahead = np.asarray(origin_mm, float), np.asarray(direction, float)
     if not (np.isfinite(origin).all() and np.isfinite(ahead).all()) or origin[2] * ahead[2] >= 0:
         return None
     return origin[:2] - ahead[:2] * (origin[2] / ahead[2])
 
 
-def told_at(place_mm: Sequence[float], cameras: Sequence[Standing]) -> dict[str, Any]:
-    """Plain JSON: {"place_mm", "cameras": [{"key", "pixel", "inside", "hat_pixel", "sigma_mm", "hat_sigma_mm"}, …]}.
+def describe_place(place_mm: Sequence[float], cameras: Sequence[SceneCamera]) -> dict[str, Any]:
+    """Describe a place as JSON.
+
+    {"place_mm", "cameras": [{"key", "pixel", "inside", "hat_pixel", "sigma_mm", "hat_sigma_mm"}, …]}.
 
     null for what a camera does not see or a model does not know.
     """
@@ -32,9 +34,9 @@ def told_at(place_mm: Sequence[float], cameras: Sequence[Standing]) -> dict[str,
     return {"place_mm": place.tolist(), "cameras": [_in_camera(place, camera) for camera in cameras]}
 
 
-def _in_camera(place: NDArray[np.float64], camera: Standing) -> dict[str, Any]:
+def _in_camera(place: NDArray[np.float64], camera: SceneCamera) -> dict[str, Any]:
     pixel, size, hat_mm = raw_from_field(camera.model, place), camera.model.image_size, camera.field.hat_height_mm
-    hat = camera.model.project(np.array([*place, hat_mm])) if camera.hung else np.full(2, np.nan)
+    hat = camera.model.project(np.array([*place, hat_mm])) if camera.frustum else np.full(2, np.nan)
     seen = bool(np.isfinite(pixel).all())
     return {"key": camera.key, "title": camera.title, "calibration": camera.calibration.id,
             "snapshot": camera.calibration.snapshot, "pixel": pixel.tolist() if seen else None,
@@ -43,9 +45,10 @@ def _in_camera(place: NDArray[np.float64], camera: Standing) -> dict[str, Any]:
             "sigma_mm": _sigma(camera, place, 0.0), "hat_sigma_mm": _sigma(camera, place, hat_mm)}
 
 
-def _sigma(camera: Standing, place: NDArray[np.float64], z_mm: float) -> float | None:
+def _sigma(camera: SceneCamera, place: NDArray[np.float64], z_mm: float) -> float | None:
     model = camera.model
-    if camera.calibration.covariance is None or sensitivity_of(model) is None or (z_mm and camera.hung is None):
+    unknown = camera.calibration.covariance is None or sensitivity_of(model)
+    if unknown is None or (z_mm and camera.frustum is None):
         return None
     try:
         names, matrix = covariance_from_json(camera.calibration.covariance, model)

@@ -1,4 +1,4 @@
-"""What has moved between two versions of one camera: the camera itself, and where it puts what it sees."""
+"""The change between two versions of a camera: its pose, and where it puts what it sees."""
 
 from dataclasses import dataclass
 from typing import Any, Self
@@ -10,13 +10,13 @@ from app.core.field import Region
 from app.evaluate.fit.difference import difference_mm
 from app.evaluate.fit.uncertainty import grid_over
 from app.models import CameraModel, field_from_raw, raw_from_field
-from app.scene.geometry.frustum import Hung
+from app.scene.geometry.frustum import Frustum
 
 GRID = (13, 11)  # arrows over the region
 
 
 @dataclass(frozen=True, eq=False)
-class Moved:
+class PoseChange:
     """arrows (n, 2, 3) mm on the carpet: from where the older version puts a pixel to where the newer one does.
 
     shift_mm (3,) and turn_deg: of the camera, None where either version knows none.
@@ -29,8 +29,8 @@ class Moved:
     turn_deg: float | None
 
     @classmethod
-    def between(cls, older: CameraModel, newer: CameraModel, region: Region, before: Hung | None,
-                now: Hung | None) -> Self:
+    def between(cls, older: CameraModel, newer: CameraModel, region: Region, before: Frustum | None,
+                now: Frustum | None) -> Self:
         places = grid_over(region, *GRID).reshape(-1, 2)
         there = field_from_raw(newer, raw_from_field(older, places))
         ends = np.stack([places, there], axis=1)[np.isfinite(there).all(axis=1)]
@@ -41,7 +41,7 @@ class Moved:
                    float(np.nanmedian(mm)) if known else None, float(np.nanmax(mm)) if known else None, shift, turn)
 
     def scaled(self, scale: float) -> NDArray[np.float64]:
-        """(n, 2, 3): each so many times its length."""
+        """Return the arrows (n, 2, 3) enlarged by scale."""
         return np.stack([self.arrows[:, 0], self.arrows[:, 0] + scale * (self.arrows[:, 1] - self.arrows[:, 0])],
                         axis=1)
 
@@ -50,6 +50,6 @@ class Moved:
                 "shift_mm": None if self.shift_mm is None else self.shift_mm.tolist()}
 
 
-def _pose_change(before: Hung, now: Hung) -> tuple[NDArray[np.float64], float]:
+def _pose_change(before: Frustum, now: Frustum) -> tuple[NDArray[np.float64], float]:
     turn = now.field_from_camera @ before.field_from_camera.T
     return now.position_mm - before.position_mm, float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1))))

@@ -1,4 +1,4 @@
-"""Where rays of clicked points land on the carpet, and how far that is from the line or spot they were clicked on."""
+"""Where the rays of clicked points meet the carpet, and the residuals to the lines or points that were clicked."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,33 +14,33 @@ from app.models import CameraModel
 
 
 @dataclass(frozen=True, eq=False)
-class Landings:
-    """feet (n, 3) mm; missed (n, 3) mm, from there to where the point should be; stray (n,): left out by the fit.
+class RayHits:
+    """points (n, 3) mm; residuals (n, 3) mm, from there to where it should be; outlier (n,): left out by the fit.
 
-    Points that the model does not reach are not among them.
+    Points that the model does not reach are left out.
     """
 
-    feet: NDArray[np.float64]
-    missed: NDArray[np.float64]
-    stray: NDArray[np.bool_]
+    points: NDArray[np.float64]
+    residuals: NDArray[np.float64]
+    outlier: NDArray[np.bool_]
 
     @classmethod
     def of(cls, model: CameraModel, observations: Observations, field: Field, region: Region,
-           strays: Sequence[NDArray[np.bool_]]) -> Self:
-        feet, missed, stray = [np.empty((0, 3))], [np.empty((0, 3))], [np.empty(0, bool)]
-        for observation, out in zip(observations, strays, strict=True):
+           outliers: Sequence[NDArray[np.bool_]]) -> Self:
+        points, missed, outlier = [np.empty((0, 3))], [np.empty((0, 3))], [np.empty(0, bool)]
+        for observation, out in zip(observations, outliers, strict=True):
             residuals = feature_residuals(model, observation, field, region)
             foot = residuals.place_mm
             known = np.isfinite(foot).all(axis=1) & np.isfinite(residuals.to_place_mm).all(axis=1)
-            feet.append(np.column_stack([foot, np.full(len(foot), observation.z_mm)])[known])
+            points.append(np.column_stack([foot, np.full(len(foot), observation.z_mm)])[known])
             missed.append(np.column_stack([residuals.to_place_mm, np.zeros(len(foot))])[known])
-            stray.append(out[known])
-        return cls(np.concatenate(feet), np.concatenate(missed), np.concatenate(stray))
+            outlier.append(out[known])
+        return cls(np.concatenate(points), np.concatenate(missed), np.concatenate(outlier))
 
     def rays_from(self, position_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(n, 2, 3): from the camera to each foot."""
-        return np.stack([np.broadcast_to(position_mm, self.feet.shape), self.feet], axis=1)
+        """Return rays (n, 2, 3) from the camera to each point."""
+        return np.stack([np.broadcast_to(position_mm, self.points.shape), self.points], axis=1)
 
     def arrows(self, scale: float) -> NDArray[np.float64]:
-        """(n, 2, 3): what each misses, so many times its length."""
-        return np.stack([self.feet, self.feet + scale * self.missed], axis=1)
+        """Return the residuals (n, 2, 3) as arrows enlarged by scale."""
+        return np.stack([self.points, self.points + scale * self.residuals], axis=1)

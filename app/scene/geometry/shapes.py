@@ -1,4 +1,4 @@
-"""What lies and stands on a field, to scale: carpet, painted lines and arcs of their true width, goals."""
+"""Meshes of a field, to scale: carpet, lines and arcs of their true width, goals."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from app.core.field import Arc, Field, Line
 
 ARC_STEP_DEG = 4.0
-GOAL_MM = {"width_mm": 1000.0, "depth_mm": 180.0, "height_mm": 160.0}  # what a field's own definition leaves open
+GOAL_MM = {"width_mm": 1000.0, "depth_mm": 180.0, "height_mm": 160.0}  # where a field's definition leaves them out
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Mesh:
 
 
 def carpet(field: Field) -> Mesh:
-    """The rectangle that is laid out: the field, and around it what its boundary says."""
+    """Return the carpet: the field and its boundary."""
     around = field.extras.get("boundary", {})
     x = field.length_mm / 2 + around.get("goal_mm", 0.0)
     y = field.width_mm / 2 + around.get("touch_mm", 0.0)
@@ -35,7 +35,7 @@ def carpet(field: Field) -> Mesh:
 
 
 def paint(field: Field) -> Mesh:
-    """Every line and arc, as wide as it is painted."""
+    """Return every line and arc in its true width."""
     return Mesh.joined([_ribbon(_points(one), one.width_mm) for one in (*field.lines.values(), *field.arcs.values())]
                        or [Mesh(np.empty((0, 3)), np.empty((0, 3), int))])
 
@@ -47,7 +47,7 @@ def _points(shape: Line | Arc) -> NDArray[np.float64]:
 
 
 def _ribbon(points: NDArray[np.float64], width_mm: float) -> Mesh:
-    """A band around a polyline (n, 2); its ends reach half a width further, so that lines meet in corners."""
+    """Return a band around a polyline (n, 2); its ends reach half a width further, so that lines meet in corners."""
     along = np.gradient(points, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     across = np.stack([-along[:, 1], along[:, 0]], axis=1) * width_mm / 2

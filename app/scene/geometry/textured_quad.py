@@ -1,4 +1,4 @@
-"""A picture that lies level in the room: a corrected picture on the carpet, or a sheet over it."""
+"""A level rectangle that carries a picture: a corrected picture on the carpet, or an error surface over it."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -10,7 +10,7 @@ from app.core.field import Region
 
 
 @dataclass(frozen=True, eq=False)
-class Lying:
+class TexturedQuad:
     """A rectangle in the plane at z_mm: its middle (2,), its size, and unit vectors (2,) to its right and down it."""
 
     middle_mm: NDArray[np.float64]

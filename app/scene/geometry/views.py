@@ -1,4 +1,4 @@
-"""From where the room is looked at: straight above, through a camera, or freely from beside it."""
+"""Viewpoints: straight above, through a camera, or freely from beside the field."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from app.core.field import Field
 from app.scene.geometry.boards import BoardViews
-from app.scene.geometry.frustum import Hung
+from app.scene.geometry.frustum import Frustum
 
 FOV_RAD = float(np.radians(50))  # from top to bottom: about what an eye takes in of a screen
 WIDE = 1.2  # width over height of a window that shows all from as near as that
-ROOM = 1.12  # of the field's extent
+MARGIN = 1.12  # of the field's extent
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Viewpoint:
     @classmethod
     def above(cls, field: Field, aspect: float) -> Self:
         """The whole field, x to the right and y up. aspect: of the window, width over height."""
-        half = max(field.length_mm / aspect, field.width_mm) / 2 * ROOM
+        half = max(field.length_mm / aspect, field.width_mm) / 2 * MARGIN
         return cls(np.array([0.0, 0.0, half / np.tan(FOV_RAD / 2)]), np.zeros(3), np.array([0.0, 1.0, 0.0]))
 
     @classmethod
@@ -38,9 +38,9 @@ class Viewpoint:
                    np.array([0.0, 0.0, 1.0]))
 
     @classmethod
-    def through(cls, hung: Hung, aspect: float) -> Self:
-        """From where a camera hangs, as it looks, its whole picture in the window."""
-        return cls(hung.position_mm, hung.ahead, -hung.field_from_camera[:, 1], hung.fov_within(aspect))
+    def through(cls, frustum: Frustum, aspect: float) -> Self:
+        """From the camera's position along its axis, with its whole picture in the window."""
+        return cls(frustum.position_mm, frustum.ahead, -frustum.field_from_camera[:, 1], frustum.fov_within(aspect))
 
     @classmethod
     def beside(cls, boards: BoardViews) -> Self:

@@ -5,17 +5,17 @@ import threading
 from collections.abc import Mapping
 from contextlib import suppress
 from ctypes import byref, c_int, c_size_t
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self
 from urllib.parse import quote
 
 from app.core.errors import NotFound, Unavailable
-from app.sources import Identity, Surroundings
+from app.sources import Identity, SourceContext
 from app.sources.industrial.aravis_library import Aravis, AravisError, aravis, text
 from app.sources.industrial.aravis_nodes import AravisNodes
-from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource, of_several
-from app.sources.industrial.gige import answers, is_ip
+from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource
+from app.sources.industrial.discovery import DiscoveredCamera, find_camera, known_cameras
+from app.sources.industrial.gige import is_ip, responds
 from app.sources.industrial.pixel_formats import Pixels, bgr_from_raw
 
 BUFFERS = 6  # pictures under way; with fewer, a short pause of this process loses some
@@ -34,8 +34,8 @@ class AravisSource(IndustrialSource):
     OPTIONS: ClassVar = (PIXEL_FORMAT, FPS)
 
     @classmethod
-    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
-        return cls.upon(AravisDevice(target, aravis()), options)
+    def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
+        return cls.start(AravisDevice(target, aravis()), options)
 
     @classmethod
     def example(cls, folder: Path) -> str:
@@ -43,75 +43,53 @@ class AravisSource(IndustrialSource):
         return f"aravis://{FAKE}1?fps=200"
 
 
-@dataclass(frozen=True)
-class Plugged:
-    """A camera that answers on a network or a cable."""
-
-    id: str
-    serial: str
-    hardware: str
-    address: str
-    vendor: str
-    model: str
-    protocol: str
-
-    @property
-    def opened_by(self) -> str:
-        """What the library shall be asked for.
-
-        By its name, a camera that answers on two network cards is opened through either, and may send its pictures to
-        the other; by its address, through the one that it is connected to.
-        """
-        return self.address if self.protocol == "GigEVision" and is_ip(self.address) else self.id
-
-
-def plugged_in(library: Aravis) -> list[Plugged]:
-    """Every camera that answers; takes about a second, in which cameras on the networks may."""
+def discover_cameras(library: Aravis) -> list[DiscoveredCamera]:
+    """Return every camera that answers; takes about a second, in which cameras on the networks may."""
     library.call("update_device_list")
-    return [Plugged(*(text(library.call(f"get_device_{what}", i))
-                      for what in ("id", "serial_nbr", "physical_id", "address", "vendor", "model", "protocol")))
-            for i in range(min(library.call("get_n_devices"), MAX_CAMERAS))]
+    found = []
+    for i in range(min(library.call("get_n_devices"), MAX_CAMERAS)):
+        id, serial, hardware, address, vendor, model, protocol = (
+            text(library.call(f"get_device_{what}", i))
+            for what in ("id", "serial_nbr", "physical_id", "address", "vendor", "model", "protocol"))
+        # By its name, a camera that answers on two network cards is opened through either, and may send its pictures to
+        # the other; by its address, through the one that it is connected to.
+        opened_by = address if protocol == "GigEVision" and is_ip(address) else id
+        found.append(DiscoveredCamera(id, serial, hardware, vendor, model, opened_by))
+    return found
 
 
 def address_of(target: str) -> str:
     return f"aravis://{quote(target)}"
 
 
-def identity_of(address: str, camera: Plugged) -> Identity:
-    return Identity(address, camera.serial, camera.id, f"{camera.vendor} {camera.model}".strip())
-
-
-def names_of(target: str, library: Aravis) -> tuple[str, str]:
-    """What to ask the library for, and the camera's whole name; NotFound lists the cameras there are."""
+def resolve_target(target: str, library: Aravis) -> tuple[str, str]:
+    """Return what the library opens, and the camera's whole name; NotFound lists the cameras there are."""
     if target.startswith(FAKE):
         library.call("enable_interface", b"Fake")
         return target, target
     if is_ip(target):  # asked directly, which reaches cameras beyond the next router as well
-        if not answers(target):
+        if not responds(target):
             raise Unavailable(f"No camera answers at {target}.", "Look at its cable and power, and at its address.",
                               reason="camera-off")
         return target, target
-    cameras = plugged_in(library)
-    for what in ("id", "serial", "hardware"):
-        found = of_several(cameras, target, lambda camera, what=what: getattr(camera, what) == target)
-        if found is not None:
-            return found.opened_by, found.id
-    known = ", ".join(camera.serial or camera.id for camera in cameras) or "none now: look at cables and power"
-    raise NotFound(f"No camera called {target[:60]!r} answers.", f"Cameras: {known}.", reason="unknown-device")
+    cameras = discover_cameras(library)
+    if (found := find_camera(cameras, target)) is not None:
+        return found.handle, found.id
+    raise NotFound(f"No camera called {target[:60]!r} answers.", known_cameras(cameras), reason="unknown-device")
 
 
 class AravisDevice:
-    """A Device over an ArvCamera and its stream."""
+    """An IndustrialDevice over an ArvCamera and its stream."""
 
     def __init__(self, target: str, library: Aravis) -> None:
         self.incomplete = 0
         self._library = library
         self._stream: Any = None
-        opened_by, port = names_of(target, library)
+        opened_by, port = resolve_target(target, library)
         try:
             self._camera = library.call("camera_new", opened_by.encode())
         except AravisError as error:
-            raise Unavailable("The camera cannot be opened.", f"Look at its cable and power. {_says(error)}",
+            raise Unavailable("The camera cannot be opened.", f"Look at its cable and power. {_driver_message(error)}",
                               reason="camera-off") from None
         if not self._camera:
             raise Unavailable("The camera cannot be opened.", "Look at its cable and power.", reason="camera-off")
@@ -135,7 +113,8 @@ class AravisDevice:
             call("camera_start_acquisition", self._camera)
         except AravisError as error:
             raise Unavailable("The camera does not start.",
-                              f"Close the other program that uses it, or wait until it lets go. {_says(error)}",
+                              "Close the other program that uses it, or wait until it lets go. "
+                              f"{_driver_message(error)}",
                               reason="camera-busy") from None
 
     def stop(self) -> None:
@@ -162,13 +141,13 @@ class AravisDevice:
     def close(self) -> None:
         if self._camera is None:
             return
-        if self._ip and not answers(self._ip):
+        if self._ip and not responds(self._ip):
             # The library would say good-bye to a camera that is gone for 12 s, and nobody need wait for that.
-            threading.Thread(target=self._let_go, name="aravis-goodbye", daemon=True).start()
+            threading.Thread(target=self._release, name="aravis-goodbye", daemon=True).start()
         else:
-            self._let_go()
+            self._release()
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         self.stop()
         camera, self._camera = self._camera, None
         self._library.unref(camera)
@@ -194,5 +173,5 @@ class AravisDevice:
             return ""
 
 
-def _says(error: AravisError) -> str:
+def _driver_message(error: AravisError) -> str:
     return f"Aravis says: {str(error).rstrip('.')}." if str(error) else ""

@@ -1,6 +1,6 @@
 """Aravis from Python: libaravis-0.8 through ctypes, so that any Python does and nothing is compiled.
 
-Only calls, and what is C about them: errors, references, texts. What a camera is stands in aravis.py.
+Only calls, errors, references and texts; aravis.py makes cameras of them.
 """
 
 import ctypes
@@ -20,63 +20,48 @@ class _GError(ctypes.Structure):
 
 
 class AravisError(Exception):
-    """What the library says went wrong."""
+    """An error that the library reports."""
 
 
-# name → (result, arguments, whether a GError** comes last)
-CALLS: dict[str, tuple[Any, tuple[Any, ...], bool]] = {
-    "enable_interface": (None, (c_char_p,), False),
-    "disable_interface": (None, (c_char_p,), False),
-    "get_n_interfaces": (c_uint, (), False),
-    "get_interface_id": (c_char_p, (c_uint,), False),
-    "update_device_list": (None, (), False),
-    "get_n_devices": (c_uint, (), False),
-    "get_device_id": (c_char_p, (c_uint,), False),
-    "get_device_physical_id": (c_char_p, (c_uint,), False),
-    "get_device_address": (c_char_p, (c_uint,), False),
-    "get_device_protocol": (c_char_p, (c_uint,), False),
-    "get_device_vendor": (c_char_p, (c_uint,), False),
-    "get_device_model": (c_char_p, (c_uint,), False),
-    "get_device_serial_nbr": (c_char_p, (c_uint,), False),
-    "camera_new": (pointer, (c_char_p,), True),
-    "camera_get_device": (pointer, (pointer,), False),
-    "camera_get_vendor_name": (c_char_p, (pointer,), True),
-    "camera_get_model_name": (c_char_p, (pointer,), True),
-    "camera_get_device_serial_number": (c_char_p, (pointer,), True),
-    "camera_get_payload": (c_uint, (pointer,), True),
-    "camera_create_stream": (pointer, (pointer, pointer, pointer, pointer), True),
-    "camera_start_acquisition": (None, (pointer,), True),
-    "camera_stop_acquisition": (None, (pointer,), True),
-    "stream_push_buffer": (None, (pointer, pointer), False),
-    "stream_timeout_pop_buffer": (pointer, (pointer, c_uint64), False),
-    "buffer_new_allocate": (pointer, (c_size_t,), False),
-    "buffer_get_status": (c_int, (pointer,), False),
-    "buffer_get_payload_type": (c_int, (pointer,), False),
-    "buffer_get_image_data": (pointer, (pointer, POINTER(c_size_t)), False),
-    "buffer_get_image_width": (c_int, (pointer,), False),
-    "buffer_get_image_height": (c_int, (pointer,), False),
-    "buffer_get_image_pixel_format": (c_uint32, (pointer,), False),
-    "buffer_get_image_padding": (None, (pointer, POINTER(c_int), POINTER(c_int)), False),
-    "device_get_feature": (pointer, (pointer, c_char_p), False),
-    "device_is_feature_available": (c_bool, (pointer, c_char_p), True),
-    "device_execute_command": (None, (pointer, c_char_p), True),
-    "device_get_boolean_feature_value": (c_bool, (pointer, c_char_p), True),
-    "device_set_boolean_feature_value": (None, (pointer, c_char_p, c_bool), True),
-    "device_get_string_feature_value": (c_char_p, (pointer, c_char_p), True),
-    "device_set_string_feature_value": (None, (pointer, c_char_p, c_char_p), True),
-    "device_get_integer_feature_value": (c_int64, (pointer, c_char_p), True),
-    "device_set_integer_feature_value": (None, (pointer, c_char_p, c_int64), True),
-    "device_get_integer_feature_bounds": (None, (pointer, c_char_p, POINTER(c_int64), POINTER(c_int64)), True),
-    "device_get_integer_feature_increment": (c_int64, (pointer, c_char_p), True),
-    "device_get_float_feature_value": (c_double, (pointer, c_char_p), True),
-    "device_set_float_feature_value": (None, (pointer, c_char_p, c_double), True),
-    "device_get_float_feature_bounds": (None, (pointer, c_char_p, POINTER(c_double), POINTER(c_double)), True),
-    "device_dup_available_enumeration_feature_values_as_strings": (
-        POINTER(c_char_p), (pointer, c_char_p, POINTER(c_uint)), True),
-    "device_get_feature_access_mode": (c_int, (pointer, c_char_p), False),
-    "gc_float_get_unit": (c_char_p, (pointer,), True),
-    "gc_integer_get_unit": (c_char_p, (pointer,), True),
+# (result, arguments, whether a GError** comes last) → the functions with that signature, without "arv_"
+SIGNATURES: dict[tuple[Any, tuple[Any, ...], bool], str] = {
+    (None, (c_char_p,), False): "enable_interface disable_interface",
+    (c_uint, (), False): "get_n_interfaces get_n_devices",
+    (c_char_p, (c_uint,), False): "get_interface_id get_device_id get_device_physical_id get_device_address "
+                                  "get_device_protocol get_device_vendor get_device_model get_device_serial_nbr",
+    (None, (), False): "update_device_list",
+    (pointer, (c_char_p,), True): "camera_new",
+    (pointer, (pointer,), False): "camera_get_device",
+    (c_char_p, (pointer,), True): "camera_get_vendor_name camera_get_model_name camera_get_device_serial_number "
+                                  "gc_float_get_unit gc_integer_get_unit",
+    (c_uint, (pointer,), True): "camera_get_payload",
+    (pointer, (pointer, pointer, pointer, pointer), True): "camera_create_stream",
+    (None, (pointer,), True): "camera_start_acquisition camera_stop_acquisition",
+    (None, (pointer, pointer), False): "stream_push_buffer",
+    (pointer, (pointer, c_uint64), False): "stream_timeout_pop_buffer",
+    (pointer, (c_size_t,), False): "buffer_new_allocate",
+    (c_int, (pointer,), False): "buffer_get_status buffer_get_payload_type buffer_get_image_width "
+                                "buffer_get_image_height",
+    (pointer, (pointer, POINTER(c_size_t)), False): "buffer_get_image_data",
+    (c_uint32, (pointer,), False): "buffer_get_image_pixel_format",
+    (None, (pointer, POINTER(c_int), POINTER(c_int)), False): "buffer_get_image_padding",
+    (pointer, (pointer, c_char_p), False): "device_get_feature",
+    (c_bool, (pointer, c_char_p), True): "device_is_feature_available device_get_boolean_feature_value",
+    (None, (pointer, c_char_p), True): "device_execute_command",
+    (None, (pointer, c_char_p, c_bool), True): "device_set_boolean_feature_value",
+    (c_char_p, (pointer, c_char_p), True): "device_get_string_feature_value",
+    (None, (pointer, c_char_p, c_char_p), True): "device_set_string_feature_value",
+    (c_int64, (pointer, c_char_p), True): "device_get_integer_feature_value device_get_integer_feature_increment",
+    (None, (pointer, c_char_p, c_int64), True): "device_set_integer_feature_value",
+    (None, (pointer, c_char_p, POINTER(c_int64), POINTER(c_int64)), True): "device_get_integer_feature_bounds",
+    (c_double, (pointer, c_char_p), True): "device_get_float_feature_value",
+    (None, (pointer, c_char_p, c_double), True): "device_set_float_feature_value",
+    (None, (pointer, c_char_p, POINTER(c_double), POINTER(c_double)), True): "device_get_float_feature_bounds",
+    (POINTER(c_char_p), (pointer, c_char_p, POINTER(c_uint)), True):
+        "device_dup_available_enumeration_feature_values_as_strings",
+    (c_int, (pointer, c_char_p), False): "device_get_feature_access_mode",
 }
+CALLS = {name: signature for signature, names in SIGNATURES.items() for name in names.split()}
 NEWER = {"buffer_get_image_padding", "device_get_feature_access_mode"}  # not in every 0.8; call() then answers None
 KINDS = {"choice": "enumeration", "bool": "boolean", "command": "command", "float": "float", "int": "integer"}
 
@@ -97,7 +82,7 @@ class Aravis:
             function = getattr(self._aravis, f"arv_{name}")
             function.restype = result
             function.argtypes = (*arguments, POINTER(POINTER(_GError))) if fails else arguments
-        # Newer ones speak to makers' producers as well; those cameras are genicam://, and nobody shall be listed twice.
+        # Newer ones speak to makers' producers as well; those cameras are genicam://, and none is to be listed twice.
         for i in range(self.call("get_n_interfaces")):
             if self.call("get_interface_id", i) == b"GenTL":
                 self.call("disable_interface", b"GenTL")
@@ -118,7 +103,7 @@ class Aravis:
         return result
 
     def kind(self, node: Any) -> str | None:
-        """What a camera's node is: "choice", "bool", "command", "float" or "int"; None for another kind."""
+        """Return a camera node's kind: "choice", "bool", "command", "float" or "int"; None for another kind."""
         is_a = self._gobject.g_type_check_instance_is_a
         return next((kind for kind, type_id in self._types.items() if is_a(node, type_id)), None)
 
@@ -147,7 +132,7 @@ class Aravis:
 
 @lru_cache(1)
 def aravis() -> Aravis:
-    """The library, loaded once; Unavailable where it is not installed, or too old."""
+    """Load the library once; Unavailable where it is not installed, or too old."""
     try:
         return Aravis()
     except (OSError, AttributeError):
@@ -155,5 +140,5 @@ def aravis() -> Aravis:
 
 
 def text(raw: bytes | None) -> str:
-    """What a camera says of itself, fit to be shown."""
+    """Return a camera's own text, printable."""
     return "".join(c for c in (raw or b"").decode("utf-8", "replace") if c.isprintable())[:200].strip()

@@ -8,6 +8,9 @@ from app.sources.industrial.features import Node, finite_range
 
 READ_ONLY = 0  # of Aravis' access modes; it calls some "write only" that can be read very well
 
+SETTERS = {"choice": ("string", lambda value: str(value).encode()), "bool": ("boolean", bool), "int": ("integer", int),
+           "float": ("float", float)}  # by kind: the type in the function's name, and its conversion
+
 
 class AravisNodes:
     """Nodes over an ArvDevice."""
@@ -27,16 +30,11 @@ class AravisNodes:
         raw, call, device = name.encode(), self._library.call, self._device
         kind = self._kind(raw)
         try:
-            if kind == "choice":
-                call("device_set_string_feature_value", device, raw, str(value).encode())
-            elif kind == "bool":
-                call("device_set_boolean_feature_value", device, raw, bool(value))
-            elif kind == "int":
-                call("device_set_integer_feature_value", device, raw, int(value))
-            elif kind == "float":
-                call("device_set_float_feature_value", device, raw, float(value))
-            elif kind == "command":
+            if kind == "command":
                 call("device_execute_command", device, raw)
+            elif kind in SETTERS:
+                type_name, convert = SETTERS[kind]
+                call(f"device_set_{type_name}_feature_value", device, raw, convert(value))
             else:
                 raise AravisError("it has none")
         except AravisError as error:

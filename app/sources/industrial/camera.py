@@ -1,60 +1,61 @@
-"""What GenICam cameras have in common, whoever talks to them: options, reading with a time limit, settings.
+"""What GenICam cameras share, whichever driver talks to them: options, reading with a time limit, controls.
 
-A driver (harvesters, Aravis) gives a Device; everything else about the source is here.
+A driver (harvesters, Aravis) provides an IndustrialDevice; everything else about the source is here.
 """
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar, Protocol, Self
 
 from app.core.errors import BadInput, NotFound, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
 from app.sources import Control, Identity
-from app.sources.industrial.features import FEATURES, Nodes, controls_of, write_control
-from app.sources.industrial.pixel_formats import FORMATS, Pixels, best_of, known
+from app.sources.industrial.features import FEATURES, NodeMap, controls_of, write_control
+from app.sources.industrial.pixel_formats import PIXEL_FORMATS, Pixels, best_format, canonical_name
+from app.sources.lifecycle import require_open
 
 READ_S = 1.5  # longer without a picture, and the camera counts as off
 MAX_PAYLOAD = 128 * 1024 * 1024  # bytes of one picture, as a camera announces them before any comes
 
 FPS = Option("fps", "float", None, "Frames a second; as the camera is set if left out.", (0.1, 240))
 PIXEL_FORMAT = Option("pixel_format", "choice", None, "How it sends pixels; the best that both know if left out.",
-                      choices=tuple(FORMATS))
+                      choices=tuple(PIXEL_FORMATS))
 
 
-class Device(Protocol):
-    """A camera that a driver has opened. Whatever fails raises Unavailable."""
+class IndustrialDevice(Protocol):
+    """A camera that a driver has opened. Every failure raises Unavailable."""
 
-    nodes: Nodes
+    nodes: NodeMap
     identity: Identity
     incomplete: int  # pictures that came with parts missing, since it was opened
 
     def start(self) -> None:
-        """Send pictures, of the size that is set now."""
+        """Start sending pictures, of the size that is set now."""
 
     def stop(self) -> None:
-        """Send none; more than once does no harm."""
+        """Stop sending; may be called again."""
 
     def take(self, timeout_s: float) -> Pixels | None:
-        """The next picture; None when none came, or an incomplete one, which is counted."""
+        """Return the next picture; None when none came, or an incomplete one, which is counted."""
 
     def close(self) -> None:
-        """Stop, and let go of the camera and all memory."""
+        """Stop, and release the camera and all memory."""
 
 
 class IndustrialSource:
-    """A source upon a Device."""
+    """A source that reads an IndustrialDevice."""
 
     TITLE: ClassVar[str]
 
-    def __init__(self, device: Device) -> None:
-        self._device: Device | None = device
+    def __init__(self, device: IndustrialDevice) -> None:
+        self._device: IndustrialDevice | None = device
         self._identity = device.identity
         self._incomplete = 0
 
     @classmethod
-    def upon(cls, device: Device, options: Mapping[str, Any]) -> Self:
-        """Set the camera up and let it send; closed again when that fails."""
+    def start(cls, device: IndustrialDevice, options: Mapping[str, Any]) -> Self:
+        """Configure the camera and start it; close it again when that fails."""
         try:
             set_up(device.nodes, options)
             device.start()
@@ -65,11 +66,11 @@ class IndustrialSource:
 
     @property
     def incomplete(self) -> int:
-        """Pictures left out because parts of them were missing."""
+        """Number of pictures skipped because parts of them were missing."""
         return self._device.incomplete if self._device else self._incomplete
 
     def read(self) -> Frame:
-        device = self._opened()
+        device = require_open(self._device)
         until, missing_before = time.monotonic() + READ_S, device.incomplete
         while (left := until - time.monotonic()) > 0:
             pixels = device.take(left)
@@ -86,10 +87,10 @@ class IndustrialSource:
         return self._identity
 
     def controls(self) -> tuple[Control, ...]:
-        return controls_of(self._opened().nodes)
+        return controls_of(require_open(self._device).nodes)
 
     def set_control(self, name: str, value: Any) -> Control:
-        device = self._opened()
+        device = require_open(self._device)
         if name not in FEATURES or not FEATURES[name].resizes:
             return write_control(device.nodes, name, value)
         device.stop()
@@ -104,14 +105,9 @@ class IndustrialSource:
             self._incomplete = device.incomplete
             device.close()
 
-    def _opened(self) -> Device:
-        if self._device is None:
-            raise Unavailable("This camera is closed.", "Open it again.", reason="source-closed")
-        return self._device
 
-
-def set_up(nodes: Nodes, options: Mapping[str, Any]) -> None:
-    """Continuous pictures, in a format that we read, at the rate that was asked for."""
+def set_up(nodes: NodeMap, options: Mapping[str, Any]) -> None:
+    """Set continuous pictures, a pixel format that we read, and the requested rate."""
     _set_if(nodes, "AcquisitionMode", "Continuous")
     selector = nodes.get("TriggerSelector")
     for trigger in selector.choices if selector else ("",):
@@ -126,36 +122,27 @@ def set_up(nodes: Nodes, options: Mapping[str, Any]) -> None:
             raise BadInput(refused.what, f"{refused.fix} Or leave fps out.", reason="bad-option") from None
 
 
-def _set_if(nodes: Nodes, name: str, entry: str) -> None:
+def _set_if(nodes: NodeMap, name: str, entry: str) -> None:
     node = nodes.get(name)
     if node is not None and node.writable and entry in node.choices and node.value != entry:
         nodes.set(name, entry)
 
 
-def _set_pixel_format(nodes: Nodes, wanted: str | None) -> None:
+def _set_pixel_format(nodes: NodeMap, wanted: str | None) -> None:
     node = nodes.get("PixelFormat")
     if node is None:
         return  # each picture says its own
-    offered = [name for name in node.choices if known(name)]
+    offered = [name for name in node.choices if canonical_name(name)]
     if wanted is None:
-        chosen = node.value if known(node.value) else best_of(offered)
+        chosen = node.value if canonical_name(node.value) else best_format(offered)
     else:
-        chosen = next((name for name in offered if known(name) == wanted), None)
+        chosen = next((name for name in offered if canonical_name(name) == wanted), None)
     if chosen is None and wanted:
         raise BadInput(f"The camera does not send {wanted}.",
-                       f"Use one of: {', '.join(known(n) or n for n in offered)}. Or leave pixel_format out.",
+                       f"Use one of: {', '.join(canonical_name(n) or n for n in offered)}. Or leave pixel_format out.",
                        reason="bad-option")
     if chosen is None:
         raise Unavailable("The camera sends no kind of pixels that is known here.",
-                          f"Use one that has one of: {', '.join(FORMATS)}.", reason="pixel-format")
+                          f"Use one that has one of: {', '.join(PIXEL_FORMATS)}.", reason="pixel-format")
     if chosen != node.value:
         nodes.set("PixelFormat", chosen)
-
-
-def of_several(candidates: list[Any], name: str, matches: Callable[[Any], bool]) -> Any:
-    """The only one that matches; None for none. BadInput where two cameras answer to one name."""
-    found = [one for one in candidates if matches(one)]
-    if len(found) > 1:
-        raise BadInput(f"{len(found)} cameras are called {name!r}.",
-                       "Use the longer name that the list of cameras shows.", reason="bad-source")
-    return found[0] if found else None

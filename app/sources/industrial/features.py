@@ -8,8 +8,8 @@ here they become Controls and back.
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from app.core.errors import BadInput, NotFound
 from app.sources import Control
+from app.sources.control_errors import is_number, refused_value, unknown_control
 
 UNBOUNDED = 1e18  # no camera counts so far; NaN and infinity are not below it either
 
@@ -27,7 +27,7 @@ class Node:
     choices: tuple[str, ...] = ()
 
 
-class Nodes(Protocol):
+class NodeMap(Protocol):
     """A camera's named values."""
 
     def get(self, name: str) -> Node | None:
@@ -69,7 +69,7 @@ FEATURES = {one.name: one for one in (
 )}
 
 
-def controls_of(nodes: Nodes) -> tuple[Control, ...]:
+def controls_of(nodes: NodeMap) -> tuple[Control, ...]:
     """Everything that can be set on this camera, read back from it."""
     found = (read_control(nodes, feature) for feature in FEATURES.values())
     return tuple(control for control in found if control is not None)
@@ -80,7 +80,7 @@ def finite_range(low: float, high: float) -> tuple[float, float] | None:
     return (low, high) if abs(low) < UNBOUNDED and abs(high) < UNBOUNDED else None
 
 
-def read_control(nodes: Nodes, feature: Feature) -> Control | None:
+def read_control(nodes: NodeMap, feature: Feature) -> Control | None:
     """One control as it is now; None where this camera has none of that kind, or none that can be set."""
     found = _node_of(nodes, feature)
     if found is None:
@@ -94,7 +94,7 @@ def read_control(nodes: Nodes, feature: Feature) -> Control | None:
                    node.range, (), automatic)
 
 
-def write_control(nodes: Nodes, name: str, value: Any) -> Control:
+def write_control(nodes: NodeMap, name: str, value: Any) -> Control:
     """Set one, and what it is then; NotFound where the camera lacks it, BadInput for a value it cannot have.
 
     Numbers between the camera's steps go to the nearest step.
@@ -102,12 +102,12 @@ def write_control(nodes: Nodes, name: str, value: Any) -> Control:
     feature = FEATURES.get(name)
     found = _node_of(nodes, feature) if feature else None
     if feature is None or found is None:
-        raise _unknown(nodes, name)
+        raise unknown_control(name, (control.name for control in controls_of(nodes)))
     place, node = found
     automatic = _automatic(nodes, feature)
     if value == "auto":
         if automatic is None:
-            raise _refused(feature, value, _allowed(node))
+            raise refused_value(feature.label, repr(value)[:40], _allowed(node))
         nodes.set(feature.auto, "Continuous")
     else:
         number = _number(feature, node, value)
@@ -118,11 +118,11 @@ def write_control(nodes: Nodes, name: str, value: Any) -> Control:
         nodes.set(place, number)
     control = read_control(nodes, feature)
     if control is None:
-        raise _unknown(nodes, name)
+        raise unknown_control(name, (control.name for control in controls_of(nodes)))
     return control
 
 
-def _node_of(nodes: Nodes, feature: Feature) -> tuple[str, Node] | None:
+def _node_of(nodes: NodeMap, feature: Feature) -> tuple[str, Node] | None:
     if feature.which:
         selector, entry = feature.which
         node = nodes.get(selector)
@@ -137,22 +137,21 @@ def _node_of(nodes: Nodes, feature: Feature) -> tuple[str, Node] | None:
     return None
 
 
-def _automatic(nodes: Nodes, feature: Feature) -> bool | None:
+def _automatic(nodes: NodeMap, feature: Feature) -> bool | None:
     node = nodes.get(feature.auto) if feature.auto else None
     if node is None or not {"Off", "Continuous"} <= set(node.choices):
         return None
     return node.value != "Off"
 
 
-def _enable_of(nodes: Nodes, feature: Feature) -> str | None:
+def _enable_of(nodes: NodeMap, feature: Feature) -> str | None:
     return next((name for name in feature.enable if (node := nodes.get(name)) and node.kind == "bool"), None)
 
 
 def _number(feature: Feature, node: Node, value: Any) -> float | int:
     low, high = node.range or (-UNBOUNDED, UNBOUNDED)
-    numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not numeric or not abs(value) < UNBOUNDED or not low <= value <= high:
-        raise _refused(feature, value, _allowed(node))
+    if not is_number(value, low, high) or not abs(value) < UNBOUNDED:
+        raise refused_value(feature.label, repr(value)[:40], _allowed(node))
     if node.kind == "float":
         return float(value)
     if not node.range or node.step <= 1:
@@ -167,14 +166,3 @@ def _allowed(node: Node) -> str:
 
 def _plain(unit: str) -> str:
     return {"us": "µs"}.get(unit, unit)
-
-
-def _refused(feature: Feature, value: Any, allowed: str) -> BadInput:
-    return BadInput(f"{feature.label} cannot be {repr(value)[:40]} on this camera.", f"Use {allowed}.",
-                    reason="bad-control")
-
-
-def _unknown(nodes: Nodes, name: str) -> NotFound:
-    known = ", ".join(control.name for control in controls_of(nodes))
-    return NotFound(f"This camera has no setting called {str(name)[:40]!r}.",
-                    f"It has: {known}." if known else "It has none that can be changed.", reason="unknown-control")

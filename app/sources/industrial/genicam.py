@@ -9,15 +9,15 @@ from urllib.parse import quote
 
 from app.core.errors import NotFound, Unavailable
 from app.core.options import Option
-from app.sources import Identity, Surroundings
-from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource, of_several
+from app.sources import SourceContext
+from app.sources.industrial.camera import FPS, MAX_PAYLOAD, PIXEL_FORMAT, IndustrialSource
+from app.sources.industrial.discovery import DiscoveredCamera, find_camera, known_cameras
 from app.sources.industrial.genicam_producers import (
-    Described,
-    cameras_of,
-    chosen_producers,
-    harvester_of,
-    interrupts_kept,
-    let_go,
+    close_harvester,
+    list_cameras,
+    open_harvester,
+    preserve_sigint,
+    select_producers,
 )
 from app.sources.industrial.pixel_formats import Pixels, bgr_from_raw
 
@@ -36,9 +36,9 @@ class GenicamSource(IndustrialSource):
         PIXEL_FORMAT, FPS)
 
     @classmethod
-    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
-        producers = chosen_producers(around.producers, options["producer"])
-        return cls.upon(HarvestersDevice(target, producers, address_of(target, options["producer"])), options)
+    def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
+        producers = select_producers(context.producers, options["producer"])
+        return cls.start(HarvestersDevice(target, producers, address_of(target, options["producer"])), options)
 
     @classmethod
     def example(cls, folder: Path) -> str:
@@ -50,29 +50,25 @@ def address_of(target: str, producer: str) -> str:
     return f"genicam://{quote(target)}" + f"?producer={quote(producer)}" * bool(producer)
 
 
-def identity_of(address: str, camera: Described) -> Identity:
-    return Identity(address, camera.serial, camera.id, f"{camera.vendor} {camera.model}".strip())
-
-
 class HarvestersDevice:
-    """A Device over harvesters' image acquirer."""
+    """An IndustrialDevice over harvesters' image acquirer."""
 
     def __init__(self, target: str, producers: list[Path], address: str) -> None:
         self.incomplete = 0
         self._acquirer: Any = None
-        self._harvester = harvester_of(producers)
+        self._harvester = open_harvester(producers)
         from genicam import genapi, gentl
 
         from app.sources.industrial.genicam_nodes import GenApiNodes
         self._errors = (gentl.GenericException, genapi.GenericException)
         try:
-            camera = _camera_called(target, cameras_of(self._harvester))
-            with interrupts_kept():
-                self._acquirer = self._harvester.create(camera.info)
+            camera = _find_camera(target, list_cameras(self._harvester))
+            with preserve_sigint():
+                self._acquirer = self._harvester.create(camera.handle)
         except self._errors as error:
             self.close()
             raise Unavailable("The camera cannot be opened.", "Close the other program that uses it, or plug it in "
-                              f"again. Its driver says: {_short(error)}", reason="camera-busy") from None
+                              f"again. Its driver says: {_driver_message(error)}", reason="camera-busy") from None
         except BaseException:
             self.close()
             raise
@@ -80,7 +76,7 @@ class HarvestersDevice:
         self._acquirer.add_callback(self._acquirer.Events.INCOMPLETE_BUFFER, _counter(self))
         self._map = self._acquirer.remote_device.node_map
         self.nodes = GenApiNodes(self._map)
-        self.identity = identity_of(address, camera)
+        self.identity = camera.identity(address)
 
     def start(self) -> None:
         payload = self.nodes.get("PayloadSize")
@@ -90,7 +86,7 @@ class HarvestersDevice:
         try:
             self._acquirer.start()
         except self._errors as error:
-            raise Unavailable("The camera does not start.", f"Its driver says: {_short(error)}",
+            raise Unavailable("The camera does not start.", f"Its driver says: {_driver_message(error)}",
                               reason="camera-busy") from None
 
     def stop(self) -> None:
@@ -110,7 +106,7 @@ class HarvestersDevice:
             except self._errors:
                 pixels = None
             finally:
-                self._give_back(buffer)
+                self._requeue(buffer)
             self.incomplete += pixels is None
             return pixels
         return None
@@ -124,7 +120,7 @@ class HarvestersDevice:
                 for holder in holders:
                     if finalizer := getattr(holder, "_finalizer", None):
                         finalizer()
-            let_go(self._harvester)
+            close_harvester(self._harvester)
         except self._errors:
             pass
 
@@ -132,19 +128,17 @@ class HarvestersDevice:
         try:
             buffers = self._acquirer.try_fetch(timeout=POLL_MS / 1000, is_raw=True)
         except self._errors as error:
-            raise Unavailable("The camera is gone.", f"Look at its cable. Its driver says: {_short(error)}",
-                              reason="camera-silent") from None
+            raise _gone(error) from None
         several = [one for one in (buffers if isinstance(buffers, list) else [buffers]) if one is not None]
         for other in several[1:]:  # of a camera with several streams the first is the picture
-            self._give_back(other)
+            self._requeue(other)
         return several[0] if several else None
 
-    def _give_back(self, buffer: Any) -> None:
+    def _requeue(self, buffer: Any) -> None:
         try:
             buffer.parent.queue_buffer(buffer)
         except self._errors as error:
-            raise Unavailable("The camera is gone.", f"Look at its cable. Its driver says: {_short(error)}",
-                              reason="camera-silent") from None
+            raise _gone(error) from None
 
     def _padding(self, buffer: Any) -> int:
         try:
@@ -153,15 +147,12 @@ class HarvestersDevice:
             return 0
 
 
-def _camera_called(target: str, cameras: list[Described]) -> Described:
-    for names in (lambda c: (c.id,), lambda c: (c.serial,), lambda c: (c.name,)):
-        found = of_several(cameras, target, lambda camera, names=names: target in names(camera))
-        if found is not None:
-            return found
+def _find_camera(target: str, cameras: list[DiscoveredCamera]) -> DiscoveredCamera:
+    if (found := find_camera(cameras, target)) is not None:
+        return found
     if target.isascii() and target.isdecimal() and len(target) < 3 and int(target) < len(cameras):
         return cameras[int(target)]
-    known = ", ".join(camera.serial or camera.id for camera in cameras) or "none now: look at cables and power"
-    raise NotFound(f"There is no GenICam camera {target[:60]!r}.", f"Cameras: {known}.", reason="unknown-device")
+    raise NotFound(f"There is no GenICam camera {target[:60]!r}.", known_cameras(cameras), reason="unknown-device")
 
 
 def _counter(device: HarvestersDevice) -> Any:
@@ -173,5 +164,10 @@ def _counter(device: HarvestersDevice) -> Any:
     return Count()
 
 
-def _short(error: Exception) -> str:
+def _driver_message(error: Exception) -> str:
     return "".join(c for c in " ".join(str(error).split()) if c.isprintable())[:200]
+
+
+def _gone(error: Exception) -> Unavailable:
+    return Unavailable("The camera is gone.", f"Look at its cable. Its driver says: {_driver_message(error)}",
+                       reason="camera-silent")

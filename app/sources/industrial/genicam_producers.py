@@ -8,11 +8,11 @@ import signal
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from app.core.errors import NotFound, Unavailable
+from app.sources.industrial.discovery import DiscoveredCamera
 
 LOOK_MS = 500  # how long a producer may look for cameras on each of its networks
 MAX_CAMERAS = 64
@@ -23,24 +23,8 @@ _in_use: set[Path] = set()
 _lock = threading.Lock()
 
 
-@dataclass(frozen=True)
-class Described:
-    """A camera behind a producer, before it is opened."""
-
-    serial: str
-    id: str
-    name: str
-    vendor: str
-    model: str
-    info: Any  # harvesters' own handle
-
-    @property
-    def title(self) -> str:
-        return " ".join(part for part in (self.vendor, self.model, self.name) if part) or self.id
-
-
 def producers_in(places: Sequence[Path]) -> dict[str, Path]:
-    """Producers by the name of their file, without .cti; the first of a name wins. places: files and folders."""
+    """Return producers by file name without .cti; the first of a name wins. places: files and folders."""
     found: dict[str, Path] = {}
     for place in places:
         try:
@@ -53,8 +37,8 @@ def producers_in(places: Sequence[Path]) -> dict[str, Path]:
     return found
 
 
-def chosen_producers(places: Sequence[Path], name: str) -> list[Path]:
-    """The one of that name, or all where it is ""; NotFound and Unavailable say what there is."""
+def select_producers(places: Sequence[Path], name: str) -> list[Path]:
+    """Return the producer of this name, or all where it is ""; NotFound lists those there are."""
     found = producers_in(places)
     if not found:
         raise Unavailable("No GenTL producer is installed on this machine.", FIX, reason="no-producer")
@@ -66,7 +50,7 @@ def chosen_producers(places: Sequence[Path], name: str) -> list[Path]:
     return [found[name]]
 
 
-def harvester_of(producers: Sequence[Path]) -> Any:
+def open_harvester(producers: Sequence[Path]) -> Any:
     """A Harvester that knows the cameras behind these producers; let_go() of it before another can have them."""
     try:
         from harvesters.core import Harvester
@@ -86,7 +70,7 @@ def harvester_of(producers: Sequence[Path]) -> Any:
     return harvester
 
 
-def let_go(harvester: Any) -> None:
+def close_harvester(harvester: Any) -> None:
     """Close its producers, and whatever was opened through them."""
     files = {Path(file) for file in harvester.files}
     try:
@@ -96,15 +80,15 @@ def let_go(harvester: Any) -> None:
             _in_use.difference_update(files)
 
 
-def cameras_of(harvester: Any) -> list[Described]:
-    """What is plugged in."""
-    return [Described(_text(info, "serial_number"), _text(info, "id_"), _text(info, "user_defined_name"),
-                      _text(info, "vendor"), _text(info, "model"), info)
+def list_cameras(harvester: Any) -> list[DiscoveredCamera]:
+    """Return the cameras that are plugged in."""
+    return [DiscoveredCamera(*(_text(info, name) for name in ("id_", "serial_number", "user_defined_name", "vendor",
+                                                              "model")), info)
             for info in harvester.device_info_list[:MAX_CAMERAS]]
 
 
 def _text(info: Any, name: str) -> str:
-    """What a camera says of itself, fit to be shown; "" where its producer does not know."""
+    """Return a camera's own text, printable; "" where its producer does not know it."""
     from genicam import gentl
     try:
         value = getattr(info, name)
@@ -114,8 +98,8 @@ def _text(info: Any, name: str) -> str:
 
 
 @contextmanager
-def interrupts_kept() -> Iterator[None]:
-    """harvesters takes Ctrl-C for itself when a camera is opened; here whoever had it keeps it."""
+def preserve_sigint() -> Iterator[None]:
+    """Restore the SIGINT handler that harvesters replaces when it opens a camera."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

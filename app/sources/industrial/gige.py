@@ -21,7 +21,7 @@ def is_ip(target: str) -> bool:
         return False
 
 
-def answers(ip: str) -> bool:
+def responds(ip: str) -> bool:
     """True as soon as it does; False after 0.9 s."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         try:

@@ -48,7 +48,7 @@ def _from_422(code: int, luma: int) -> Callable[[Any], Any]:
 
 
 # In the order in which we would rather have them: colour in few bytes first, since a network is soon full.
-FORMATS = {one.name: one for one in (
+PIXEL_FORMATS = {one.name: one for one in (
     PixelFormat("BayerRG8", 0x01080009, 1, _by(cv2.COLOR_BayerRGGB2BGR)),
     PixelFormat("BayerGB8", 0x0108000A, 1, _by(cv2.COLOR_BayerGBRG2BGR)),
     PixelFormat("BayerGR8", 0x01080008, 1, _by(cv2.COLOR_BayerGRBG2BGR)),
@@ -63,23 +63,23 @@ FORMATS = {one.name: one for one in (
     PixelFormat("RGBa8", 0x02200016, 4, _by(cv2.COLOR_RGBA2BGR)),
     PixelFormat("Mono8", 0x01080001, 1, _by(cv2.COLOR_GRAY2BGR)),
 )}
-_BY_CODE = {one.code: one for one in FORMATS.values()}
+_BY_CODE = {one.code: one for one in PIXEL_FORMATS.values()}
 # What cameras made before the list call the same numbers.
 OLD_NAMES = {"YUV422Packed": "YUV422_8_UYVY", "YUV422_YUYV_Packed": "YUV422_8", "BGR8Packed": "BGR8",
              "RGB8Packed": "RGB8", "BGRA8Packed": "BGRa8", "RGBA8Packed": "RGBa8"}
 
 
-def known(name: str) -> str | None:
+def canonical_name(name: str) -> str | None:
     """Our name of a camera's format; None for one that we cannot read."""
     name = OLD_NAMES.get(name, name)
-    return name if name in FORMATS else None
+    return name if name in PIXEL_FORMATS else None
 
 
-def best_of(offered: Sequence[str]) -> str | None:
+def best_format(offered: Sequence[str]) -> str | None:
     """Of the formats that a camera offers the one that we would rather have, as the camera calls it."""
-    ours = [name for name in offered if known(name)]
-    order = list(FORMATS)
-    return min(ours, key=lambda name: order.index(known(name) or ""), default=None)
+    ours = [name for name in offered if canonical_name(name)]
+    order = list(PIXEL_FORMATS)
+    return min(ours, key=lambda name: order.index(canonical_name(name) or ""), default=None)
 
 
 def bgr_from_raw(data: Any, width: int, height: int, code: int, padding: int = 0) -> Pixels | None:
@@ -91,7 +91,7 @@ def bgr_from_raw(data: Any, width: int, height: int, code: int, padding: int = 0
     form = _BY_CODE.get(code)
     if form is None:
         raise Unavailable(f"The camera sends pixels of a kind that is not known here (number {code:#010x}).",
-                          f"Set it to one of: {', '.join(FORMATS)}.", reason="pixel-format")
+                          f"Set it to one of: {', '.join(PIXEL_FORMATS)}.", reason="pixel-format")
     least, most = SIDE_PX
     if not (least <= width <= most and least <= height <= most and padding >= 0):
         return None

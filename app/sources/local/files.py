@@ -4,20 +4,20 @@ import re
 from pathlib import Path
 
 from app.core.errors import NotFound, Unavailable
-from app.sources import Surroundings
+from app.sources import SourceContext
 
 MAX_BYTES = 64 * 1024 * 1024  # of a picture; the decoder has its own limit
 
 
-def pictures_folder(around: Surroundings) -> Path:
-    """The one folder that is read; Unavailable where none is set."""
-    if around.decode is None or around.pictures is None:
+def pictures_folder(context: SourceContext) -> Path:
+    """Return the only folder that is read; Unavailable where none is set."""
+    if context.decode is None or context.pictures is None:
         raise Unavailable("No folder of pictures is set.", "Name one in the settings.", reason="no-pictures")
-    return around.pictures
+    return context.pictures
 
 
 def file_within(folder: Path, name: str, kind: str = "picture") -> Path:
-    """The regular file of that name in the folder; a link or a path that leads out of it is not found."""
+    """Return a regular file in the folder; a link or path that leads out of it is not found."""
     path = _within(folder, name)
     if path is None or not path.is_file():
         raise NotFound(f"There is no {kind} {name!r} in the pictures folder.", "Put it there, or correct the name.",
@@ -26,7 +26,7 @@ def file_within(folder: Path, name: str, kind: str = "picture") -> Path:
 
 
 def folder_within(folder: Path, name: str) -> Path:
-    """The folder of that name in the folder, "." being itself, under the same rule."""
+    """Return a folder in the folder, "." being itself, under the same rule."""
     path = _within(folder, name)
     if path is None or not path.is_dir():
         raise NotFound(f"There is no folder {name!r} in the pictures folder.", "Make it there, or correct the name.",
@@ -35,7 +35,7 @@ def folder_within(folder: Path, name: str) -> Path:
 
 
 def read_bytes(path: Path) -> bytes:
-    """A picture's bytes, at most one more than the decoder would ever look at; Unavailable when it cannot be read."""
+    """Return a picture's bytes, at most one more than the decoder accepts; Unavailable when unreadable."""
     try:
         with path.open("rb") as file:
             return file.read(MAX_BYTES + 1)  # the decoder refuses what is too long
@@ -45,7 +45,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def by_name(path: Path) -> list[int | str]:
-    """A sort key in which img2 comes before img10."""
+    """Return a sort key in which img2 comes before img10."""
     parts = re.split(r"([0-9]+)", path.name)
     return [int(part) if i % 2 else part.casefold() for i, part in enumerate(parts)]
 

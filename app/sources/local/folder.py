@@ -1,6 +1,5 @@
 """folder://NAME: the pictures of a folder one after the other, as if a camera had just taken them."""
 
-import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -11,14 +10,15 @@ import numpy as np
 from app.core.errors import BadImage, NotFound, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
-from app.sources import PlainSource, Surroundings
+from app.sources import BaseSource, SourceContext
+from app.sources.lifecycle import Pacer, require_open
 from app.sources.local.files import by_name, file_within, folder_within, pictures_folder, read_bytes
 
 SUFFIXES = {".png", ".jpg", ".jpeg", ".bmp", ".webp"}
 MAX_PICTURES = 100_000
 
 
-class FolderSource(PlainSource):
+class FolderSource(BaseSource):
     """One picture in memory at a time; the folder is looked through anew in each round. skipped: broken ones so far."""
 
     TITLE: ClassVar = "Folder of pictures"
@@ -29,28 +29,25 @@ class FolderSource(PlainSource):
         Option("loop", "bool", True, "Begin anew after the last picture."),
     )
 
-    def __init__(self, target: str, options: Mapping[str, Any], around: Surroundings) -> None:
-        self._target, self._around = target, around
+    def __init__(self, target: str, options: Mapping[str, Any], context: SourceContext) -> None:
+        self._target, self._context = target, context
         self._fps, self._loop = options["fps"], options["loop"]
         self._frames = self._shown()
-        self._due = time.monotonic()
+        self._pacer = Pacer()
         self.skipped = 0
 
     @classmethod
-    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
-        opened = cls(target, options, around)
+    def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
+        opened = cls(target, options, context)
         opened._names()  # so that a folder without pictures is refused at once
         return opened
 
     def read(self) -> Frame:
-        if self._frames is None:
-            raise Unavailable("This folder is closed.", "Open it again.", reason="source-closed")
-        frame = next(self._frames, None)
+        frame = next(require_open(self._frames, "folder"), None)
         if frame is None:
             raise Unavailable("The last picture has been shown.", "Open the folder again, or with loop=true.",
                               reason="source-ended")
-        time.sleep(max(0.0, self._due - time.monotonic()))
-        self._due = max(self._due + 1 / self._fps, time.monotonic())
+        self._pacer.wait(self._fps)
         return frame
 
     def close(self) -> None:
@@ -70,7 +67,7 @@ class FolderSource(PlainSource):
             came = False
             for name in self._names():
                 try:
-                    frame = self._around.decode(read_bytes(file_within(pictures_folder(self._around), name)))
+                    frame = self._context.decode(read_bytes(file_within(pictures_folder(self._context), name)))
                 except (BadImage, NotFound, Unavailable) as error:  # broken, or taken away meanwhile
                     broken = error
                     self.skipped += 1
@@ -85,7 +82,7 @@ class FolderSource(PlainSource):
 
     def _names(self) -> list[str]:
         """Paths of the pictures within the pictures folder, in order; Unavailable where there are none."""
-        root = pictures_folder(self._around).resolve()
+        root = pictures_folder(self._context).resolve()
         folder = folder_within(root, self._target)
         try:
             found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES]

@@ -1,6 +1,5 @@
 """picture://NAME: a picture file, shown again and again as a camera that looks at one thing."""
 
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -8,14 +7,14 @@ from typing import Any, ClassVar, Self
 import cv2
 import numpy as np
 
-from app.core.errors import Unavailable
 from app.core.options import Option
 from app.core.records import Frame
-from app.sources import PlainSource, Surroundings
+from app.sources import BaseSource, SourceContext
+from app.sources.lifecycle import Pacer, require_open
 from app.sources.local.files import file_within, pictures_folder, read_bytes
 
 
-class PictureSource(PlainSource):
+class PictureSource(BaseSource):
     """Decodes the file once and gives it as often as it is asked."""
 
     TITLE: ClassVar = "Picture"
@@ -26,19 +25,17 @@ class PictureSource(PlainSource):
     def __init__(self, frame: Frame, fps: float) -> None:
         self._frame: Frame | None = frame
         self._fps = fps
-        self._due = time.monotonic()
+        self._pacer = Pacer()
 
     @classmethod
-    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
-        path = file_within(pictures_folder(around), target)
-        return cls(around.decode(read_bytes(path)), options["fps"])
+    def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
+        path = file_within(pictures_folder(context), target)
+        return cls(context.decode(read_bytes(path)), options["fps"])
 
     def read(self) -> Frame:
-        if self._frame is None:
-            raise Unavailable("This picture is closed.", "Open it again.", reason="source-closed")
-        time.sleep(max(0.0, self._due - time.monotonic()))
-        self._due = max(self._due + 1 / self._fps, time.monotonic())
-        return self._frame
+        frame = require_open(self._frame, "picture")
+        self._pacer.wait(self._fps)
+        return frame
 
     def close(self) -> None:
         self._frame = None

@@ -14,14 +14,15 @@ import numpy as np
 from app.core.errors import BadInput, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
-from app.sources import Control, Identity, Surroundings
-from app.sources.local.v4l2_controls import SIZE, Device, read_controls, set_control
-from app.sources.local.v4l2_devices import device_of
+from app.sources import Control, Identity, SourceContext
+from app.sources.lifecycle import require_open
+from app.sources.local.v4l2_controls import SIZE, PropertyDevice, read_controls, set_control
+from app.sources.local.v4l2_devices import find_device
 
 MJPG_FROM_PX = 1280 * 720  # above it, USB 2 has no room for raw pixels at a useful rate
 
 
-class Capture(Device, Protocol):
+class DeviceCapture(PropertyDevice, Protocol):
     """What is used of cv2.VideoCapture; tests put their own camera in its place."""
 
     def isOpened(self) -> bool: ...
@@ -29,7 +30,7 @@ class Capture(Device, Protocol):
     def release(self) -> None: ...
 
 
-def open_device(node: str) -> Capture:
+def open_device(node: str) -> DeviceCapture:
     """OpenCV on a device."""
     return cv2.VideoCapture(node, cv2.CAP_V4L2)
 
@@ -47,16 +48,16 @@ class V4l2Source:
                "1280 × 720 on.", choices=("auto", "MJPG", "YUYV")),
     )
     root: ClassVar[Path] = Path("/")
-    opener: ClassVar[Callable[[str], Capture]] = staticmethod(open_device)
+    opener: ClassVar[Callable[[str], DeviceCapture]] = staticmethod(open_device)
 
-    def __init__(self, capture: Capture, identity: Identity) -> None:
-        self._capture: Capture | None = capture
+    def __init__(self, capture: DeviceCapture, identity: Identity) -> None:
+        self._capture: DeviceCapture | None = capture
         self._identity = identity
 
     @classmethod
-    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
+    def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         size = _size(options["size"]) if options["size"] else None
-        device = device_of(target, cls.root)
+        device = find_device(target, cls.root)
         capture = cls.opener(device.node)
         if not capture.isOpened():
             capture.release()
@@ -67,7 +68,7 @@ class V4l2Source:
         return cls(capture, device.identity)
 
     def read(self) -> Frame:
-        came, pixels = self._opened().read()
+        came, pixels = require_open(self._capture).read()
         if not came or pixels is None:
             raise Unavailable("The camera gives no pictures any more.", "Look at its plug and cable.",
                               reason="camera-silent")
@@ -86,23 +87,18 @@ class V4l2Source:
         return self._identity
 
     def controls(self) -> tuple[Control, ...]:
-        return read_controls(self._opened())
+        return read_controls(require_open(self._capture))
 
     def set_control(self, name: str, value: Any) -> Control:
-        return set_control(self._opened(), name, value)
+        return set_control(require_open(self._capture), name, value)
 
     @classmethod
     def example(cls, folder: Path) -> str:
         """Only its form: a real one needs a camera in the plug."""
         return "v4l2://0?fps=200"
 
-    def _opened(self) -> Capture:
-        if self._capture is None:
-            raise Unavailable("This camera is closed.", "Open it again.", reason="source-closed")
-        return self._capture
 
-
-def _begin(capture: Capture, size: tuple[int, int] | None, fps: float | None, format: str) -> None:
+def _begin(capture: DeviceCapture, size: tuple[int, int] | None, fps: float | None, format: str) -> None:
     width, height = size or (capture.get(cv2.CAP_PROP_FRAME_WIDTH), capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
     if format == "auto" and width * height >= MJPG_FROM_PX:
         format = "MJPG"

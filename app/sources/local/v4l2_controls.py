@@ -11,8 +11,9 @@ from typing import Any, Protocol
 
 import cv2
 
-from app.core.errors import BadInput, NotFound
+from app.core.errors import BadInput
 from app.sources import Control
+from app.sources.control_errors import is_number, refused_value, unknown_control
 
 SIZE = re.compile(r"([1-9][0-9]{1,3})x([1-9][0-9]{1,3})", re.ASCII)
 USUAL_SIZES = ("640x480", "800x600", "1280x720", "1280x960", "1280x1024", "1600x1200", "1920x1080", "2560x1440",
@@ -22,7 +23,7 @@ MANUAL, AUTOMATIC = 1, (3, 0)  # V4L2's exposure modes; webcams know 3, "apertur
 UNSUPPORTED = -1  # what OpenCV says of a property that the device lacks
 
 
-class Device(Protocol):
+class PropertyDevice(Protocol):
     """What is used here of cv2.VideoCapture."""
 
     def get(self, prop: int) -> float: ...
@@ -30,7 +31,7 @@ class Device(Protocol):
 
 
 @dataclass(frozen=True)
-class Number:
+class NumericProperty:
     """One property that is a number. scale: of ours to the driver's. auto: the property that hands it to the camera."""
 
     name: str
@@ -40,76 +41,74 @@ class Number:
     range: tuple[float, float]  # of what is sent at all; the camera's own is narrower
     scale: float = 1.0
     auto: int | None = None
-    by_itself: Callable[[float], bool] = bool
-    on: tuple[float, ...] = (1,)
-    off: float = 0
+    is_auto: Callable[[float], bool] = bool
+    auto_modes: tuple[float, ...] = (1,)
+    manual_mode: float = 0
 
 
-NUMBERS = {one.name: one for one in (
-    Number("exposure", "Exposure time", cv2.CAP_PROP_EXPOSURE, "µs", (100, 10_000_000), EXPOSURE_STEP_US,
+PROPERTIES = {one.name: one for one in (
+    NumericProperty("exposure", "Exposure time", cv2.CAP_PROP_EXPOSURE, "µs", (100, 10_000_000), EXPOSURE_STEP_US,
            cv2.CAP_PROP_AUTO_EXPOSURE, lambda mode: mode in AUTOMATIC, AUTOMATIC, MANUAL),
-    Number("gain", "Gain", cv2.CAP_PROP_GAIN, "", (0, 10_000)),
-    Number("white_balance", "White balance", cv2.CAP_PROP_WB_TEMPERATURE, "K", (1000, 20_000), 1.0,
+    NumericProperty("gain", "Gain", cv2.CAP_PROP_GAIN, "", (0, 10_000)),
+    NumericProperty("white_balance", "White balance", cv2.CAP_PROP_WB_TEMPERATURE, "K", (1000, 20_000), 1.0,
            cv2.CAP_PROP_AUTO_WB),
-    Number("frame_rate", "Frame rate", cv2.CAP_PROP_FPS, "Hz", (0.1, 240)),
+    NumericProperty("frame_rate", "Frame rate", cv2.CAP_PROP_FPS, "Hz", (0.1, 240)),
 )}
 
 
-def read_controls(device: Device) -> tuple[Control, ...]:
-    """Everything that this device has, as it is now."""
-    found = [_number(device, one) for one in NUMBERS.values()]
+def read_controls(device: PropertyDevice) -> tuple[Control, ...]:
+    """Return every control that this device has, as it is now."""
+    found = [_number(device, one) for one in PROPERTIES.values()]
     return (*(control for control in found if control is not None), _resolution(device))
 
 
-def set_control(device: Device, name: str, value: Any) -> Control:
-    """Set one, and what it is then."""
+def set_control(device: PropertyDevice, name: str, value: Any) -> Control:
+    """Set one control and return it as read back."""
     if name == "resolution":
         return _set_resolution(device, value)
-    one = NUMBERS.get(name)
+    one = PROPERTIES.get(name)
     control = _number(device, one) if one else None
     if one is None or control is None:
-        known = ", ".join(control.name for control in read_controls(device))
-        raise NotFound(f"This camera has no setting called {str(name)[:40]!r}.", f"It has: {known}.",
-                       reason="unknown-control")
+        raise unknown_control(name, (control.name for control in read_controls(device)))
     if value == "auto":
         if control.automatic is None:
-            raise _refused(one.label, value, _allowed(one))
+            raise refused_value(one.label, repr(value)[:40], _allowed(one))
         _set_automatic(device, one)
     else:
-        numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not numeric or not one.range[0] <= value <= one.range[1]:
-            raise _refused(one.label, value, _allowed(one) + ', or "auto"' * (control.automatic is not None))
+        if not is_number(value, *one.range):
+            allowed = _allowed(one) + ', or "auto"' * (control.automatic is not None)
+            raise refused_value(one.label, repr(value)[:40], allowed)
         if control.automatic:
-            device.set(one.auto, one.off)
+            device.set(one.auto, one.manual_mode)
         device.set(one.prop, value / one.scale)
     return _number(device, one) or control
 
 
-def _number(device: Device, one: Number) -> Control | None:
+def _number(device: PropertyDevice, one: NumericProperty) -> Control | None:
     raw = device.get(one.prop)
     if raw == UNSUPPORTED or not abs(raw) < 1e9 or (one.name == "frame_rate" and raw <= 0):
         return None
     mode = device.get(one.auto) if one.auto is not None else UNSUPPORTED
-    automatic = None if mode == UNSUPPORTED else bool(one.by_itself(mode))
+    automatic = None if mode == UNSUPPORTED else bool(one.is_auto(mode))
     return Control(one.name, one.label, "float", raw * one.scale, one.unit, None, (), automatic)
 
 
-def _set_automatic(device: Device, one: Number) -> None:
-    for mode in one.on:
+def _set_automatic(device: PropertyDevice, one: NumericProperty) -> None:
+    for mode in one.auto_modes:
         device.set(one.auto, mode)
-        if one.by_itself(device.get(one.auto)):
+        if one.is_auto(device.get(one.auto)):
             return
 
 
-def _resolution(device: Device) -> Control:
+def _resolution(device: PropertyDevice) -> Control:
     now = f"{device.get(cv2.CAP_PROP_FRAME_WIDTH):.0f}x{device.get(cv2.CAP_PROP_FRAME_HEIGHT):.0f}"
     return Control("resolution", "Resolution", "choice", now, "px", None, tuple(dict.fromkeys((now, *USUAL_SIZES))))
 
 
-def _set_resolution(device: Device, value: Any) -> Control:
+def _set_resolution(device: PropertyDevice, value: Any) -> Control:
     found = SIZE.fullmatch(value) if isinstance(value, str) else None
     if not found:
-        raise _refused("Resolution", value, "width x height, such as 1280x720")
+        raise refused_value("Resolution", repr(value)[:40], "width x height, such as 1280x720")
     width, height = int(found[1]), int(found[2])
     before = _resolution(device).value
     device.set(cv2.CAP_PROP_FRAME_WIDTH, width)
@@ -121,9 +120,5 @@ def _set_resolution(device: Device, value: Any) -> Control:
     return control
 
 
-def _allowed(one: Number) -> str:
+def _allowed(one: NumericProperty) -> str:
     return f"a number from {one.range[0]:g} to {one.range[1]:g}"
-
-
-def _refused(label: str, value: Any, allowed: str) -> BadInput:
-    return BadInput(f"{label} cannot be {repr(value)[:40]} on this camera.", f"Use {allowed}.", reason="bad-control")

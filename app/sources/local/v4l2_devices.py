@@ -1,4 +1,4 @@
-"""Cameras plugged into this machine, as Linux tells of them in /sys: which they are, and where they are plugged in."""
+"""Cameras plugged into this machine, as Linux lists them in /sys: their identity and their port."""
 
 import re
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ NO_SERIALS = {"sn0001", "0123456789", "123456789", "12345678", "1234567890", "01
 
 
 @dataclass(frozen=True)
-class Device:
+class VideoDevice:
     """One camera. node: /dev/videoN. serial: "" where it has none of its own. port: the plug, not the camera."""
 
     node: str
@@ -35,8 +35,8 @@ class Device:
         return Identity(self.address, self.serial, self.port, self.model)
 
 
-def devices(root: Path = Path("/")) -> tuple[Device, ...]:
-    """Every camera that gives pictures, by number. root: where dev and sys stand."""
+def list_devices(root: Path = Path("/")) -> tuple[VideoDevice, ...]:
+    """Return every camera that gives pictures, by number. root: contains dev and sys."""
     found = sorted((root / "sys/class/video4linux").glob("video*"), key=lambda path: int(path.name[5:] or 0))
     links = {path: Path(path).resolve() for kind in ("by-id", "by-path") for path in _sorted(root / "dev/v4l" / kind)}
     nodes = [path for path in found if _text(path / "index") in ("", "0")]  # the others carry a camera's metadata
@@ -46,13 +46,13 @@ def devices(root: Path = Path("/")) -> tuple[Device, ...]:
                  for path, place, serial in zip(nodes, usb, serials, strict=True))
 
 
-def device_of(target: str, root: Path = Path("/")) -> Device:
-    """The camera that 0, /dev/video0 or /dev/v4l/by-…/NAME names; BadInput for another path, NotFound if it is off."""
+def find_device(target: str, root: Path = Path("/")) -> VideoDevice:
+    """Find the camera named 0, /dev/video0 or /dev/v4l/by-…/NAME; BadInput for another path, NotFound if it is off."""
     path = f"/dev/video{target}" if re.fullmatch(r"[0-9]{1,3}", target) else target
     if not NAMED.fullmatch(path) or "/../" in path or path.endswith("/.."):
         raise BadInput("The camera's address names no camera of this machine.",
                        "Use v4l2://0, or v4l2:///dev/v4l/by-id/NAME with a name from that folder.", reason="bad-source")
-    known = devices(root)
+    known = list_devices(root)
     try:
         node = "/" + str((root / path[1:]).resolve().relative_to(root.resolve()))
     except ValueError:
@@ -65,14 +65,14 @@ def device_of(target: str, root: Path = Path("/")) -> Device:
                    reason="unknown-camera")
 
 
-def _device(root: Path, path: Path, usb: Path | None, serial: str, links: dict[str, Path]) -> Device:
+def _device(root: Path, path: Path, usb: Path | None, serial: str, links: dict[str, Path]) -> VideoDevice:
     here = (root / "dev" / path.name).resolve()
     ours = tuple("/" + str(Path(link).relative_to(root)) for link, target in links.items() if target == here)
     by_path = next((Path(link).name for link in ours if "/by-path/" in link), "")
     product = ":".join(filter(None, (_text(usb / "idVendor"), _text(usb / "idProduct")))) if usb else ""
     model = " ".join(filter(None, (_text(path / "name"), f"({product})" if product else "")))
     port = by_path or (usb.name if usb else (path / "device").resolve().name)
-    return Device(f"/dev/{path.name}", model, serial, port, ours)
+    return VideoDevice(f"/dev/{path.name}", model, serial, port, ours)
 
 
 def _usb_device(path: Path) -> Path | None:
@@ -82,7 +82,7 @@ def _usb_device(path: Path) -> Path | None:
 
 
 def _own(serial: str) -> bool:
-    """Whether a serial number can be one camera's own."""
+    """Tell whether a serial number can be unique."""
     return len(set(serial.strip("0"))) > 1 and serial.lower() not in NO_SERIALS
 
 
@@ -94,7 +94,7 @@ def _sorted(folder: Path) -> Iterator[str]:
 
 
 def _text(path: Path) -> str:
-    """A line that the kernel tells; "" where it does not."""
+    """Read a line of the kernel's; "" where there is none."""
     try:
         return " ".join(path.read_text("utf-8", "replace").split())[:100]
     except OSError:

@@ -1,4 +1,4 @@
-"""video://NAME: a film as if it were a camera, at its own pace or as fast as it can be read."""
+"""video://NAME: a video file as if it were a camera, in real time or as fast as it can be read."""
 
 import math
 import time
@@ -12,18 +12,19 @@ import numpy as np
 from app.core.errors import BadInput, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
-from app.sources import PlainSource, Surroundings
+from app.sources import BaseSource, SourceContext
 from app.sources.ffmpeg import open_capture
+from app.sources.lifecycle import require_open
 from app.sources.local.files import file_within, pictures_folder
 
 SUFFIXES = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm")
 MP4 = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide")
 MATROSKA = b"\x1a\x45\xdf\xa3"
-LATE_S = 0.2  # what the reader is late is caught up with; more than that is not
-LONGEST_WAIT_S = 5.0  # a jump in the film's own times is no reason to stand still
+MAX_LATE_S = 0.2  # what the reader is late is caught up with; more than that is not
+MAX_WAIT_S = 5.0  # a jump in the film's own times is no reason to stand still
 
 
-class VideoSource(PlainSource):
+class VideoSource(BaseSource):
     """One decoder at a time; a loop opens the file anew."""
 
     TITLE: ClassVar = "Video file"
@@ -47,9 +48,9 @@ class VideoSource(PlainSource):
         self._interval_s = 0.04
 
     @classmethod
-    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
-        path = file_within(pictures_folder(around), target, "video")
-        if not _is_film(path):
+    def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
+        path = file_within(pictures_folder(context), target, "video")
+        if not _is_video(path):
             raise BadInput(f"{target!r} is no film that is read here.", "Use MP4, MOV, AVI, MKV or WebM.",
                            reason="unknown-video-format")
         opened = cls(path, options)
@@ -62,8 +63,7 @@ class VideoSource(PlainSource):
         return opened
 
     def read(self) -> Frame:
-        if self._capture is None:
-            raise Unavailable("This video is closed.", "Open it again.", reason="source-closed")
+        require_open(self._capture, "video")
         frame, self._pending = self._pending or self._decoded(), None
         if frame is None and self._options["loop"]:
             self._rounds_s += self._moment_s + self._interval_s
@@ -77,7 +77,7 @@ class VideoSource(PlainSource):
 
     @property
     def moment_s(self) -> float:
-        """When the newest frame was filmed, from where the reading began."""
+        """Time of the newest frame since the reading began."""
         return self._rounds_s + self._moment_s
 
     def close(self) -> None:
@@ -94,7 +94,7 @@ class VideoSource(PlainSource):
         return "video://film.avi?fps=200"
 
     def _begin(self) -> None:
-        """The decoder at the first frame that is wanted; the one before is let go of first."""
+        """Open the decoder at the first frame; close the one before."""
         self.close()
         self._capture = open_capture(str(self._path))
         if self._capture is None:
@@ -110,32 +110,32 @@ class VideoSource(PlainSource):
         came, pixels = self._capture.read()
         if not came:
             return None
-        told_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000 - self._options["start_s"]
+        stated_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000 - self._options["start_s"]
         counted_s = self._index * self._interval_s
-        believable = self._options["fps"] is None and math.isfinite(told_s) and (told_s > 0 or self._index == 0)
-        self._moment_s = max(0.0, told_s) if believable else counted_s
+        believable = self._options["fps"] is None and math.isfinite(stated_s) and (stated_s > 0 or self._index == 0)
+        self._moment_s = max(0.0, stated_s) if believable else counted_s
         self._index += 1
         pixels.setflags(write=False)
         return Frame(pixels)
 
 
 class _Pace:
-    """Waits until a moment of the film has come."""
+    """Waits until a moment of the video has come."""
 
     def __init__(self) -> None:
         self._start: float | None = None
 
     def wait_for(self, moment_s: float) -> None:
         now = time.monotonic()
-        if self._start is None or now - self._start - moment_s > LATE_S:
+        if self._start is None or now - self._start - moment_s > MAX_LATE_S:
             self._start = now - moment_s
-        elif self._start + moment_s - now > LONGEST_WAIT_S:
-            self._start = now + LONGEST_WAIT_S - moment_s
+        elif self._start + moment_s - now > MAX_WAIT_S:
+            self._start = now + MAX_WAIT_S - moment_s
         time.sleep(max(0.0, self._start + moment_s - now))
 
 
-def _is_film(path: Path) -> bool:
-    """Whether the name and the first bytes are a film's: a playlist that calls itself one is not even tried.
+def _is_video(path: Path) -> bool:
+    """Tell whether name and first bytes are a video's: a playlist with such a name is not even tried.
 
     They need not agree: many an MP4 is called .avi.
     """

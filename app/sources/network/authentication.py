@@ -1,4 +1,4 @@
-"""A user's name and password, said the way a camera asks for it: Basic, or Digest (RFC 7616), for HTTP and RTSP."""
+"""HTTP and RTSP authentication: Basic, or Digest (RFC 7616), as the camera demands."""
 
 import re
 import secrets
@@ -19,12 +19,12 @@ class Login:
         self._count = 0
         self._basic = False
 
-    def challenged(self, challenges: Iterable[str]) -> bool:
-        """Take the WWW-Authenticate headers of a refusal; whether another try is worth it."""
+    def accept_challenge(self, challenges: Iterable[str]) -> bool:
+        """Take the WWW-Authenticate headers of a refusal; return whether to retry."""
         if not self._user and not self._password:
             return False
         challenges = list(challenges)
-        asked_before = self._basic or self._challenge is not None
+        challenged_before = self._basic or self._challenge is not None
         for text in challenges:  # Digest first, wherever it stands: it does not show the password
             scheme, _, rest = text.strip().partition(" ")
             fields = {name.lower(): quoted or bare for name, quoted, bare in PAIR.findall(rest)}
@@ -33,10 +33,10 @@ class Login:
             if scheme.lower() == "digest" and known and plain:
                 stale = fields.get("stale", "").lower() == "true"
                 self._challenge, self._count = fields, 0
-                return stale or not asked_before
+                return stale or not challenged_before
         if any(text.strip().lower().startswith("basic") for text in challenges):
             self._basic, self._challenge = True, None
-            return not asked_before
+            return not challenged_before
         return False
 
     def header(self, method: str, uri: str) -> str | None:
@@ -47,25 +47,25 @@ class Login:
             return "Basic " + b64encode(f"{self._user}:{self._password}".encode()).decode()
         return None
 
-    def _digest(self, method: str, uri: str, asked: dict[str, str]) -> str:
-        algorithm, realm, nonce = asked.get("algorithm", "MD5"), asked.get("realm", ""), asked["nonce"]
+    def _digest(self, method: str, uri: str, challenge: dict[str, str]) -> str:
+        algorithm, realm, nonce = challenge.get("algorithm", "MD5"), challenge.get("realm", ""), challenge["nonce"]
 
         def hashed(text: str) -> str:
             return HASHES[algorithm.lower()](text.encode()).hexdigest()
 
-        who, what = hashed(f"{self._user}:{realm}:{self._password}"), hashed(f"{method}:{uri}")
-        said = {"username": _escaped(self._user), "realm": realm, "nonce": nonce, "uri": uri}
-        bare = f", algorithm={algorithm}" if "algorithm" in asked else ""
-        if "qop" in asked:
+        identity, request = hashed(f"{self._user}:{realm}:{self._password}"), hashed(f"{method}:{uri}")
+        fields = {"username": _escaped(self._user), "realm": realm, "nonce": nonce, "uri": uri}
+        bare = f", algorithm={algorithm}" if "algorithm" in challenge else ""
+        if "qop" in challenge:
             self._count += 1
             count, ours = f"{self._count:08x}", secrets.token_hex(8)
-            said |= {"cnonce": ours, "response": hashed(f"{who}:{nonce}:{count}:{ours}:auth:{what}")}
+            fields |= {"cnonce": ours, "response": hashed(f"{identity}:{nonce}:{count}:{ours}:auth:{request}")}
             bare += f", qop=auth, nc={count}"
         else:
-            said["response"] = hashed(f"{who}:{nonce}:{what}")
-        if "opaque" in asked:
-            said["opaque"] = asked["opaque"]
-        return "Digest " + ", ".join(f'{name}="{value}"' for name, value in said.items()) + bare
+            fields["response"] = hashed(f"{identity}:{nonce}:{request}")
+        if "opaque" in challenge:
+            fields["opaque"] = challenge["opaque"]
+        return "Digest " + ", ".join(f'{name}="{value}"' for name, value in fields.items()) + bare
 
 
 def _escaped(text: str) -> str:

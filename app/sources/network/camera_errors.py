@@ -1,10 +1,10 @@
-"""What a network camera's refusal means, whichever way it is spoken to."""
+"""Errors of network cameras, the same for HTTP and RTSP."""
 
 from app.core.errors import Unavailable
 
 
-def refused(status: int, scheme: str, nothing_there: str, path: str) -> Unavailable:
-    """A refusal by its status. scheme: "http" or "rtsp"; nothing_there, path: what 404 says, and what to look for."""
+def status_error(status: int, scheme: str, nothing_there: str, path: str) -> Unavailable:
+    """Return the error for a status. scheme: "http" or "rtsp"; nothing_there, path: what 404 means, and its remedy."""
     if 300 <= status < 400:
         return Unavailable("The camera sends us on to another address.", "Give that address itself.",
                            reason="camera-redirects")
@@ -18,5 +18,10 @@ def refused(status: int, scheme: str, nothing_there: str, path: str) -> Unavaila
                        "Look at its settings, or restart it.", reason="camera-refuses")
 
 
-def broken() -> Unavailable:
+def silent() -> Unavailable:
+    return Unavailable("The camera sends no pictures any more.", "Look at the camera and its network.",
+                       reason="camera-silent")
+
+
+def connection_lost() -> Unavailable:
     return Unavailable("The connection to the camera broke.", "Look whether it is on.", reason="camera-gone")

@@ -1,8 +1,8 @@
-"""Where a network camera is, whether it may be there, and a connection pinned to that very address.
+"""A network camera's endpoint: whether it is allowed, and a connection pinned to the address that was checked.
 
-Somebody who may add a camera shall not reach through it what only this machine can: itself, the metadata service of a
-cloud, neighbours without an address of their own. Cameras live on ordinary networks, so private addresses are fine.
-A name is looked up once; what was judged is what is connected to.
+Who may add a camera must not reach through it what only this machine can: itself, the metadata service of a
+cloud, link-local neighbours. Cameras live on ordinary networks, so private addresses are fine.
+A name is resolved once; the address that was checked is connected to.
 """
 
 import ipaddress
@@ -35,7 +35,7 @@ FORM = "Write it as {scheme}://user:password@host:port/path; signs such as @ / :
 
 
 @dataclass(frozen=True)
-class Place:
+class Endpoint:
     """What a network camera's address names. resource: path and query, as they are sent."""
 
     scheme: str
@@ -47,7 +47,7 @@ class Place:
 
     @classmethod
     def of(cls, scheme: str, target: str) -> Self:
-        """From everything between :// and #; BadInput for what leaves any doubt about the host."""
+        """Parse everything between :// and #; BadInput for what leaves any doubt about the host."""
         wrong = BadInput("The camera's address cannot be read.", FORM.format(scheme=scheme), reason="bad-source")
         if "\\" in target or any(c.isspace() for c in target.partition("/")[0]):
             raise wrong  # some programs take a backslash for a slash: then they and we would mean different hosts
@@ -71,33 +71,33 @@ class Place:
         return host if self.port == PORTS[self.scheme] else f"{host}:{self.port}"
 
 
-def connect(place: Place, allowed: Iterable[str], deadline: float) -> socket.socket:
-    """A TCP connection to the place; BadInput where it lies where no camera should, Unavailable where nobody answers.
+def connect(endpoint: Endpoint, allowed: Iterable[str], deadline: float) -> socket.socket:
+    """Open a TCP connection; BadInput for a forbidden address, Unavailable where nobody answers.
 
     allowed: names, addresses and networks, with or without a port, that may be connected to all the same. deadline: on
     time.monotonic(), for looking the name up as well.
     """
-    addresses = _looked_up(place, deadline)
+    addresses = _resolve(endpoint, deadline)
     for address in addresses:
         why = why_forbidden(address)
-        if why and not is_listed(place, address, allowed):
-            raise BadInput(f"{place.host} is {why}, where no camera should be.",
+        if why and not is_allowed(endpoint, address, allowed):
+            raise BadInput(f"{endpoint.host} is {why}, where no camera should be.",
                            "If one is there all the same, name it in the settings under sources: allowed_hosts.",
                            reason="forbidden-host")
     for address in addresses:
         try:
-            line = socket.create_connection((str(address), place.port), max(0.01, deadline - time.monotonic()))
+            line = socket.create_connection((str(address), endpoint.port), max(0.01, deadline - time.monotonic()))
         except OSError:
             continue
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return line
-    raise Unavailable(f"Nobody answers at {place.authority}.",
+    raise Unavailable(f"Nobody answers at {endpoint.authority}.",
                       "Look whether the camera is on, and whether address and port are right.",
                       reason="camera-unreachable")
 
 
 def why_forbidden(address: Address) -> str | None:
-    """In words, where an address lies if no camera should be there; None where one may be."""
+    """Return in words what a forbidden address is; None for an allowed one."""
     if address.version == 6 and (inner := _inner(address)) is not None:
         return why_forbidden(inner) or None
     if address in METADATA:
@@ -111,14 +111,14 @@ def why_forbidden(address: Address) -> str | None:
     return "this machine itself" if _is_ours(address) else None
 
 
-def is_listed(place: Place, address: Address, allowed: Iterable[str]) -> bool:
-    """Whether the settings name the host, its address or its network, for this port or for all."""
+def is_allowed(endpoint: Endpoint, address: Address, allowed: Iterable[str]) -> bool:
+    """Tell whether the settings allow the host, its address or its network, for this port or for all."""
     plain = (_inner(address) if address.version == 6 else None) or address
     for entry in allowed:
-        name, port = _entry(entry)
-        if port not in (None, place.port):
+        name, port = _split_port(entry)
+        if port not in (None, endpoint.port):
             continue
-        if name == place.host:
+        if name == endpoint.host:
             return True
         try:
             network = ipaddress.ip_network(name, strict=False)
@@ -139,13 +139,13 @@ def hardware_address(line: socket.socket, table: Path = NEIGHBOURS) -> str:
     return next((row[3].lower() for row in rows if len(row) > 3 and row[0] == ip and row[3] != "00:00:00:00:00:00"), "")
 
 
-def _looked_up(place: Place, deadline: float) -> list[Address]:
-    """All addresses of the host. On a thread: a name server that is silent would hold us for half a minute."""
+def _resolve(endpoint: Endpoint, deadline: float) -> list[Address]:
+    """Resolve the host, on a thread: a silent name server would block for half a minute."""
     answers: queue.SimpleQueue[list[str] | None] = queue.SimpleQueue()
 
     def ask() -> None:
         try:
-            found = socket.getaddrinfo(place.host, place.port, type=socket.SOCK_STREAM)
+            found = socket.getaddrinfo(endpoint.host, endpoint.port, type=socket.SOCK_STREAM)
             answers.put([entry[4][0] for entry in found])
         except (OSError, UnicodeError):
             answers.put(None)
@@ -157,13 +157,13 @@ def _looked_up(place: Place, deadline: float) -> list[Address]:
         found = None
     addresses = list(dict.fromkeys(ipaddress.ip_address(text.partition("%")[0]) for text in found or ()))
     if not addresses:
-        raise Unavailable(f"The name {place.host} is not known on this network.",
+        raise Unavailable(f"The name {endpoint.host} is not known on this network.",
                           "Correct it, or use the camera's IP address.", reason="unknown-host")
     return addresses
 
 
 def _is_host(host: str) -> bool:
-    """A name or an address in its ordinary form: numbers in disguise are nobody's honest address."""
+    """Tell whether text is a name or an address in its ordinary form; no disguised number (0x7f.1)."""
     try:
         ipaddress.ip_address(host)
         return "%" not in host
@@ -189,8 +189,8 @@ def _is_ours(address: Address) -> bool:
         return False
 
 
-def _entry(text: str) -> tuple[str, int | None]:
-    """A line of the settings: name, address or network, with a port after it or none."""
+def _split_port(text: str) -> tuple[str, int | None]:
+    """Split an entry of the settings: name, address or network, and a port or None."""
     text = text.strip().lower()
     if text.startswith("["):
         host, _, port = text[1:].partition("]")

@@ -13,17 +13,18 @@ from typing import Any, ClassVar, Self
 from app.core.errors import BadImage, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
-from app.sources import Identity, PlainSource, Surroundings
-from app.sources.network.endpoint import Place, hardware_address
-from app.sources.network.http_client import HttpLine
-from app.sources.network.multipart import MAX_PART, Multipart, TooMuch, boundary_of
+from app.sources import BaseSource, SourceContext
+from app.sources.lifecycle import Pacer, require_open
+from app.sources.network.endpoint import Endpoint, hardware_address
+from app.sources.network.http_client import HttpConnection
+from app.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarge, boundary_of
 
 OPEN_S = 2.0
 READ_S = 1.5
-MOST_BAD = 30  # broken parts one after the other, then it is no stream of pictures
+MAX_BAD_PARTS = 30  # broken parts one after the other, then it is no stream of pictures
 
 
-class HttpSource(PlainSource):
+class HttpSource(BaseSource):
     """One picture at a time. skipped: parts so far that were no picture."""
 
     TITLE: ClassVar = "Network camera, MJPEG over HTTP"
@@ -36,24 +37,23 @@ class HttpSource(PlainSource):
     )
     SCHEME: ClassVar = "http"
 
-    def __init__(self, place: Place, options: Mapping[str, Any], around: Surroundings) -> None:
+    def __init__(self, endpoint: Endpoint, options: Mapping[str, Any], context: SourceContext) -> None:
         self._fps = options["fps"]
-        self._decode = around.decode
-        self._line: HttpLine | None = HttpLine(place, around.hosts, options["trust"] == "any")
-        self._parts: Multipart | None = None  # None: one picture at a time
+        self._decode = context.decode
+        self._line: HttpConnection | None = HttpConnection(endpoint, context.hosts, options["trust"] == "any")
+        self._parts: MultipartParser | None = None  # None: one picture at a time
         self._waiting: list[bytes] = []
-        self._asked = False  # there is an answer whose picture has not been read yet
-        self._due = time.monotonic()
-        self._hardware = ""
+        self._answered = False  # there is an answer whose picture has not been read yet
+        self._pacer = Pacer()
         self.skipped = 0
 
     @classmethod
-    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
-        if around.decode is None:
+    def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
+        if context.decode is None:
             raise Unavailable("Pictures cannot be decoded here.", "Restart Touchline.", reason="no-decoder")
-        opened = cls(Place.of(cls.SCHEME, target), options, around)
+        opened = cls(Endpoint.of(cls.SCHEME, target), options, context)
         try:
-            kind = opened._line.ask(time.monotonic() + OPEN_S)
+            kind = opened._line.request(time.monotonic() + OPEN_S)
             opened._hardware = hardware_address(opened._line.socket)
         except BaseException:
             opened.close()
@@ -63,20 +63,19 @@ class HttpSource(PlainSource):
             opened.close()
             raise Unavailable("The address gives neither an MJPEG stream nor a picture.",
                               "Look in the camera's manual for its MJPEG path.", reason="unknown-stream")
-        opened._parts = Multipart(boundary) if boundary else None
-        opened._asked = True
+        opened._parts = MultipartParser(boundary) if boundary else None
+        opened._answered = True
         return opened
 
     def read(self) -> Frame:
-        if self._line is None:
-            raise Unavailable("This camera is closed.", "Open it again.", reason="source-closed")
+        require_open(self._line)
         before = self.skipped
         deadline = time.monotonic() + READ_S
         try:
-            while self.skipped - before < MOST_BAD:
+            while self.skipped - before < MAX_BAD_PARTS:
                 try:
-                    return self._from_stream(deadline) if self._parts else self._asked_for()
-                except (BadImage, TooMuch):
+                    return self._from_stream(deadline) if self._parts else self._single_picture()
+                except (BadImage, PartTooLarge):
                     self.skipped += 1
         except Unavailable:
             if self.skipped == before:
@@ -89,16 +88,13 @@ class HttpSource(PlainSource):
             self._line.close()
         self._line = None
 
-    def identity(self) -> Identity:
-        return Identity(self._address, serial=self._hardware and f"MAC {self._hardware}")
-
     @classmethod
     def example(cls, folder: Path) -> str:
         """Only its form: a real one needs a camera at the other end."""
         return f"{cls.SCHEME}://user:password@camera.local/video.mjpg"
 
     def _from_stream(self, deadline: float) -> Frame:
-        """The next part. BadImage or TooMuch where it is no picture."""
+        """The next part. BadImage or PartTooLarge where it is no picture."""
         while not self._waiting:
             some = self._line.read_some(deadline)
             if not some:
@@ -112,18 +108,17 @@ class HttpSource(PlainSource):
                     return frame
         return self._decode(self._waiting.pop(0))
 
-    def _asked_for(self) -> Frame:
+    def _single_picture(self) -> Frame:
         """The picture of one answer, when it is due."""
-        time.sleep(max(0.0, self._due - time.monotonic()))
-        self._due = max(self._due + 1 / self._fps, time.monotonic())
+        self._pacer.wait(self._fps)
         deadline = time.monotonic() + READ_S
-        if not self._asked:
-            self._line.ask(deadline)
-        self._asked = False
+        if not self._answered:
+            self._line.request(deadline)
+        self._answered = False
         data = self._line.read_all(MAX_PART, deadline)
         if len(data) > MAX_PART:
             self._line.close()
-            raise TooMuch
+            raise PartTooLarge
         return self._decode(data)
 
 

@@ -1,4 +1,4 @@
-"""A stream of pictures out of multipart/x-mixed-replace: bytes in, parts out, whatever rubbish lies between them.
+"""Parse multipart/x-mixed-replace: bytes in, parts out, whatever lies between them.
 
 Each part is --boundary, header lines, an empty line, a picture. Some cameras write the boundary with two dashes more
 or fewer than they announce, some leave the length out, some get it wrong.
@@ -13,12 +13,12 @@ LENGTH = re.compile(rb"^content-length\s*:\s*(\d{1,12})\s*$", re.IGNORECASE | re
 BOUNDARY = re.compile(r'boundary\s*=\s*(?:"([^"]{1,200})"|([^\s;,"]{1,200}))', re.IGNORECASE)
 
 
-class TooMuch(Exception):
+class PartTooLarge(Exception):
     """A part, or what stands where one should begin, is larger than any picture."""
 
 
 def boundary_of(content_type: str) -> bytes | None:
-    """The boundary that a Content-Type announces, without dashes in front; None where it is no multipart."""
+    """Return a Content-Type's boundary without leading dashes; None where it is no multipart."""
     if not content_type.lower().lstrip().startswith("multipart/"):
         return None
     found = BOUNDARY.search(content_type)
@@ -26,8 +26,8 @@ def boundary_of(content_type: str) -> bytes | None:
     return named.encode("latin-1", "replace") or None
 
 
-class Multipart:
-    """Feed it what comes; each part's content is returned once it is whole."""
+class MultipartParser:
+    """feed() takes bytes and yields each part's content once it is whole."""
 
     def __init__(self, boundary: bytes) -> None:
         self._mark = b"--" + boundary
@@ -37,19 +37,19 @@ class Multipart:
         self._length: int | None = None
 
     def feed(self, data: bytes) -> Iterator[bytes]:
-        """Parts that are whole now. TooMuch where one grows beyond MAX_PART."""
+        """Yield the parts that are whole now. PartTooLarge where one grows beyond MAX_PART."""
         self._data += data
         while (part := self._next()) is not None:
             yield part
 
     def pending_jpeg(self) -> bytes | None:
-        """The part so far, if it has no stated length and ends as a JPEG does: it may be whole already."""
+        """Return the part so far, if it has no stated length and ends as a JPEG does: it may be whole."""
         if not self._in_part or self._length is not None or not self._data.startswith(b"\xff\xd8"):
             return None
         return bytes(self._data) if self._data[-4:].rstrip(b"\r\n").endswith(b"\xff\xd9") else None
 
     def take_pending(self) -> None:
-        """The pending part was whole: it has been used, and the next mark is looked for."""
+        """Drop the pending part after use; the next boundary is looked for."""
         self._data.clear()
         self._in_part, self._looked = False, 0
 
@@ -65,12 +65,12 @@ class Multipart:
         at = self._find_mark()
         if at < 0:
             if len(self._data) > MAX_PART:
-                self._drop(TooMuch)
+                self._drop(PartTooLarge)
             return None
         part = bytes(self._data[:at])
         self._leave(at)
         if at > MAX_PART:
-            raise TooMuch
+            raise PartTooLarge
         return part.rstrip(b"-").removesuffix(b"\n").removesuffix(b"\r")
 
     def _enter(self) -> bool:
@@ -78,20 +78,20 @@ class Multipart:
         at = self._find_mark()
         if at < 0:
             if len(self._data) > MAX_PART:
-                self._drop(TooMuch)
+                self._drop(PartTooLarge)
             return False
         head = at + len(self._mark)
         ends = [(end, end + len(gap)) for gap in (b"\r\n\r\n", b"\n\n") if (end := self._data.find(gap, head)) >= 0]
         if not ends:
             self._looked = at
             if len(self._data) - head > MAX_HEAD:
-                self._drop(TooMuch)
+                self._drop(PartTooLarge)
             return False
         end, start = min(ends)
-        told = LENGTH.search(bytes(self._data[head:end]).replace(b"\r", b""))
-        self._length = int(told[1]) if told and int(told[1]) else None
+        stated = LENGTH.search(bytes(self._data[head:end]).replace(b"\r", b""))
+        self._length = int(stated[1]) if stated and int(stated[1]) else None
         if self._length is not None and self._length > MAX_PART:
-            self._drop(TooMuch)
+            self._drop(PartTooLarge)
         del self._data[:start]
         self._in_part, self._looked = True, 0
         return True

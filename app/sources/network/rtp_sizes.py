@@ -1,4 +1,4 @@
-"""The picture's size as RTP packets tell it, before any decoder sees them: JPEG, H.264 and H.265.
+"""Read the picture size out of RTP packets before any decoder sees them: JPEG, H.264 and H.265.
 
 FFmpeg under OpenCV keeps the first size for good and bends whatever comes later to it; here the change is seen first.
 RFC 3550 (RTP), 2435 (JPEG), 6184 (H.264), 7798 (H.265); ITU-T H.264 7.3.2.1, H.265 7.3.2.2.
@@ -9,27 +9,27 @@ from collections.abc import Callable, Iterator
 Size = tuple[int, int]  # width, height in px as coded, before any cropping window
 
 
-class SizeWatch:
-    """Looks at every packet of one stream. size: the newest that was told, None before the first."""
+class SizeMonitor:
+    """Watches every packet of one stream. size: the newest, None before the first."""
 
     def __init__(self, codec: str) -> None:
-        self._told = {"JPEG": jpeg_told, "H264": h264_told, "H265": h265_told}.get(codec.upper())
+        self._sizes = {"JPEG": jpeg_sizes, "H264": h264_sizes, "H265": h265_sizes}.get(codec.upper())
         self._known: dict[int, Size] = {}
         self._pictures = 0
         self.size: Size | None = None
 
     @property
-    def sees(self) -> bool:
-        """Whether the codec is one whose sizes are understood here."""
-        return self._told is not None
+    def supported(self) -> bool:
+        """Whether the codec's sizes can be read."""
+        return self._sizes is not None
 
     def changed(self, packet: bytes) -> bool:
         """Whether this packet begins pictures of another size than those before it."""
         payload = _payload(packet)
-        if self._told is None or not payload:
+        if self._sizes is None or not payload:
             return False
         other = False
-        for number, size in self._told(payload):
+        for number, size in self._sizes(payload):
             # A stream may carry the parameter sets of two sizes from its start and use only one: no change.
             first_seen_late = number not in self._known and self._pictures > 0 and size not in self._known.values()
             other |= self._known.get(number, size) != size or first_seen_late
@@ -38,24 +38,24 @@ class SizeWatch:
         return other
 
 
-def jpeg_told(payload: bytes) -> Iterator[tuple[int, Size]]:
+def jpeg_sizes(payload: bytes) -> Iterator[tuple[int, Size]]:
     """The size that every JPEG packet repeats in eights of px; 0 where it is too large for that."""
     if len(payload) >= 8:
         yield 0, (payload[6] * 8, payload[7] * 8)
 
 
-def h264_told(payload: bytes) -> Iterator[tuple[int, Size]]:
+def h264_sizes(payload: bytes) -> Iterator[tuple[int, Size]]:
     """Number and size of every sequence parameter set in a packet, alone or among others (STAP-A)."""
     for unit in _units(payload, 24, payload[0] & 31, 1):
-        if unit and unit[0] & 31 == 7 and (told := _read(h264_sps, unit)):
-            yield told
+        if unit and unit[0] & 31 == 7 and (found := _read(h264_sps, unit)):
+            yield found
 
 
-def h265_told(payload: bytes) -> Iterator[tuple[int, Size]]:
+def h265_sizes(payload: bytes) -> Iterator[tuple[int, Size]]:
     """The same of H.265, alone or in an aggregation packet."""
     for unit in _units(payload, 48, payload[0] >> 1 & 63, 2):
-        if len(unit) > 2 and unit[0] >> 1 & 63 == 33 and (told := _read(h265_sps, unit)):
-            yield told
+        if len(unit) > 2 and unit[0] >> 1 & 63 == 33 and (found := _read(h265_sps, unit)):
+            yield found
 
 
 def h264_sps(bits: "_Bits") -> tuple[int, Size]:
@@ -135,7 +135,7 @@ def _read(reader: Callable[["_Bits"], tuple[int, Size]], unit: bytes) -> tuple[i
     try:
         return reader(_Bits(unit[:1024]))
     except IndexError:
-        return None  # cut short: no size is told
+        return None  # cut short: no size
 
 
 def _skip_scaling_list(bits: _Bits, count: int) -> None:

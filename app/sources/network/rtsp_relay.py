@@ -1,4 +1,4 @@
-"""Between FFmpeg and an RTSP camera: FFmpeg speaks to this machine only, and we see every packet before it does.
+"""A relay between FFmpeg and an RTSP camera: FFmpeg connects to this machine only, and we see every packet first.
 
 FFmpeg follows a camera's redirections to wherever they lead, keeps the first size of a picture for good, and knows the
 password. Here the connection is already made and pinned; requests get the camera's own name and the login put in;
@@ -15,9 +15,9 @@ import time
 
 from app.core.errors import TouchlineError, Unavailable
 from app.sources.network.authentication import Login
-from app.sources.network.camera_errors import broken, refused
-from app.sources.network.endpoint import Place
-from app.sources.network.rtp_sizes import SizeWatch
+from app.sources.network.camera_errors import connection_lost, silent, status_error
+from app.sources.network.endpoint import Endpoint
+from app.sources.network.rtp_sizes import SizeMonitor
 
 MAX_TEXT = 256 * 1024  # of one request or reply with its body
 READ_BYTES = 1 << 18
@@ -25,25 +25,25 @@ CODEC = re.compile(r"^a=rtpmap:\s*\d+\s+(JPEG|H264|H265)/", re.IGNORECASE | re.M
 STATIC_JPEG = re.compile(r"^m=video \d+ \S+ 26\b", re.MULTILINE)
 
 
-class Relay:
-    """One connection of FFmpeg's, handed on. Its thread ends when either side does, or on close().
+class RtspRelay:
+    """Relays one connection of FFmpeg. Its thread ends when either side does, or on close().
 
     problem: why it ended, where it was the camera's doing; changed: it ended because another size begins.
     """
 
-    def __init__(self, camera: socket.socket, place: Place, stall_s: float) -> None:
+    def __init__(self, camera: socket.socket, endpoint: Endpoint, stall_s: float) -> None:
         self._camera, self._stall_s = camera, stall_s
-        self._real = f"rtsp://{place.authority}"
-        self._login = Login(place.user, place.password)
+        self._real = f"rtsp://{endpoint.authority}"
+        self._login = Login(endpoint.user, endpoint.password)
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=1)
         # Whoever else on this machine finds the port does not know the secret in the address.
         self._ours = f"rtsp://127.0.0.1:{self._listener.getsockname()[1]}/{secrets.token_hex(16)}"
-        self.url = self._ours + place.resource
+        self.url = self._ours + endpoint.resource
         self._ffmpeg: socket.socket | None = None
         self._from_camera, self._from_ffmpeg = bytearray(), bytearray()
-        self._asked: dict[int, tuple[str, str, bytes, int]] = {}  # by our number: method, URI, rest, FFmpeg's number
+        self._pending: dict[int, tuple[str, str, bytes, int]] = {}  # by our number: method, URI, rest, FFmpeg's number
         self._number = 0
-        self._watch = SizeWatch("")
+        self._watch = SizeMonitor("")
         self._playing = False
         self._closing = False
         self.problem: TouchlineError | None = None
@@ -54,7 +54,7 @@ class Relay:
     @property
     def sees_sizes(self) -> bool:
         """Whether a change of size would be noticed, which depends on the stream's codec."""
-        return self._watch.sees
+        return self._watch.supported
 
     def close(self) -> None:
         """End both connections and the thread; more than once does no harm."""
@@ -73,25 +73,25 @@ class Relay:
             self._ffmpeg, _ = self._listener.accept()
             self._listener.close()
             self._ffmpeg.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._hand_on()
+            self._forward()
         except TouchlineError as error:
             self.problem = error
         except (OSError, ValueError, UnicodeError):
             if not self._closing:
-                self.problem = broken()
+                self.problem = connection_lost()
         finally:
             for line in (self._camera, self._ffmpeg, self._listener):
                 if line is not None:
                     line.close()
 
-    def _hand_on(self) -> None:
-        heard = time.monotonic()
+    def _forward(self) -> None:
+        last_packet_s = time.monotonic()
         poll = select.poll()  # select() cannot watch descriptors above 1023
         for line in (self._camera, self._ffmpeg):
             line.setblocking(True)
             poll.register(line, select.POLLIN)
         while True:
-            wait_s = heard + self._stall_s - time.monotonic() if self._playing else self._stall_s
+            wait_s = last_packet_s + self._stall_s - time.monotonic() if self._playing else self._stall_s
             ready = {fd for fd, _ in poll.poll(max(0, wait_s) * 1000)}
             if self._ffmpeg.fileno() in ready:
                 data = self._ffmpeg.recv(READ_BYTES)
@@ -106,15 +106,14 @@ class Relay:
                                       reason="camera-gone")
                 self._from_camera += data
                 if self._packets():
-                    heard = time.monotonic()
+                    last_packet_s = time.monotonic()
                 if self.changed:
                     return
-            elif self._playing and time.monotonic() - heard > self._stall_s:
-                raise Unavailable("The camera sends no pictures any more.", "Look at the camera and its network.",
-                                  reason="camera-silent")
+            elif self._playing and time.monotonic() - last_packet_s > self._stall_s:
+                raise silent()
 
     def _packets(self) -> bool:
-        """Hand on what came whole from the camera; whether anything did."""
+        """Forward what came whole from the camera; return whether anything did."""
         data, at, start = self._from_camera, 0, 0
         while at < len(data):
             if data[at] == 0x24:  # "$": channel, length, an RTP packet
@@ -130,7 +129,7 @@ class Relay:
             length = _body_length(data[at:found]) if found >= 0 else 0
             end = found + 4 + length
             if max(len(data) - at, length) > MAX_TEXT and (found < 0 or length > MAX_TEXT):
-                raise broken()
+                raise connection_lost()
             if found < 0 or len(data) < end:
                 break
             self._ffmpeg.sendall(memoryview(data)[start:at].tobytes())
@@ -142,7 +141,7 @@ class Relay:
         return at > 0
 
     def _requests(self) -> None:
-        """Hand on FFmpeg's requests under the camera's own name; what it reports about RTP is let go."""
+        """Forward FFmpeg's requests under the camera's own name, and its RTP reports as they are."""
         data = self._from_ffmpeg
         while data:
             if data[0] == 0x24:
@@ -155,7 +154,7 @@ class Relay:
             end = data.find(b"\r\n\r\n")
             if end < 0:
                 if len(data) > MAX_TEXT:
-                    raise broken()
+                    raise connection_lost()
                 return
             text = data[:end].decode("ascii", "replace")
             del data[:end + 4]
@@ -165,40 +164,40 @@ class Relay:
             if uri.startswith(self._ours):
                 uri = self._real + uri.removeprefix(self._ours)
             elif not uri.startswith("rtsp://") or self._number == 0:
-                raise broken()  # a stranger on this machine
+                raise connection_lost()  # a stranger on this machine
             self._ask(method, uri, re.sub(r"(?mi)^CSeq:.*\r?\n?", "", rest).encode(), number)
 
     def _ask(self, method: str, uri: str, rest: bytes, theirs: int) -> None:
         self._number += 1
-        self._asked[self._number] = (method, uri, rest, theirs)
+        self._pending[self._number] = (method, uri, rest, theirs)
         login = self._login.header(method, uri)
         lines = [f"{method} {uri} RTSP/1.0", f"CSeq: {self._number}", *([f"Authorization: {login}"] if login else [])]
         self._camera.sendall("\r\n".join(lines).encode() + b"\r\n" + rest.strip() + b"\r\n\r\n"
                              if rest.strip() else "\r\n".join(lines).encode() + b"\r\n\r\n")
 
     def _reply(self, head: str, body: bytes) -> None:
-        """Hand on a reply, or act on one that is not for FFmpeg."""
+        """Forward a reply, or act on one that is not for FFmpeg."""
         status = re.match(r"RTSP/1\.\d (\d{3})", head)
         found = re.search(r"(?mi)^CSeq:\s*(\d+)", head)
         if status is None:  # a request of the camera's own; a camera that asks whether we live gets a yes
             if found:
                 self._camera.sendall(f"RTSP/1.0 200 OK\r\nCSeq: {found[1]}\r\n\r\n".encode())
             return
-        asked = self._asked.pop(int(found[1]), None) if found else None
-        if asked is None:
+        request = self._pending.pop(int(found[1]), None) if found else None
+        if request is None:
             return
         code = int(status[1])
-        if code == 401 and self._login.challenged(re.findall(r"(?mi)^WWW-Authenticate:\s*(.*?)\s*$", head)):
-            self._ask(*asked)
+        if code == 401 and self._login.accept_challenge(re.findall(r"(?mi)^WWW-Authenticate:\s*(.*?)\s*$", head)):
+            self._ask(*request)
             return
-        if 300 <= code <= 401 or (code > 401 and asked[0] in ("DESCRIBE", "SETUP", "PLAY")):
-            raise refused(code, "rtsp", "no stream", "RTSP")
-        if asked[0] == "DESCRIBE":
+        if 300 <= code <= 401 or (code > 401 and request[0] in ("DESCRIBE", "SETUP", "PLAY")):
+            raise status_error(code, "rtsp", "no stream", "RTSP")
+        if request[0] == "DESCRIBE":
             sdp = body.decode("utf-8", "replace")
             codec = CODEC.search(sdp)
-            self._watch = SizeWatch(codec[1] if codec else "JPEG" if STATIC_JPEG.search(sdp) else "")
-        self._playing = self._playing or asked[0] == "PLAY"
-        head = re.sub(r"(?mi)^CSeq:[^\r\n]*", f"CSeq: {asked[3]}", head)
+            self._watch = SizeMonitor(codec[1] if codec else "JPEG" if STATIC_JPEG.search(sdp) else "")
+        self._playing = self._playing or request[0] == "PLAY"
+        head = re.sub(r"(?mi)^CSeq:[^\r\n]*", f"CSeq: {request[3]}", head)
         self._ffmpeg.sendall(head.encode() + b"\r\n\r\n" + body)
 
 

@@ -17,7 +17,7 @@ Matrix = tuple[tuple[float, float, float], ...]
 
 @dataclass(frozen=True)
 class SimCamera:
-    """Where a camera stands and what its lens does.
+    """A camera's pose and lens.
 
     camera_from_field: rotation, rows are the camera's x (right), y (down) and z (ahead) in the field frame.
     position_mm: of the centre of projection, field frame.
@@ -34,7 +34,7 @@ class SimCamera:
     def above(cls, region: Region, image_size: ImageSize, lens: Lens, *, height_mm: float, tilt_deg: float = 0.0,
               pan_deg: float = 0.0, roll_deg: float = 0.0, focal_px: float | None = None, fill: float = 0.9,
               stand_mm: tuple[float, float] | None = None) -> Self:
-        """A camera that sees the region standing as it does in the corrected picture.
+        """Place a camera that sees the region with the orientation of the corrected picture.
 
         tilt turns the view up the picture, pan to its right, roll the picture itself. The camera stands where its
         axis meets the region's middle, or at stand_mm. Without focal_px, the region's borders reach across
@@ -49,17 +49,17 @@ class SimCamera:
         place = middle + ahead * (height_mm / ahead[2]) if stand_mm is None else np.array([*stand_mm, height_mm])
         camera = cls(image_size, (1.0, 1.0), (0.0, 0.0), lens, _plain(rotation), tuple(map(float, place)))
         if focal_px is None:
-            focal_px = camera._focal_that_shows(region, fill)
+            focal_px = camera._focal_to_fit(region, fill)
         return cls(image_size, (focal_px, focal_px), image_size.centre, lens, camera.camera_from_field,
                    camera.position_mm)
 
     def turned(self, tilt_deg: float = 0.0, pan_deg: float = 0.0, roll_deg: float = 0.0) -> Self:
-        """The same camera where it stands, turned about its own axes as for above()."""
+        """Turn the camera about its own axes, as for above()."""
         return replace(self, camera_from_field=_plain(_turn(tilt_deg, pan_deg, roll_deg) @ self._rotation))
 
-    def _focal_that_shows(self, region: Region, fill: float) -> float:
+    def _focal_to_fit(self, region: Region, fill: float) -> float:
         edge = np.concatenate([region.border(name).sample(65) for name in BORDERS])
-        reach = np.abs(self.raw_from_field(edge)).max(axis=0)  # NaN if a border is out of the lens's sight
+        reach = np.abs(self.raw_from_field(edge)).max(axis=0)  # NaN where the lens cannot see a border
         focal = fill * np.array(self.image_size.centre) / np.maximum(reach, 1e-9)
         if not np.isfinite(focal).all():
             raise BadInput("The simulated camera cannot see the whole region.",
@@ -79,7 +79,7 @@ class SimCamera:
         return self.lens.plane_from_ray(rays) * self.focal_px + self.centre_px
 
     def field_from_raw(self, points: Points, z_mm: float = 0.0) -> Points:
-        """Where the rays of raw pixels (..., 2) meet the plane z_mm above the carpet, (..., 2) mm."""
+        """Map raw pixels (..., 2) to where their rays meet the plane z_mm above the carpet, (..., 2) mm."""
         rays = self.rays(points)
         position = np.array(self.position_mm)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -88,19 +88,19 @@ class SimCamera:
         return position[:2] + rays[..., :2] * along[..., None]
 
     def rays(self, points: Points) -> NDArray[np.float64]:
-        """Directions (..., 3) of raw pixels, in the field frame."""
+        """Return the directions (..., 3) of raw pixels in the field frame."""
         plane = (np.asarray(points, dtype=np.float64) - self.centre_px) / self.focal_px
         return self.lens.ray_from_plane(plane) @ self._rotation
 
     def sees(self, points: Points) -> NDArray[np.bool_]:
-        """Which raw pixels (..., 2) lie in the picture."""
+        """Tell which raw pixels (..., 2) lie in the picture."""
         w, h = self.image_size
         with np.errstate(invalid="ignore"):
             return ((points >= -0.5) & (points <= (w - 0.5, h - 0.5))).all(axis=-1)
 
 
 def _looking_down(region: Region) -> NDArray[np.float64]:
-    """Rows: right and down as the region stands in the picture, and down to the carpet."""
+    """Return the rows right, down (of the region in the picture) and ahead (to the carpet)."""
     right = region.field_from_region(np.array([1.0, 0.0])) - region.field_from_region(np.zeros(2))
     down = region.field_from_region(np.array([0.0, 1.0])) - region.field_from_region(np.zeros(2))
     return np.array([[*right, 0.0], [*down, 0.0], [0.0, 0.0, -1.0]])

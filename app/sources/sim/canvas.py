@@ -1,7 +1,7 @@
-"""The still picture kept in 16 bits, on which moving things are drawn and wiped away, and from which frames are made.
+"""A canvas: the still picture in 16 bits, on which moving solids are drawn and erased, and which is made into frames.
 
 A grey level is 32 steps, so that what is still stays exact to 0.03 grey levels. Per frame only the windows of moving
-things are touched; then the whole is scaled by the light, given noise and rounded to 8 bits, strip by strip, so that
+solids are touched; then the whole is scaled by the light, given noise and rounded to 8 bits, strip by strip, so that
 no strip leaves the processor's cache on the way.
 """
 
@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.sources.sim.draw import Scene, draw
-from app.sources.sim.things import Colour, Thing
+from app.sources.sim.solids import Colour, Solid
 
 STEPS = 32  # a grey level; 16 bits then reach four times as bright as white
 _ROWS = 8  # of a strip
-_SHEET = 1 << 22  # numbers of noise; each strip takes others, at random
+_SHEET = 1 << 22  # random numbers; each strip takes a random piece
 
 
 class Canvas:
-    """One still picture (height, width, 3) of 32 bits, tinted, ready to be drawn on."""
+    """One still picture (height, width, 3), tinted, ready to be drawn on."""
 
     def __init__(self, still: NDArray[np.float32], scene: Scene, tint: Colour) -> None:
         self._scene, self._tint = scene, tint
@@ -29,22 +29,22 @@ class Canvas:
         self._picture = self._still.copy()
         self._drawn = []
 
-    def draw(self, things: list[Thing]) -> None:
-        """Wipe away what was drawn before and draw these."""
+    def draw(self, solids: list[Solid]) -> None:
+        """Erase what was drawn before and draw these."""
         for window in self._drawn:
             self._picture[window] = self._still[window]
-        self._drawn = draw(self._picture, self._scene, things, STEPS, self._tint)
+        self._drawn = draw(self._picture, self._scene, solids, STEPS, self._tint)
 
     def develop(self, gain: NDArray, noise: float, seed: int, index: int) -> NDArray[np.uint8]:
-        """A fresh frame. gain: (height,) of each row, or one number. noise: standard deviation in grey levels."""
+        """Return a new frame. gain: (height,) of each row, or one number. noise: standard deviation in grey levels."""
         height = self._picture.shape[0]
         tops = range(0, height, _ROWS)
         gains = np.broadcast_to(gain, (height,))[::_ROWS] if np.ndim(gain) else np.full(len(tops), gain)
         sheet, starts = None, None
         if noise:
             sheet = _noise_sheet(seed, noise)
-            room = sheet.size - self._picture[:_ROWS].size
-            starts = np.random.default_rng([seed, 4, index]).integers(room, size=len(tops))
+            spare = sheet.size - self._picture[:_ROWS].size
+            starts = np.random.default_rng([seed, 4, index]).integers(spare, size=len(tops))
         frame = np.empty(self._picture.shape, np.uint8)
         for i, top in enumerate(tops):
             strip = self._picture[top:top + _ROWS]
@@ -60,6 +60,6 @@ class Canvas:
 
 @lru_cache(maxsize=4)
 def _noise_sheet(seed: int, sigma: float) -> NDArray[np.int16]:
-    """Steps of noise with this standard deviation: cutting it out is much faster than drawing it afresh."""
+    """Return a sheet of noise in steps: cutting pieces out of it is much faster than drawing new noise."""
     drawn = np.random.default_rng([seed, 5]).standard_normal(_SHEET, dtype=np.float32)
     return np.clip(np.rint(drawn * np.float32(sigma * STEPS)), -32767, 32767).astype(np.int16)

@@ -1,27 +1,27 @@
-"""What can be set on a simulated camera, as on a real one: exposure, gain, white balance, resolution, frame rate.
-
-And what happens to a real one by itself: a knock, and a lens that is turned out of focus.
+"""Controls of a simulated camera, as a real one has them, and two mishaps of real ones: a knock and lost focus.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from app.core.errors import BadInput, NotFound
 from app.core.geometry import ImageSize
 from app.sources import Control
+from app.sources.control_errors import is_number, refused_value, unknown_control
 from app.sources.sim.render import USUAL_EXPOSURE_MS, Shot
 
 BINNINGS = (1, 2, 4)
 NEUTRAL_K = 5000.0
 AUTO_LEVEL = 110.0  # mean grey level that an automatic exposure aims at
 MIN_EXPOSURE_US, MAX_GAIN_DB, RATES_HZ, KELVINS = 20.0, 24.0, (0.1, 240.0), (2500.0, 10_000.0)
+NUMBERS = {"exposure": "exposure_us", "gain": "gain_db", "white_balance": "white_balance_k", "knock": "knock_px",
+           "softer": "softer_px", "frame_rate": "frame_rate"}  # controls that are numbers, and their attributes
 KNOCKS_PX, SOFTER_PX = (-200.0, 200.0), (0.0, 5.0)
 
 
 @dataclass
 class Settings:
-    """The camera's own state. size: at full resolution."""
+    """The camera's settings. size: at full resolution."""
 
     size: ImageSize
     frame_rate: float
@@ -34,7 +34,7 @@ class Settings:
     softer_px: float = 0.0
 
     def shot(self, level: Callable[[Shot], float]) -> Shot:
-        """What a frame is taken with. level: the mean grey level that a shot would come to."""
+        """Return what the next frame is taken with. level: computes a shot's mean grey level."""
         warm = (self.white_balance_k / NEUTRAL_K) ** 0.5
         gain, tint = 10 ** (self.gain_db / 20), (1 / warm, 1.0, warm)
         longest_us = 1e6 / self.frame_rate
@@ -65,32 +65,22 @@ class Settings:
             self.auto_exposure = True
         elif control.kind == "choice":
             if value not in control.choices:
-                raise _refused(control, value, " or ".join(control.choices))
+                raise refused_value(control.label, repr(str(value)[:40]), " or ".join(control.choices))
             self.binning = self._binnings[control.choices.index(value)]
         else:
             self._set_number(name, _number(control, value))
         return self._control(name)
 
     def _set_number(self, name: str, number: float) -> None:
+        setattr(self, NUMBERS[name], number)
         if name == "exposure":
-            self.exposure_us, self.auto_exposure = number, False
-        elif name == "gain":
-            self.gain_db = number
-        elif name == "white_balance":
-            self.white_balance_k = number
-        elif name == "knock":
-            self.knock_px = number
-        elif name == "softer":
-            self.softer_px = number
-        else:
-            self.frame_rate = number
-            self.exposure_us = min(self.exposure_us, 1e6 / number)  # no exposure is longer than a frame
+            self.auto_exposure = False
+        self.exposure_us = min(self.exposure_us, 1e6 / self.frame_rate)  # no exposure is longer than a frame
 
     def _control(self, name: str) -> Control:
         table = {control.name: control for control in self.controls()}
         if name not in table:
-            raise NotFound(f"This camera has no setting called {str(name)[:40]!r}.", f"It has: {', '.join(table)}.",
-                           reason="unknown-control")
+            raise unknown_control(name, table)
         return table[name]
 
     @property
@@ -104,13 +94,7 @@ class Settings:
 
 def _number(control: Control, value: Any) -> float:
     low, high = control.range
-    numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not numeric or not low <= value <= high:
+    if not is_number(value, low, high):
         other = ', or "auto"' if control.automatic is not None else ""
-        raise _refused(control, value, f"a number from {low:g} to {high:g}{other}")
+        raise refused_value(control.label, repr(str(value)[:40]), f"a number from {low:g} to {high:g}{other}")
     return float(value)
-
-
-def _refused(control: Control, value: Any, allowed: str) -> BadInput:
-    return BadInput(f"{control.label} cannot be {str(value)[:40]!r} on this camera.", f"Use {allowed}.",
-                    reason="bad-control")

@@ -1,7 +1,7 @@
-"""Things drawn where a camera sees them: at their own height, in a window of the picture each.
+"""Draw solids as a camera sees them: at their own height, each in a window of the picture.
 
-One way serves two ends: layers() says how much of which pixel each part of a thing covers; the picture takes their
-colours, the truth takes their owner.
+layers() computes which share of each pixel every part of a solid covers; the picture takes the parts' colours, the
+tests' truth their owners.
 """
 
 from collections.abc import Iterable, Iterator
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.paint import Ground, inside
-from app.sources.sim.things import Ball, Colour, Disc, Plane, Tall, Thing
+from app.sources.sim.solids import Ball, Colour, Disc, Plane, Prism, Solid
 
 Window = tuple[slice, slice]
 SHINE: Colour = (150.0, 190.0, 255.0)
@@ -32,7 +32,7 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What drawing needs to know of every pixel, as planes (height, width) of 32 bits."""
+    """What drawing needs to know of every pixel, as planes (height, width)."""
 
     camera: SimCamera
     x_mm: Plane
@@ -46,14 +46,14 @@ class Scene:
         return cls(ground.camera, x, y, (sigma_px * ground.mm_per_px + 1e-3).astype(np.float32),
                    np.ascontiguousarray(light, np.float32))
 
-    def windows(self, things: list[Thing]) -> list[Window | None]:
-        """The part of the picture in which each thing can be seen, or None."""
-        if not things:
+    def windows(self, solids: list[Solid]) -> list[Window | None]:
+        """Return the part of the picture in which each solid can be seen, or None."""
+        if not solids:
             return []
         ring = np.stack([np.cos(_RING), np.sin(_RING)], axis=-1)
-        reach = np.array([1.5 * thing.reach_mm + 20 for thing in things])
-        foot = np.array([thing.centre for thing in things])[:, None] + reach[:, None, None] * ring
-        high = np.broadcast_to(np.array([thing.z_high for thing in things])[:, None, None], (*foot.shape[:2], 1))
+        reach = np.array([1.5 * solid.reach_mm + 20 for solid in solids])
+        foot = np.array([solid.centre for solid in solids])[:, None] + reach[:, None, None] * ring
+        high = np.broadcast_to(np.array([solid.z_high for solid in solids])[:, None, None], (*foot.shape[:2], 1))
         both = np.concatenate([np.concatenate([foot, 0 * high], -1), np.concatenate([foot, high], -1)], axis=1)
         return [self._window(raw) for raw in self.camera.raw_from_field(both)]
 
@@ -68,7 +68,7 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """A scene's window."""
+    """A window of a scene."""
 
     x: Plane
     y: Plane
@@ -85,7 +85,7 @@ class Patch:
         return Patch(self.x[part], self.y[part], self.sigma[part], self.light[part], self.eye)
 
     def at(self, z_mm: float) -> tuple[Plane, Plane]:
-        """Where the pixels look at height z: on the way from the floor to the eye."""
+        """Return where the pixels look at height z: on the way from the floor to the eye."""
         up = z_mm / self.eye[2]
         return self.x + (self.eye[0] - self.x) * up, self.y + (self.eye[1] - self.y) * up
 
@@ -94,44 +94,44 @@ class Patch:
         return _EDGE * float(np.nanmax(self.sigma, initial=0))
 
     def layer(self, distance: Plane, colour: Colour, z_mm: float, within: Window | None = None) -> Layer | None:
-        """What lies inside, no more of the window than it reaches. within: the part that this patch is of a window."""
+        """Return the covered part of the window as a layer. within: this patch's place in its window."""
         near = distance < self.widest_mm
         rows, columns = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
         if not rows.size:
             return None
         part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
         cover = _covered(distance[part], self.sigma[part] * (1 - z_mm / self.eye[2]))
-        return Layer(part if within is None else _moved(part, within), cover, colour)
+        return Layer(part if within is None else _shifted(part, within), cover, colour)
 
 
 def _covered(distance: Plane, sigma: Plane | float) -> Plane:
-    """Nothing where the pixel looks past the ground."""
+    """Return the coverage, 0 where the pixel looks past the ground."""
     cover = inside(distance, sigma)
     return cover if np.isfinite(cover[0, 0]) and np.isfinite(cover).all() else np.nan_to_num(cover)
 
 
-def _moved(part: Window, within: Window) -> Window:
+def _shifted(part: Window, within: Window) -> Window:
     (rows, columns), (top, left) = part, (within[0].start, within[1].start)
     return slice(rows.start + top, rows.stop + top), slice(columns.start + left, columns.stop + left)
 
 
-def draw(picture: NDArray, scene: Scene, things: Iterable[Thing], scale: float = 1.0,
+def draw(picture: NDArray, scene: Scene, solids: Iterable[Solid], scale: float = 1.0,
          tint: Colour = (1.0, 1.0, 1.0)) -> list[Window]:
-    """Draw into a BGR picture in place, in the order given, the farther ones first; the windows that changed.
+    """Draw into a BGR picture in place, farther solids first; return the changed windows.
 
-    A colour comes to colour · tint · scale · light there.
+    A colour becomes colour · tint · scale · light.
     """
-    things = list(things)
+    solids = list(solids)
     changed = []
-    for thing, window in zip(things, scene.windows(things), strict=True):
+    for solid, window in zip(solids, scene.windows(solids), strict=True):
         if window is None:
             continue
         patch = Patch.of(scene, window)
         planes = picture[window].transpose(2, 0, 1).astype(np.float32)  # channel by channel is twice as fast
-        darker = shadow(patch, thing)
+        darker = shadow(patch, solid)
         if darker is not None:
             planes *= darker
-        for layer in layers(patch, thing):
+        for layer in layers(patch, solid):
             light = layer.cover * patch.light[layer.part]
             bare = 1 - layer.cover
             for plane, value, factor in zip(planes, layer.colour, tint, strict=True):
@@ -146,37 +146,37 @@ def draw(picture: NDArray, scene: Scene, things: Iterable[Thing], scale: float =
     return changed
 
 
-def shadow(patch: Patch, thing: Thing) -> Plane | None:
-    """The factor of a thing's soft shadow on what lies around it."""
-    if not thing.shadow:
+def shadow(patch: Patch, solid: Solid) -> Plane | None:
+    """Return the factor of a solid's soft shadow on what lies around it."""
+    if not solid.shadow:
         return None
-    if isinstance(thing, Ball):
-        away, soft_mm = Disc(thing.centre, thing.radius_mm).distance(patch.x, patch.y), 0.5 * thing.radius_mm
+    if isinstance(solid, Ball):
+        away, soft_mm = Disc(solid.centre, solid.radius_mm).distance(patch.x, patch.y), 0.5 * solid.radius_mm
     else:
-        away, soft_mm = thing.outline.distance(patch.x, patch.y) - 8, 0.28 * thing.reach_mm
-    return 1 - thing.shadow * _covered(away, soft_mm)
+        away, soft_mm = solid.outline.distance(patch.x, patch.y) - 8, 0.28 * solid.reach_mm
+    return 1 - solid.shadow * _covered(away, soft_mm)
 
 
-def layers(patch: Patch, thing: Thing) -> Iterator[Layer]:
-    """What covers the carpet, from the side to what is painted on top."""
-    found = _ball_layers(patch, thing) if isinstance(thing, Ball) else _tall_layers(patch, thing)
+def layers(patch: Patch, solid: Solid) -> Iterator[Layer]:
+    """Yield what covers the carpet: the side, the top, what is painted on it."""
+    found = _ball_layers(patch, solid) if isinstance(solid, Ball) else _prism_layers(patch, solid)
     return (layer for layer in found if layer is not None)
 
 
-def _tall_layers(patch: Patch, thing: Tall) -> Iterator[Layer | None]:
-    low, top = patch.at(thing.z_low), patch.at(thing.z_high)
-    yield patch.layer(thing.outline.swept(*low, top[0] - low[0], top[1] - low[1]), thing.side, thing.z_low)
-    lid = patch.layer(thing.outline.distance(*top), thing.top, thing.z_high)
+def _prism_layers(patch: Patch, solid: Prism) -> Iterator[Layer | None]:
+    low, top = patch.at(solid.z_low), patch.at(solid.z_high)
+    yield patch.layer(solid.outline.swept(*low, top[0] - low[0], top[1] - low[1]), solid.side, solid.z_low)
+    lid = patch.layer(solid.outline.distance(*top), solid.top, solid.z_high)
     yield lid
-    if lid is None or not thing.on_top:
+    if lid is None or not solid.on_top:
         return
     small, x, y = patch.cut(lid.part), top[0][lid.part], top[1][lid.part]
-    for outline, colour in thing.on_top:
-        yield small.layer(outline.distance(x, y), colour, thing.z_high, lid.part)
+    for outline, colour in solid.on_top:
+        yield small.layer(outline.distance(x, y), colour, solid.z_high, lid.part)
 
 
 def _ball_layers(patch: Patch, ball: Ball) -> Iterator[Layer | None]:
-    """How far each ray passes the ball's middle: |ray × to the middle| / |ray|."""
+    """Use each ray's distance from the ball's centre: |ray × to the centre| / |ray|."""
     (ex, ey, ez), r = patch.eye, ball.radius_mm
     rx, ry, rz = patch.x - ex, patch.y - ey, -ez
     bx, by, bz = ball.centre[0] - ex, ball.centre[1] - ey, r - ez

@@ -1,4 +1,4 @@
-"""What the ground looks like and how light falls on it: carpet, floor beyond it, lamps, vignette."""
+"""The ground's appearance and its lighting: carpet, floor beyond it, lamps, vignette."""
 
 from dataclasses import dataclass
 
@@ -32,7 +32,7 @@ class Light:
 
 
 def ground_colour(ground: Ground, field: Field, light: Light, sigma_px: float, seed: int) -> NDArray[np.float32]:
-    """(height, width, 3) BGR of everything flat, in full light."""
+    """Return the picture (height, width, 3) BGR of everything flat, in full light."""
     h, w = ground.size.height, ground.size.width
     rng = np.random.default_rng(seed)
     place = np.nan_to_num(ground.field_mm, nan=1e6).astype(np.float32)
@@ -60,7 +60,7 @@ def ground_colour(ground: Ground, field: Field, light: Light, sigma_px: float, s
 
 
 def painted(field: Field) -> tuple[list[Line], list[Arc]]:
-    """All lines and arcs, with crosses as two strokes and dots as rings without a hole."""
+    """Return all lines and arcs, crosses as two lines and dots as filled rings."""
     lines, arcs = list(field.lines.values()), list(field.arcs.values())
     width = min((line.width_mm for line in lines), default=10.0)
     for mark in field.extras.get("marks", ()):
@@ -73,7 +73,7 @@ def painted(field: Field) -> tuple[list[Line], list[Arc]]:
 
 
 def lighting(ground: Ground, light: Light, field: Field) -> Plane:
-    """(height, width) factor on every colour."""
+    """Return the light's factor (height, width) on every colour."""
     w, h = ground.size
     x, y = np.meshgrid(np.arange(w, dtype=np.float32), np.arange(h, dtype=np.float32))
     cx, cy = ground.camera.centre_px
@@ -87,7 +87,7 @@ def lighting(ground: Ground, light: Light, field: Field) -> Plane:
 
 
 def glare(ground: Ground, light: Light, field: Field) -> Plane:
-    """(height, width) grey levels added where a lamp is mirrored."""
+    """Return the grey levels (height, width) that a lamp's reflection adds."""
     place = np.nan_to_num(ground.field_mm, nan=1e6).astype(np.float32)
     size = 0.09 * field.length_mm
     away = ((place[..., 0] - 0.21 * field.length_mm) / size) ** 2 + ((place[..., 1] - 0.2 * field.width_mm) / size) ** 2
@@ -120,7 +120,7 @@ def _goal_floors(place: NDArray, field: Field, sigma: NDArray) -> NDArray:
 
 
 def _corner_solids(place: NDArray, field: Field, sigma: NDArray) -> NDArray:
-    """Triangles that fill the corners."""
+    """Return the coverage of the triangles that fill the corners."""
     cut = field.extras.get("corner_cut_mm", 0.0)
     if not cut:
         return np.zeros(place.shape[:2], np.float32)
@@ -130,7 +130,7 @@ def _corner_solids(place: NDArray, field: Field, sigma: NDArray) -> NDArray:
 
 
 def _texture(place: NDArray, rng: np.random.Generator) -> Plane:
-    """A grain of about ±0.06 that is fixed to the ground, from three sizes of noise."""
+    """Return a grain of about ±0.06 that is fixed to the ground, from three sizes of noise."""
     total = np.zeros(place.shape[:2], np.float32)
     for texel_mm, smooth, strength in _GRAINS:
         noise = rng.standard_normal((_TILE, _TILE), dtype=np.float32)

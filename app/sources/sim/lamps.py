@@ -22,7 +22,7 @@ class Lamps:
     drift: float = 0.0
 
     def brightness(self, time_s: NDArray | float, exposure_s: float) -> NDArray | float:
-        """The mean light from time_s - exposure_s / 2 to time_s + exposure_s / 2, 1 where nothing changes."""
+        """Return the mean light from time_s - exposure_s / 2 to time_s + exposure_s / 2, 1 where nothing changes."""
         damped = self.flicker * np.sinc(self.flicker_hz * exposure_s)
         return ((1 + damped * np.sin(2 * np.pi * self.flicker_hz * np.asarray(time_s)))
                 * (1 + self.drift * np.sin(2 * np.pi * np.asarray(time_s) / DRIFT_PERIOD_S)))

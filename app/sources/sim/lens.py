@@ -1,4 +1,4 @@
-"""The truth about simulated lenses: where on the image plane a ray lands, and which ray lands there.
+"""Exact lens models of the simulation: rays to the image plane and back.
 
 A ray (..., 3) leaves the camera along z (x right, y down); the plane (..., 2) is the normalised one, so that a
 pixel is focal · plane + centre. These lenses share no code with app/models, which are tested against them. What a
@@ -30,7 +30,7 @@ class OddCurve:
     """t (1 + c₀ t² + c₁ t⁴ + …) / (1 + d₀ t² + …) on 0 ≤ t < end, where it rises; exact both ways."""
 
     coefficients: tuple[float, ...]
-    longest: float  # no t beyond this is meant
+    longest: float  # the largest t that is used
     below: tuple[float, ...] = ()
 
     @cached_property
@@ -74,7 +74,7 @@ class OddCurve:
         return polyval(tt, self._climb) / polyval(tt, self._below) ** 2
 
     def solve(self, value: NDArray) -> NDArray:
-        """The t with this value; NaN beyond the end."""
+        """Return the t with this value; NaN beyond the end."""
         table = np.linspace(0, self.end, 4097)
         t = np.interp(value, self.value(table), table, right=np.nan)
         for _ in range(_STEPS):

@@ -1,4 +1,4 @@
-"""Which lens an address asks for: a preset, with any of its terms replaced by name."""
+"""The lens that an address selects: a preset, with any of its terms replaced by name."""
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
@@ -16,8 +16,8 @@ LENS_OPTIONS = (
 )
 
 
-def chosen_lens(options: Mapping[str, Any]) -> Lens:
-    """The preset, and the terms that were given in place of its own; BadInput for a term that it does not have."""
+def select_lens(options: Mapping[str, Any]) -> Lens:
+    """Return the preset with the given terms; BadInput for a term that it does not have."""
     preset = LENSES[options["lens"]]
     given = {term: options[term] for term in TERMS if options[term] is not None}
     known = [member.name for member in fields(preset)]

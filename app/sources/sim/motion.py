@@ -1,6 +1,6 @@
-"""Who is where at a time: robots on their rounds, a ball that rolls and bounces, people who walk across the lines.
+"""Motion over time: robots in orbits, a ball that rolls and bounces, people who walk across the lines.
 
-Every place is a smooth function of the time alone, so that any frame can be asked for at any time, for ever. Robots
+Every position is a smooth function of time alone, so that any frame can be rendered at any time. Robots
 keep to their own part of the region and never meet; the ball rolls under whatever is in its way, and is hidden then.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Field, Region
-from app.sources.sim.things import Spot
+from app.sources.sim.solids import Spot
 
 _KICK_S = 2.5  # from one kick to the next
 _KICKS = 64  # then they come again, from where the ball is by then
@@ -22,7 +22,7 @@ _ROUNDING_MM = 300.0  # people cut corners by this
 
 
 @dataclass(frozen=True)
-class Play:
+class Motion:
     """robots: of both teams together. people: who walk about and hide lines, at walk_mm_s; at 0 they stand at the edge.
 
     speed_mm_s: of the robots; a tenth of the region's diagonal a second if None. The ball is three times as fast.
@@ -76,8 +76,8 @@ class PersonTruth:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rounds:
-    """Of each robot (n, 2): where its part of the region is, its ellipse, how far that wanders and how fast."""
+class _Orbits:
+    """Of each robot (n, 2): the centre of its part of the region, its ellipse, how far that drifts and how fast."""
 
     middle: NDArray
     orbit: NDArray
@@ -89,27 +89,27 @@ class _Rounds:
 
 
 @lru_cache(maxsize=16)
-def _rounds(play: Play, region: Region, radius_mm: float) -> _Rounds:
+def _orbits(play: Motion, region: Region, radius_mm: float) -> _Orbits:
     rng, n = np.random.default_rng([play.seed, 1]), play.robots
     columns = int(np.ceil(np.sqrt(n * region.width_mm / region.height_mm)))
     rows = -(-n // columns)
     part = np.array([region.width_mm / columns, region.height_mm / rows])
     i = np.arange(n)
-    room = np.maximum(part / 2 - 1.3 * radius_mm, 0)
-    orbit = room * rng.uniform(0.35, 0.75, (n, 2))
+    reach = np.maximum(part / 2 - 1.3 * radius_mm, 0)
+    orbit = reach * rng.uniform(0.35, 0.75, (n, 2))
     turn = (rng.uniform(0.7, 1.3, n) * rng.choice([-1, 1], n) * play.speed_in(region)
             / np.maximum(orbit.mean(axis=1), radius_mm))
-    return _Rounds((np.stack([i % columns, i // columns], axis=1) + 0.5) * part, orbit, room - orbit, turn,
+    return _Orbits((np.stack([i % columns, i // columns], axis=1) + 0.5) * part, orbit, reach - orbit, turn,
                    rng.uniform(0, 2 * pi, n), turn[:, None] * rng.uniform(0.1, 0.2, (n, 2)),
                    rng.uniform(0, 2 * pi, (n, 2)))
 
 
-def robots_at(play: Play, field: Field, region: Region, time_s: float) -> list[RobotTruth]:
-    """Each robot goes round an ellipse that wanders slowly within a part of the region that is its own."""
+def robots_at(play: Motion, field: Field, region: Region, time_s: float) -> list[RobotTruth]:
+    """Return the robots: each follows an ellipse that drifts slowly within its own part of the region."""
     if not play.robots:
         return []
     size = robot_size(field)
-    r = _rounds(play, region, size["radius_mm"])
+    r = _orbits(play, region, size["radius_mm"])
     phase, slow = r.phase + r.turn * time_s, r.start + r.slow * time_s
     place = r.middle + r.orbit * np.stack([np.cos(phase), np.sin(phase)], axis=1) + r.wander * np.sin(slow)
     speed = (r.turn[:, None] * r.orbit * np.stack([-np.sin(phase), np.cos(phase)], axis=1)
@@ -123,8 +123,8 @@ def robots_at(play: Play, field: Field, region: Region, time_s: float) -> list[R
 
 
 @lru_cache(maxsize=16)
-def _numbers(play: Play) -> tuple[int, ...]:
-    """Of each robot; they take turns between the teams."""
+def _numbers(play: Motion) -> tuple[int, ...]:
+    """Return each robot's number; they alternate between the teams."""
     if not play.shuffled:
         return tuple(i // 2 for i in range(play.robots))
     rng = np.random.default_rng([play.seed, 9])
@@ -136,8 +136,8 @@ def robot_size(field: Field) -> dict[str, float]:
     return field.extras.get("robot", {"radius_mm": 90.0, "height_mm": 150.0})
 
 
-def ball_at(play: Play, field: Field, region: Region, time_s: float) -> Spot:
-    """The ball is kicked now and then, rolls straight, ever slower, and bounces off the region's edges."""
+def ball_at(play: Motion, field: Field, region: Region, time_s: float) -> Spot:
+    """Return the ball's position: kicked now and then, it rolls straight, slows down, and bounces off the edges."""
     ways, moves = _kicks(play.seed, 3 * play.speed_in(region))
     rounds, left_s = divmod(time_s, _KICKS * _KICK_S)
     kick = min(int(left_s / _KICK_S), _KICKS - 1)
@@ -151,21 +151,21 @@ def ball_at(play: Play, field: Field, region: Region, time_s: float) -> Spot:
 
 
 def _rolled_s(time_s: float) -> float:
-    """How far a ball has come after a kick, over its first speed."""
+    """Return the distance after a kick, over the initial speed."""
     return time_s - _SLOWING * time_s * time_s / 2
 
 
 @lru_cache(maxsize=16)
 def _kicks(seed: int, speed_mm_s: float) -> tuple[NDArray, NDArray]:
-    """First velocity after each kick, (n, 2) mm/s, and where the ball had come to by then, (n + 1, 2) mm."""
+    """Return the velocity after each kick, (n, 2) mm/s, and the ball's way until then, (n + 1, 2) mm."""
     rng = np.random.default_rng([seed, 6])
     angle, speed = rng.uniform(0, 2 * pi, _KICKS), speed_mm_s * rng.uniform(0.3, 1, _KICKS)
     ways = speed[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return ways, np.concatenate([np.zeros((1, 2)), np.cumsum(ways * _rolled_s(_KICK_S), axis=0)])
 
 
-def people_at(play: Play, region: Region, time_s: float) -> list[PersonTruth]:
-    """Each starts at an edge, looking in, and walks from edge to edge and along them, round and round."""
+def people_at(play: Motion, region: Region, time_s: float) -> list[PersonTruth]:
+    """Return the people: each starts at an edge, facing in, and walks from edge to edge and along them."""
     found = []
     for i in range(play.people):
         corners, ends, pace, inward = _walk(region, play.seed, i)
@@ -187,7 +187,7 @@ def _at_edge(region: Region, side: int, along: float) -> NDArray:
 
 @lru_cache(maxsize=64)
 def _walk(region: Region, seed: int, person: int) -> tuple[NDArray, NDArray, float, float]:
-    """A closed walk: its corners (n, 2) mm in the field, how far along each one is, the pace, the first look."""
+    """Return a closed walk: its corners (n, 2) mm in the field, their distances along it, the pace, the heading."""
     rng = np.random.default_rng([seed, 3, person])
     side, along = int(rng.integers(4)), float(rng.uniform(0.15, 0.85))
     stops = [(side, along)]

@@ -1,4 +1,4 @@
-"""How much of each pixel a marking covers, blurred as a real lens and pixel blur it, to a few thousandths of a pixel.
+"""Coverage of pixels by markings, blurred as by a real lens and pixel, exact to a few thousandths of a pixel.
 
 The blur is a Gaussian of sigma_px. Across a straight edge at signed distance d it has a closed form, so nothing is
 sampled: coverage = Φ((half width - d) / σ) - Φ((-half width - d) / σ), with d and σ in mm on the ground. σ is
@@ -34,12 +34,12 @@ def normal_cdf(z: NDArray) -> NDArray:
 
 
 def band(d: NDArray, half_mm: float | NDArray, sigma_mm: NDArray) -> NDArray:
-    """Coverage of -half_mm < d < half_mm."""
+    """Return the coverage of -half_mm < d < half_mm."""
     return normal_cdf((d + half_mm) / sigma_mm) - normal_cdf((d - half_mm) / sigma_mm)
 
 
 def inside(d: NDArray, sigma_mm: NDArray) -> NDArray:
-    """Coverage of d < 0."""
+    """Return the coverage of d < 0."""
     return normal_cdf(-d / sigma_mm)
 
 
@@ -82,12 +82,12 @@ class Ground:
         return np.sqrt(area).reshape(self.size.height, self.size.width)
 
     def sigma_across(self, pick: Pick, normal: NDArray, sigma_px: float) -> NDArray:
-        """The blur in mm along a unit normal (2,) or (n, 2) on the ground, at the picked pixels."""
+        """Return the blur in mm along a unit normal (2,) or (n, 2) on the ground, at the picked pixels."""
         normal = np.broadcast_to(normal, (len(pick), 2))
         return sigma_px * np.linalg.norm(np.einsum("ni,nij->nj", normal, self.per_pixel[pick]), axis=-1) + 1e-9
 
     def near(self, points_mm: NDArray, half_mm: float, sigma_px: float) -> Pick:
-        """The pixels that a stroke through the points (n, 2) can touch."""
+        """Return the pixels that a stroke through the points (n, 2) can touch."""
         w, h = self.size
         raw = self.camera.raw_from_field(points_mm)
         reach = self.camera.raw_from_field(points_mm + half_mm) - raw
@@ -102,7 +102,7 @@ class Ground:
 
 
 def line_coverage(ground: Ground, line: Line, sigma_px: float) -> tuple[Pick, NDArray]:
-    """Pixels near a line and how much of each it covers; its ends reach half its width further."""
+    """Return pixels near a line and its coverage of each; its ends reach half its width further."""
     start, end = np.array(line.start), np.array(line.end)
     along = (end - start) / line.length_mm
     across = np.array([-along[1], along[0]])
@@ -115,7 +115,7 @@ def line_coverage(ground: Ground, line: Line, sigma_px: float) -> tuple[Pick, ND
 
 
 def arc_coverage(ground: Ground, arc: Arc, sigma_px: float) -> tuple[Pick, NDArray]:
-    """Pixels near an arc and how much of each it covers."""
+    """Return pixels near an arc and its coverage of each."""
     half = arc.width_mm / 2
     pick = ground.near(arc.sample(361), half, sigma_px)
     arm = ground.flat[pick] - np.array(arc.centre)
@@ -133,7 +133,7 @@ def arc_coverage(ground: Ground, arc: Arc, sigma_px: float) -> tuple[Pick, NDArr
 
 
 def markings_coverage(ground: Ground, lines: Iterable[Line], arcs: Iterable[Arc], sigma_px: float) -> Plane:
-    """(height, width) 0…1: all markings together; where two meet, the paint is not painted twice."""
+    """Return the coverage (height, width) by all markings together; where two meet, paint counts once."""
     bare = np.ones(ground.size.width * ground.size.height, np.float32)
     for pick, cover in (*(line_coverage(ground, m, sigma_px) for m in lines),
                         *(arc_coverage(ground, m, sigma_px) for m in arcs)):

@@ -9,23 +9,23 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from app.core.errors import BadInput, Unavailable
+from app.core.errors import BadInput
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.core.options import Option
 from app.core.records import Frame
-from app.sources import Control, Identity, Surroundings, named_field
+from app.sources import Control, Identity, SourceContext, named_field
+from app.sources.lifecycle import Pacer, require_open
 from app.sources.sim import timecode
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.controls import RATES_HZ, Settings
 from app.sources.sim.illumination import Light
 from app.sources.sim.lamps import Lamps
-from app.sources.sim.lens_choice import LENS_OPTIONS, chosen_lens
-from app.sources.sim.motion import Play
+from app.sources.sim.lens_choice import LENS_OPTIONS, select_lens
+from app.sources.sim.motion import Motion
 from app.sources.sim.render import LIGHT, Rendering, Sensor, Shot
-from app.sources.sim.truth import Truth
 
-# The leagues number the cameras of a shared field like this.
+# The league's numbering of cameras over a shared field.
 CAMERAS = {
     "1": ("full",),
     "2": ("half-left", "half-right"),
@@ -37,12 +37,12 @@ HEIGHT_PER_DIAGONAL = 0.7  # lower, and a strong lens shows its corners bent bac
 
 
 class SimSource:
-    """Renders one frame after the other; the truth is in .camera, .rendering and .truth()."""
+    """Renders one frame after the other. rendering: everything about the simulated scene."""
 
     TITLE: ClassVar = "Simulated camera"
     HELP: ClassVar = "A field seen through a real lens model, with robots and a ball; nothing to plug in."
     TARGET: ClassVar = "the field's name"
-    CAN_REST: ClassVar = True  # each picture is work of our own: none is made for nobody
+    CAN_REST: ClassVar = True  # rendering costs CPU time: no frames without viewers
     OPTIONS: ClassVar = (
         Option("camera", "int", 0, "Which of the cameras above the field this is.", (0, 7)),
         Option("cameras", "choice", "1", "How many cameras share the field.", choices=tuple(CAMERAS)),
@@ -86,23 +86,23 @@ class SimSource:
     def __init__(self, rendering: Rendering, fps: float, identity: Identity, with_timecode: bool,
                  light: Light = LIGHT) -> None:
         self.settings = Settings(rendering.camera.image_size, fps)
-        self.time_s = 0.0  # of the frame read last, since the play began
+        self.time_s = 0.0  # of the newest frame
         self._light = light
         self._untouched = self._sizes = {1: rendering}  # by binning; what is seen now
-        self._lies = (0.0, 0.0)  # knock and focus of that
+        self._painted_state = (0.0, 0.0)  # the knock and focus that it shows
         self._painting = threading.Lock()
         self._identity = identity
         self._with_timecode = with_timecode
         self._index = 0
-        self._due = time.monotonic()
+        self._pacer = Pacer()
         self._open = True
 
     @classmethod
-    def open(cls, target: str, options: Mapping[str, Any], around: Surroundings) -> Self:
-        field = named_field(around, target)
+    def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
+        field = named_field(context, target)
         region = _region(field, options)
         serial = _serial(options["serial"])
-        play = Play(options["robots"], options["people"], options["seed"], options["speed"], options["walk"],
+        play = Motion(options["robots"], options["people"], options["seed"], options["speed"], options["walk"],
                     options["numbers"] == "drawn", options["ball"])
         light = Light(vignette=options["vignette"], glare=options["glare"], gain=options["light"],
                       grain=options["grain"])
@@ -116,7 +116,7 @@ class SimSource:
 
     @property
     def rendering(self) -> Rendering:
-        """At the resolution that is set now, where and as sharp as the camera was left."""
+        """The rendering at the current resolution, pose and focus."""
         sizes, binning = self._sizes, self.settings.binning
         if binning not in sizes:
             for other in set(sizes) - {1}:
@@ -126,26 +126,24 @@ class SimSource:
 
     @property
     def settled(self) -> bool:
-        """Whether it is seen as it lies: after a knock the picture is painted anew, which takes a second."""
-        return self._lies == (self.settings.knock_px, self.settings.softer_px)
+        """Whether the picture shows the current pose: after a knock it is painted anew, which takes a second."""
+        return self._painted_state == (self.settings.knock_px, self.settings.softer_px)
 
     def _paint(self) -> None:
-        """On a thread of its own, so that pictures go on. What was seen before any knock is kept."""
+        """Paint anew, on a thread of its own, so that frames go on. The unknocked rendering is kept."""
         with self._painting:
             while not self.settled:
-                left = self.settings.knock_px, self.settings.softer_px
-                self._sizes = {1: self._untouched[1].knocked(*left, self._light)} if any(left) else self._untouched
-                self._lies = left
+                state = self.settings.knock_px, self.settings.softer_px
+                self._sizes = {1: self._untouched[1].knocked(*state, self._light)} if any(state) else self._untouched
+                self._painted_state = state
 
     @property
     def camera(self) -> SimCamera:
         return self.rendering.camera
 
     def read(self) -> Frame:
-        if not self._open:
-            raise Unavailable("This camera is closed.", "Open it again.", reason="source-closed")
-        time.sleep(max(0.0, self._due - time.monotonic()))
-        self._due = max(self._due + 1 / self.settings.frame_rate, time.monotonic())
+        require_open(self._open or None)
+        self._pacer.wait(self.settings.frame_rate)
         # The time is counted up frame by frame: nothing jumps when the rate is changed.
         self.time_s += 1 / self.settings.frame_rate if self._index else 0.0
         pixels = self.rendering.frame_at(self._index, self.time_s, self.settings.shot(self._level))
@@ -154,10 +152,6 @@ class SimSource:
             timecode.paint(pixels, time.time_ns() // 1_000_000)
         pixels.setflags(write=False)
         return Frame(pixels)
-
-    def truth(self) -> Truth:
-        """What is true of the frame read last."""
-        return self.rendering.truth_at(self.time_s)
 
     def _level(self, shot: Shot) -> float:
         return self.rendering.mean_level * float(np.mean(self.rendering.row_gain(self.time_s, shot)))
@@ -193,7 +187,7 @@ def _region(field: Field, options: Mapping[str, Any]) -> Region:
 
 def _camera(region: Region, options: Mapping[str, Any]) -> SimCamera:
     height_mm = options["height"] or HEIGHT_PER_DIAGONAL * float(np.hypot(region.width_mm, region.height_mm))
-    return SimCamera.above(region, _size(options["size"]), chosen_lens(options), height_mm=height_mm,
+    return SimCamera.above(region, _size(options["size"]), select_lens(options), height_mm=height_mm,
                            tilt_deg=options["tilt"], pan_deg=options["pan"], roll_deg=options["roll"],
                            fill=options["fill"])
 

@@ -15,7 +15,7 @@ of the four that are 0; they must lie at least 60 grey levels apart. A wrong mar
 no code to be read. Six bytes fit a JavaScript number; shift by multiplying by 2.
 """
 
-from math import ceil, floor
+from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,6 @@ CELLS_ACROSS = 96  # cells that would fill the picture's width
 START, END = (1, 0, 1, 0), (0, 1, 0, 1)
 BITS, CRC_BITS, POLYNOMIAL = 48, 8, 0x07
 COUNT = len(START) + BITS + CRC_BITS + len(END)
-MIN_CONTRAST = 60.0  # grey levels; JPEG at quality 60 leaves more than 200
-MIN_WIDTH = 2 * CELLS_ACROSS  # a cell of two pixels still has a middle
 
 
 def paint(picture: NDArray[np.uint8], time_ms: int) -> None:
@@ -36,40 +34,17 @@ def paint(picture: NDArray[np.uint8], time_ms: int) -> None:
         picture[top:bottom, _whole((1 + i) * cell):_whole((2 + i) * cell)] = 255 * bit
 
 
-def read(picture: NDArray[np.uint8]) -> int | None:
-    """The time in a picture (height, width) or (height, width, 3), ms; None where none can be read."""
-    height, width = picture.shape[:2]
-    cell = width / CELLS_ACROSS
-    if width < MIN_WIDTH or height < 2 * cell:
-        return None
-    rows = slice(floor(1.25 * cell), ceil(1.75 * cell))
-    grey = picture[rows].reshape(rows.stop - rows.start, width, -1).mean(axis=(0, 2))
-    level = np.array([grey[floor((1.25 + i) * cell):ceil((1.75 + i) * cell)].mean() for i in range(COUNT)])
-    marks, seen = np.array(START + END, bool), level[[0, 1, 2, 3, -4, -3, -2, -1]]
-    white, black = seen[marks].mean(), seen[~marks].mean()
-    if white - black < MIN_CONTRAST:
-        return None
-    bits = level > (white + black) / 2
-    value = _number(bits[4:4 + BITS])
-    right = (bits[[0, 1, 2, 3, -4, -3, -2, -1]] == marks).all() and _number(bits[4 + BITS:-4]) == _crc(value)
-    return value if right else None
-
-
 def _cells(time_ms: int) -> list[int]:
     if not 0 <= time_ms < 1 << BITS:
         raise ValueError(f"{time_ms} ms is no time in {BITS} bits")
-    return [*START, *_bits(time_ms, BITS), *_bits(_crc(time_ms), CRC_BITS), *END]
+    return [*START, *_bits(time_ms, BITS), *_bits(crc(time_ms), CRC_BITS), *END]
 
 
 def _bits(value: int, count: int) -> list[int]:
     return [value >> i & 1 for i in reversed(range(count))]
 
 
-def _number(bits: NDArray) -> int:
-    return int("".join("1" if bit else "0" for bit in bits), 2)
-
-
-def _crc(value: int) -> int:
+def crc(value: int) -> int:
     crc = 0
     for byte in value.to_bytes(BITS // 8, "big"):
         crc ^= byte

@@ -12,11 +12,11 @@ from app.evaluate.fit.difference import difference_report
 from app.evaluate.fit.folds import folds_for
 from app.fitting import FITTERS
 from app.models import MODELS, RayModel, field_from_raw
-from app.sources.sim.clicks import border_observations, known_grid, rms_mm
 from app.store.fields import load_fields
 from app.workflows import calibration
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.paths import CLICKS
+from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 
 QUICK = ("polynomial", "homography", "division", "brown-conrady")
 

@@ -96,7 +96,7 @@ def test_what_a_model_does_not_tell_exactly_is_no_drift(half):
 @pytest.mark.parametrize(("blur_px", "how"), [(1.9, "softer"), (3.0, "softer")])
 def test_a_lens_bumped_out_of_focus_is_told_from_a_knock(half, blur_px, how):
     rendering, reference = half
-    soft = Rendering.of(rendering.camera, rendering.field, rendering.region, rendering.play,
+    soft = Rendering.of(rendering.camera, rendering.field, rendering.region, rendering.motion,
                         sensor=replace(rendering.sensor, blur_px=blur_px))
     told, sample = list(looks(reference, soft, range(1, 4)))[-1]
     assert told.state == "out-of-focus" and how in sentence(told.state, sample)
@@ -105,7 +105,7 @@ def test_a_lens_bumped_out_of_focus_is_told_from_a_knock(half, blur_px, how):
 
 def test_a_lens_that_was_soft_and_is_sharp_has_another_focus_too(half):
     rendering, _ = half
-    soft = Rendering.of(rendering.camera, rendering.field, rendering.region, rendering.play,
+    soft = Rendering.of(rendering.camera, rendering.field, rendering.region, rendering.motion,
                         sensor=replace(rendering.sensor, blur_px=2.4))
     reference = DriftReference.of([soft.frame_at(0, 0.0)], fitted(HALF)[1], rendering.field, rendering.region)
     told, sample = list(looks(reference, rendering, range(1, 4)))[-1]

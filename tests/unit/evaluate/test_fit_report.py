@@ -13,10 +13,10 @@ from app.evaluate.fit.residuals import feature_residuals
 from app.models import field_from_raw
 from app.models.brown_conrady import BrownConrady
 from app.models.polynomial import Polynomial
-from app.sources.sim.clicks import border_observations, known_grid, rms_mm
-from app.sources.sim.reference import SIZE, reference_camera, reference_field
 from app.workflows import calibration
 from tests.support.fields import FULL, grid, marks_seen, plain_field, seen
+from tests.support.reference_camera import SIZE, reference_camera, reference_field
+from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 
 BARREL, PINCUSHION, TILTED = Polynomial.examples()
 

@@ -6,7 +6,7 @@ import pytest
 from app.evaluate.cameras.image_evidence import from_pictures
 from app.evaluate.cameras.rig_agreement import agreement
 from app.models import model_from_json
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from tests.support.rig_over_field import FIELD, FIELDS, sim_task
 
 ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=10"
@@ -28,7 +28,7 @@ def models():
 
 @pytest.mark.parametrize("frame", [7, 21])
 def test_a_knock_is_told_by_the_lines_of_two_pictures_and_not_exaggerated_between_them(models, frame):
-    pictures = [source_from_url(ADDRESS.format(number), Surroundings(FIELDS)).rendering.frame(frame + number)
+    pictures = [source_from_url(ADDRESS.format(number), SourceContext(FIELDS)).rendering.frame(frame + number)
                 for number in range(2)]
     sizes = [tuple(pixels.shape[1::-1]) for pixels in pictures]
     evidence = from_pictures(models[0], pictures[0], models[1], pictures[1], FIELD)

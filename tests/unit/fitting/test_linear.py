@@ -14,8 +14,8 @@ from app.fitting.linear import (
     tsai_two_stage,
 )
 from app.models.rotation import matrix_from_vector, nearest_rotation, vector_from_matrix
-from app.sources.sim.clicks import border_observations, known_grid
-from app.sources.sim.reference import SIZE, reference_camera, reference_field
+from tests.support.reference_camera import SIZE, reference_camera, reference_field
+from tests.support.sim_clicks import border_observations, known_grid
 
 REGION = reference_field().regions["full"]
 CENTRE = np.array(SIZE.centre)

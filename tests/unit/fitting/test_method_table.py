@@ -10,8 +10,8 @@ import pytest
 
 from app.fitting.polynomial.fit import PolynomialFitter
 from app.models import field_from_raw
-from app.sources.sim.clicks import border_observations, known_grid, landmark_observations, rms_mm
-from app.sources.sim.reference import SIZE, reference_camera, reference_field
+from tests.support.reference_camera import SIZE, reference_camera, reference_field
+from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
 
 SEEDS = 6
 # lens, tilt in degrees: four borders linear, with the model relation (linear across, cubic down), mm

@@ -14,10 +14,10 @@ from app.evaluate.fit.observability import observability_warnings, weakest_direc
 from app.evaluate.fit.uncertainty import HAT_MM, expected_error
 from app.fitting import FITTERS
 from app.models import MODELS, RayModel, field_from_raw, parameters_json
-from app.sources.sim.clicks import border_observations, known_grid, landmark_observations, rms_mm
 from app.workflows import calibration
 from tests.support.fields import plain_field
 from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera
+from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
 
 RAYS = [name for name in MODELS if issubclass(MODELS[name], RayModel)]
 SEEDS = range(8)

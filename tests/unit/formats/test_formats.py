@@ -12,8 +12,8 @@ import pytest
 from app.core.errors import BadInput, Conflict, TouchlineError
 from app.core.field_json import field_from_json
 from app.core.records import Calibration, Observation
-from app.formats import EXPORTS
-from app.formats.approximation import own_camera
+from app.formats import FORMATS, Format
+from app.formats.approximation import exact_camera
 from app.formats.camera_file import CameraFile
 from app.imaging.correction import correction_map
 from app.models import MODELS, RayModel, field_from_raw, model_from_json, parameters_json
@@ -49,8 +49,8 @@ def calibration() -> Calibration:
 
 
 def holds(format: str, name: str, index: int) -> bool:
-    kind = EXPORTS[format]
-    return own_camera(model_of(name, index), kind.LENSES, kind.SQUARE_PIXELS) is not None
+    kind = FORMATS[format]
+    return exact_camera(model_of(name, index), kind.LENSES, kind.SQUARE_PIXELS) is not None
 
 
 def camera_in(data: bytes, name: str, index: int):
@@ -64,14 +64,14 @@ HELD = [(f, *e) for f in LENS_FORMATS for e in EXAMPLES if holds(f, *e)]
 NOT_HELD = [(f, *e) for f in LENS_FORMATS for e in EXAMPLES if not holds(f, *e)]
 
 
-@pytest.mark.parametrize("name", list(EXPORTS))
+@pytest.mark.parametrize("name", list(FORMATS))
 def test_it_follows_the_contract(name):
-    export = EXPORTS[name]
+    export = FORMATS[name]
     assert name == export.NAME and export.TITLE and "/" in export.MEDIA_TYPE and export.SUFFIX.startswith(".")
     assert export.HOLDS.endswith(".")
-    assert hasattr(export, "LENSES") == hasattr(export, "SQUARE_PIXELS")
-    assert hasattr(export, "read") == hasattr(export, "recognises")
-    assert all(set(terms) <= set(MODELS[model].LENS.TERMS) for model, terms in getattr(export, "LENSES", {}).items())
+    assert issubclass(export, Format) and (export.READS or not export.LENSES)
+    assert export.READS == hasattr(export, "read") == hasattr(export, "recognises")
+    assert all(set(terms) <= set(MODELS[model].LENS.TERMS) for model, terms in export.LENSES.items())
 
 
 def test_every_format_holds_some_example_and_every_lens_model_is_held_by_some_format():
@@ -140,7 +140,7 @@ def test_square_pixels_are_refused_by_name_and_approximated():
 @pytest.mark.parametrize("name, index", RAY_EXAMPLES)
 def test_the_list_of_formats_says_the_same_as_the_exports(name, index):
     told = {f["format"]: f for f in interchange.formats(example(name, index))}
-    assert list(told) == list(EXPORTS)
+    assert list(told) == list(FORMATS)
     for format in LENS_FORMATS:
         assert told[format]["exact"] == holds(format, name, index) and told[format]["problem"] is None
         loss = interchange.export(example(name, index), format, approximate=True).loss
@@ -150,7 +150,7 @@ def test_the_list_of_formats_says_the_same_as_the_exports(name, index):
 
 def test_json_is_read_back_whole():
     original = calibration()
-    read = interchange.read_file(EXPORTS["json"].write(original))
+    read = interchange.read_file(FORMATS["json"].write(original))
     assert json.dumps(read.to_json(), sort_keys=True) == json.dumps(original.to_json(), sort_keys=True)
 
 
@@ -158,14 +158,14 @@ def test_points_are_read_back_as_they_were_clicked():
     original = replace(calibration(), observations=(
         *calibration().observations, Observation((1200.5, -300.0), "landmark", np.array([[10.25, 20.5]])).to_json(),
         Observation("centre-line", "line", np.array([[1 / 3, 2.0], [3.0, 4.0]]), 150.0).to_json()))
-    data = EXPORTS["csv"].write(original)
+    data = FORMATS["csv"].write(original)
     assert [o.to_json() for o in interchange.read_file(data)] == list(original.observations)
     assert len(data.splitlines()) == 1 + sum(len(o["points"]) for o in original.observations) + 25 * 19
 
 
 def test_a_table_without_clicks_is_read_as_landmarks_all_over_the_region():
     model = model_of("brown-conrady", 0)
-    read = interchange.read_file(EXPORTS["csv"].write(of_model(model)))
+    read = interchange.read_file(FORMATS["csv"].write(of_model(model)))
     place, pixel = np.array([read[7].feature]), read[7].points
     np.testing.assert_allclose(model.project(np.append(place, [[0]], 1)), pixel, atol=1e-6)
     assert len(read) == 25 * 19 and all(o.kind == "landmark" for o in read)
@@ -182,7 +182,7 @@ def test_a_spoilt_file_is_refused_with_a_fix(name, spoil):
     written = interchange.export(example(*model), name).data
     assert spoil(written) != written
     with pytest.raises(TouchlineError) as refusal:
-        EXPORTS[name].read(spoil(written))
+        FORMATS[name].read(spoil(written))
     assert isinstance(refusal.value, BadInput) and refusal.value.fix
 
 
@@ -190,15 +190,15 @@ def test_a_spoilt_file_is_refused_with_a_fix(name, spoil):
                                    lambda d: d.replace(b'"width_px": ', b'"width_px": -'),
                                    lambda d: d.replace(b"780", b"NaN")])
 def test_our_own_file_with_a_wrong_number_is_refused(spoil):
-    written = EXPORTS["json"].write(calibration())
+    written = FORMATS["json"].write(calibration())
     assert spoil(written) != written
     with pytest.raises(BadInput):
-        EXPORTS["json"].read(spoil(written))
+        FORMATS["json"].read(spoil(written))
 
 
 def test_the_remap_table_corrects_a_picture_with_numpy_and_opencv_alone():
     picture = np.random.default_rng(0).integers(0, 255, (580, 780, 3), np.uint8)
-    table = np.load(io.BytesIO(EXPORTS["npz"].write(calibration())), allow_pickle=False)
+    table = np.load(io.BytesIO(FORMATS["npz"].write(calibration())), allow_pickle=False)
     corrected = cv2.remap(picture, table["raw_x"], table["raw_y"], cv2.INTER_LINEAR)
     model = Polynomial.from_parameters(calibration().model_parameters)
     ours = correction_map(model).apply_exactly(picture)

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 import yaml
 
-from app.formats import EXPORTS
-from app.formats.approximation import own_camera
-from app.formats.numbers import written
+from app.formats import FORMATS
+from app.formats.approximation import exact_camera
+from app.formats.numbers import format_number
 from app.models.rotation import matrix_from_vector
 from app.workflows import interchange
 from tests.support.exported import EXAMPLES, LENS_FORMATS, example, model_of, seen_places
@@ -24,8 +24,8 @@ SYSTEM_PYTHON = "/usr/bin/python3"  # mrcal comes with the system, not from PyPI
 
 
 def held_by(format: str) -> list[tuple[str, int]]:
-    kind = EXPORTS[format]
-    return [e for e in EXAMPLES if own_camera(model_of(*e), kind.LENSES, kind.SQUARE_PIXELS) is not None]
+    kind = FORMATS[format]
+    return [e for e in EXAMPLES if exact_camera(model_of(*e), kind.LENSES, kind.SQUARE_PIXELS) is not None]
 
 
 def exported(format: str, name: str, index: int) -> bytes:
@@ -57,7 +57,7 @@ def test_opencv_reads_its_file_and_sees_the_same(tmp_path, name, index, z_mm):
     same_as_ours(by_opencv(fisheye, places, r, t, k, d), model, places)
 
 
-@pytest.mark.parametrize("format", [f for f in LENS_FORMATS if EXPORTS[f].MEDIA_TYPE == "application/yaml"])
+@pytest.mark.parametrize("format", [f for f in LENS_FORMATS if FORMATS[f].MEDIA_TYPE == "application/yaml"])
 @pytest.mark.parametrize("name, index", EXAMPLES)
 def test_pyyaml_finds_numbers_and_no_words_where_numbers_belong(format, name, index):
     text = interchange.export(example(name, index), format, approximate=True).data.decode()
@@ -73,7 +73,7 @@ def test_pyyaml_finds_numbers_and_no_words_where_numbers_belong(format, name, in
 
 @pytest.mark.parametrize("value", [1e-5, -1e-5, 1e22, 5e-324, 1.5e-7, 0.1, -0.0, 1 / 3, 1e15, 123456789.0, 1e16])
 def test_a_number_is_read_as_itself_by_yaml_json_and_python(value):
-    text = written(value)
+    text = format_number(value)
     for read in (yaml.safe_load, json.loads, float):
         assert isinstance(read(text), float) and read(text) == value, text
 
@@ -191,7 +191,7 @@ def test_the_manuals_ten_lines_do_what_they_say(tmp_path):
 
 def test_every_format_stands_in_the_manual():
     text = (HELP / "exports.md").read_text()
-    assert re.findall(r"^\| `([a-z-]+)` \|", text, re.MULTILINE) == list(EXPORTS)
+    assert re.findall(r"^\| `([a-z-]+)` \|", text, re.MULTILINE) == list(FORMATS)
 
 
 def pose(model) -> tuple[np.ndarray, np.ndarray]:

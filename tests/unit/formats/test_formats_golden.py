@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.core.records import Calibration
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.models.top_view import VIEW_FIELDS
 from app.ssl_protocol.messages import WrapperPacket
 from app.ssl_protocol.protobuf import decode
@@ -23,7 +23,7 @@ def test_there_is_a_golden_file_of_everything_and_of_nothing_else():
     kept = {file for file in Path(path("json", "ssl", 0)).parents[1].rglob("*") if file.is_file()}
     kept = {file for file in kept if file.suffix not in (".py", ".pyc")}
     assert kept == {path(*case) for case in CASES}
-    assert {format for format, _, _ in CASES} == set(EXPORTS) - {"npz"}
+    assert {format for format, _, _ in CASES} == set(FORMATS) - {"npz"}
 
 
 @pytest.mark.parametrize("format, name, index", CASES)

@@ -9,7 +9,7 @@ import pytest
 from app.core.errors import BadInput, Conflict, TouchlineError
 from app.core.geometry import ImageSize
 from app.fitting import FITTERS
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.models import model_from_json
 from app.store.fields import load_fields
 from app.workflows import interchange
@@ -247,7 +247,7 @@ def test_a_wrong_table_is_refused_by_what_is_wrong(text, match):
 def test_a_table_of_points_is_fitted_to_a_calibration():
     model = model_of("polynomial", 2)
     clicks = tuple(o.to_json() for o in seen(model, model.region, 9))
-    data = EXPORTS["csv"].write(of_model(model, observations=clicks))
+    data = FORMATS["csv"].write(of_model(model, observations=clicks))
     field = {"plain": field_around(model.region)}
     wanted = ImportOptions("plain", model.region.name, None, model.image_size, "north")
     made = interchange.calibration_from_file(interchange.read_file(data), wanted, field)
@@ -273,4 +273,4 @@ def test_no_reader_uses_what_strangers_files_must_never_meet():
         for never in ("FileStorage(", "pickle", "literal_eval(", "eval(", "yaml.load", "np.load"):
             assert never not in text, f"{file.name} uses {never}"
     with pytest.raises(BadInput):
-        EXPORTS["mrcal"].read(b"{" * 200_000)
+        FORMATS["mrcal"].read(b"{" * 200_000)

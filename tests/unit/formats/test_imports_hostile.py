@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.core.errors import TouchlineError
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.workflows import interchange
 from tests.support.exported import READABLE, example
 from tests.unit.formats.test_imports import OUTSIDE
@@ -61,7 +61,7 @@ def test_a_mutated_file_is_read_or_refused(format, data):
         start = data.draw(st.integers(0, len(text)))
         end = data.draw(st.integers(start, min(len(text), start + 40)))
         text[start:end] = data.draw(st.sampled_from(SCRAPS) | st.binary(max_size=8))
-    harmless(EXPORTS[format].read, bytes(text))
+    harmless(FORMATS[format].read, bytes(text))
     harmless(all_of_it, bytes(text))
 
 
@@ -69,8 +69,8 @@ def test_a_mutated_file_is_read_or_refused(format, data):
 @QUICK
 @given(data=st.binary(max_size=300) | st.text(max_size=200).map(lambda t: t.encode("utf-8", "surrogatepass")))
 def test_anything_at_all_is_read_or_refused(format, data):
-    EXPORTS[format].recognises(data)
-    harmless(EXPORTS[format].read, data)
+    FORMATS[format].recognises(data)
+    harmless(FORMATS[format].read, data)
 
 
 @pytest.mark.parametrize("format", READABLE)
@@ -85,7 +85,7 @@ def test_anything_at_all_is_read_or_refused(format, data):
     b"# touchline: " + b"[" * 8000 + b"\ncamera_name: x\n", b"\xff" * 1_000_000, b"a" * 5_000_000,
 ], ids=lambda b: b[:12].hex())
 def test_a_bomb_does_not_go_off(format, bomb):
-    EXPORTS[format].recognises(bomb)
-    harmless(EXPORTS[format].read, bomb)
+    FORMATS[format].recognises(bomb)
+    harmless(FORMATS[format].read, bomb)
     harmless(all_of_it, bomb)
-    harmless(EXPORTS[format].read, written(format) + bomb[:200_000])
+    harmless(FORMATS[format].read, written(format) + bomb[:200_000])

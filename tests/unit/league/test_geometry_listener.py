@@ -13,12 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.errors import TouchlineError
-from app.league.config import Plan
-from app.league.geometry_listener import MAX_CAMERAS, MAX_SENDERS, Absorber
-from app.league.geometry_packet import packet_of, spoken, wired
-from app.league.multicast_address import Route
+from app.league.config import PublishingConfig
+from app.league.geometry_listener import MAX_CAMERAS, MAX_SENDERS, GeometryListener
+from app.league.geometry_packet import geometry_packet, published_cameras, wire_camera
+from app.league.multicast_address import MulticastAddress
 from app.league.publisher import Publisher
-from app.league.received import heard_json, source_name
+from app.league.received import received_json, source_name
 from app.ssl_protocol.messages import DetectionFrame, Geometry, Sender, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
 from app.store.fields import load_fields
@@ -28,13 +28,14 @@ from tests.support.paths import ROOT
 from tests.support.waiting import until
 
 FIELDS = load_fields()
-LISTEN = "from tests.support.group_listener import Listener\n" \
+LISTEN = "import sys\n" \
+         "from tests.support.group_listener import Listener\n" \
          "with Listener(sys.argv[1], int(sys.argv[2])) as ear:\n" \
-         "    while True: print(len(ear.hear(60).data), flush=True)\n"
+         "    while True: print(len(ear.receive(60).data), flush=True)\n"
 
 
-def packet(index: int = 0, name: str = "ssl", **plan) -> bytes:
-    return packet_of(spoken([example(name, index)], Plan(limit_mm=1e9, **plan)))
+def packet(index: int = 0, name: str = "ssl", **config) -> bytes:
+    return geometry_packet(published_cameras([example(name, index)], PublishingConfig(limit_mm=1e9, **config)))
 
 
 def float_bytes(value: float) -> bytes:
@@ -56,12 +57,12 @@ WRONG = {
 
 @pytest.fixture
 def there():
-    """(where, an absorber that listens there)."""
+    """(where, an listener that listens there)."""
     told = free_group()
-    absorber = Absorber(Route(**told))
-    assert absorber.joined.wait(20)
-    yield told, absorber
-    absorber.close()
+    listener = GeometryListener(MulticastAddress(**told))
+    assert listener.joined.wait(20)
+    yield told, listener
+    listener.close()
 
 
 def test_nan_and_inf_are_really_in_the_wrong_packets():
@@ -69,14 +70,14 @@ def test_nan_and_inf_are_really_in_the_wrong_packets():
 
 
 def test_two_senders_are_told_apart_and_the_newest_whole_packet_of_each_is_kept(there):
-    told, absorber = there
+    told, listener = there
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as a, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as b:
         port_a, port_b = said(packet(1), **told, sock=a), said(packet(2), **told, sock=b)
-        until(lambda: len(absorber.heard) == 2)
+        until(lambda: len(listener.publishers) == 2)
         said(GOOD, **told, sock=a)
         said(GOOD[:-3], **told, sock=a)
-        until(lambda: absorber.get(f"127.0.0.1-{port_a}").refused == 1)
-    one, other = (absorber.get(f"127.0.0.1-{port}") for port in (port_a, port_b))
+        until(lambda: listener.get(f"127.0.0.1-{port_a}").refused == 1)
+    one, other = (listener.get(f"127.0.0.1-{port}") for port in (port_a, port_b))
     assert (one.data, other.data) == (GOOD, packet(2))
     assert (one.packets, one.geometries, one.refused) == (3, 2, 1) and other.refused == 0
     assert one.source == Sender.OTHER and "ends in the middle" in one.why
@@ -84,84 +85,86 @@ def test_two_senders_are_told_apart_and_the_newest_whole_packet_of_each_is_kept(
 
 @pytest.mark.parametrize("kind", WRONG)
 def test_what_is_no_whole_packet_is_counted_and_left(there, kind):
-    told, absorber = there
+    told, listener = there
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         id = f"127.0.0.1-{said(GOOD, **told, sock=stranger)}"
-        until(lambda: (found := absorber.get(id)) and found.geometries == 1)
+        until(lambda: (found := listener.get(id)) and found.geometries == 1)
         said(WRONG[kind], **told, sock=stranger)
-        found = until(lambda: absorber.get(id).refused and absorber.get(id))
+        found = until(lambda: listener.get(id).refused and listener.get(id))
         assert found.data == GOOD and found.why
         said(GOOD, **told, sock=stranger)
-        until(lambda: absorber.get(id).geometries == 2)
+        until(lambda: listener.get(id).geometries == 2)
 
 
 @settings(max_examples=300, deadline=None)
 @given(st.one_of(st.binary(max_size=300), st.tuples(st.integers(0, len(GOOD) - 1), st.binary(max_size=4)).map(
     lambda cut: GOOD[:cut[0]] + cut[1] + GOOD[cut[0] + len(cut[1]):])))
 def test_any_bytes_are_told_as_they_are_or_refused(data):
-    absorber = Absorber.__new__(Absorber)
-    from app.league.geometry_listener import Heard
+    listener = GeometryListener.__new__(GeometryListener)
+    from app.league.geometry_listener import RemotePublisher
 
-    after = absorber._read(Heard("127.0.0.1", 1, 0.0), data)
-    told = heard_json(replace(after, geometry_s=after.last_s), FIELDS.values(), spoken([example("ssl", 0)], Plan()))
+    after = listener._read(RemotePublisher("127.0.0.1", 1, 0.0), data)
+    told = received_json(replace(after, geometry_s=after.last_s), FIELDS.values(),
+                         published_cameras([example("ssl", 0)], PublishingConfig()))
     assert told["refused"] == (1 if told["refusal"] else 0)
 
 
 def test_detections_are_counted_and_passed_over(there):
-    told, absorber = there
+    told, listener = there
     frame = encode(WrapperPacket(detection=DetectionFrame(frame_number=1, t_capture=1, t_sent=1, camera_id=0),
                                  source=int(Sender.GRSIM)))
     said(frame, **told)
-    (found,) = until(lambda: absorber.heard)
+    (found,) = until(lambda: listener.publishers)
     assert (found.packets, found.geometries, found.refused) == (1, 0, 0)
-    assert heard_json(found, (), ())["source"] == "grsim" and heard_json(found, (), ())["cameras"] == []
+    assert received_json(found, (), ())["source"] == "grsim" and received_json(found, (), ())["cameras"] == []
 
 
 def test_our_own_packets_are_not_somebody_elses():
     told = free_group()
-    publisher = Publisher(Plan(enabled=True, interval_s=0.1, **told), lambda: [example("ssl", 0)], wired)
-    absorber = Absorber(Route(**told), publisher.group.sent)
+    publisher = Publisher(PublishingConfig(enabled=True, interval_s=0.1, **told),
+                          lambda: [example("ssl", 0)], wire_camera)
+    listener = GeometryListener(MulticastAddress(**told), publisher.sender.is_own_packet)
     try:
-        until(lambda: absorber.own > 3)
+        until(lambda: listener.own > 3)
         said(GOOD, **told)
-        until(lambda: absorber.heard)
-        assert len(absorber.heard) == 1
+        until(lambda: listener.publishers)
+        assert len(listener.publishers) == 1
     finally:
-        absorber.close()
+        listener.close()
         publisher.close()
 
 
 def test_another_calibration_for_our_number_contradicts_and_an_echo_of_ours_does_not(there):
-    told, absorber = there
-    ours = spoken([example("ssl", 0)], Plan())
+    told, listener = there
+    ours = published_cameras([example("ssl", 0)], PublishingConfig())
     cameras = {}
     for name, data in (("echo", GOOD), ("other", packet(1)), ("elsewhere", packet(1, numbers={"north": 5}))):
         port = said(data, **told)
-        found = until(lambda port=port: absorber.get(f"127.0.0.1-{port}"))
-        (cameras[name],) = heard_json(found, FIELDS.values(), ours)["cameras"]
+        found = until(lambda port=port: (one := listener.get(f"127.0.0.1-{port}")) and one.geometry and one)
+        (cameras[name],) = received_json(found, FIELDS.values(), ours)["cameras"]
     assert {name: (one["ours"], one["contradicts"]) for name, one in cameras.items()} == {
         "echo": ("north", False), "other": ("north", True), "elsewhere": (None, False)}
     found = replace(found, data=packet(1), geometry=decode(WrapperPacket, packet(1)).geometry,
                     geometry_s=found.geometry_s - 3600)
-    assert not heard_json(found, FIELDS.values(), ours)["cameras"][0]["contradicts"]  # long silent
+    assert not received_json(found, FIELDS.values(), ours)["cameras"][0]["contradicts"]  # long silent
 
 
 def test_the_field_that_is_sent_is_found_among_those_known_here(there):
-    told, absorber = there
-    from app.formats.ssl_field import wire_field
+    told, listener = there
+    from app.formats.ssl_field import field_to_wire
 
     geometry = decode(WrapperPacket, GOOD).geometry
     for field, known in (("ssl-div-b", True), (None, False)):
-        sent = geometry if field is None else replace(geometry, field=wire_field(FIELDS[field]))
+        sent = geometry if field is None else replace(geometry, field=field_to_wire(FIELDS[field]))
         port = said(encode(WrapperPacket(geometry=sent)), **told)
-        found = until(lambda port=port: absorber.get(f"127.0.0.1-{port}"))
-        one = heard_json(found, FIELDS.values(), ())
+        found = until(lambda port=port: (one := listener.get(f"127.0.0.1-{port}")) and one.geometry and one)
+        one = received_json(found, FIELDS.values(), ())
         assert one["field"]["known"] is known and (field is None or one["field"]["name"] == field)
         assert one["cameras"][0]["position_mm"][2] == pytest.approx(model_of("ssl", 0).position_mm[2], abs=0.1)
 
 
 def test_a_field_or_a_camera_that_cannot_be_is_told_and_harms_nobody(there):
-    told, absorber = there
+    told, listener = there
     geometry = decode(WrapperPacket, GOOD).geometry
     (calib,) = geometry.calib
     flat = replace(geometry, field=replace(geometry.field, field_length=-5))
@@ -169,8 +172,8 @@ def test_a_field_or_a_camera_that_cannot_be_is_told_and_harms_nobody(there):
     for sent, check in ((flat, lambda one: one["problem"]["fix"] and one["field"] is None),
                         (odd, lambda one: [c["problem"] is None for c in one["cameras"]] == [False, True])):
         port = said(encode(WrapperPacket(geometry=sent)), **told)
-        found = until(lambda port=port: absorber.get(f"127.0.0.1-{port}"))
-        assert check(heard_json(found, FIELDS.values(), ()))
+        found = until(lambda port=port: (one := listener.get(f"127.0.0.1-{port}")) and one.geometry and one)
+        assert check(received_json(found, FIELDS.values(), ()))
 
 
 def test_a_number_of_a_source_that_nobody_has_given_yet_is_unknown():
@@ -178,28 +181,29 @@ def test_a_number_of_a_source_that_nobody_has_given_yet_is_unknown():
 
 
 def test_so_many_senders_are_remembered_first_those_with_geometry(there):
-    told, absorber = there
+    told, listener = there
     strangers = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(MAX_SENDERS + 9)]
     try:
         ports = [said(GOOD, **told, sock=one) for one in strangers[:3]]
-        until(lambda: absorber.datagrams == 3)
+        until(lambda: listener.datagrams == 3)
         for one in strangers[3:]:
             said(b"?", **told, sock=one)
-        until(lambda: absorber.datagrams == len(strangers))
-        until(lambda: absorber.get(f"127.0.0.1-{strangers[-1].getsockname()[1]}"))
-        assert len(absorber.heard) == MAX_SENDERS
-        assert {one.port for one in absorber.heard if one.geometry} == set(ports)
+        until(lambda: listener.datagrams == len(strangers))
+        until(lambda: listener.get(f"127.0.0.1-{strangers[-1].getsockname()[1]}"))
+        assert len(listener.publishers) == MAX_SENDERS
+        assert {one.port for one in listener.publishers if one.geometry} == set(ports)
     finally:
         for one in strangers:
             one.close()
 
 
 def test_a_flood_is_read_sparingly_and_the_league_is_heard_through_it(there, monkeypatch):
-    monkeypatch.setattr("app.publish.absorber.OF_ONE", 1e-4)  # on any machine a heavy packet takes longer
-    told, absorber = there
+    # On any machine a heavy packet takes longer.
+    monkeypatch.setattr("app.league.geometry_listener.CPU_SHARE_PER_SENDER", 1e-4)
+    told, listener = there
     league = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     id = f"127.0.0.1-{said(GOOD, **told, sock=league)}"
-    until(lambda: (found := absorber.get(id)) and found.geometries)
+    until(lambda: (found := listener.get(id)) and found.geometries)
     wide = replace(decode(WrapperPacket, GOOD).geometry, calib=decode(WrapperPacket, GOOD).geometry.calib * 64)
     heavy = encode(WrapperPacket(geometry=Geometry(replace(
         wide.field, field_lines=tuple(wide.field.field_lines[:1] * 900)), wide.calib)))
@@ -209,12 +213,12 @@ def test_a_flood_is_read_sparingly_and_the_league_is_heard_through_it(there, mon
         for _ in range(20):
             for one in flooders:
                 said(heavy, **told, sock=one)
-        until(lambda: sum(one.skipped > 5 for one in absorber.heard) == len(flooders))
-        assert all(one.geometries < 5 for one in absorber.heard if one.skipped > 5)
+        until(lambda: sum(one.skipped > 5 for one in listener.publishers) == len(flooders))
+        assert all(one.geometries < 5 for one in listener.publishers if one.skipped > 5)
 
         def heard_again():
             said(packet(1), **told, sock=league)
-            return (found := absorber.get(id)) and found.data == packet(1)
+            return (found := listener.get(id)) and found.data == packet(1)
 
         until(heard_again)
     finally:
@@ -224,21 +228,22 @@ def test_a_flood_is_read_sparingly_and_the_league_is_heard_through_it(there, mon
 
 def test_a_listener_that_is_killed_takes_nobody_with_it():
     told = free_group()
-    publisher = Publisher(Plan(enabled=True, interval_s=0.1, **told), lambda: [example("ssl", 0)], wired)
+    publisher = Publisher(PublishingConfig(enabled=True, interval_s=0.1, **told),
+                          lambda: [example("ssl", 0)], wire_camera)
     listening = subprocess.Popen([sys.executable, "-c", LISTEN, told["group"], str(told["port"])],
                                  cwd=ROOT, stdout=subprocess.PIPE, text=True)
-    absorber = Absorber(Route(**told))
+    listener = GeometryListener(MulticastAddress(**told))
     try:
         assert int(listening.stdout.readline()) > 100
         listening.send_signal(signal.SIGKILL)
         listening.wait(20)
-        before, heard = publisher.said.packets, absorber.datagrams
-        until(lambda: publisher.said.packets > before + 5 and absorber.datagrams > heard + 3)
-        assert publisher.said.problem is None
+        before, heard = publisher.status.packets, listener.datagrams
+        until(lambda: publisher.status.packets > before + 5 and listener.datagrams > heard + 3)
+        assert publisher.status.problem is None
         with Listener(**told) as again:
-            assert again.hear() is not None
+            assert again.receive() is not None
     finally:
-        absorber.close()
+        listener.close()
         publisher.close()
         listening.stdout.close()
 
@@ -247,15 +252,15 @@ def test_a_port_that_another_keeps_is_told_and_joined_once_it_is_free():
     told = free_group()
     selfish = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     selfish.bind((told["group"], told["port"]))
-    absorber = Absorber(Route(**told))
+    listener = GeometryListener(MulticastAddress(**told))
     try:
-        problem = until(lambda: absorber.problem)
+        problem = until(lambda: listener.problem)
         assert isinstance(problem, TouchlineError) and problem.reason == "port-taken"
         selfish.close()
-        assert absorber.joined.wait(20)
+        assert listener.joined.wait(20)
         said(GOOD, **told)
-        until(lambda: absorber.heard)
-        assert absorber.problem is None
+        until(lambda: listener.publishers)
+        assert listener.problem is None
     finally:
-        absorber.close()
+        listener.close()
         selfish.close()

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput, TouchlineError
-from app.league.config import Plan
-from app.league.geometry_packet import Wiring, packet_of, spoken, wired
-from app.league.multicast_address import NetworkTrouble, Route, is_here
-from app.league.multicast_sender import Group
+from app.league.config import PublishingConfig
+from app.league.geometry_packet import WireCameraCache, geometry_packet, published_cameras, wire_camera
+from app.league.multicast_address import MulticastAddress, NetworkError, is_here
+from app.league.multicast_sender import MulticastSender
 from app.league.publisher import Publisher
 from app.models import MODELS, RayModel
 from app.ssl_protocol.messages import DetectionFrame, WrapperPacket
@@ -23,14 +23,14 @@ from tests.support.group_listener import Listener, free_group
 from tests.support.waiting import until
 
 EXAMPLES = [(name, i) for name in MODELS for i in range(3)]
-ALL = Plan(limit_mm=1e9)
+ALL = PublishingConfig(limit_mm=1e9)
 
 
 @pytest.fixture
 def way():
-    """(what a listener needs, the plan that publishes there)."""
+    """(what a listener needs, the config that publishes there)."""
     told = free_group()
-    return told, Plan(enabled=True, interval_s=60.0, **told)
+    return told, PublishingConfig(enabled=True, interval_s=60.0, **told)
 
 
 def on_quarters(*models):
@@ -42,13 +42,13 @@ def on_quarters(*models):
 
 
 def test_a_listener_gets_every_camera_and_projects_as_we_do_within_the_stated_loss(way):
-    told, plan = way
+    told, config = way
     heard_of = {}
-    with Listener(**told) as ear, Group(plan.route) as group:
+    with Listener(**told) as ear, MulticastSender(config.address) as group:
         for name, index in EXAMPLES:
-            (one,) = spoken([example(name, index)], ALL)
-            group.send(packet_of([one]))
-            heard_of[name, index] = one, listener.Packet.FromString(ear.hear().data)
+            (one,) = published_cameras([example(name, index)], ALL)
+            group.send(geometry_packet([one]))
+            heard_of[name, index] = one, listener.Packet.FromString(ear.receive().data)
     for (name, index), (one, packet) in heard_of.items():
         assert packet.source == listener.Packet.DESCRIPTOR.fields_by_name["source"].enum_type.values_by_name[
             "SSL_Source_OTHER"].number
@@ -56,14 +56,14 @@ def test_a_listener_gets_every_camera_and_projects_as_we_do_within_the_stated_lo
         model = model_of(name, index)
         if not isinstance(model, RayModel):
             continue
-        for z_mm, worst_mm in ((0.0, one.wired.loss.worst_mm), (150.0, one.wired.loss.hat_worst_mm)):
+        for z_mm, worst_mm in ((0.0, one.wire.loss.worst_mm), (150.0, one.wire.loss.hat_worst_mm)):
             spots = places(model.region, z_mm, 25)
             pixels = model.project(spots)
             seen = ((pixels >= -0.5) & (pixels <= np.array(tuple(model.image_size)) - 0.5)).all(axis=1)
             off = np.linalg.norm(listener.looked_up(calib, pixels[seen], z_mm) - spots[seen, :2], axis=1)
             assert off.max() <= 1.02 * worst_mm + 1e-3, (name, index, z_mm)
             assert off.max() >= 0.8 * worst_mm - 1e-3, (name, index, z_mm)
-            if one.wired.exact:  # the league's own model: only four bytes a number are lost
+            if one.wire.exact:  # the league's own model: only four bytes a number are lost
                 ours = one.sent
                 same = {k: np.float32(getattr(ours, k)) for k in ("focal_length", "distortion", "q0", "tx", "tz")}
                 assert same == {k: np.float32(getattr(calib, k)) for k in same}
@@ -71,10 +71,10 @@ def test_a_listener_gets_every_camera_and_projects_as_we_do_within_the_stated_lo
 
 
 def test_what_is_read_back_from_the_wire_projects_to_the_same_pixels(way):
-    told, plan = way
-    with Listener(**told) as ear, Group(plan.route) as group:
-        group.send(packet_of(spoken([example("brown-conrady", 1)], ALL)))
-        data = ear.hear().data
+    told, config = way
+    with Listener(**told) as ear, MulticastSender(config.address) as group:
+        group.send(geometry_packet(published_cameras([example("brown-conrady", 1)], ALL)))
+        data = ear.receive().data
     (calib,) = listener.Packet.FromString(data).geometry.calib
     from app.workflows import interchange
 
@@ -85,27 +85,27 @@ def test_what_is_read_back_from_the_wire_projects_to_the_same_pixels(way):
 
 
 def test_the_loss_is_told_with_its_place_before_anything_is_sent():
-    (one,) = spoken([example("fisheye", 1)], Plan())
+    (one,) = published_cameras([example("fisheye", 1)], PublishingConfig())
     told = json.loads(json.dumps(one.to_json(), allow_nan=False))
     assert not told["published"] and told["problem"]["reason"] == "loss-above-limit"
     assert told["loss"]["worst_mm"] > 10 or told["loss"]["hat_worst_mm"] > 10
-    assert len(told["loss"]["worst_place"]) == 2 and f"{one.wired.worst_mm:.1f} mm" in told["problem"]["what"]
-    assert packet_of([one]) is None
+    assert len(told["loss"]["worst_place"]) == 2 and f"{one.wire.worst_mm:.1f} mm" in told["problem"]["what"]
+    assert geometry_packet([one]) is None
 
 
 def test_a_loss_above_the_limit_is_sent_once_that_very_version_is_approved():
     calibration = example("fisheye", 1)
-    approving = Plan(approved={"north": calibration.id})
-    assert spoken([calibration], approving)[0].sent is not None
-    assert spoken([replace(calibration, id="the-next-version")], approving)[0].sent is None
-    assert spoken([calibration], Plan(limit_mm=50.0))[0].sent is not None
+    approving = PublishingConfig(approved={"north": calibration.id})
+    assert published_cameras([calibration], approving)[0].sent is not None
+    assert published_cameras([replace(calibration, id="the-next-version")], approving)[0].sent is None
+    assert published_cameras([calibration], PublishingConfig(limit_mm=50.0))[0].sent is not None
 
 
 def test_two_cameras_with_one_number_are_not_both_sent():
     a, b = on_quarters(model_of("ssl", 0), model_of("ssl", 0))
-    first, second = spoken([a, b], Plan())
+    first, second = published_cameras([a, b], PublishingConfig())
     assert first.sent is not None and second.sent is None and second.problem.reason == "number-taken"
-    first, second = spoken([a, b], Plan(numbers={"b": 3}))
+    first, second = published_cameras([a, b], PublishingConfig(numbers={"b": 3}))
     assert [one.sent.camera_id for one in (first, second)] == [0, 3]
 
 
@@ -115,89 +115,89 @@ def test_a_packet_has_one_field_that_of_most_cameras_or_the_one_that_is_named():
     other = replace(field_around(model.region), name="another").to_json()
     c = replace(c, field=other)
     numbers = {"b": 1, "c": 2}
-    told = spoken([c, a, b], Plan(numbers=numbers))
+    told = published_cameras([c, a, b], PublishingConfig(numbers=numbers))
     assert [(one.name, one.sent is not None) for one in told] == [("c", False), ("a", True), ("b", True)]
     assert told[0].problem.reason == "other-field"
-    told = spoken([c, a, b], Plan(numbers=numbers, field="another"))
+    told = published_cameras([c, a, b], PublishingConfig(numbers=numbers, field="another"))
     assert [(one.name, one.sent is not None) for one in told] == [("c", True), ("a", False), ("b", False)]
 
 
 def test_a_calibration_that_cannot_be_a_camera_is_left_out_and_the_others_are_sent():
     good = example("ssl", 0)
     broken = replace(good, id="broken", camera="broken", model_parameters={})
-    told = spoken([broken, good], Plan())
+    told = published_cameras([broken, good], PublishingConfig())
     assert [one.sent is not None for one in told] == [False, True] and told[0].problem.fix
     assert told[0].to_json()["problem"]["reason"]
 
 
 def test_a_version_is_worked_out_once(monkeypatch):
     asked = []
-    monkeypatch.setattr("app.publish.geometry.wired", lambda calibration: asked.append(calibration.id) or wired(
-        calibration))
-    wiring, calibration = Wiring(), example("ssl", 0)
+    monkeypatch.setattr("app.league.geometry_packet.wire_camera", lambda calibration: asked.append(
+        calibration.id) or wire_camera(calibration))
+    wiring, calibration = WireCameraCache(), example("ssl", 0)
     assert wiring(calibration) is wiring(calibration) and asked == [calibration.id]
-    for i in range(2 * Wiring.KEPT):
+    for i in range(2 * WireCameraCache.CAPACITY):
         wiring(replace(calibration, id=f"c{i}", model_parameters={}))
-    assert len(wiring._known) <= Wiring.KEPT
+    assert len(wiring._cache) <= WireCameraCache.CAPACITY
 
 
 def test_ttl_and_interface_are_those_that_were_set():
     for ttl in (0, 1, 7):
         told = {**free_group(), "ttl": ttl}
-        with Listener(**told) as ear, Group(Route(**told)) as group:
+        with Listener(**told) as ear, MulticastSender(MulticastAddress(**told)) as group:
             group.send(b"\x18\x01")
-            came = ear.hear()
+            came = ear.receive()
         assert (came.ttl, came.interface, came.sender[0]) == (ttl, "lo", "127.0.0.1")
         named = {**told, "interface": "lo"}
-        with Listener(**told) as ear, Group(Route(**named)) as group:
+        with Listener(**told) as ear, MulticastSender(MulticastAddress(**named)) as group:
             group.send(b"\x18\x01")
-            assert (ear.hear().ttl, came.interface) == (ttl, "lo")
+            assert (ear.receive().ttl, came.interface) == (ttl, "lo")
 
 
 def test_other_packets_go_by_the_same_socket(way):
-    told, plan = way
+    told, config = way
     frame = encode(WrapperPacket(detection=DetectionFrame(frame_number=7, t_capture=1.5, t_sent=1.6, camera_id=0)))
-    publisher = Publisher(plan, lambda: [example("ssl", 0)], wired)
+    publisher = Publisher(config, lambda: [example("ssl", 0)], wire_camera)
     with Listener(**told) as ear:
         try:
             publisher.wake()
             geometry = ear.hear_until(lambda came: listener.Packet.FromString(came.data).HasField("geometry"))
-            publisher.group.send(frame)
+            publisher.sender.send(frame)
             detection = ear.hear_until(lambda came: came.data == frame)
             assert geometry.sender == detection.sender
-            assert publisher.group.sent(*detection.sender)
-            assert not publisher.group.sent("127.0.0.1", detection.sender[1] ^ 1)
-            assert not publisher.group.sent("203.0.113.9", detection.sender[1])  # another machine, the same port
+            assert publisher.sender.is_own_packet(*detection.sender)
+            assert not publisher.sender.is_own_packet("127.0.0.1", detection.sender[1] ^ 1)
+            assert not publisher.sender.is_own_packet("203.0.113.9", detection.sender[1])  # another machine
         finally:
             publisher.close()
 
 
 def test_what_is_activated_is_said_at_once_and_the_rest_every_interval(way):
-    told, plan = way
+    told, config = way
     standing = [example("ssl", 0)]
-    publisher = Publisher(plan, lambda: standing, wired)  # a minute between two packets
+    publisher = Publisher(config, lambda: standing, wire_camera)  # a minute between two packets
     with Listener(**told) as ear:
         try:
             publisher.wake()
-            assert ear.hear() is not None
+            assert ear.receive() is not None
             standing[:] = [replace(example("ssl", 1), id="next")]
             publisher.wake()
             focal = np.float32(model_of("ssl", 1).focal_px)
             ear.hear_until(lambda came: listener.Packet.FromString(came.data).geometry.calib[0].focal_length == focal)
         finally:
             publisher.close()
-        often = Publisher(replace(plan, interval_s=0.1), lambda: standing, wired)
+        often = Publisher(replace(config, interval_s=0.1), lambda: standing, wire_camera)
         try:
-            assert [ear.hear() is not None for _ in range(4)] == [True] * 4
+            assert [ear.receive() is not None for _ in range(4)] == [True] * 4
         finally:
             often.close()
-        while ear.hear(0.05) is not None:
+        while ear.receive(0.05) is not None:
             pass
-        assert ear.hear(0.5) is None  # closed is silent
+        assert ear.receive(0.5) is None  # closed is silent
 
 
 def test_a_broken_shelf_is_told_and_tried_again(way):
-    told, plan = way
+    told, config = way
     broken = [True]
 
     def active():
@@ -205,14 +205,14 @@ def test_a_broken_shelf_is_told_and_tried_again(way):
             raise RuntimeError
         return [example("ssl", 0)]
 
-    publisher = Publisher(plan, active, wired)
+    publisher = Publisher(config, active, wire_camera)
     with Listener(**told) as ear:
         try:
-            until(lambda: publisher.said.failures > 1)
-            assert publisher.said.problem.reason == "publishing-failed"
+            until(lambda: publisher.status.failures > 1)
+            assert publisher.status.problem.reason == "publishing-failed"
             broken.clear()
-            assert ear.hear() is not None
-            until(lambda: publisher.said.problem is None)
+            assert ear.receive() is not None
+            until(lambda: publisher.status.problem is None)
         finally:
             publisher.close()
 
@@ -223,7 +223,7 @@ def test_a_broken_shelf_is_told_and_tried_again(way):
                                    {"interface": "0.0.0.0"}, {"interface": "eth0\0"}, {"interface": "e\ud800"}])
 def test_a_route_that_cannot_be_is_refused(wrong):
     with pytest.raises(BadInput) as refused:
-        Route(**wrong)
+        MulticastAddress(**wrong)
     assert refused.value.fix.endswith(".") and refused.value.reason.startswith("bad-")
 
 
@@ -231,31 +231,31 @@ def test_a_route_that_cannot_be_is_refused(wrong):
                                    {"limit_mm": -1.0}, {"numbers": {"a": -1}}, {"numbers": {"a": 2**32}}])
 def test_a_plan_that_cannot_be_is_refused(wrong):
     with pytest.raises(BadInput):
-        Plan(**wrong)
+        PublishingConfig(**wrong)
 
 
 @pytest.mark.parametrize("interface", ["gone0", "203.0.113.9"])
 def test_an_interface_that_is_not_there_is_named_with_those_that_are(interface):
-    group = Group(Route(interface=interface))
+    group = MulticastSender(MulticastAddress(interface=interface))
     for attempt in (group.check, lambda: group.send(b"x")):
-        with pytest.raises(NetworkTrouble) as refused:
+        with pytest.raises(NetworkError) as refused:
             attempt()
         assert refused.value.reason == "no-interface" and interface in refused.value.what
         assert "lo (127.0.0.1)" in refused.value.fix
 
 
 def test_a_packet_that_no_datagram_carries_is_refused_by_its_length():
-    with Group(Route(**free_group())) as group:
+    with MulticastSender(MulticastAddress(**free_group())) as group:
         with pytest.raises(BadInput):
             group.send(bytes(MAX_BYTES + 1))
         group.send(bytes(MAX_BYTES))
 
 
 def test_checking_says_nothing_to_anybody(way):
-    told, plan = way
+    told, config = way
     with Listener(**told) as ear:
-        Group(plan.route).check()
-        assert ear.hear(0.3) is None
+        MulticastSender(config.address).check()
+        assert ear.receive(0.3) is None
 
 
 def test_an_address_is_here_only_where_this_machine_has_it():
@@ -263,30 +263,32 @@ def test_an_address_is_here_only_where_this_machine_has_it():
 
 
 def test_a_plan_is_kept_as_it_is_and_nonsense_is_refused():
-    plan = Plan(True, True, "239.1.1.1", 1234, "lo", 3, 0.5, 2.0, "ssl-div-b", {"a": 1}, {"a": "b"})
-    assert Plan.from_json(json.loads(json.dumps(plan.to_json()))) == plan
+    config = PublishingConfig(True, True, "239.1.1.1", 1234, "lo", 3, 0.5, 2.0, "ssl-div-b", {"a": 1}, {"a": "b"})
+    assert PublishingConfig.from_json(json.loads(json.dumps(config.to_json()))) == config
     for wrong in (None, [], {"enabled": "yes"}, {"nobody": 1}, {"port": "1"}, {"numbers": {"a": "1"}}, {"group": 7},
                   {"numbers": [1]}, {"ttl": 1e400}):
         with pytest.raises(TouchlineError):
-            Plan.from_json(wrong)
+            PublishingConfig.from_json(wrong)
 
 
 def test_whoever_listens_shares_the_port():
     """League programs set one or the other way of sharing; each must be able to listen beside us."""
-    from app.league.multicast_receiver import Ear
+    from app.league.multicast_receiver import MulticastReceiver
 
     told = free_group()
-    with Ear(Route(**told)), Listener(**told) as second, Ear(Route(**told)), Group(Route(**told)) as group:
+    address = MulticastAddress(**told)
+    with (MulticastReceiver(address), Listener(**told) as second, MulticastReceiver(address),
+          MulticastSender(address) as group):
         group.send(b"\x18\x01")
-        assert second.hear() is not None
+        assert second.receive() is not None
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as selfish:
         selfish.bind((told["group"], told["port"]))
-        with pytest.raises(NetworkTrouble) as refused:
-            Ear(Route(**told))
+        with pytest.raises(NetworkError) as refused:
+            MulticastReceiver(MulticastAddress(**told))
         assert refused.value.reason == "port-taken"
 
 
 def test_the_packet_we_send_is_one_that_we_would_take():
-    told = spoken([example("ssl", 0)], Plan())
-    geometry = decode(WrapperPacket, packet_of(told)).geometry
+    told = published_cameras([example("ssl", 0)], PublishingConfig())
+    geometry = decode(WrapperPacket, geometry_packet(told)).geometry
     assert [camera.camera_id for camera in geometry.calib] == [0]

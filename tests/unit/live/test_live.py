@@ -21,7 +21,7 @@ from app.imaging.correction import correction_map
 from app.live import LiveCamera, StreamSpec
 from app.live.messages import parts
 from app.live.picture import AppliedCalibration
-from app.sources import Identity, Surroundings, source_from_url
+from app.sources import Identity, SourceContext, source_from_url
 from tests.support.live_cameras import FIELDS, SIM, calibrated, live, spec
 from tests.support.paths import ROOT
 from tests.support.pictures import encoded
@@ -177,7 +177,7 @@ def test_an_address_that_is_none_is_refused_in_its_own_words():
 
 def shown_once(folder: Path) -> np.ndarray:
     """One frame of the simulated camera as a picture that stands still."""
-    source = source_from_url(SIM, Surroundings(FIELDS))
+    source = source_from_url(SIM, SourceContext(FIELDS))
     pixels = source.read().pixels
     source.close()
     (folder / "frame.png").write_bytes(encoded("png", pixels))
@@ -215,7 +215,7 @@ def test_the_lines_of_the_field_lie_on_the_picture_in_both_views(tmp_path):
     found = run(story())
     head, lines = found["raw"]
     half = head["width"] / head["raw_width"]
-    truth = source_from_url(SIM, Surroundings(FIELDS)).camera
+    truth = source_from_url(SIM, SourceContext(FIELDS)).camera
     for name in ("left", "top"):
         points = (np.array(lines[name]) + 0.5) / half - 0.5
         border = FIELDS["table"].region("full").border(name)

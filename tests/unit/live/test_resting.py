@@ -7,7 +7,7 @@ import pytest
 from app.core.registry import Registry
 from app.live import capture as module
 from app.live.capture import REST_S, FrameCapture
-from app.sources import SOURCES, Surroundings
+from app.sources import SOURCES, SourceContext
 from tests.support.live_cameras import FIELDS, SIM
 from tests.support.waiting import until
 
@@ -17,7 +17,7 @@ PERIOD_S = 1 / 25  # of SIM
 @pytest.fixture
 def capture(monkeypatch):
     monkeypatch.setattr(module, "RESTS_AFTER_S", 0.3)
-    capture = FrameCapture(SIM, Surroundings(FIELDS))
+    capture = FrameCapture(SIM, SourceContext(FIELDS))
     capture.start()
     return capture
 

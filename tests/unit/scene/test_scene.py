@@ -14,9 +14,9 @@ from app.core.errors import BadInput
 from app.core.geometry import ImageSize
 from app.scene.export import scene_html
 from app.scene.messages import KEY_HEADER
-from app.scene.scene_view import Room
-from app.scene.secured_viser import LockedViser
-from app.scene.view_state import LAYERS, Look
+from app.scene.scene_view import SceneView
+from app.scene.secured_viser import SecuredViser
+from app.scene.view_state import LAYERS, ViewState
 from tests.support.pair_over_field import FIELD
 from tests.support.rig_over_field import sim_task
 
@@ -26,7 +26,7 @@ PROTOCOL = f"viser-v{viser.__version__}"
 
 @pytest.fixture(scope="module")
 def locked():
-    server = LockedViser(KEY)
+    server = SecuredViser(KEY)
     yield server
     server.stop()
 
@@ -44,7 +44,7 @@ def shown(kept, **more):
 @pytest.fixture
 def room(locked):
     clicked = []
-    made = Room(locked, clicked.append)
+    made = SceneView(locked, clicked.append)
     made.clicked = clicked
     return made
 
@@ -73,7 +73,7 @@ def test_it_listens_on_this_machine_alone(locked):
 
 def test_another_port_cannot_be_forced_on_it(monkeypatch):
     monkeypatch.setenv("_VISER_PORT_OVERRIDE", "1")
-    server = LockedViser(KEY)
+    server = SecuredViser(KEY)
     try:
         assert server.get_port() > 1
     finally:
@@ -97,7 +97,7 @@ def test_a_room_tells_what_it_shows_and_refuses_what_is_nothing(room, kept):
     assert told["cameras"][0]["height_mm"] > 3000 and told["sheet_top_mm"] > 0 and told["scale"] >= 1
     with pytest.raises(BadInput):
         room.show({"cameras": []})
-    assert room._cameras  # the former scene stays
+    assert room._nodes  # the former scene stays
 
 
 class Click:
@@ -117,56 +117,56 @@ def test_a_click_on_the_carpet_is_told_in_millimetres(room, kept):
 
 def test_layers_are_seen_or_not_as_asked(room, kept):
     room.show(shown(kept))
-    room.set({"layers": ["rays"], "sheet": "carpet"})
-    camera = room._cameras[kept["id"]]
+    room.set_state({"layers": ["rays"], "sheet": "carpet"})
+    camera = room._nodes[kept["id"]]
     assert room._rays[kept["id"]].visible and not camera.handles["labels"][0].visible
     assert not any(handle.visible for handle in room._arrows[kept["id"]])
-    assert room._sheets[kept["id"]]["carpet"].visible and not room._sheets[kept["id"]]["hat"].visible
-    room.set({"hidden": [kept["id"]]})
-    assert not room._rays[kept["id"]].visible and not room._sheets[kept["id"]]["carpet"].visible
+    assert room._surfaces[kept["id"]]["carpet"].visible and not room._surfaces[kept["id"]]["hat"].visible
+    room.set_state({"hidden": [kept["id"]]})
+    assert not room._rays[kept["id"]].visible and not room._surfaces[kept["id"]]["carpet"].visible
 
 
 def test_through_a_camera_its_rays_and_label_are_out_of_the_way_and_lines_lie_over_its_picture(room, kept):
     room.show(shown(kept))
-    room.set({"layers": list(LAYERS), "view": "camera", "through": kept["id"]})
-    camera = room._cameras[kept["id"]]
-    assert camera.over_picture.visible and not room._rays[kept["id"]].visible
+    room.set_state({"layers": list(LAYERS), "view": "camera", "through": kept["id"]})
+    camera = room._nodes[kept["id"]]
+    assert camera.field_lines.visible and not room._rays[kept["id"]].visible
     assert not camera.handles["labels"][0].visible
     view = room.viewpoint(1.5)
-    assert view.position_mm == pytest.approx(camera.standing.hung.position_mm)
+    assert view.position_mm == pytest.approx(camera.camera.frustum.position_mm)
 
 
 def test_the_picture_of_a_frustum_is_the_straightened_one(room, kept):
     room.show(shown(kept))
     raw = np.full((512, 640, 3), (10, 200, 30), np.uint8)
-    room.picture(kept["id"], raw)
-    picture = room._cameras[kept["id"]]._frustum.image
+    room.show_picture(kept["id"], raw)
+    picture = room._nodes[kept["id"]]._frustum.image
     middle = picture[picture.shape[0] // 2, picture.shape[1] // 2]
     assert picture.shape[1] <= 480 and middle.tolist() == [30, 200, 10]  # RGB of the BGR that came
-    room.picture("nobody", raw)  # a camera that was replaced meanwhile
+    room.show_picture("nobody", raw)  # a camera that was replaced meanwhile
 
 
 def test_ball_and_robots_stand_where_they_were_detected_and_nowhere_else(room, kept):
     room.show(shown(kept))
-    room.set({"layers": ["things"]})
+    room.set_state({"layers": ["things"]})
     seen = Detections((Detection("ball", (1.0, 2.0), x_mm=500.0, y_mm=-250.0), Detection("ball", (3.0, 4.0)),
                        Detection("robot", (5.0, 6.0), "blue", 3, 0.0, 1000.0, 150.0, 0.5),
                        Detection("marker", (7.0, 8.0), "yellow", None, 100.0, 100.0, 150.0)), ImageSize(640, 512))
-    room.things(kept["id"], seen.to_json()["detections"])
-    ball, robot, marker = room._things[kept["id"]]  # of the second ball nobody knows where it is
+    room.show_detections(kept["id"], seen.to_json()["detections"])
+    ball, robot, marker = room._detections[kept["id"]]  # of the second ball nobody knows where it is
     radius = FIELD.extras["ball"]["radius_mm"] / 1000
     assert ball.position == pytest.approx([0.5, -0.25, radius]) and robot.position[:2] == pytest.approx([0, 1])
     assert marker.position[2] == pytest.approx(0.15)
-    room.set({"layers": []})
+    room.set_state({"layers": []})
     assert not ball.visible
-    room.things(kept["id"], [])
-    assert room._things[kept["id"]] == []
-    room.things("nobody", seen.to_json()["detections"])  # a camera that was replaced meanwhile
-    assert "nobody" not in room._things
+    room.show_detections(kept["id"], [])
+    assert room._detections[kept["id"]] == []
+    room.show_detections("nobody", seen.to_json()["detections"])  # a camera that was replaced meanwhile
+    assert "nobody" not in room._detections
 
 
 def test_a_look_changes_only_what_it_is_told():
-    look = Look().changed({"sheet": "hat"}).changed({"layers": ["rays"]})
+    look = ViewState().changed({"sheet": "hat"}).changed({"layers": ["rays"]})
     assert (look.sheet, look.layers, look.view) == ("hat", frozenset({"rays"}), "free")
 
 

@@ -11,11 +11,11 @@ from app.core.records import Observation
 from app.models import MODELS, field_from_raw, parameters_json, raw_from_field
 from app.models.ray_camera import RayCamera
 from app.scene.geometry.boards import BoardViews
-from app.scene.geometry.frustum import IN_FRONT, WIDEST_DEG, Hung
-from app.scene.geometry.picking import met, told_at
-from app.scene.geometry.pose_change import Moved
-from app.scene.geometry.ray_hits import Landings
-from app.scene.geometry.scene_camera import Standing
+from app.scene.geometry.frustum import IN_FRONT, MAX_FOV_DEG, Frustum
+from app.scene.geometry.picking import carpet_intersection, describe_place
+from app.scene.geometry.pose_change import PoseChange
+from app.scene.geometry.ray_hits import RayHits
+from app.scene.geometry.scene_camera import SceneCamera
 from app.scene.geometry.shapes import carpet, goals, paint
 from app.scene.geometry.views import Viewpoint
 from app.workflows.board import calibrate_board
@@ -43,17 +43,17 @@ def kept():
 
 @pytest.fixture(scope="module")
 def standing(kept):
-    return Standing.of(kept.id, "North", kept)
+    return SceneCamera.of(kept.id, "North", kept)
 
 
 def test_the_straightened_picture_is_a_pinholes(camera):
-    hung, size = Hung.of(camera), camera.image_size
+    frustum, size = Frustum.of(camera), camera.image_size
     places = np.array([[200.0, 300.0, 0.0], [-400.0, 100.0, 0.0], [600.0, -300.0, 150.0]])
-    arms = (places - hung.position_mm) @ hung.field_from_camera  # right, down, ahead
+    arms = (places - frustum.position_mm) @ frustum.field_from_camera  # right, down, ahead
     width = 480
-    straight = hung.straight(width, size)
+    straight = frustum.undistortion(width, size)
     height = straight.raw_x.shape[0]
-    seen = (arms[:, :2] / arms[:, 2:] / hung.half + 1) / 2 * [width, height] - 0.5
+    seen = (arms[:, :2] / arms[:, 2:] / frustum.half + 1) / 2 * [width, height] - 0.5
     raw = camera.project(places)
     for (x, y), (raw_x, raw_y) in zip(seen, raw, strict=True):
         column, row = int(x), int(y)
@@ -65,38 +65,38 @@ def test_the_straightened_picture_is_a_pinholes(camera):
 
 
 def test_a_smaller_raw_picture_has_the_same_straight_one(camera):
-    hung, size = Hung.of(camera), camera.image_size
+    frustum, size = Frustum.of(camera), camera.image_size
     half = ImageSize(size.width // 2, size.height // 2)
-    full, small = hung.straight(64, size), hung.straight(64, half)
+    full, small = frustum.undistortion(64, size), frustum.undistortion(64, half)
     assert (full.raw_x + 0.5) / 2 - 0.5 == pytest.approx(small.raw_x, abs=1e-3, nan_ok=True)
 
 
 def test_lines_drawn_closer_stay_where_they_are_seen(camera):
-    hung = Hung.of(camera)
+    frustum = Frustum.of(camera)
     places = np.array([[0.0, 0.0, 0.0], [500.0, 200.0, 0.0], [300.0, -200.0, 150.0]])
-    closer = hung.drawn_closer(places)
+    closer = frustum.drawn_closer(places)
     assert camera.project(closer) == pytest.approx(camera.project(places), abs=1e-6)
-    depth = (closer - hung.position_mm) @ hung.field_from_camera[:, 2]
-    assert depth == pytest.approx(np.full(3, IN_FRONT * hung.depth_mm))  # all just before the picture
+    depth = (closer - frustum.position_mm) @ frustum.field_from_camera[:, 2]
+    assert depth == pytest.approx(np.full(3, IN_FRONT * frustum.depth_mm))  # all just before the picture
 
 
 def test_height_and_tilt_are_the_cameras_own():
     model = next(MODELS["brown-conrady"].examples())  # straight down
-    hung = Hung.of(model)
-    assert hung.height_mm == model.position_mm[2] and hung.tilt_deg == pytest.approx(0, abs=1e-6)
-    assert hung.whole
+    frustum = Frustum.of(model)
+    assert frustum.height_mm == model.position_mm[2] and frustum.tilt_deg == pytest.approx(0, abs=1e-6)
+    assert frustum.complete
 
 
 def test_a_lens_that_sees_too_much_shows_its_middle_and_says_so(kept):
     fisheye = replace(next(MODELS["fisheye"].examples()), focal_px=450.0)
-    hung = Hung.of(fisheye)
-    assert not hung.whole and np.degrees(2 * np.arctan(max(hung.half))) == pytest.approx(WIDEST_DEG)
-    wide = Standing(kept.id, "Wide", kept, fisheye, FIELD, FIELD.region("full"))
-    assert "120°" in wide.why_not_whole and wide.why_no_frustum is None
+    frustum = Frustum.of(fisheye)
+    assert not frustum.complete and np.degrees(2 * np.arctan(max(frustum.half))) == pytest.approx(MAX_FOV_DEG)
+    wide = SceneCamera(kept.id, "Wide", kept, fisheye, FIELD, FIELD.region("full"))
+    assert "120°" in wide.why_cropped and wide.why_no_frustum is None
 
 
 def test_the_footprint_is_where_the_pictures_border_meets_the_carpet(camera):
-    footprint = Hung.of(camera).footprint()
+    footprint = Frustum.of(camera).footprint()
     known = np.isfinite(footprint).all(axis=1)
     seen = raw_from_field(camera, footprint[known])
     size = np.array(tuple(camera.image_size)) - 1
@@ -106,15 +106,15 @@ def test_the_footprint_is_where_the_pictures_border_meets_the_carpet(camera):
 
 def test_a_model_without_rays_says_why_and_its_picture_lies_on_its_region(kept):
     model = next(MODELS["polynomial"].examples())
-    flat = Standing(kept.id, "Flat", replace(kept, report={}), model, FIELD, model.region)
-    assert flat.hung is None and "no rays" in flat.why_no_frustum
+    flat = SceneCamera(kept.id, "Flat", replace(kept, report={}), model, FIELD, model.region)
+    assert flat.frustum is None and "no rays" in flat.why_no_frustum
     told = flat.to_json()
     assert told["height_mm"] is None and told["sheet"]["carpet"]["why"] and told["sheet"]["hat"]["fix"]
-    lying, region = flat.lying, model.region
-    assert lying.middle_mm == pytest.approx([np.mean(region.x_mm), np.mean(region.y_mm)], abs=1)
+    quad, region = flat.quad, model.region
+    assert quad.middle_mm == pytest.approx([np.mean(region.x_mm), np.mean(region.y_mm)], abs=1)
     # from the outer edge of the first pixels to that of the last: half a pixel more at each end
-    assert lying.width_mm == pytest.approx(region.width_mm, rel=0.01)
-    corner = lying.middle_mm - lying.right * lying.width_mm / 2 - lying.down * lying.height_mm / 2
+    assert quad.width_mm == pytest.approx(region.width_mm, rel=0.01)
+    corner = quad.middle_mm - quad.right * quad.width_mm / 2 - quad.down * quad.height_mm / 2
     assert model.corrected_from_field(corner) == pytest.approx([-0.5, -0.5], abs=1e-6)
 
 
@@ -123,33 +123,33 @@ def test_exact_clicks_land_on_their_line_and_a_stray_is_one():
     border = model.region.border("top")
     points = raw_from_field(model, border.sample(5))
     points[2] += [0, 40]
-    found = Landings.of(model, (Observation("top", "line", points),), FIELD, model.region,
+    found = RayHits.of(model, (Observation("top", "line", points),), FIELD, model.region,
                         [np.array([False, False, True, False, False])])
-    assert found.stray.tolist() == [False, False, True, False, False]
-    assert np.linalg.norm(found.missed, axis=1)[~found.stray] == pytest.approx(0, abs=1e-6)
-    assert found.feet[:, :2] == pytest.approx(field_from_raw(model, points))
+    assert found.outlier.tolist() == [False, False, True, False, False]
+    assert np.linalg.norm(found.residuals, axis=1)[~found.outlier] == pytest.approx(0, abs=1e-6)
+    assert found.points[:, :2] == pytest.approx(field_from_raw(model, points))
     ends = found.arrows(10.0)[2]
-    assert ends[1] - ends[0] == pytest.approx(10 * found.missed[2]) and np.linalg.norm(found.missed[2]) > 50
+    assert ends[1] - ends[0] == pytest.approx(10 * found.residuals[2]) and np.linalg.norm(found.residuals[2]) > 50
     rays = found.rays_from(np.array(model.position_mm))
-    assert rays[0, 0] == pytest.approx(model.position_mm) and rays[0, 1] == pytest.approx(found.feet[0])
+    assert rays[0, 0] == pytest.approx(model.position_mm) and rays[0, 1] == pytest.approx(found.points[0])
 
 
 def test_a_point_at_height_lands_at_its_height():
     model = true_models()[0]
     raw = model.project(np.array([[-2000.0, 1000.0, 150.0]]))
-    found = Landings.of(model, (Observation((-2000.0, 1000.0), "landmark", raw, 150.0),), FIELD, model.region,
+    found = RayHits.of(model, (Observation((-2000.0, 1000.0), "landmark", raw, 150.0),), FIELD, model.region,
                         [np.array([False])])
-    assert found.feet[0] == pytest.approx([-2000, 1000, 150], abs=1e-6)
+    assert found.points[0] == pytest.approx([-2000, 1000, 150], abs=1e-6)
 
 
 def test_the_sheet_is_the_expected_error_and_lies_on_its_region(standing, kept):
-    sheet, region = standing.carpet_sheet, standing.region
+    sheet, region = standing.carpet_error, standing.region
     told = uncertainty(standing.model, kept.covariance, region)
     assert sheet.largest_mm == pytest.approx(told["max"])
-    corner = sheet.lying.middle_mm - sheet.lying.right * sheet.lying.width_mm / 2 \
-        - sheet.lying.down * sheet.lying.height_mm / 2
+    corner = sheet.quad.middle_mm - sheet.quad.right * sheet.quad.width_mm / 2 \
+        - sheet.quad.down * sheet.quad.height_mm / 2
     assert corner == pytest.approx(region.field_from_region(np.zeros(2)))
-    assert standing.hat_sheet.lying.z_mm == FIELD.hat_height_mm
+    assert standing.hat_error.quad.z_mm == FIELD.hat_height_mm
     picture = sheet.picture(5.0)
     assert picture.shape[2] == 4 and (picture[..., 3] > 0).all()
     holed = replace(sheet, sigma_mm=np.full_like(sheet.sigma_mm, np.nan))
@@ -159,14 +159,14 @@ def test_the_sheet_is_the_expected_error_and_lies_on_its_region(standing, kept):
 def test_a_place_tells_its_pixel_and_expected_error_in_every_camera(standing, kept):
     told = uncertainty(standing.model, kept.covariance, standing.region, 0.0, 3, 3)
     place, sigma = told["grid"]["places"][1][1], told["grid"]["sigma_mm"][1][1]
-    other = Standing.of("b" * 16, "Flat", replace(kept, report={}))
-    one, two = told_at(place, [standing, other])["cameras"]
+    other = SceneCamera.of("b" * 16, "Flat", replace(kept, report={}))
+    one, two = describe_place(place, [standing, other])["cameras"]
     assert one["pixel"] == pytest.approx(raw_from_field(standing.model, np.array(place)).tolist())
     assert one["inside"] and one["sigma_mm"] == pytest.approx(sigma)
     assert one["hat_pixel"] == pytest.approx(standing.model.project(np.array([*place, 150.0])).tolist())
     at_hats = uncertainty(standing.model, kept.covariance, standing.region, 150.0, 3, 3)["grid"]["sigma_mm"][1][1]
     assert one["hat_sigma_mm"] == pytest.approx(at_hats) and two["sigma_mm"] is None and two["pixel"] == one["pixel"]
-    far = told_at((60_000.0, 0.0), [standing])["cameras"][0]
+    far = describe_place((60_000.0, 0.0), [standing])["cameras"][0]
     assert not far["inside"]
 
 
@@ -176,14 +176,14 @@ def test_a_place_tells_its_pixel_and_expected_error_in_every_camera(standing, ke
     ((0, 0, -500), (1, 0, 1), (500, 0)),
 ])
 def test_a_line_of_sight_meets_the_carpet_once_or_not_at_all(origin, ahead, place):
-    found = met(origin, ahead)
+    found = carpet_intersection(origin, ahead)
     assert found is None if place is None else found == pytest.approx(place)
 
 
 def test_what_moved_is_told_by_the_camera_and_on_the_carpet():
     model = true_models()[0]
     knocked = replace(model, position_mm=(model.position_mm[0] + 30, model.position_mm[1] + 40, model.position_mm[2]))
-    moved = Moved.between(model, knocked, model.region, Hung.of(model), Hung.of(knocked))
+    moved = PoseChange.between(model, knocked, model.region, Frustum.of(model), Frustum.of(knocked))
     assert moved.shift_mm == pytest.approx([30, 40, 0]) and moved.turn_deg == pytest.approx(0, abs=1e-3)
     assert moved.median_mm == pytest.approx(50, abs=1e-6)  # a camera that is shifted shifts all that it sees
     assert moved.scaled(3.0)[0, 1] - moved.scaled(3.0)[0, 0] == pytest.approx([90, 120, 0], abs=1e-6)
@@ -192,19 +192,19 @@ def test_what_moved_is_told_by_the_camera_and_on_the_carpet():
 def test_a_version_beside_its_older_one_knows_what_moved(kept):
     older = replace(kept, id="c" * 16, model_parameters={**kept.model_parameters, "position_mm": [
         kept.model_parameters["position_mm"][0] - 50, *kept.model_parameters["position_mm"][1:]]})
-    told = Standing.of(kept.id, "North", kept, older).to_json()["moved"]
+    told = SceneCamera.of(kept.id, "North", kept, older).to_json()["moved"]
     assert told["shift_mm"] == pytest.approx([50, 0, 0]) and told["max_mm"] == pytest.approx(50, abs=0.1)
 
 
 def test_arrows_are_enlarged_until_they_are_seen(standing):
-    lengths = np.linalg.norm(standing.landings.missed[~standing.landings.stray], axis=1)
-    assert np.median(lengths) * standing.fair_scale == pytest.approx(200, rel=0.01)
+    lengths = np.linalg.norm(standing.ray_hits.residuals[~standing.ray_hits.outlier], axis=1)
+    assert np.median(lengths) * standing.arrow_scale == pytest.approx(200, rel=0.01)
 
 
 @pytest.mark.parametrize("report", [{}, {"per_feature": "no"}, {"per_feature": [3]}, {"covariance": [1, 2]},
                                     {"per_feature": [{"residuals": [None] * 99}]}])
 def test_a_strangers_report_cannot_break_the_room(kept, report):
-    told = Standing.of(kept.id, "North", replace(kept, report=report)).to_json()
+    told = SceneCamera.of(kept.id, "North", replace(kept, report=report)).to_json()
     assert told["points"] > 0 and told["sheet"]["carpet"]["why"]
 
 
@@ -237,10 +237,10 @@ def test_from_above_the_whole_field_is_in_the_window():
 
 
 def test_through_a_camera_its_whole_picture_is_in_the_window(camera):
-    hung = Hung.of(camera)
+    frustum = Frustum.of(camera)
     for aspect in (0.6, 2.0):
-        half = np.tan(Viewpoint.through(hung, aspect).fov_rad / 2)
-        assert half >= hung.half[1] - 1e-12 and half * aspect >= hung.half[0] - 1e-12
+        half = np.tan(Viewpoint.through(frustum, aspect).fov_rad / 2)
+        assert half >= frustum.half[1] - 1e-12 and half * aspect >= frustum.half[0] - 1e-12
 
 
 def test_a_lens_says_where_its_boards_were_held():
@@ -262,6 +262,6 @@ def test_a_lens_from_before_says_that_it_does_not_know(lens):
 
 def test_a_room_of_a_strangers_calibration_is_refused_in_words(kept):
     with pytest.raises(TouchlineError):
-        Standing.of("x", "X", replace(kept, model_parameters={**parameters_json(true_models()[0]), "focal_px": "?"}))
+        SceneCamera.of("x", "X", replace(kept, model_parameters={**parameters_json(true_models()[0]), "focal_px": "?"}))
 
 

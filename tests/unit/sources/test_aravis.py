@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
-from app.sources import Identity, Surroundings, source_from_url
+from app.sources import Identity, SourceContext, source_from_url
 from app.sources.industrial import aravis_library, gige
-from app.sources.industrial.camera import of_several
+from app.sources.industrial.discovery import find_unique
 from tests.support.industrial import GvCamera, held, need_aravis, opened
 
 FAKE = "aravis://Fake_1?fps=100"
@@ -29,7 +29,7 @@ def gv():
 @pytest.fixture
 def fake():
     need_aravis()
-    camera = source_from_url(FAKE, Surroundings())
+    camera = source_from_url(FAKE, SourceContext())
     yield camera
     camera.close()
 
@@ -61,14 +61,14 @@ def test_settings_reach_the_camera_and_stay_there(gv):
 
 
 def test_a_camera_that_another_program_uses_is_said_to_be_and_is_free_soon_after_that_one_died(gv):
-    program = ("import sys; from app.sources import Surroundings, source_from_url as source\n"
-               "camera = source('aravis://127.0.0.1', Surroundings()); camera.read(); print('has it', flush=True)\n"
+    program = ("import sys; from app.sources import SourceContext, source_from_url as source\n"
+               "camera = source('aravis://127.0.0.1', SourceContext()); camera.read(); print('has it', flush=True)\n"
                "while True: camera.read()")
     other = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
     try:
         assert other.stdout.readline() == "has it\n"
         with pytest.raises(TouchlineError) as refused:
-            source_from_url("aravis://127.0.0.1", Surroundings())
+            source_from_url("aravis://127.0.0.1", SourceContext())
         assert refused.value.reason in ("camera-busy", "bad-control") and "other program" in refused.value.fix
     finally:
         other.kill()  # it cannot say good-bye: the camera waits for its heartbeat, then lets go
@@ -86,7 +86,7 @@ def test_a_camera_that_goes_is_told_and_comes_back(gv):
         assert gone.value.reason == "camera-silent"
         start = time.monotonic()
     with pytest.raises(Unavailable) as off:
-        source_from_url("aravis://127.0.0.1", Surroundings())
+        source_from_url("aravis://127.0.0.1", SourceContext())
     assert off.value.reason == "camera-off"
     assert time.monotonic() - start < 8  # alone 0.01 s; the library itself would take 15 s for its good-bye and to ask
     gv.start()
@@ -95,10 +95,10 @@ def test_a_camera_that_goes_is_told_and_comes_back(gv):
 
 
 def test_a_camera_is_told_from_a_machine_that_is_silent_or_talks_of_something_else(gv):
-    assert gige.answers("127.0.0.1")
+    assert gige.responds("127.0.0.1")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.2", gige.PORT))
-        assert not gige.answers("127.0.0.2")
+        assert not gige.responds("127.0.0.2")
         other.settimeout(10)
         asked = {other.recv(100) for _ in range(2)}
         assert asked == {gige.ASK}
@@ -110,15 +110,15 @@ def test_a_camera_is_told_from_a_machine_that_is_silent_or_talks_of_something_el
 
         talking = threading.Thread(target=babble)
         talking.start()
-        assert not gige.answers("127.0.0.2")
+        assert not gige.responds("127.0.0.2")
         talking.join()
-    assert not gige.answers("127.0.0.2")  # nobody listens
+    assert not gige.responds("127.0.0.2")  # nobody listens
 
 
 def test_a_name_that_nobody_has_lists_those_who_answer(gv):
     start = time.monotonic()
     with pytest.raises(NotFound) as refused:
-        source_from_url("aravis://GV99", Surroundings())
+        source_from_url("aravis://GV99", SourceContext())
     assert refused.value.reason == "unknown-device" and gv.SERIAL in refused.value.fix
     assert time.monotonic() - start < 30  # alone it takes 1.0 s
 
@@ -167,7 +167,7 @@ def test_a_setting_that_is_refused_leaves_it_running(fake, name, value, reason):
 @pytest.mark.parametrize("name", ["BayerRG8", "BayerGB8", "BayerGR8", "BayerBG8", "RGB8", "Mono8"])
 def test_every_kind_of_pixels_that_it_sends_is_read(name):
     need_aravis()
-    with closing(source_from_url(f"{FAKE}&pixel_format={name}", Surroundings())) as camera:
+    with closing(source_from_url(f"{FAKE}&pixel_format={name}", SourceContext())) as camera:
         pixels = camera.read().pixels.astype(int)
     grey = np.abs(np.diff(pixels, axis=-1)).max() == 0
     assert pixels.shape == (512, 512, 3) and pixels.std() > 20 and grey == (name == "Mono8")
@@ -179,7 +179,7 @@ def test_every_kind_of_pixels_that_it_sends_is_read(name):
 def test_an_address_that_names_nothing_is_refused(url, kind, reason):
     need_aravis()
     with pytest.raises(kind) as refused:
-        source_from_url(url, Surroundings())
+        source_from_url(url, SourceContext())
     assert refused.value.reason == reason and refused.value.fix
 
 
@@ -187,16 +187,16 @@ def test_a_machine_without_the_library_is_told_what_to_install(monkeypatch):
     aravis_library.aravis.cache_clear()
     monkeypatch.setattr(aravis_library, "NAME", "libaravis-absent.so.0")
     with pytest.raises(Unavailable) as refused:
-        source_from_url("aravis://GV02", Surroundings())
+        source_from_url("aravis://GV02", SourceContext())
     assert refused.value.reason == "no-aravis" and "apt install libaravis-0.8-0" in refused.value.fix
     aravis_library.aravis.cache_clear()
 
 
 def test_two_cameras_with_one_name_are_not_guessed_between():
     with pytest.raises(BadInput, match="2 cameras"):
-        of_several([1, 1, 2], "1", lambda one: one == 1)
-    assert of_several([1, 1, 2], "2", lambda one: one == 2) == 2
-    assert of_several([1], "2", lambda one: one == 2) is None
+        find_unique([1, 1, 2], "1", lambda one: one == 1)
+    assert find_unique([1, 1, 2], "2", lambda one: one == 2) == 2
+    assert find_unique([1], "2", lambda one: one == 2) is None
 
 
 @pytest.mark.parametrize("url", [FAKE, "aravis://127.0.0.1?fps=50"])

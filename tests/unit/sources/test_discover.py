@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from app.sources import Surroundings
-from app.sources.discover import _short_names, found
+from app.sources import SourceContext
+from app.sources.discover import _short_names, discover_cameras
 from tests.support.industrial import GvCamera, opened, viky, with_viky
 from tests.support.paths import ROOT
 from tests.support.peers import V4l2Source
@@ -30,7 +30,7 @@ def no_webcams(tmp_path, monkeypatch):
 
 def test_the_cameras_behind_a_producer_are_found_and_open_by_what_is_told():
     around = with_viky()
-    cameras = [one for one in found(around, LONG_S) if one["address"].startswith("genicam:")]
+    cameras = [one for one in discover_cameras(around, LONG_S) if one["address"].startswith("genicam:")]
     assert [one["address"] for one in cameras] == [f"genicam://{serial}?producer=viky" for serial in (0, 1, 2)]
     assert all("Viky" in one["title"] and "viky.cti" in one["title"] for one in cameras)
     for one in cameras:
@@ -40,7 +40,7 @@ def test_the_cameras_behind_a_producer_are_found_and_open_by_what_is_told():
 
 def test_a_camera_on_the_network_is_found_and_opens_by_what_is_told():
     with closing(GvCamera()):
-        cameras = [one for one in found(Surroundings(), LONG_S) if GvCamera.SERIAL in one["address"]]
+        cameras = [one for one in discover_cameras(SourceContext(), LONG_S) if GvCamera.SERIAL in one["address"]]
         assert [one["title"] for one in cameras] == [f"Aravis Fake {GvCamera.SERIAL}, through Aravis"]
         with closing(opened(cameras[0]["address"])) as camera:
             assert vars(camera.identity()) == cameras[0]["identity"]
@@ -48,7 +48,7 @@ def test_a_camera_on_the_network_is_found_and_opens_by_what_is_told():
 
 def test_a_webcam_is_found(no_webcams):
     plug_in(no_webcams, 0)
-    webcams = [one for one in found(Surroundings(), LONG_S) if one["address"].startswith("v4l2:")]
+    webcams = [one for one in discover_cameras(SourceContext(), LONG_S) if one["address"].startswith("v4l2:")]
     assert len(webcams) == 1 and webcams[0]["identity"]["address"] == webcams[0]["address"]
     assert "/dev/video0" in webcams[0]["title"]
 
@@ -66,10 +66,10 @@ def looker(word: str) -> int:
     raise AssertionError(f"nobody looks through {word}")
 
 
-def found_while(deed, around: Surroundings, deadline_s: float) -> list:
+def found_while(deed, around: SourceContext, deadline_s: float) -> list:
     """What is found while something befalls those who look."""
     answer = []
-    looking = threading.Thread(target=lambda: answer.extend(found(around, deadline_s)))
+    looking = threading.Thread(target=lambda: answer.extend(discover_cameras(around, deadline_s)))
     looking.start()
     deed()
     looking.join(LONG_S)
@@ -90,15 +90,15 @@ def test_one_that_hangs_is_left_out_at_the_deadline_and_ended():
         os.kill(stopped[0], signal.SIGSTOP)
 
     start = time.monotonic()
-    cameras = found_while(stop, Surroundings(), 2.0)
+    cameras = found_while(stop, SourceContext(), 2.0)
     assert time.monotonic() - start < LONG_S and not any(one["address"].startswith("aravis:") for one in cameras)
     assert not Path(f"/proc/{stopped[0]}").exists()
 
 
 def test_what_a_makers_library_prints_does_not_get_into_the_answer():
     code = ("import os, sys; from app.sources import discover; sys.argv = ['', '', 'loud']\n"
-            "discover.LOOKERS['loud'] = lambda: os.write(1, b'Loading driver ...') and []\n"
-            "discover.look()")
+            "discover.FINDERS['loud'] = lambda: os.write(1, b'Loading driver ...') and []\n"
+            "discover.main()")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, cwd=ROOT)
     assert done.stdout == b"[]" and b"Loading driver" in done.stderr
 
@@ -107,13 +107,13 @@ def test_a_producer_that_is_none_harms_nobody(tmp_path):
     shutil.copy(viky()[0] / "viky.cti", tmp_path / "good.cti")
     (tmp_path / "broken.cti").write_bytes(b"\x7fELF and then nothing")
     (tmp_path / "text.cti").write_text("no library")
-    cameras = found(Surroundings(producers=(tmp_path,)), LONG_S)
+    cameras = discover_cameras(SourceContext(producers=(tmp_path,)), LONG_S)
     assert [one["address"] for one in cameras if one["address"].startswith("genicam:")] == [
         f"genicam://{serial}?producer=good" for serial in (0, 1, 2)]
 
 
 def test_where_nothing_is_plugged_in_nothing_is_found(tmp_path):
-    assert [one for one in found(Surroundings(producers=(tmp_path, tmp_path / "absent")), LONG_S)
+    assert [one for one in discover_cameras(SourceContext(producers=(tmp_path, tmp_path / "absent")), LONG_S)
             if not one["address"].startswith("aravis:")] == []  # there may be real ones on this network
 
 

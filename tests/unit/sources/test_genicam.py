@@ -14,7 +14,7 @@ import pytest
 
 from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
 from app.settings import Settings
-from app.sources import Identity, Surroundings, source_from_url
+from app.sources import Identity, SourceContext, source_from_url
 from app.sources.industrial.genicam_producers import producers_in
 from tests.support.industrial import held, missing, viky, with_viky
 
@@ -138,7 +138,7 @@ def test_without_a_producer_it_says_what_to_install(tmp_path):
     (tmp_path / "notes.txt").write_text("no producer")
     for places in ((), (tmp_path,), (tmp_path / "absent",)):
         with pytest.raises(Unavailable) as refused:
-            source_from_url("genicam://0", Surroundings(producers=places))
+            source_from_url("genicam://0", SourceContext(producers=places))
         assert refused.value.reason == "no-producer" and "GENICAM_GENTL64_PATH" in refused.value.fix
 
 
@@ -146,7 +146,7 @@ def test_a_producer_that_is_no_library_has_no_cameras(tmp_path):
     viky()
     (tmp_path / "broken.cti").write_bytes(b"\x7fELF and then nothing")
     with pytest.raises(NotFound):
-        source_from_url("genicam://0", Surroundings(producers=(tmp_path,)))
+        source_from_url("genicam://0", SourceContext(producers=(tmp_path,)))
 
 
 def test_producers_come_from_the_operator_alone(tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import Unavailable
-from app.sources.industrial.pixel_formats import FORMATS, best_of, bgr_from_raw, known
+from app.sources.industrial.pixel_formats import PIXEL_FORMATS, best_format, bgr_from_raw, canonical_name
 
 WIDTH, HEIGHT = 48, 32
 CORNERS = (("R", "G"), ("G", "B"))
@@ -46,9 +46,9 @@ def bytes_of(name: str) -> bytes:
     return np.stack(channels, axis=-1).tobytes()
 
 
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", PIXEL_FORMATS)
 def test_every_format_shows_the_colours_of_the_scene(name):
-    pixels = bgr_from_raw(bytes_of(name), WIDTH, HEIGHT, FORMATS[name].code)
+    pixels = bgr_from_raw(bytes_of(name), WIDTH, HEIGHT, PIXEL_FORMATS[name].code)
     expected = scene() if name != "Mono8" else cv2.cvtColor(scene()[..., 1], cv2.COLOR_GRAY2BGR)
     assert pixels.shape == (HEIGHT, WIDTH, 3) and pixels.flags.c_contiguous and not pixels.flags.writeable
     inner = np.s_[2:-2, 2:-2]  # a mosaic's border has only half its neighbours
@@ -56,38 +56,38 @@ def test_every_format_shows_the_colours_of_the_scene(name):
     assert np.abs(pixels[inner].astype(int) - expected[inner]).max() <= 6
 
 
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", PIXEL_FORMATS)
 def test_padding_after_each_row_and_bytes_after_the_picture_are_left_out(name):
-    row = WIDTH * FORMATS[name].bytes_per_pixel
+    row = WIDTH * PIXEL_FORMATS[name].bytes_per_pixel
     rows = np.frombuffer(bytes_of(name), np.uint8).reshape(HEIGHT, row)
     padded = np.hstack((rows, np.full((HEIGHT, 5), 255, np.uint8))).tobytes()
-    plain = bgr_from_raw(bytes_of(name), WIDTH, HEIGHT, FORMATS[name].code)
-    assert (bgr_from_raw(padded + b"chunk data", WIDTH, HEIGHT, FORMATS[name].code, 5) == plain).all()
-    assert (bgr_from_raw(padded[:-5], WIDTH, HEIGHT, FORMATS[name].code, 5) == plain).all()  # none after the last row
+    plain = bgr_from_raw(bytes_of(name), WIDTH, HEIGHT, PIXEL_FORMATS[name].code)
+    assert (bgr_from_raw(padded + b"chunk data", WIDTH, HEIGHT, PIXEL_FORMATS[name].code, 5) == plain).all()
+    assert (bgr_from_raw(padded[:-5], WIDTH, HEIGHT, PIXEL_FORMATS[name].code, 5) == plain).all()  # none after the last
 
 
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", PIXEL_FORMATS)
 def test_a_picture_of_which_bytes_are_missing_is_none(name):
-    assert bgr_from_raw(bytes_of(name)[:-1], WIDTH, HEIGHT, FORMATS[name].code) is None
-    assert bgr_from_raw(b"", WIDTH, HEIGHT, FORMATS[name].code) is None
+    assert bgr_from_raw(bytes_of(name)[:-1], WIDTH, HEIGHT, PIXEL_FORMATS[name].code) is None
+    assert bgr_from_raw(b"", WIDTH, HEIGHT, PIXEL_FORMATS[name].code) is None
 
 
 @pytest.mark.parametrize(("width", "height", "padding"), [
     (0, 32, 0), (48, 0, 0), (-48, 32, 0), (48, -32, 0), (1, 1, 0), (40000, 1, 0), (48, 32, -1), (2**31, 2**31, 0)])
 @pytest.mark.parametrize("name", ["Mono8", "BayerRG8", "YUV422_8"])
 def test_a_size_that_no_camera_has_is_none(name, width, height, padding):
-    assert bgr_from_raw(bytes(100_000), width, height, FORMATS[name].code, padding) is None
+    assert bgr_from_raw(bytes(100_000), width, height, PIXEL_FORMATS[name].code, padding) is None
 
 
-@pytest.mark.parametrize("name", [name for name in FORMATS if "422" in name])
+@pytest.mark.parametrize("name", [name for name in PIXEL_FORMATS if "422" in name])
 def test_an_odd_width_loses_the_column_that_has_half_a_colour(name):
-    pixels = bgr_from_raw(bytes(47 * 32 * 2), 47, 32, FORMATS[name].code)
+    pixels = bgr_from_raw(bytes(47 * 32 * 2), 47, 32, PIXEL_FORMATS[name].code)
     assert pixels.shape == (32, 46, 3)
 
 
 def test_the_picture_is_a_copy():
     raw = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
-    pixels = bgr_from_raw(raw, WIDTH, HEIGHT, FORMATS["BGR8"].code)
+    pixels = bgr_from_raw(raw, WIDTH, HEIGHT, PIXEL_FORMATS["BGR8"].code)
     raw[:] = 255
     assert not pixels.any()
 
@@ -99,6 +99,6 @@ def test_an_unknown_format_is_told_with_the_known_ones():
 
 
 def test_colour_in_few_bytes_is_preferred_and_old_names_are_known():
-    assert best_of(["Mono8", "RGB8", "BayerGB8", "Mono16"]) == "BayerGB8"
-    assert best_of(["Mono12", "RGB8Packed", "Mono8"]) == "RGB8Packed" and known("RGB8Packed") == "RGB8"
-    assert best_of(["Mono12Packed"]) is None and best_of([]) is None
+    assert best_format(["Mono8", "RGB8", "BayerGB8", "Mono16"]) == "BayerGB8"
+    assert best_format(["Mono12", "RGB8Packed", "Mono8"]) == "RGB8Packed" and canonical_name("RGB8Packed") == "RGB8"
+    assert best_format(["Mono12Packed"]) is None and best_format([]) is None

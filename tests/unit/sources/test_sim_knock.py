@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from tests.support.live_cameras import FIELDS
 
 URL = "sim://table?size=320x256&fps=200&robots=0&noise=0"
 
 
 def opened():
-    return source_from_url(URL, Surroundings(FIELDS))
+    return source_from_url(URL, SourceContext(FIELDS))
 
 
 def bumped(source, **settings):

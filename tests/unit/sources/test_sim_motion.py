@@ -7,11 +7,12 @@ import pytest
 from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Play, ball_at, people_at, robots_at
+from app.sources.sim.motion import Motion, ball_at, people_at, robots_at
 from app.sources.sim.render import Rendering, Sensor
 from app.sources.sim.robot_shapes import moving
-from app.sources.sim.things import Box, Capsule, CutDisc, Disc
+from app.sources.sim.solids import Box, Capsule, CutDisc, Disc
 from app.store.fields import load_fields
+from tests.support.sim_truth import robots_in, truth_at
 
 FIELD = load_fields()["ssl-div-b"]
 REGION = FIELD.regions["full"]
@@ -19,14 +20,14 @@ SMALL = ImageSize(640, 480)
 seeds = pytest.mark.parametrize("seed", [1, 2, 3])
 
 
-def rendering(play: Play, size=SMALL, region=REGION, noise=0.0, **pose) -> Rendering:
+def rendering(play: Motion, size=SMALL, region=REGION, noise=0.0, **pose) -> Rendering:
     camera = SimCamera.above(region, size, LENSES["strong"], **{"height_mm": 6500, **pose})
     return Rendering.of(camera, FIELD, region, play, sensor=Sensor(noise=noise))
 
 
 @seeds
 def test_robots_are_as_fast_as_asked_and_say_their_own_speed(seed):
-    play, step_s = Play(robots=10, seed=seed, speed_mm_s=900), 0.001
+    play, step_s = Motion(robots=10, seed=seed, speed_mm_s=900), 0.001
     speeds = []
     for t in np.arange(0, 40, 0.5):
         now, then = robots_at(play, FIELD, REGION, t), robots_at(play, FIELD, REGION, t + step_s)
@@ -40,13 +41,13 @@ def test_robots_are_as_fast_as_asked_and_say_their_own_speed(seed):
 
 @seeds
 def test_a_robot_that_is_asked_to_stand_stands(seed):
-    play = Play(robots=4, seed=seed, speed_mm_s=0)
+    play = Motion(robots=4, seed=seed, speed_mm_s=0)
     assert robots_at(play, FIELD, REGION, 0.0) == robots_at(play, FIELD, REGION, 50.0)
 
 
 @seeds
 def test_the_ball_rolls_straight_between_kicks_and_bounces_and_stays_inside(seed):
-    play, step_s = Play(seed=seed, speed_mm_s=1000), 0.02
+    play, step_s = Motion(seed=seed, speed_mm_s=1000), 0.02
     path = np.array([ball_at(play, FIELD, REGION, t) for t in np.arange(0, 400, step_s)])
     assert (np.abs(path) <= (FIELD.length_mm / 2, FIELD.width_mm / 2)).all()
     way = np.diff(path, axis=0)
@@ -66,7 +67,7 @@ def test_the_ball_rolls_straight_between_kicks_and_bounces_and_stays_inside(seed
 
 @seeds
 def test_people_start_at_an_edge_and_walk_across_the_lines_without_a_jump(seed):
-    play, step_s = Play(people=3, seed=seed, walk_mm_s=1400), 0.05
+    play, step_s = Motion(people=3, seed=seed, walk_mm_s=1400), 0.05
     paths = np.array([[(p.x_mm, p.y_mm) for p in people_at(play, REGION, t)] for t in np.arange(0, 120, step_s)])
     speed = np.linalg.norm(np.diff(paths, axis=0), axis=-1) / step_s
     assert speed.max() < 1.21 * 1400 and np.median(speed) > 0.7 * 1400
@@ -78,7 +79,7 @@ def test_people_start_at_an_edge_and_walk_across_the_lines_without_a_jump(seed):
 
 
 def test_people_who_are_asked_to_stand_stand():
-    play = Play(people=3, walk_mm_s=0)
+    play = Motion(people=3, walk_mm_s=0)
     assert people_at(play, REGION, 0.0) == people_at(play, REGION, 9.0)
 
 
@@ -101,7 +102,7 @@ def test_a_swept_outline_is_the_nearest_of_all_its_places(outline):
 
 
 def test_what_is_farther_from_the_camera_is_drawn_first():
-    things = moving(Play(robots=12, people=3), FIELD, REGION, 3.0, (0.0, 0.0, 6500.0))
+    things = moving(Motion(robots=12, people=3), FIELD, REGION, 3.0, (0.0, 0.0, 6500.0))
     owners = list(dict.fromkeys(thing.owner for thing in things))
     centre = {thing.owner: thing.centre for thing in reversed(things)}
     away = [np.hypot(*centre[owner]) for owner in owners[1:]]
@@ -110,10 +111,10 @@ def test_what_is_farther_from_the_camera_is_drawn_first():
 
 @seeds
 def test_hidden_is_what_looks_other_than_the_empty_field(seed):
-    play = Play(robots=8, people=2, seed=seed)
-    shown, empty = rendering(play), rendering(Play(robots=0, seed=seed))
-    truth = shown.truth(20)
-    goals = empty.truth(0).hidden
+    play = Motion(robots=8, people=2, seed=seed)
+    shown, empty = rendering(play), rendering(Motion(robots=0, seed=seed))
+    truth = truth_at(shown, 20 / 25)
+    goals = truth_at(empty, 0.0).hidden
     looks_other = np.abs(shown.frame(20).astype(int) - empty.frame(20)).max(axis=2) > 25
     moved = truth.hidden & ~goals
     assert moved.sum() > 500 and (looks_other & moved).sum() / moved.sum() > 0.8  # jeans look like floor here and there
@@ -122,20 +123,20 @@ def test_hidden_is_what_looks_other_than_the_empty_field(seed):
 
 
 def test_the_carpet_is_seen_where_nothing_stands_before_it():
-    shown = rendering(Play(robots=8, people=2, seed=2))
-    truth = shown.truth(0)
+    shown = rendering(Motion(robots=8, people=2, seed=2))
+    truth = truth_at(shown, 0.0)
     robots = np.array([(r.x_mm, r.y_mm) for r in truth.robots])
     assert not truth.carpet_seen(robots).any()
     assert truth.carpet_seen(np.array([[99_000.0, 0.0]])).tolist() == [False]
     spots = np.stack(np.meshgrid(np.linspace(-4000, 4000, 40), np.linspace(-2800, 2800, 30)), axis=-1)
     seen = truth.carpet_seen(spots)
     assert seen.shape == (30, 40) and 0.85 < seen.mean() < 1
-    assert rendering(Play(robots=0)).truth(0).carpet_seen(spots).all()
+    assert truth_at(rendering(Motion(robots=0)), 0.0).carpet_seen(spots).all()
 
 
 def test_each_hat_is_where_the_truth_has_it():
-    shown = rendering(Play(robots=8, seed=3), ImageSize(1280, 960))
-    truth = shown.truth(10)
+    shown = rendering(Motion(robots=8, seed=3), ImageSize(1280, 960))
+    truth = truth_at(shown, 10 / 25)
     for robot in truth.robots:
         ys, xs = np.nonzero(truth.owned_by(robot.name))
         hat = shown.camera.raw_from_field(np.array([robot.x_mm, robot.y_mm, robot.z_mm]))
@@ -145,31 +146,31 @@ def test_each_hat_is_where_the_truth_has_it():
 
 
 def test_a_ball_under_a_robot_is_not_seen_and_one_on_the_carpet_is():
-    shown = rendering(Play(robots=24, seed=5), ImageSize(1280, 960))
+    shown = rendering(Motion(robots=24, seed=5), ImageSize(1280, 960))
     seen, near = [], []
     for index in range(0, 3000, 5):
         time_s = index / 25
-        ball = np.array(ball_at(shown.play, FIELD, REGION, time_s))
-        away = min(np.hypot(r.x_mm - ball[0], r.y_mm - ball[1]) for r in shown.robots(index))
+        ball = np.array(ball_at(shown.motion, FIELD, REGION, time_s))
+        away = min(np.hypot(r.x_mm - ball[0], r.y_mm - ball[1]) for r in robots_in(shown, index))
         if away < 45 or (away > 400 and index % 200 == 0):
             near.append(away < 45)
-            seen.append(shown.truth(index).ball.seen)
+            seen.append(truth_at(shown, index / 25).ball.seen)
     seen, near = np.array(seen), np.array(near)
     assert near.sum() >= 1 and (~near).sum() >= 3
     assert (seen[near] == 0).all() and (seen[~near] > 0.9).all()
 
 
 def test_a_robot_at_the_pictures_edge_is_seen_in_part():
-    shown = rendering(Play(robots=12, seed=1), ImageSize(640, 480), fill=1.6)
-    shares = [r.seen for i in range(0, 2000, 100) for r in shown.truth(i).robots]
+    shown = rendering(Motion(robots=12, seed=1), ImageSize(640, 480), fill=1.6)
+    shares = [r.seen for i in range(0, 2000, 100) for r in truth_at(shown, i / 25).robots]
     assert min(shares) == 0 and max(shares) == 1 and any(0.2 < s < 0.8 for s in shares)
 
 
 @seeds
 def test_what_does_not_move_is_the_same_in_every_frame(seed):
     """Wiping a thing away leaves exactly what was there."""
-    play = Play(robots=8, people=1, seed=seed)
-    shown, empty = rendering(play), rendering(Play(robots=0, seed=seed)).frame(0)
+    play = Motion(robots=8, people=1, seed=seed)
+    shown, empty = rendering(play), rendering(Motion(robots=0, seed=seed)).frame(0)
     for index in (0, 30, 7, 500):
         frame = shown.frame(index)
     untouched = (frame == empty).all(axis=2)

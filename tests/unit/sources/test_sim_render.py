@@ -10,16 +10,17 @@ from app.core.geometry import ImageSize
 from app.sources.sim.camera import SimCamera
 from app.sources.sim.illumination import Light
 from app.sources.sim.lens import LENSES
-from app.sources.sim.motion import Play, ball_at
+from app.sources.sim.motion import Motion, ball_at
 from app.sources.sim.paint import Ground, arc_coverage, line_coverage, normal_cdf
 from app.sources.sim.render import Rendering, Sensor
 from app.store.fields import load_fields
 from tests.support.line_centres import centroids, clear_of_others
+from tests.support.sim_truth import robots_in
 
 FIELD = load_fields()["ssl-div-b"]
 SIZE = ImageSize(1280, 1024)
 PLAIN = Light(vignette=0, unevenness=0, glare=0, grain=0)
-EMPTY = Play(robots=0)
+EMPTY = Motion(robots=0)
 QUIET = Sensor(blur_px=0.65, noise=0)
 
 
@@ -29,7 +30,7 @@ def above(lens: str = "strong", region: str = "full", size: ImageSize = SIZE, he
 
 
 @lru_cache(maxsize=4)
-def rendering(lens: str = "strong", region: str = "full", play: Play = EMPTY, light: Light = PLAIN,
+def rendering(lens: str = "strong", region: str = "full", play: Motion = EMPTY, light: Light = PLAIN,
               sensor: Sensor = QUIET, size: ImageSize = SIZE, **pose) -> Rendering:
     return Rendering.of(above(lens, region, size, **pose), FIELD, FIELD.regions[region], play, light, sensor)
 
@@ -96,13 +97,13 @@ def test_the_normal_distribution_is_good_to_a_ten_millionth():
 def test_the_same_arguments_give_the_same_picture_and_another_seed_another():
     def first(seed: int) -> np.ndarray:
         camera = above(size=ImageSize(320, 256))
-        return Rendering.of(camera, FIELD, FIELD.regions["full"], Play(6, 1, seed)).frame(3)
+        return Rendering.of(camera, FIELD, FIELD.regions["full"], Motion(6, 1, seed)).frame(3)
     assert (first(1) == first(1)).all()
     assert (first(1) != first(2)).mean() > 0.5
 
 
 def test_any_frame_can_be_asked_for_in_any_order():
-    shown = rendering(play=Play(6), sensor=Sensor(), size=ImageSize(320, 256))
+    shown = rendering(play=Motion(6), sensor=Sensor(), size=ImageSize(320, 256))
     later, sooner = shown.frame(40), shown.frame(0)
     assert (shown.frame(40) == later).all() and (shown.frame(0) == sooner).all() and (later != sooner).any()
 
@@ -117,9 +118,9 @@ def test_noise_is_as_strong_as_asked_and_new_in_every_frame():
 @pytest.mark.parametrize("pose", [{}, {"tilt_deg": 20}])
 def test_a_robots_pattern_is_seen_at_the_height_of_its_hat(pose):
     """Robots are 150 mm high: their middle dot is seen farther out than they stand."""
-    shown = rendering(region="quarter-top-left", play=Play(robots=8, seed=5), height_mm=4000, **pose)
+    shown = rendering(region="quarter-top-left", play=Motion(robots=8, seed=5), height_mm=4000, **pose)
     picture, parallax = shown.frame(0).astype(float), []
-    for robot in shown.robots(0):
+    for robot in robots_in(shown, 0):
         hat, foot = shown.camera.raw_from_field([[robot.x_mm, robot.y_mm, 150], [robot.x_mm, robot.y_mm, 0]])
         parallax.append(np.linalg.norm(hat - foot))
         (x, y), reach = np.rint(hat).astype(int), 6
@@ -135,9 +136,9 @@ def test_a_robots_pattern_is_seen_at_the_height_of_its_hat(pose):
 
 
 def test_a_ball_is_seen_at_its_own_height():
-    shown = rendering(region="quarter-top-left", play=Play(robots=1, seed=2), height_mm=4000, tilt_deg=25)
+    shown = rendering(region="quarter-top-left", play=Motion(robots=1, seed=2), height_mm=4000, tilt_deg=25)
     picture = shown.frame(0).astype(float)
-    x, y = ball_at(shown.play, FIELD, shown.region, 0.0)
+    x, y = ball_at(shown.motion, FIELD, shown.region, 0.0)
     near = np.rint(shown.camera.raw_from_field([x, y, 21.5])).astype(int)
     ys, xs = np.mgrid[near[1] - 12:near[1] + 13, near[0] - 12:near[0] + 13]
     weight = np.maximum(picture[ys, xs, 2] - picture[ys, xs, 1] - 40, 0)
@@ -147,8 +148,8 @@ def test_a_ball_is_seen_at_its_own_height():
 
 
 def test_robots_move_smoothly_and_stay_apart_and_inside():
-    shown = rendering(play=Play(robots=12, seed=2), size=ImageSize(64, 48))
-    paths = np.array([[(r.x_mm, r.y_mm) for r in shown.robots(i)] for i in range(200)])
+    shown = rendering(play=Motion(robots=12, seed=2), size=ImageSize(64, 48))
+    paths = np.array([[(r.x_mm, r.y_mm) for r in robots_in(shown, i)] for i in range(200)])
     step = np.linalg.norm(np.diff(paths, axis=0), axis=-1)
     assert 1 < np.median(step) < 60 and step.max() < 100  # mm in 40 ms
     gaps = np.linalg.norm(paths[:, :, None] - paths[:, None], axis=-1) + 1e9 * np.eye(12)
@@ -157,7 +158,7 @@ def test_robots_move_smoothly_and_stay_apart_and_inside():
 
 
 def test_people_hide_parts_of_lines():
-    alone, crowded = (rendering(play=Play(robots=0, people=n, seed=4)).frame(0).astype(int) for n in (0, 4))
+    alone, crowded = (rendering(play=Motion(robots=0, people=n, seed=4)).frame(0).astype(int) for n in (0, 4))
     camera = above()
     edge = np.concatenate([FIELD.lines[n].sample(600) for n in FIELD.lines if "line" in n and n != "centre-line"])
     x, y = np.rint(camera.raw_from_field(edge)).astype(int).T
@@ -177,7 +178,7 @@ def test_light_falls_off_towards_the_corners_and_blur_widens_lines():
 def test_a_picture_costs_a_small_part_of_what_stays_the_same_in_all():
     """In processor time, which a busy machine does not lengthen; seconds are in tests/bench/bench_sim_and_light.py."""
     begun = time.process_time()
-    shown = Rendering.of(above(), FIELD, FIELD.regions["full"], Play(robots=8))
+    shown = Rendering.of(above(), FIELD, FIELD.regions["full"], Motion(robots=8))
     shown.frame(0)
     built = time.process_time()
     for i in range(1, 6):
@@ -188,7 +189,7 @@ def test_a_picture_costs_a_small_part_of_what_stays_the_same_in_all():
 @pytest.mark.filterwarnings("error")
 def test_above_the_horizon_there_is_picture_all_the_same():
     camera = above("none", size=ImageSize(320, 256), tilt_deg=60, height_mm=3000, focal_px=150, stand_mm=(2000, 0))
-    shown = Rendering.of(camera, FIELD, FIELD.regions["full"], Play(robots=8, people=3))
+    shown = Rendering.of(camera, FIELD, FIELD.regions["full"], Motion(robots=8, people=3))
     assert np.isnan(camera.field_from_raw(np.array([160.0, 0.0]))).all()
     greener = shown.frame(0)[..., 1].astype(int) - shown.frame(0)[..., 2]
     assert greener[:20].mean() < 10 and greener[-40:].mean() > 20  # the floor goes on for ever; the carpet is near

@@ -7,18 +7,20 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput, NotFound
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from app.sources.sim import timecode
 from app.sources.sim.lamps import DRIFT_PERIOD_S, Lamps
 from app.sources.sim.lens import LENSES, BrownConrady, Division, Ssl
 from app.store.fields import load_fields
+from tests.support.sim_truth import truth_at
+from tests.support.timecode_reader import read_timecode
 
 FIELDS = load_fields()
 QUIET = "sim://ssl-div-b?size=640x480&fps=240&noise=0&robots=0"
 
 
 def sim(url: str = QUIET):
-    return source_from_url(url, Surroundings(FIELDS))
+    return source_from_url(url, SourceContext(FIELDS))
 
 
 def middle(source) -> np.ndarray:
@@ -80,7 +82,7 @@ def test_another_resolution_shows_the_same_view_and_the_truth_with_it():
     source = sim(QUIET.replace("robots=0", "robots=6"))
     full = source.read().pixels
     assert source.set_control("resolution", "320x240").choices == ("640x480", "320x240", "160x120")
-    half, truth = source.read().pixels, source.truth()
+    half, truth = source.read().pixels, truth_at(source.rendering, source.time_s)
     assert half.shape == (240, 320, 3) and truth.hidden.shape == (240, 320)
     same_time = sim(QUIET.replace("robots=0", "robots=6")).rendering.binned(2).frame_at(0, 0.0)
     by_hand = cv2.resize(full, (320, 240), interpolation=cv2.INTER_AREA)
@@ -172,7 +174,7 @@ def test_a_picture_tells_the_time_it_was_taken(size):
     source = sim(f"sim://ssl-div-b?size={size}&fps=200&timecode=true")
     for _ in range(3):
         before = time.time_ns() // 1_000_000
-        read = timecode.read(source.read().pixels)
+        read = read_timecode(source.read().pixels)
         assert before <= read <= time.time_ns() // 1_000_000
 
 
@@ -186,20 +188,20 @@ def test_the_time_survives_shrinking_and_jpeg(seed, width):
     timecode.paint(picture, stamp)
     small = cv2.resize(picture, (width, width * 9 // 16), interpolation=[cv2.INTER_AREA, cv2.INTER_LINEAR][seed % 2])
     jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 60])[1]
-    assert timecode.read(cv2.imdecode(jpeg, cv2.IMREAD_COLOR)) == stamp
-    assert timecode.read(cv2.imdecode(jpeg, cv2.IMREAD_GRAYSCALE)) == stamp
+    assert read_timecode(cv2.imdecode(jpeg, cv2.IMREAD_COLOR)) == stamp
+    assert read_timecode(cv2.imdecode(jpeg, cv2.IMREAD_GRAYSCALE)) == stamp
 
 
 def test_a_time_that_is_not_there_is_not_read():
     rng = np.random.default_rng(0)
-    assert all(timecode.read(rng.integers(0, 255, (90, 320, 3), np.uint8)) is None for _ in range(200))
-    assert timecode.read(sim().read().pixels) is None
-    assert timecode.read(np.zeros((8, 8, 3), np.uint8)) is None
+    assert all(read_timecode(rng.integers(0, 255, (90, 320, 3), np.uint8)) is None for _ in range(200))
+    assert read_timecode(sim().read().pixels) is None
+    assert read_timecode(np.zeros((8, 8, 3), np.uint8)) is None
     picture = np.zeros((270, 480, 3), np.uint8)
     timecode.paint(picture, 1_763_700_000_000)
     for cell in (0, 9, 30, 51, 55, 63):  # one cell turned round, anywhere
         broken = picture.copy()
         broken[5:10, 5 + 5 * cell:10 + 5 * cell] = 255 - broken[5:10, 5 + 5 * cell:10 + 5 * cell]
-        assert timecode.read(broken) is None
+        assert read_timecode(broken) is None
     with pytest.raises(ValueError, match="no time"):
         timecode.paint(picture, 1 << 48)

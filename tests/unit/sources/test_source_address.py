@@ -3,8 +3,8 @@
 import pytest
 
 from app.core.errors import BadInput
-from app.sources import SOURCES, Surroundings, source_from_url, split_address, without_password
-from app.sources.network.endpoint import Place
+from app.sources import SOURCES, SourceContext, source_from_url, split_address, without_password
+from app.sources.network.endpoint import Endpoint
 
 
 def test_a_network_cameras_query_is_its_own_and_our_options_stand_behind_the_hash():
@@ -34,10 +34,10 @@ def test_what_is_shown_of_an_address_holds_no_password(address, shown):
 
 
 def test_a_place_is_read_with_its_login_and_keeps_what_is_sent():
-    place = Place.of("rtsp", "op:s3%2Fcret@Cam.Local.:8554/a b/ü?x=[1]&y=%20")
+    place = Endpoint.of("rtsp", "op:s3%2Fcret@Cam.Local.:8554/a b/ü?x=[1]&y=%20")
     assert (place.host, place.port, place.user, place.password) == ("cam.local", 8554, "op", "s3/cret")
     assert place.resource == "/a%20b/%C3%BC?x=[1]&y=%20" and place.authority == "cam.local:8554"
-    assert Place.of("http", "[fe80::1]").authority == "[fe80::1]" and Place.of("https", "cam").port == 443
+    assert Endpoint.of("http", "[fe80::1]").authority == "[fe80::1]" and Endpoint.of("https", "cam").port == 443
     assert "s3/cret" not in repr(place)
 
 
@@ -47,17 +47,17 @@ def test_a_place_is_read_with_its_login_and_keeps_what_is_sent():
     "@/x", "op:%ff@cam/", "op:a%0ab@cam/", "x" * 300, "cam：80/", "cam⁄x", ".", "a" * 64 + ".b/"])
 def test_an_address_that_leaves_a_doubt_about_its_host_is_refused(target):
     with pytest.raises(BadInput) as refused:
-        Place.of("http", target)
+        Endpoint.of("http", target)
     assert refused.value.reason == "bad-source"
     with pytest.raises(BadInput):
-        source_from_url(f"http://{target}", Surroundings(decode=lambda raw: None))
+        source_from_url(f"http://{target}", SourceContext(decode=lambda raw: None))
 
 
 @pytest.mark.parametrize("scheme", ["rtsp", "http", "https"])
 def test_a_refusal_does_not_repeat_the_password(scheme):
     for host in ("127.0.0.1", "ca m", "no-such-host.invalid"):
         try:
-            source_from_url(f"{scheme}://op:s3cret@{host}/x?pwd=s3cret", Surroundings(decode=lambda raw: None))
+            source_from_url(f"{scheme}://op:s3cret@{host}/x?pwd=s3cret", SourceContext(decode=lambda raw: None))
         except Exception as error:
             assert "s3cret" not in str(error) + repr(error) + repr(error.__context__)
         else:
@@ -66,4 +66,4 @@ def test_a_refusal_does_not_repeat_the_password(scheme):
 
 def test_the_examples_of_network_cameras_are_addresses(tmp_path):
     for name in ("rtsp", "http", "https"):
-        assert Place.of(name, split_address(SOURCES[name].example(tmp_path))[1]).user == "user"
+        assert Endpoint.of(name, split_address(SOURCES[name].example(tmp_path))[1]).user == "user"

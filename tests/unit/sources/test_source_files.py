@@ -9,7 +9,7 @@ import pytest
 
 from app.core.errors import BadInput, TouchlineError, Unavailable
 from app.images.in_process import decode_in_process
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from tests.support.plugged_cameras import V4L2_PATHS
 
 CANARY = 77  # the grey of the one picture that must not be seen
@@ -23,7 +23,7 @@ FILMS = ("motion/foosball/sample.avi", "motion/pool_smartcue/2019_PoolChamp_Clip
 @pytest.fixture
 def around(tmp_path):
     (tmp_path / "pictures").mkdir()
-    return Surroundings(decode=decode_in_process, pictures=tmp_path / "pictures")
+    return SourceContext(decode=decode_in_process, pictures=tmp_path / "pictures")
 
 
 def picture(grey: int, width: int = 32) -> bytes:

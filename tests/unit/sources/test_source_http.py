@@ -11,13 +11,13 @@ import pytest
 
 from app.core.errors import BadImage, Unavailable
 from app.images.in_process import decode_in_process
-from app.sources import Surroundings, source_from_url
-from app.sources.network.multipart import MAX_PART, Multipart, TooMuch, boundary_of
+from app.sources import SourceContext, source_from_url
+from app.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarge, boundary_of
 from tests.support.mjpeg_camera import BOUNDARY, MjpegCamera, coded
 from tests.support.paths import SHARED_DATA
 from tests.support.pictures import HOSTILE, jpeg_of_many_scans, jpeg_with_size
 
-AROUND = Surroundings(decode=decode_in_process, hosts=("127.0.0.1",))
+AROUND = SourceContext(decode=decode_in_process, hosts=("127.0.0.1",))
 SEEN_S = 6.0  # generous, for a busy machine
 
 
@@ -298,7 +298,7 @@ def test_a_stream_in_any_pieces_gives_the_same_parts():
                       + b"\r\n" + p + b"\r\n" for i, p in enumerate(sent)) + b"--x--"
     for seed in range(30):
         cuts = random.Random(seed)
-        reader, got, at = Multipart(b"x"), [], 0
+        reader, got, at = MultipartParser(b"x"), [], 0
         while at < len(stream):
             step = cuts.choice((1, 2, 3, 50, 1000, 20_000))
             got += reader.feed(stream[at:at + step])
@@ -315,12 +315,12 @@ def test_the_boundary_is_what_the_content_type_announces(kind, boundary):
 
 
 def test_a_stream_without_any_boundary_is_too_much_at_some_point():
-    reader = Multipart(b"x")
-    with pytest.raises(TooMuch):
+    reader = MultipartParser(b"x")
+    with pytest.raises(PartTooLarge):
         for _ in range(100):
             list(reader.feed(bytes(100_000)))
-    with pytest.raises(TooMuch):
+    with pytest.raises(PartTooLarge):
         list(reader.feed(b"--x\r\n" + b"A: b\r\n" * 5000))
-    with pytest.raises(TooMuch):
+    with pytest.raises(PartTooLarge):
         list(reader.feed(b"--x\r\n\r\n" + bytes(MAX_PART + 1) + b"\r\n--x\r\n\r\n"))
     assert list(reader.feed(b"ok\r\n--x")) == [b"ok"]  # and goes on behind it

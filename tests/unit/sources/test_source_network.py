@@ -10,12 +10,12 @@ import pytest
 
 from app.core.errors import BadInput, TouchlineError, Unavailable
 from app.images.in_process import decode_in_process
-from app.sources import Surroundings, source_from_url
-from app.sources.network.endpoint import Place, connect, hardware_address, is_listed, why_forbidden
+from app.sources import SourceContext, source_from_url
+from app.sources.network.endpoint import Endpoint, connect, hardware_address, is_allowed, why_forbidden
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.rtsp_camera import RtspCamera
 
-AROUND = Surroundings(decode=decode_in_process)
+AROUND = SourceContext(decode=decode_in_process)
 
 
 class Listener:
@@ -84,7 +84,7 @@ def payloads(port: int) -> list[str]:
 
 
 def test_two_hundred_addresses_of_this_machine_reach_nobody(listener, tmp_path):
-    around = Surroundings(decode=decode_in_process, pictures=tmp_path)
+    around = SourceContext(decode=decode_in_process, pictures=tmp_path)
     urls = payloads(listener.port)
     assert len(urls) >= 200
     for url in urls:
@@ -125,13 +125,13 @@ def test_ordinary_and_private_addresses_are_where_cameras_live(address):
     ("", "127.0.0.1", False),
     ("nonsense/99", "127.0.0.1", False)])
 def test_the_settings_allow_a_name_an_address_or_a_network_with_a_port_or_without(entry, url, listed):
-    place = Place.of("http", url)
+    place = Endpoint.of("http", url)
     address = ipaddress.ip_address(place.host) if place.host[0] in "1:" else ipaddress.ip_address("127.0.0.1")
-    assert is_listed(place, address, [entry]) is listed
+    assert is_allowed(place, address, [entry]) is listed
 
 
 def test_what_is_listed_is_connected_to(listener):
-    place = Place.of("http", f"127.0.0.1:{listener.port}")
+    place = Endpoint.of("http", f"127.0.0.1:{listener.port}")
     with pytest.raises(BadInput) as refused:
         connect(place, ["10.0.0.0/8"], time.monotonic() + 5)
     assert refused.value.reason == "forbidden-host" and "allowed_hosts" in refused.value.fix
@@ -164,7 +164,7 @@ def test_one_forbidden_address_among_a_names_is_enough_to_refuse_it(monkeypatch)
     mixed = [(socket.AF_INET, socket.SOCK_STREAM, 6, "", (ip, 80)) for ip in ("192.168.1.20", "127.0.0.1")]
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: mixed)
     with pytest.raises(BadInput) as refused:
-        connect(Place.of("http", "two.test"), [], time.monotonic() + 5)
+        connect(Endpoint.of("http", "two.test"), [], time.monotonic() + 5)
     assert refused.value.reason == "forbidden-host"
 
 
@@ -172,7 +172,7 @@ def test_a_name_server_that_is_silent_holds_nobody(monkeypatch):
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: time.sleep(3) or [])
     start = time.monotonic()
     with pytest.raises(Unavailable) as refused:
-        connect(Place.of("http", "slow.test"), [], start + 0.3)
+        connect(Endpoint.of("http", "slow.test"), [], start + 0.3)
     assert refused.value.reason == "unknown-host" and time.monotonic() - start < 2.9
 
 
@@ -193,6 +193,6 @@ def test_a_camera_that_sends_us_on_leads_nowhere(camera, listener):
         for target in (f"http://127.0.0.1:{listener.port}/", f"rtsp://127.0.0.1:{listener.port}/", "file:///etc/hostname"):
             one.redirect = target
             with pytest.raises(Unavailable) as refused:
-                source_from_url(one.url, Surroundings(decode=decode_in_process, hosts=(f"127.0.0.1:{one.port}",)))
+                source_from_url(one.url, SourceContext(decode=decode_in_process, hosts=(f"127.0.0.1:{one.port}",)))
             assert refused.value.reason == "camera-redirects"
     assert listener.hits == 0

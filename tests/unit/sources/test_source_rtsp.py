@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from app.core.errors import Unavailable
-from app.sources import Surroundings, source_from_url
-from app.sources.network.rtp_sizes import SizeWatch
+from app.sources import SourceContext, source_from_url
+from app.sources.network.rtp_sizes import SizeMonitor
 from tests.support.gst_camera import GstCamera, installed
 from tests.support.rtsp_camera import RtspCamera, packed, scene
 
-AROUND = Surroundings(hosts=("127.0.0.1",))
+AROUND = SourceContext(hosts=("127.0.0.1",))
 SEEN_S = 6.0  # generous, for a busy machine; the bench measures
 
 
@@ -206,7 +206,7 @@ def test_a_codec_whose_sizes_are_not_understood_is_read_and_says_so():
 
 
 def test_sizes_are_told_by_packets_that_agree_and_change():
-    watch = SizeWatch("JPEG")
+    watch = SizeMonitor("JPEG")
     sent = [packet for size in ((320, 240), (320, 240), (640, 480)) for packet in packed(scene(0, *size), 0, 0)]
     changes = [watch.changed(packet) for packet in sent]
     assert changes.index(True) == 2 * len(packed(scene(0), 0, 0)) and watch.size == (640, 480)
@@ -226,7 +226,7 @@ def h264_parameters(number: int, width: int, height: int) -> bytes:
 
 
 def test_the_size_is_read_out_of_an_h264_stream_alone_or_among_others():
-    watch = SizeWatch("H264")
+    watch = SizeMonitor("H264")
     assert not watch.changed(RTP + h264_parameters(0, 320, 240)) and watch.size == (320, 240)
     assert not watch.changed(LAST + b"\x65\x88")
     among = h264_parameters(0, 1280, 720)
@@ -236,7 +236,7 @@ def test_the_size_is_read_out_of_an_h264_stream_alone_or_among_others():
 
 
 def test_two_parameter_sets_from_the_start_are_no_change_and_a_later_one_is():
-    watch = SizeWatch("H264")
+    watch = SizeMonitor("H264")
     sets = h264_parameters(0, 320, 240), h264_parameters(1, 640, 480)
     for _ in range(3):
         assert not any(watch.changed(RTP + one) for one in sets)
@@ -246,7 +246,7 @@ def test_two_parameter_sets_from_the_start_are_no_change_and_a_later_one_is():
 
 @pytest.mark.parametrize("codec", ["H264", "H265", "JPEG", "VP8", ""])
 def test_any_bytes_are_looked_at_without_harm(codec):
-    watch = SizeWatch(codec)
+    watch = SizeMonitor(codec)
     random = np.random.default_rng(4)
     for _ in range(3000):
         packet = bytearray(random.integers(0, 256, random.integers(0, 60), dtype=np.uint8).tobytes())

@@ -6,12 +6,12 @@ import cv2
 import pytest
 
 from app.core.errors import BadInput, NotFound, Unavailable
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from app.sources.local.v4l2 import V4l2Source, open_device
-from app.sources.local.v4l2_devices import device_of, devices
+from app.sources.local.v4l2_devices import find_device, list_devices
 from tests.support.plugged_cameras import V4L2_PATHS, Webcam, plug_in
 
-AROUND = Surroundings()
+AROUND = SourceContext()
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def webcam(machine, monkeypatch):
 def test_every_camera_is_listed_once_with_what_tells_it_from_others(machine):
     plug_in(machine, 0, plug="1-2", name="HD Webcam", serial="A1B2C3")
     plug_in(machine, 2, plug="1-3.1", name="Cheap Cam", serial="", maker="1234", product="5678")
-    first, second = devices(machine)
+    first, second = list_devices(machine)
     assert (first.node, first.model, first.serial) == ("/dev/video0", "HD Webcam (046d:082d)", "A1B2C3")
     assert first.port == "pci-0000:00:14.0-usb-0:2:1.0-video-index0"
     assert first.address == "v4l2:///dev/v4l/by-id/usb-046d_HD_Webcam_A1B2C3-video-index0"
@@ -42,20 +42,20 @@ def test_every_camera_is_listed_once_with_what_tells_it_from_others(machine):
 
 def test_a_camera_is_found_by_number_by_identity_and_by_plug(machine):
     plug_in(machine, 4)
-    for target in ("4", "/dev/video4", *devices(machine)[0].links):
-        assert device_of(target, machine).node == "/dev/video4"
+    for target in ("4", "/dev/video4", *list_devices(machine)[0].links):
+        assert find_device(target, machine).node == "/dev/video4"
     with pytest.raises(NotFound) as refused:
-        device_of("7", machine)
+        find_device("7", machine)
     assert "v4l2:///dev/v4l/by-id/" in refused.value.fix
     with pytest.raises(NotFound):
-        device_of("5", machine)  # its metadata is no picture
+        find_device("5", machine)  # its metadata is no picture
 
 
 @pytest.mark.parametrize("target", V4L2_PATHS)
 def test_only_cameras_are_opened(machine, target):
     plug_in(machine, 0)
     with pytest.raises(BadInput) as refused:
-        device_of(target, machine)
+        find_device(target, machine)
     assert refused.value.reason == "bad-source"
 
 
@@ -63,19 +63,19 @@ def test_a_link_that_leads_elsewhere_is_no_camera(machine):
     plug_in(machine, 0)
     (machine / "dev/v4l/by-id/evil").symlink_to("/etc/passwd")
     with pytest.raises(NotFound):
-        device_of("/dev/v4l/by-id/evil", machine)
+        find_device("/dev/v4l/by-id/evil", machine)
 
 
 @pytest.mark.parametrize("serial", ["SN0001", "200901010001", "00000000", "0", "01.00.00", "1111", ""])
 def test_a_serial_number_that_every_piece_bears_is_none(machine, serial):
     plug_in(machine, 0, serial=serial)
-    assert devices(machine)[0].serial == ""
+    assert list_devices(machine)[0].serial == ""
 
 
 def test_two_cameras_with_one_serial_number_are_told_apart_by_their_plugs(machine):
     plug_in(machine, 0, plug="1-2", serial="A1B2C3")
     plug_in(machine, 2, plug="1-3", serial="A1B2C3")
-    first, second = (device.identity for device in devices(machine))
+    first, second = (device.identity for device in list_devices(machine))
     assert first.serial == second.serial == "" and first.differs_from(second)
 
 
@@ -89,8 +89,8 @@ def test_cameras_plugged_in_in_any_order_are_never_mistaken(tmp_path, order, plu
         plug_in(before, 2 * i, plug=plugs[i], **kinds[i])
     for number, i in enumerate(order):  # other numbers, other plugs
         plug_in(after, 2 * number, plug=plugs[number], **kinds[i])
-    known = {i: device.identity for i, device in enumerate(devices(before))}
-    found = {order[number]: device.identity for number, device in enumerate(devices(after))}
+    known = {i: device.identity for i, device in enumerate(list_devices(before))}
+    found = {order[number]: device.identity for number, device in enumerate(list_devices(after))}
     for i, identity in known.items():
         for j, other in found.items():
             if identity.differs_from(other) is None:
@@ -102,7 +102,7 @@ def test_cameras_plugged_in_in_any_order_are_never_mistaken(tmp_path, order, plu
 def test_a_camera_gives_frames_and_says_which_it_is(webcam, machine):
     source = source_from_url("v4l2://0", AROUND)
     assert tuple(source.read().size) == (640, 480)
-    assert source.identity() == devices(machine)[0].identity and source.identity().serial == "A1B2C3"
+    assert source.identity() == list_devices(machine)[0].identity and source.identity().serial == "A1B2C3"
     webcam.gone = True
     with pytest.raises(Unavailable) as refused:
         source.read()

@@ -10,7 +10,7 @@ import pytest
 from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
 from app.core.options import Option
 from app.images.in_process import decode_in_process
-from app.sources import SOURCES, Source, Surroundings, source_from_url, split_address
+from app.sources import SOURCES, Source, SourceContext, source_from_url, split_address
 from app.store.fields import load_fields
 from tests.support.peers import HOSTS, PRODUCERS, address_of, with_option
 
@@ -19,10 +19,10 @@ every_source = pytest.mark.parametrize("name", list(SOURCES))
 
 
 @pytest.fixture
-def around(tmp_path) -> Surroundings:
+def around(tmp_path) -> SourceContext:
     folder = tmp_path / "pictures"
     folder.mkdir()
-    return Surroundings(FIELDS, decode_in_process, folder, HOSTS, PRODUCERS)
+    return SourceContext(FIELDS, decode_in_process, folder, HOSTS, PRODUCERS)
 
 
 @pytest.fixture
@@ -164,7 +164,7 @@ def test_a_broken_picture_is_refused_by_the_decoder(around):
 
 def test_without_a_folder_there_are_no_pictures():
     with pytest.raises(Unavailable):
-        source_from_url("picture://a.png", Surroundings(FIELDS))
+        source_from_url("picture://a.png", SourceContext(FIELDS))
 
 
 @pytest.mark.parametrize(("url", "reason"), [

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.errors import BadInput, Conflict, TouchlineError
-from app.formats.ssl_field import field_from_wire, wire_field
+from app.formats.ssl_field import field_from_wire, field_to_wire
 from app.formats.ssl_geometry import camera_number
 from app.models import MODELS
 from app.ssl_protocol import messages
@@ -51,7 +51,7 @@ def same(ours, theirs) -> None:
 
 @pytest.mark.parametrize("name", FIELDS)
 def test_a_listener_hears_every_field_as_we_send_it(name):
-    packet = WrapperPacket(geometry=Geometry(wire_field(FIELDS[name])))
+    packet = WrapperPacket(geometry=Geometry(field_to_wire(FIELDS[name])))
     heard = listener.Packet.FromString(encode(packet))
     same(packet, heard)
     assert decode(WrapperPacket, heard.SerializeToString()) == decode(WrapperPacket, encode(packet))
@@ -140,11 +140,11 @@ def test_a_number_can_be_given_and_a_packet_with_several_wants_one():
 
 @pytest.mark.parametrize("name", FIELDS)
 def test_a_field_that_is_known_is_found_again(name):
-    assert field_from_wire(wire_field(FIELDS[name]), FIELDS.values()).name == name
+    assert field_from_wire(field_to_wire(FIELDS[name]), FIELDS.values()).name == name
 
 
 def test_a_field_that_nobody_knows_is_made_of_what_was_sent():
-    sent = wire_field(FIELDS["ssl-div-b"])
+    sent = field_to_wire(FIELDS["ssl-div-b"])
     other = field_from_wire(replace(sent, field_length=9100, boundary_width=250), FIELDS.values())
     assert (other.length_mm, other.width_mm, other.name) == (9100, 6000, "ssl-9100x6000")
     assert other.lines["touch-line-top"].start == (-4500, 3000) and other.arcs["centre-circle"].radius_mm == 500

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from app.sources.sim.render import Rendering
 from app.store.fields import load_fields
 from app.vision.motion.background import MAX_FRAMES, Background
 from tests.support.line_centres import centroids, clear_of_others
+from tests.support.sim_truth import truth_at
 
 FIELDS = load_fields()
 FIELD = FIELDS["ssl-div-b"]
@@ -20,7 +21,7 @@ seeds = pytest.mark.parametrize("seed", [1, 2, 3])
 @lru_cache(maxsize=6)
 def rendering(seed: int, robots: int = 0, people: int = 0, noise: float = 0, more: str = "") -> Rendering:
     url = f"sim://ssl-div-b?size=960x720&robots={robots}&people={people}&noise={noise}&seed={seed}{more}"
-    return source_from_url(url, Surroundings(FIELDS)).rendering
+    return source_from_url(url, SourceContext(FIELDS)).rendering
 
 
 def background(frames) -> Background:
@@ -47,8 +48,8 @@ def test_what_is_hidden_most_of_the_time_is_marked_as_never_seen_free(seed):
     """In ten frames a second people hardly get away in one second."""
     shown, empty = rendering(seed, 8, 3, 2), rendering(seed).frame(0).astype(int)
     clean = background(shown.frame_at(i, 0.1 * i) for i in range(15))
-    share = np.mean([shown.truth_at(0.1 * i).hidden for i in range(15)], axis=0)
-    share[rendering(seed).truth(0).hidden] = 0  # goals belong to the picture
+    share = np.mean([truth_at(shown, 0.1 * i).hidden for i in range(15)], axis=0)
+    share[truth_at(rendering(seed), 0.0).hidden] = 0  # goals belong to the picture
     wrong = np.abs(clean.picture.astype(int) - empty).max(axis=2) > 25
     assert clean.unsettled[(share > 0.45) & (share < 0.55)].mean() > 0.5
     assert clean.unsettled[share == 0].mean() < 0.002

@@ -14,6 +14,7 @@ from app.vision.colour.separability import colour_health
 from app.vision.colour.table import CODES, cells, in_light, table_of
 from app.vision.stage_pipeline import StagePipeline
 from app.vision.stages import StageContext
+from tests.support.sim_truth import truth_at
 from tests.support.watched_field import colour_clicks, world
 
 LEAGUE = ColourProfile("league", {name: (ColourSample(NAMES[name]),) for name in ("orange", "yellow", "blue", "pink")},
@@ -111,7 +112,7 @@ def test_without_a_click_colours_are_found_in_the_picture():
     sight = StagePipeline(load_plans()["ssl"], StageContext(match.camera.image_size, profile, exact_view(match.camera)))
     for i, pixels in enumerate(frames):
         told = {(d.team, d.id) for d in sight.process(pixels).detections.of("robot")}
-        true = {(r.team, r.number) for r in match.truth_at(2.0 * i).robots}
+        true = {(r.team, r.number) for r in truth_at(match, 2.0 * i).robots}
         assert len(told & true) >= 15 and not told - true - {("yellow", None), ("blue", None)}
 
 

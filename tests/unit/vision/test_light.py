@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from app.sources.sim.render import Rendering
 from app.store.fields import load_fields
 from app.vision.quality import flicker as flickering
@@ -26,7 +26,7 @@ seeds = pytest.mark.parametrize("seed", [1, 2, 3])
 
 @lru_cache(maxsize=12)
 def rendering(url: str) -> Rendering:
-    return source_from_url(f"sim://{url}", Surroundings(FIELDS)).rendering
+    return source_from_url(f"sim://{url}", SourceContext(FIELDS)).rendering
 
 
 def picture(url: str) -> np.ndarray:
@@ -248,7 +248,7 @@ def test_play_people_and_noise_are_no_flicker(seed):
 
 
 def test_an_exposure_of_a_whole_flicker_shows_none():
-    source = source_from_url(f"sim://{SMALL}&flicker=0.3&flicker_hz=100&fps=30", Surroundings(FIELDS))
+    source = source_from_url(f"sim://{SMALL}&flicker=0.3&flicker_hz=100&fps=30", SourceContext(FIELDS))
     source.set_control("exposure", 10_000)
     times, rows = np.arange(15) / 30, [row_means(source.read().pixels) for _ in range(15)]
     assert flickering.advice(measure_flicker(times, rows)) == []

@@ -17,6 +17,7 @@ from app.vision.blobs.runs import runs_of
 from app.vision.stage_pipeline import StageConfig, StagePipeline
 from app.vision.stages import STAGES, FrameState, Stage, StageContext
 from app.vision.stages.localisation import FieldLocator
+from tests.support.sim_truth import truth_at
 from tests.support.watched_field import Score, colour_clicks, scored, sight_of, world
 
 FRAMES = 36  # over a whole coming and going of the light
@@ -34,7 +35,7 @@ def watched(match):
     sight, score = sight_of(match), Score.fresh()
     for i in range(FRAMES):
         time_s = i * 60.0 / FRAMES
-        scored(score, sight.process(match.frame_at(i, time_s)), match.truth_at(time_s))
+        scored(score, sight.process(match.frame_at(i, time_s)), truth_at(match, time_s))
     return score
 
 
@@ -61,7 +62,7 @@ def test_every_number_of_both_teams_is_told():
     crowd = world(robots=32, drift=0.0, noise=2.0)
     seen = sight_of(crowd).process(crowd.frame_at(0, 0.0)).detections
     told = {(d.team, d.id) for d in seen.of("robot")}
-    true = {(r.team, r.number) for r in crowd.truth_at(0.0).robots if r.seen > 0.99}
+    true = {(r.team, r.number) for r in truth_at(crowd, 0.0).robots if r.seen > 0.99}
     assert len(true) >= 30 and told >= true
 
 
@@ -78,7 +79,7 @@ def test_small_robots_are_told_by_two_colours():
     crowd = world("vsss-5v5", size=(1280, 1024), robots=10, drift=0.0, noise=2.0, shuffled=False, speed_mm_s=300)
     sight, score = sight_of(crowd, "vsss"), Score.fresh()
     for i in range(4):
-        scored(score, sight.process(crowd.frame_at(i, 4.0 * i)), crowd.truth_at(4.0 * i), near_mm=40)
+        scored(score, sight.process(crowd.frame_at(i, 4.0 * i)), truth_at(crowd, 4.0 * i), near_mm=40)
     assert score.robots > 30 and score.missed <= 1 and (score.wrong, score.invented) == (0, 0)
     assert np.median(score.off_mm) < 0.5 and np.quantile(score.turned_deg, 0.95) < 1  # patches touch each other
 
@@ -87,7 +88,7 @@ def test_covariance_is_as_large_as_the_error(match):
     """The median of d² for two degrees of freedom is 1.4; that of a bold or a timid answer is far from it."""
     sight, squares = sight_of(match), []
     for i in range(4):
-        truth = {(r.team, r.number): r for r in match.truth_at(i * 1.7).robots}
+        truth = {(r.team, r.number): r for r in truth_at(match, i * 1.7).robots}
         for d in sight.process(match.frame_at(i, i * 1.7)).detections.of("robot"):
             off = np.array([d.x_mm - truth[d.team, d.id].x_mm, d.y_mm - truth[d.team, d.id].y_mm])
             squares.append(off @ np.linalg.inv(d.covariance_mm2) @ off)
@@ -207,7 +208,7 @@ def test_a_model_without_rays_says_that_a_place_is_on_the_carpet(match):
         def field_from_corrected(self, points):
             return match.camera.field_from_raw(points)
 
-    setting, pixels, truth = sight_of(match).context, match.frame_at(0, 0.0), match.truth_at(0.0)
+    setting, pixels, truth = sight_of(match).context, match.frame_at(0, 0.0), truth_at(match, 0.0)
     true = {(r.team, r.number): np.array([r.x_mm, r.y_mm]) for r in truth.robots}
 
     def off(view):

@@ -8,10 +8,11 @@ import pytest
 import yaml
 
 from app.core.errors import TouchlineError
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.store.stages import load_plans
 from app.vision.stage_pipeline import StageConfig
 from app.workflows.detection import context_for, detect, detections_image
+from tests.support.sim_truth import truth_at
 from tests.support.watched_field import calibration_of, colour_clicks, world
 
 PLAN = load_plans()["ssl"]
@@ -34,7 +35,7 @@ def calibration(match):
 
 
 def off_mm(found, match):
-    truth = {(r.team, r.number): r for r in match.truth_at(0.0).robots}
+    truth = {(r.team, r.number): r for r in truth_at(match, 0.0).robots}
     return [np.hypot(d.x_mm - truth[d.team, d.id].x_mm, d.y_mm - truth[d.team, d.id].y_mm)
             for d in found.seen.detections.of("robot")]
 
@@ -105,7 +106,7 @@ def test_noise_without_end_is_answered_in_time():
 @pytest.fixture
 def here(tmp_path, pixels, calibration):
     cv2.imwrite(str(tmp_path / "match.png"), pixels)
-    (tmp_path / "cal.json").write_bytes(EXPORTS["json"].write(calibration))
+    (tmp_path / "cal.json").write_bytes(FORMATS["json"].write(calibration))
     return tmp_path
 
 

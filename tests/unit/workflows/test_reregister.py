@@ -8,7 +8,7 @@ import pytest
 from app.core.errors import Conflict, FitFailed
 from app.core.records import Calibration, Frame
 from app.models import field_from_raw, model_from_json
-from app.sources import Surroundings, source_from_url
+from app.sources import SourceContext, source_from_url
 from app.sources.sim.render import Rendering
 from app.workflows.reregister import reregister
 from tests.support.drifting_cameras import bumped, moved_by
@@ -18,7 +18,7 @@ URL = "sim://ssl-div-b?cameras=2&camera=0&size=640x512&robots=5&k1=-0.2&tilt=8"
 
 
 def rendered(url: str) -> Rendering:
-    return source_from_url(url, Surroundings(FIELDS)).rendering
+    return source_from_url(url, SourceContext(FIELDS)).rendering
 
 
 @pytest.fixture(scope="module")

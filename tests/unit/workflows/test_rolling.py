@@ -12,14 +12,13 @@ from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.geometry import ImageSize
 from app.evaluate.motion.roll_report import RecordedRoll, roll_report
 from app.evaluate.motion.rolls import analyse_rolls, border_pct
-from app.formats import EXPORTS
+from app.formats import FORMATS
 from app.imaging.undistorted_view import UndistortedView
 from app.live import capture as live_capture
 from app.live import rolls as live_rolls
 from app.models import field_from_raw, model_from_json
-from app.sources import Surroundings
+from app.sources import SourceContext
 from app.sources.sim.camera import SimCamera
-from app.sources.sim.clicks import border_observations, known_grid, rms_mm
 from app.sources.sim.lens import LENSES
 from app.store.fields import load_fields
 from app.vision.motion.foreground import MovingBlob
@@ -29,6 +28,7 @@ from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.rolling import RollRecorder
 from app.workflows.rolling_request import check_refinable, lens_record, refine, rolls_in_film, stored_rolls_json
 from tests.support.rolling_balls import FPS, SIZE, chords, film, lens_of
+from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 from tests.support.waiting import LONG_S, until
 
 LARGE = ImageSize(1224, 1024)
@@ -228,13 +228,13 @@ def test_a_film_from_the_shell(touchline, film_file, tmp_path):
     code, out, _ = touchline("motion", film_file)
     assert code == 0 and "barrel" in out and "roll 5" in out and "plumb lines" in out
     _, made = calibrated_over_rolls(size=SIZE)
-    (tmp_path / "cal.json").write_bytes(EXPORTS["json"].write(made))
+    (tmp_path / "cal.json").write_bytes(FORMATS["json"].write(made))
     code, _, err = touchline("motion", film_file, "--lens", "lens.json", "--kind", "division",
                              "--calibration", "cal.json", "--refined", "better.json")
     assert code == 0, err
     lens = read_held_lens(tmp_path / "lens.json")
     assert lens["name"] == "division" and abs(lens["lens"]["terms"]["k"] + 0.25) < 0.05
-    assert EXPORTS["json"].read((tmp_path / "better.json").read_bytes()).options["lens_sigma"] == "own"
+    assert FORMATS["json"].read((tmp_path / "better.json").read_bytes()).options["lens_sigma"] == "own"
     code, _, err = touchline("motion", film_file, "--refined", "better.json")
     assert code != 0 and "--calibration" in err
     code, _, err = touchline("motion", "nothing.mp4")
@@ -310,7 +310,7 @@ def test_what_moves_is_followed_only_while_somebody_asks(monkeypatch):
     monkeypatch.setattr(live_rolls, "KEEP_S", LONG_S)
     monkeypatch.setattr(live_capture, "RESTS_AFTER_S", 0.3)
     capture = live_capture.FrameCapture("sim://table?robots=0&ball=true&size=320x256&fps=50",
-                                        Surroundings(load_fields()))
+                                        SourceContext(load_fields()))
     capture.start()
     watch = live_rolls.RollMonitor(capture)
 

@@ -4,16 +4,18 @@ The truth is drawn by the same layers as the picture, with owners in place of co
 that covers half of it.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Points
 from app.sources.sim.draw import Patch, Scene, layers
-from app.sources.sim.motion import PersonTruth, RobotTruth
-from app.sources.sim.things import Spot, Thing
+from app.sources.sim.motion import PersonTruth, RobotTruth, ball_at, people_at, robots_at
+from app.sources.sim.render import Rendering
+from app.sources.sim.robot_shapes import ball_radius_mm, goals
+from app.sources.sim.solids import Solid
 
 CARPET = -1
 Owners = NDArray[np.int16]  # (height, width): the number of a name, or CARPET
@@ -60,31 +62,48 @@ class Truth:
         return _owner_at(self.owners, self.scene, raw) == CARPET
 
 
-def truth_of(scene: Scene, still: Owners, still_names: tuple[str, ...], things: list[Thing], time_s: float,
-             robots: Iterable[RobotTruth], ball: tuple[Spot, float] | None, people: Iterable[PersonTruth]) -> Truth:
-    """still: owners of what never moves, numbered by still_names. things: in the order in which they are drawn."""
-    names = (*still_names, *dict.fromkeys(thing.owner for thing in things))
-    owners = own(still.copy(), scene, things, names)
+def robots_in(rendering: Rendering, index: int, fps: float = 25.0) -> list[RobotTruth]:
+    """Return where the robots of a frame are."""
+    return robots_at(rendering.motion, rendering.field, rendering.region, index / fps)
+
+
+def truth_at(rendering: Rendering, time_s: float) -> Truth:
+    """Return who is where, and what the camera sees of each."""
+    scene, field = rendering.scene, rendering.field
+    where = rendering.motion, field, rendering.region, time_s
+    solids = rendering.moving(time_s)
+    names = ("goal", *dict.fromkeys(solid.owner for solid in solids))
+    owners = _own(_still_owners(rendering).copy(), scene, solids, names)
 
     def seen(name: str, x_mm: float, y_mm: float, z_mm: float, radius_mm: float) -> float:
         spots = np.column_stack([(x_mm, y_mm) + radius_mm * _SPOTS, np.full(len(_SPOTS), z_mm)])
         return float((_owner_at(owners, scene, scene.camera.raw_from_field(spots)) == names.index(name)).mean())
-    radius = {thing.owner: thing.reach_mm for thing in things}
+    radius = {solid.owner: solid.reach_mm for solid in solids}
     # A robot's flat front cuts its hat at 0.8 of its radius; a small robot's cube is inside 0.7 of it.
-    robots = tuple(replace(r, seen=seen(r.name, r.x_mm, r.y_mm, r.z_mm, 0.85 * radius[r.name])) for r in robots)
-    found = None
-    if ball:
-        (x, y), r = ball
-        found = BallTruth(x, y, r, r, seen("ball", x, y, r, r))
-    return Truth(time_s, robots, found, tuple(people), names, owners, scene)
+    robots = tuple(replace(r, seen=seen(r.name, r.x_mm, r.y_mm, r.z_mm, 0.85 * radius[r.name]))
+                   for r in robots_at(*where))
+    ball = None
+    if rendering.motion.has_ball:
+        (x, y), r = ball_at(*where), ball_radius_mm(field)
+        ball = BallTruth(x, y, r, r, seen("ball", x, y, r, r))
+    people = people_at(rendering.motion, rendering.region, time_s)
+    return Truth(time_s, robots, ball, tuple(people), names, owners, scene)
 
 
-def own(owners: Owners, scene: Scene, things: list[Thing], names: tuple[str, ...]) -> Owners:
-    """Write into owners, in place, whose each pixel is."""
-    for thing, window in zip(things, scene.windows(things), strict=True):
+@lru_cache(maxsize=4)
+def _still_owners(rendering: Rendering) -> Owners:
+    """Return the owners of what never moves: the goals."""
+    size = rendering.camera.image_size
+    bare = np.full((size.height, size.width), CARPET, np.int16)
+    return _own(bare, rendering.scene, goals(rendering.field), ("goal",))
+
+
+def _own(owners: Owners, scene: Scene, solids: list[Solid], names: tuple[str, ...]) -> Owners:
+    """Write each pixel's owner into owners, in place."""
+    for solid, window in zip(solids, scene.windows(solids), strict=True):
         if window is not None:
-            for layer in layers(Patch.of(scene, window), thing):
-                owners[window][layer.part][layer.cover > 0.5] = names.index(thing.owner)
+            for layer in layers(Patch.of(scene, window), solid):
+                owners[window][layer.part][layer.cover > 0.5] = names.index(solid.owner)
     return owners
 
 

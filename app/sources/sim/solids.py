@@ -1,6 +1,6 @@
-"""Things that stand on the field: outlines on the ground, swept from a height to a height.
+"""Solids on the field: outlines on the ground, extruded from a height to a height.
 
-Seen from above, a pixel looks at a thing's top where its ray meets the outline at z_high, and at its side where the ray
+Seen from above, a pixel looks at a solid's top where its ray meets the outline at z_high, and at its side where the ray
 passes the outline anywhere between; so what counts for the side is the least distance along a short way on the ground.
 """
 
@@ -19,14 +19,14 @@ _NARROWINGS = 9  # each leaves 0.62 of the way: 1.3 %, 2 mm of a robot's side
 
 class Outline(Protocol):
     def distance(self, x: Plane, y: Plane) -> Plane:
-        """Signed distance mm of points from the outline, negative inside."""
+        """Return the signed distance mm of points from the outline, negative inside."""
 
     def swept(self, x: Plane, y: Plane, dx: Plane, dy: Plane) -> Plane:
-        """The least signed distance on the way from (x, y) to (x + dx, y + dy)."""
+        """Return the least signed distance on the way from (x, y) to (x + dx, y + dy)."""
 
 
 class Convex:
-    """Any convex outline: its distance has one valley along a straight way, found by golden sections."""
+    """Any convex outline: its distance has one minimum along a straight way, found by golden sections."""
 
     def swept(self, x: Plane, y: Plane, dx: Plane, dy: Plane) -> Plane:
         g = np.float32(_GOLDEN)
@@ -65,7 +65,7 @@ class Disc:
 
 @dataclass(frozen=True)
 class Capsule:
-    """Everything near the stroke from start to end."""
+    """Everything within radius_mm of the line from start to end."""
 
     start: Spot
     end: Spot
@@ -152,10 +152,10 @@ class CutDisc:
 
 
 @dataclass(frozen=True, eq=False)
-class Tall:
+class Prism:
     """An outline swept from z_low to z_high, and what is painted on its top."""
 
-    owner: str  # whose part this is, such as "yellow 3"
+    owner: str  # what this is a part of, such as "yellow 3"
     outline: Outline
     centre: Spot
     reach_mm: float  # no part of the outline is further from the centre
@@ -186,4 +186,4 @@ class Ball:
         return 2 * self.radius_mm
 
 
-Thing = Tall | Ball
+Solid = Prism | Ball

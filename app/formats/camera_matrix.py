@@ -1,0 +1,63 @@
+"""Cameras in OpenCV's numbers, which ROS, mrcal, Kalibr and PhotonVision follow: matrix, k1 k2 p1 p2 k3 … and pose."""
+
+import numpy as np
+
+from app.formats.metadata import CameraPose, checked_pose
+from app.formats.numbers import format_error, number
+from app.models.lenses.brown_conrady import TERMS
+from app.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
+from app.models.ray_camera import RayCamera
+from app.models.rotation import matrix_from_vector
+
+LENSES = {"brown-conrady": TERMS}
+LENSES_WITH_FISHEYE = {**LENSES, "fisheye": FISHEYE_TERMS}
+
+
+def intrinsics_of(camera: RayCamera) -> tuple[float, float, float, float]:
+    """Return fx, fy, cx, cy in px."""
+    return camera.focal_px, camera.focal_px * camera.aspect, *camera.centre_px
+
+
+def matrix_of(camera: RayCamera) -> tuple[float, ...]:
+    """Return the camera matrix, row by row."""
+    fx, fy, cx, cy = intrinsics_of(camera)
+    return fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0
+
+
+def intrinsics_from_matrix(k: tuple[float, ...], at: str) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return focal lengths and centre, px, of a camera matrix (9 numbers) without skew."""
+    fx, skew, cx, zero, fy, cy, *last = k
+    if abs(skew) > 1e-9 * abs(fx) or zero != 0 or last != [0, 0, 1]:
+        raise format_error(f"{at} is no camera matrix without skew.", "Give [fx, 0, cx, 0, fy, cy, 0, 0, 1].")
+    return (fx, fy), (cx, cy)
+
+
+def translation_of(camera: RayCamera) -> np.ndarray:
+    """Return the translation in mm that, with the rotation, takes field coordinates to the camera."""
+    return -matrix_from_vector(np.array(camera.rotation)) @ np.array(camera.position_mm)
+
+
+def pose_from_field(rotation: tuple[float, ...], translation_mm: np.ndarray) -> CameraPose:
+    """Return the pose of rotation and translation from field coordinates to the camera."""
+    number(float(np.linalg.norm(rotation)), "The camera's rotation", 0, 10)
+    return checked_pose(rotation, -matrix_from_vector(np.array(rotation)).T @ translation_mm)
+
+
+def lens_terms(camera: RayCamera) -> tuple[float, ...]:
+    """Return the four terms of a fisheye, else the first five or eight that leave out zeros alone."""
+    return camera.lens_terms if camera.NAME == "fisheye" else trim_terms(camera.lens_terms)
+
+
+def trim_terms(terms: tuple[float, ...], counts: tuple[int, ...] = (5, 8)) -> tuple[float, ...]:
+    """Return the fewest terms, one of `counts`, that leave out zeros alone."""
+    return next(terms[:n] for n in counts if not any(terms[n:]))
+
+
+def lens_from_terms(terms: tuple[float, ...], at: str, fisheye: bool = False) -> tuple[str, tuple[float, ...]]:
+    """Return the model's name and all its terms; BadInput for terms that our lens lacks, such as thin prism."""
+    if fisheye:
+        return "fisheye", terms
+    if any(terms[len(TERMS):]):
+        raise format_error(f"{at} has terms beyond k6 (thin prism or tilt), which no lens here has.",
+                           "Calibrate with at most eight terms.")
+    return "brown-conrady", (*terms[:len(TERMS)], *(0.0,) * (len(TERMS) - len(terms)))

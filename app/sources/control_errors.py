@@ -1,0 +1,23 @@
+"""Refusals of a camera's controls, in the same words whichever way the camera is reached."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from app.core.errors import BadInput, NotFound
+
+
+def unknown_control(name: Any, known: Iterable[str]) -> NotFound:
+    """Return the error for a control that this camera lacks."""
+    known = ", ".join(known)
+    return NotFound(f"This camera has no setting called {str(name)[:40]!r}.",
+                    f"It has: {known}." if known else "It has none that can be changed.", reason="unknown-control")
+
+
+def refused_value(label: str, value: str, allowed: str) -> BadInput:
+    """Return the error for a value that a control cannot have. value: as it is quoted."""
+    return BadInput(f"{label} cannot be {value} on this camera.", f"Use {allowed}.", reason="bad-control")
+
+
+def is_number(value: Any, low: float, high: float) -> bool:
+    """Tell whether a control's value is a number in this range."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and low <= value <= high

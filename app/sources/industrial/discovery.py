@@ -1,0 +1,48 @@
+"""Industrial cameras that were found but not opened, and how one is picked by the name in an address."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from app.core.errors import BadInput
+from app.sources import Identity
+
+
+@dataclass(frozen=True)
+class DiscoveredCamera:
+    """One camera. name: set by its user, or its hardware id. handle: what its driver opens."""
+
+    id: str
+    serial: str
+    name: str
+    vendor: str
+    model: str
+    handle: Any
+
+    @property
+    def title(self) -> str:
+        return " ".join(part for part in (self.vendor, self.model, self.name) if part) or self.id
+
+    def identity(self, address: str) -> Identity:
+        return Identity(address, self.serial, self.id, f"{self.vendor} {self.model}".strip())
+
+
+def find_camera(cameras: Sequence[DiscoveredCamera], target: str) -> DiscoveredCamera | None:
+    """Return the camera with this id, else serial number, else name. BadInput where two have the same."""
+    return next((found for key in ("id", "serial", "name")
+                 if (found := find_unique(cameras, target, lambda one, key=key: getattr(one, key) == target))), None)
+
+
+def find_unique(candidates: Sequence[Any], name: str, matches: Callable[[Any], bool]) -> Any:
+    """Return the only one that matches; None for none. BadInput where two cameras answer to one name."""
+    found = [one for one in candidates if matches(one)]
+    if len(found) > 1:
+        raise BadInput(f"{len(found)} cameras are called {name!r}.",
+                       "Use the longer name that the list of cameras shows.", reason="bad-source")
+    return found[0] if found else None
+
+
+def known_cameras(cameras: Sequence[DiscoveredCamera]) -> str:
+    """List the cameras in a sentence, for an error."""
+    known = ", ".join(camera.serial or camera.id for camera in cameras) or "none now: look at cables and power"
+    return f"Cameras: {known}."

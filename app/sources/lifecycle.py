@@ -1,0 +1,27 @@
+"""What sources share between open and close: a frame rate of their own, and the refusal to read when closed."""
+
+import time
+from typing import TypeVar
+
+from app.core.errors import Unavailable
+
+T = TypeVar("T")
+
+
+class Pacer:
+    """Keeps a source at its frame rate, without catching up on frames that were late."""
+
+    def __init__(self) -> None:
+        self._due_s = time.monotonic()
+
+    def wait(self, fps: float) -> None:
+        """Wait until the next frame is due."""
+        time.sleep(max(0.0, self._due_s - time.monotonic()))
+        self._due_s = max(self._due_s + 1 / fps, time.monotonic())
+
+
+def require_open(handle: T | None, kind: str = "camera") -> T:
+    """Return what an open source reads from; Unavailable where it is None, since the source is closed."""
+    if handle is None:
+        raise Unavailable(f"This {kind} is closed.", "Open it again.", reason="source-closed")
+    return handle
