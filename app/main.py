@@ -1,4 +1,4 @@
-"""create_app(settings) puts the house together; serve(settings) opens its door."""
+"""create_app(settings) wires the application; serve(settings) runs it."""
 
 import sys
 import time
@@ -8,7 +8,7 @@ from contextlib import aclosing, asynccontextmanager, closing
 
 from fastapi import APIRouter, FastAPI
 
-from app import __version__
+from app import __version__, shipped
 from app.api import server
 from app.api.middleware import headers, problems
 from app.api.middleware.access import Access, login_router
@@ -63,13 +63,13 @@ from app.scene.scene_registry import SceneRegistry
 from app.services.cameras import CameraShelf, live_cameras
 from app.services.detection import SeeingShelf
 from app.services.frames import Frames
+from app.services.open_store import open_store
 from app.services.presence import Presence
 from app.services.publishing import PublishingShelf
 from app.services.result_savers import result_savers
 from app.services.scene_pages import ScenePages
-from app.settings import LOOPBACK, Settings, shipped
-from app.store import Store
-from app.store.field_repository import FieldShelf
+from app.settings import LOOPBACK, Settings
+from app.store.field_repository import FieldRepository
 
 RESOURCES = (health, archive, cameras, streams, snapshots, fields, drafts, models, fit, versions, calibrations,
              boards, lenses, uncertainty, reports, pairs, rigs, straightness, points, pictures, jobs, detections,
@@ -97,7 +97,7 @@ A point out of reach is null. Every refusal says what to do in `fix`."""
 def create_app(settings: Settings) -> FastAPI:
     """The whole application, from settings alone. It holds the data folder until it has been served and stopped."""
     work = jobs_of(settings)  # refused before anything is held
-    store = store_of(settings)
+    store = open_store(settings)
     work.result_savers.update(result_savers(store))
 
     @asynccontextmanager
@@ -107,7 +107,7 @@ def create_app(settings: Settings) -> FastAPI:
             app.state.decoder = decoder
             app.state.jobs = work
             work.open(store.jobs)  # and go on with what a stop has cut short
-            app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.picture(id)))
+            app.state.frames = Frames(lambda id: decoder.frame_from_bytes(store.snapshots.picture(id)))
             async with aclosing(live_cameras(app)) as live, aclosing(SceneRegistry()) as scenes:
                 app.state.live, app.state.scenes = live, scenes
                 with closing(app.state.publishing.publishing) as network:
@@ -122,7 +122,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.store = store
     app.state.presence = Presence()
     app.state.scene_pages = ScenePages()
-    app.state.fields = FieldShelf(settings.own_fields)
+    app.state.fields = FieldRepository(settings.own_fields)
     app.state.camera_shelf = CameraShelf(settings, store, app.state.fields, image_limits(settings))
     app.state.publishing = PublishingShelf(settings, store, app.state.camera_shelf)
     app.state.seeing = SeeingShelf(store, app.state.camera_shelf, app.state.fields, app.state.publishing)
@@ -133,12 +133,6 @@ def create_app(settings: Settings) -> FastAPI:
     app.include_router(api)
     _add_page(app, settings)
     return app
-
-
-def store_of(settings: Settings) -> Store:
-    return Store(settings.data, database=settings.database.get_secret_value() if settings.database else None,
-                 uploads_bytes=int(settings.storage.uploads_mb * MB),
-                 backups_bytes=int(settings.storage.backups_mb * MB))
 
 
 def image_limits(settings: Settings) -> ImageLimits:
@@ -172,7 +166,7 @@ def _add_page(app: FastAPI, settings: Settings) -> None:
 
 
 def serve(settings: Settings, *, open_page: bool = False, verbose: bool = False) -> None:
-    """Serve until told to end. Says the address on stdout, once the door is open."""
+    """Serve until a signal ends it; print the address on stdout once the socket listens."""
     data = server.data_folder(settings.data)
     settings = server.with_token(settings, say=lambda text: print(text, file=sys.stderr, flush=True))
     listener = server.open_socket(settings.server.host, settings.server.port)

@@ -1,8 +1,8 @@
-"""Everything that can be set, read from one YAML file and the environment; nobody else reads either.
+"""Everything that can be set, read from one YAML file and the environment, which nothing else reads.
 
 What is given to Settings() wins over TOUCHLINE_… (a double underscore steps into a section, as in
 TOUCHLINE_SERVER__PORT), which wins over the file, which wins over the defaults here. A name that nobody
-knows is an error, so a typing mistake is told and not ignored.
+knows is an error, so a typing mistake is reported and not ignored.
 """
 
 import os
@@ -13,6 +13,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from app import shipped
 from app.core.errors import BadInput, NotFound
 from app.league.config import PublishingConfig
 from app.league.multicast_address import GROUP, PORT
@@ -26,17 +27,11 @@ FORM = "Write name: value lines, as configs/touchline.yaml has them."
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
-def shipped(folder: str) -> Path:
-    """Where configs/ or static/ stands: beside app/ in a checkout, within it in an installed wheel."""
-    inside = Path(__file__).parent / f"_{folder}"
-    return inside if inside.is_dir() else Path(__file__).parents[1] / folder
-
-
 class _Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Server(_Section):
+class ServerSettings(_Section):
     host: str = "127.0.0.1"
     port: Port = 8000
     allowed_hosts: tuple[str, ...] = ()
@@ -51,14 +46,14 @@ class Server(_Section):
         return self.host in LOOPBACK or self.host.startswith("127.")
 
 
-class Images(_Section):
+class ImageSettings(_Section):
     max_file_mb: Megabytes = 32.0
     max_megapixels: Annotated[float, Field(gt=0, le=400)] = 50.0
     max_side_px: Annotated[int, Field(ge=16, le=65535)] = 16384
     decode_timeout_s: Seconds = 5.0
 
 
-class Sources(_Section):
+class SourceSettings(_Section):
     allowed_hosts: tuple[str, ...] = ()
     producers: tuple[Path, ...] | None = None
 
@@ -71,19 +66,19 @@ class Sources(_Section):
         return tuple(Path(place) for place in named if Path(place).is_absolute())
 
 
-class Storage(_Section):
+class StorageSettings(_Section):
     uploads_mb: Annotated[float, Field(gt=0, le=10_000_000, allow_inf_nan=False)] = 2000.0
     backups_mb: Annotated[float, Field(gt=0, le=10_000_000, allow_inf_nan=False)] = 1000.0
 
 
-class Jobs(_Section):
+class JobSettings(_Section):
     engine: Annotated[str, Field(pattern=r"^(local|dask(\+tls)?://[^/:\[\]]+:\d{1,5})$")] = "local"
     workers: Annotated[int, Field(ge=1, le=64)] = 2
     time_limit_s: Seconds = 600.0
     kept: Count = 100
 
 
-class Publish(_Section):
+class PublishSettings(_Section):
     enabled: bool = False
     absorb: bool = False
     group: str = GROUP
@@ -98,7 +93,7 @@ class Publish(_Section):
         return PublishingConfig(**self.model_dump())
 
     @model_validator(mode="after")
-    def _can_be(self) -> "Publish":
+    def _can_be(self) -> "PublishSettings":
         try:
             _ = self.config
         except BadInput as refused:
@@ -128,12 +123,12 @@ class Settings(BaseSettings):
     fields: Path | None = None
     pictures: Path | None = None
     token: Annotated[SecretStr, Field(min_length=16)] | None = None
-    server: Server = Server()
-    images: Images = Images()
-    sources: Sources = Sources()
-    storage: Storage = Storage()
-    jobs: Jobs = Jobs()
-    publish: Publish = Publish()
+    server: ServerSettings = ServerSettings()
+    images: ImageSettings = ImageSettings()
+    sources: SourceSettings = SourceSettings()
+    storage: StorageSettings = StorageSettings()
+    jobs: JobSettings = JobSettings()
+    publish: PublishSettings = PublishSettings()
     cameras: tuple[CameraSettings, ...] = ()
 
     @model_validator(mode="after")

@@ -11,7 +11,7 @@ from app.core.progress import Progress
 from app.core.records import Calibration, Frame, observations_from_json
 from app.images import ImageDecoder
 from app.models import model_from_json
-from app.store.snapshots import checked_bytes
+from app.store.snapshots import read_checked
 from app.workflows.calibration_request import CalibrationRequest
 
 
@@ -42,7 +42,7 @@ def run_verification(spec: Any, progress: Progress) -> dict[str, Any]:
 
 
 def _checked(picture: dict[str, str], size: Any) -> Frame:
-    frame = _decoder().frame_from_bytes(checked_bytes(**picture))
+    frame = _decoder().frame_from_bytes(read_checked(**picture))
     if frame.size != size:
         raise Conflict(f"The picture is {frame.size.width} × {frame.size.height} px, not {size.width} × {size.height} "
                        "px.", "Give pictures of one camera in one mode.", reason="size-mismatch")

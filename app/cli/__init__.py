@@ -1,91 +1,100 @@
-"""The shell door: the same floors below as the REST door, so the same input gives the same numbers.
+"""The command line. It calls the same workflows as REST, so the same input gives the same numbers.
 
-    words.py        what goes to stderr: errors with their fix, a progress bar; the exit codes
-    files.py        points, calibrations, lenses and pictures from files and to files
-    tasks.py        what a fit's options on the command line mean
-    calibration.py  calibrate, correct, transform
-    judging.py      compare, difference, uncertainty
-    reports.py      report
-    scenes.py       scene
-    exports.py      export, import
-    boards.py       board
-    pairs.py        pair
-    rigs.py         rig check, rig stitch
-    straight.py     straight
-    motion.py       motion
-    auto.py         auto
-    detection.py    detect
-    checking.py     check
-    archives.py     batch
-    network.py      publish, absorb
-    server.py       serve, demo
-    keeping.py      archive, restore
+A command's module is imported when the command is run, and only then: COMMANDS names it, with its line in the help.
+
+    console.py    errors with their fix on stderr, exit codes
+    progress.py   the progress bar
+    files.py      points, calibrations, lenses and pictures from files and to files
+    requests.py   the options of a fit, shared by several commands
+    stored.py     settings, and the data folder of a server that does not run
 """
 
 import sys
-from typing import Annotated
+from importlib import import_module
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
 from app import __version__
-from app.cli import (
-    archive,
-    auto,
-    batch,
-    boards,
-    calibration,
-    checking,
-    detection,
-    evaluation,
-    exports,
-    motion,
-    network,
-    pairs,
-    reports,
-    rigs,
-    scenes,
-    server,
-    straight,
-)
 from app.cli.console import EXIT_CODES, exit_code_of
 
-cli = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
+COMMANDS = {  # name: (module:function in this package, the first line of its help)
+    "serve": ("server:serve", "Serve the dashboard and REST."),
+    "demo": ("server:demo", "Serve a simulated field camera behind a real lens model, ready to calibrate."),
+    "archive": ("archive:archive", "Write everything that is kept into one zip."),
+    "restore": ("archive:restore", "Make a data folder of such a zip, in an empty folder and an empty database."),
+    "calibrate": ("calibration:calibrate", "Calibrate one picture from clicked points."),
+    "correct": ("calibration:correct", "Correct one picture."),
+    "compare": ("evaluation:compare", "Fit every camera model to the same points and say which to trust."),
+    "difference": ("evaluation:difference", "How far two calibrations are apart over the region, in mm on the carpet "
+                                            "and px in the picture."),
+    "uncertainty": ("evaluation:uncertainty", "Expected error over the region, in the plane at a height: what the "
+                                              "clicks' noise does to it."),
+    "report": ("reports:report", "Say, write or print everything that is known of one calibration; 0 if it is good "
+                                 "enough."),
+    "scene": ("scenes:scene", "Write the scene of one calibration in 3-D as a page that any browser opens."),
+    "export": ("exports:export", "Write a calibration as another program's file."),
+    "import": ("exports:import_file", "Read another program's file."),
+    "publish": ("network:publish", "Send field and cameras to the league's multicast group."),
+    "absorb": ("network:absorb", "Listen to the group, and tell who publishes geometry there."),
+    "board": ("boards:board", "Find a lens from pictures of a board; calibrate --lens then holds it."),
+    "pair": ("pairs:pair", "Judge two cameras by matched points, by their calibrations, or by both."),
+    "straight": ("straight:straight", "Say how straight pictures show straight edges, and which lens makes them "
+                                      "straight."),
+    "motion": ("motion:motion", "Follow a ball or robot through a film and say how far its straight rolls bow."),
+    "auto": ("auto:auto", "Find the field's lines in a picture and calibrate from them; decline where they do not "
+                          "prove it."),
+    "detect": ("detection:detect", "Find the ball and the robots in a picture, with numbers, fronts and places."),
+    "check": ("checking:check", "How far the field's lines lie from where a calibration has them; 0 if that is good "
+                                "enough."),
+    "batch": ("batch:batch", "Calibrate, or check, every picture of a folder."),
+    "transform": ("calibration:transform", "Turn pixels into field millimetres, or back."),
+    "rig": ("rigs:rig", "Cameras that share a field: whether they agree, and all of them as one picture."),
+}
+
+
+class LazyGroup(TyperGroup):
+    """The commands of COMMANDS."""
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        self.commands = dict.fromkeys(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Import the command's module and return its command; None for an unknown one."""
+        if cmd_name not in COMMANDS:
+            return None
+        module, _, name = COMMANDS[cmd_name][0].partition(":")
+        command = getattr(import_module(f"app.cli.{module}"), name)
+        if isinstance(command, typer.Typer):
+            return get_command(command)
+        single = typer.Typer(add_completion=False, rich_markup_mode=None)
+        is_transform = cmd_name == "transform"  # where -10,20 is a point
+        single.command(cmd_name, context_settings={"ignore_unknown_options": is_transform})(command)
+        return get_command(single)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the list of commands without importing them."""
+        limit = formatter.width - 6 - max(map(len, COMMANDS))
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, TyperCommand(name, help=line).get_short_help_str(limit))
+                                for name, (_, line) in COMMANDS.items()])
+
+
+cli = typer.Typer(cls=LazyGroup, no_args_is_help=True, add_completion=False, rich_markup_mode=None,
                   help="Calibrate the cameras above a robot-soccer field.", epilog=EXIT_CODES)
-cli.command()(server.serve)
-cli.command()(server.demo)
-cli.command()(archive.archive)
-cli.command()(archive.restore)
-cli.command()(calibration.calibrate)
-cli.command()(calibration.correct)
-cli.command()(evaluation.compare)
-cli.command()(evaluation.difference)
-cli.command()(evaluation.uncertainty)
-cli.command()(reports.report)
-cli.command()(scenes.scene)
-cli.command()(exports.export)
-cli.command("import")(exports.import_file)
-cli.command()(network.publish)
-cli.command()(network.absorb)
-cli.command()(boards.board)
-cli.command()(pairs.pair)
-cli.add_typer(rigs.rig, name="rig")
-cli.command()(straight.straight)
-cli.command()(motion.motion)
-cli.command()(auto.auto)
-cli.command()(detection.detect)
-cli.command()(checking.check)
-cli.command()(batch.batch)
-cli.command(context_settings={"ignore_unknown_options": True})(calibration.transform)  # -10,20 is a point
 
 
-def _tell_version(asked: bool) -> None:
-    if asked:
+def _print_version(wanted: bool) -> None:
+    if wanted:
         typer.echo(f"touchline {__version__}")
         raise typer.Exit
 
 
 @cli.callback()
-def _touchline(version: Annotated[bool, typer.Option("--version", callback=_tell_version, is_eager=True,
+def _touchline(version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True,
                                                      help="Print the version and end.")] = False) -> None:
     """Calibrate the cameras above a robot-soccer field."""
 

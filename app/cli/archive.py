@@ -1,12 +1,14 @@
-"""archive and restore: everything that is kept as one file, and a data folder made of it."""
+"""archive and restore: everything in a data folder as one file, and a data folder made of it."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from app.cli.console import FileTrouble, say
-from app.cli.server import ConfigOption
+from app.cli.console import say
+from app.cli.stored import ConfigOption, stored
+from app.settings import load_settings
+from app.store.restore import restore_into
 
 FromOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="The data folder of a server that does "
                                                  "not run now.")]
@@ -16,13 +18,7 @@ ToOption = Annotated[Path, typer.Option("--data", metavar="DIR", help="An empty 
 def archive(file: Annotated[Path, typer.Argument(metavar="FILE", help="The zip to write.")], data: FromOption = None,
             config: ConfigOption = None) -> None:
     """Write everything that is kept into one zip."""
-    from app.main import store_of
-    from app.settings import load_settings
-
-    settings = load_settings(config, data=data)
-    if not settings.data.is_dir():
-        raise FileTrouble(f"There is no data folder {settings.data}.", "Name the one that the server uses with --data.")
-    with store_of(settings) as store, file.open("xb") as out:
+    with stored(data, config) as (store, settings), file.open("xb") as out:
         for piece in store.archive(settings.own_fields):
             out.write(piece)
     say(f"{file}: {file.stat().st_size / 1e6:.1f} MB")
@@ -31,9 +27,6 @@ def archive(file: Annotated[Path, typer.Argument(metavar="FILE", help="The zip t
 def restore(file: Annotated[Path, typer.Argument(metavar="FILE", help="A zip from archive or GET /archive.")],
             data: ToOption, config: ConfigOption = None) -> None:
     """Make a data folder of such a zip, in an empty folder and an empty database."""
-    from app.settings import load_settings
-    from app.store.restoring import restore_into
-
     settings = load_settings(config, data=data)
     database = settings.database.get_secret_value() if settings.database else None
     counts = restore_into(file, settings.data, database)

@@ -6,6 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
+from app.cli import files
+from app.cli.progress import progress_bar
 from app.cli.requests import (
     FieldName,
     HeightMm,
@@ -16,7 +18,12 @@ from app.cli.requests import (
     OwnFields,
     Rotate,
     options_from,
+    own_fields,
 )
+from app.core.errors import BadInput, FitFailed
+from app.images import ImageDecoder
+from app.workflows.automatic_request import AutomaticRequest, median_frame
+from app.workflows.calibration import subprogress
 
 
 def auto(
@@ -40,54 +47,45 @@ def auto(
     as_json: Annotated[bool, typer.Option("--json", help="Print everything that was found as JSON.")] = False,
 ) -> None:
     """Find the field's lines in a picture and calibrate from them; decline where they do not prove it."""
-    from app.cli import files
-    from app.cli.console import progress_bar
-    from app.core.errors import BadInput, FitFailed
-    from app.images import ImageDecoder
-    from app.settings import Settings
-    from app.store.field_repository import FieldShelf
-    from app.workflows.automatic_request import AutomaticRequest, median_frame
-    from app.workflows.calibration import subprogress
-
     if field is None:
         raise BadInput("No field is named.", "Give --field.", reason="no-field")
-    seen = FieldShelf(fields or Settings().own_fields)[field]
+    known = own_fields(fields)[field]
     options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
     rough = {name: value for name, value in (("height_mm", height_mm), ("turn_deg", turn_deg)) if value is not None}
-    task = AutomaticRequest(seen, seen.region(region, rotate), model, options, rough, note=note)
+    task = AutomaticRequest(known, known.region(region, rotate), model, options, rough, note=note)
     with progress_bar("Looking for lines") as progress, ImageDecoder(workers=1) as decoder:
         reads = [lambda path=path: decoder.frame_from_bytes(files.read_bytes(path)) for path in pictures]
         frame = median_frame(reads, subprogress(progress, 0.0, 0.1))
-        told, made = task.answer(frame, subprogress(progress, 0.1, 1.0))
+        found, calibration = task.answer(frame, subprogress(progress, 0.1, 1.0))
     if points is not None:
-        files.write_bytes(points, json.dumps(_points_file(told), allow_nan=False).encode())
-    if output is not None and made is not None:
-        files.write_calibration(output, made)
+        files.write_bytes(points, json.dumps(_points_file(found), allow_nan=False).encode())
+    if output is not None and calibration is not None:
+        files.write_calibration(output, calibration)
     if as_json:
-        print(json.dumps(told, allow_nan=False))
-    elif made is not None:
-        print(_summary(told, output))
-    if made is None:
-        verdict = told["verdict"]
+        print(json.dumps(found, allow_nan=False))
+    elif calibration is not None:
+        print(_summary(found, output))
+    if calibration is None:
+        verdict = found["verdict"]
         raise FitFailed(verdict["sentence"], verdict["fix"], reason=verdict["reason"])
 
 
-def _points_file(told: dict[str, Any]) -> dict[str, Any]:
-    return {key: told[key] for key in ("field", "region", "rotate", "model", "image_size", "observations")}
+def _points_file(found: dict[str, Any]) -> dict[str, Any]:
+    return {key: found[key] for key in ("field", "region", "rotate", "model", "image_size", "observations")}
 
 
-def _summary(told: dict[str, Any], output: Path | None) -> str:
-    """The verdict first, then what it rests on."""
-    report, proof = told["report"], told["proof"]
-    count = sum(len(o["points"]) for o in told["observations"])
-    best = told["candidates"][0]
-    lines = [told["verdict"]["sentence"],
-             f"{count} points on {len(told['observations'])} markings; {100 * proof['unexplained_share']:.0f} % of the "
-             "lines seen on the carpet belong to none.",
+def _summary(found: dict[str, Any], output: Path | None) -> str:
+    """Return the verdict, then what it rests on."""
+    report, proof = found["report"], found["proof"]
+    count = sum(len(o["points"]) for o in found["observations"])
+    best = found["candidates"][0]
+    lines = [found["verdict"]["sentence"],
+             f"{count} points on {len(found['observations'])} markings; {100 * proof['unexplained_share']:.0f} % of "
+             "the lines seen on the carpet belong to none.",
              f"Camera {best['height_mm'] / 1000:.2f} m above the carpet as first found, the region turned by "
              f"{best['turn_deg']:.0f}° in the picture."]
     lines += [f"Not seen: {', '.join(proof['missing'])}."] if proof["missing"] else []
     lines += ["The field turned by 180° would be seen alike; it is taken to stand as the region does."
-              ] if any(c["turned"] for c in told["candidates"]) else []
+              ] if any(c["turned"] for c in found["candidates"]) else []
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in report["warnings"]]
     return "\n".join([*lines, *([f"Written to {output}."] if output is not None else [])])

@@ -9,13 +9,19 @@ from typing import Annotated, Any
 
 import typer
 
+from app.batch import SUFFIXES, BatchPlan, Row, count_verdicts, encode_table, pictures_in, read_table, run_requests
+from app.cli import files
 from app.cli.console import USAGE, exit_code_of, say
-from app.cli.reports import ACCEPTED, Enough
-from app.cli.requests import FieldName, Options, OwnFields, RegionName, Rotate
+from app.cli.progress import progress_bar
+from app.cli.requests import FieldName, Options, OwnFields, RegionName, Rotate, options_from, own_fields, task_of
+from app.cli.verdicts import ACCEPTED, Enough
+from app.core.errors import BadInput, TouchlineError
+from app.jobs import JobEngine
+from app.models import MODELS
 
 BAD, STOPPED = 1, 130
 SAVE_EVERY_S = 0.5
-MOST_WORKERS = 64
+MAX_WORKERS = 64
 
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", exists=True, file_okay=False, help="Its PNG, JPEG, BMP and "
                                         "WebP files.")]
@@ -26,7 +32,7 @@ Known = Annotated[Path | None, typer.Option("--calibration", "-c", metavar="CAL.
                                             help="Check how well this one holds on each picture.")]
 Table = Annotated[Path | None, typer.Option("--output", "-o", metavar="TABLE.csv|.json|.html", help="The table to "
                                             "write.")]
-Workers = Annotated[int | None, typer.Option("--workers", min=1, max=MOST_WORKERS, help="Pictures at once; as many as "
+Workers = Annotated[int | None, typer.Option("--workers", min=1, max=MAX_WORKERS, help="Pictures at once; as many as "
                                              "this machine has cores when left out.")]
 EnoughOfAll = Annotated[Enough, typer.Option("--enough", help=f"Exit code {BAD} for a verdict below this.")]
 
@@ -42,17 +48,13 @@ def batch(
     fields: OwnFields = None,
 ) -> None:
     """Calibrate, or check, every picture of a folder."""
-    from app.batch import pictures_in
-    from app.core.errors import BadInput, TouchlineError
-    from app.jobs import JobEngine
-
     own = (field, region, rotate, model, option, fields)
     if calibration is not None and any(it is not None for it in own):
         raise typer.BadParameter("it brings its own field, region and model", param_hint="--calibration")
     count = workers or os.cpu_count() or 1
     with _wrong_use():
         table = _Table(output, resume)
-        asking = _asking(field, region, rotate, model, option, fields, calibration, points, table.before)
+        plan = _plan(field, region, rotate, model, option, fields, calibration, points, table.before)
         pictures = pictures_in(folder)
         if not pictures:
             raise BadInput(f"There is no picture in {folder}.", "Name a folder of PNG, JPEG, BMP or WebP files.",
@@ -61,7 +63,7 @@ def batch(
     order = {path.name: number for number, path in enumerate(pictures)}
     try:
         with jobs:
-            _work(jobs, count, asking.asked(pictures), table, order)
+            _work(jobs, count, plan.asked(pictures), table, order)
     except KeyboardInterrupt:
         say(f"Stopped after {len(table.rows)} of {len(order)} pictures." + (" --resume goes on." if output else ""))
         raise typer.Exit(STOPPED) from None
@@ -74,18 +76,15 @@ def batch(
         raise typer.Exit(BAD)
 
 
-def _work(jobs: Any, count: int, asked: Any, table: "_Table", order: dict[str, int]) -> None:
-    """Every row as it comes into the table, which is whole at all times; the bar counts parts of pictures too."""
-    from app.batch import run_requests
-    from app.cli.console import progress_bar
-
+def _work(jobs: Any, count: int, requests: Any, table: "_Table", order: dict[str, int]) -> None:
+    """Put each row into the table as it comes, which is whole at all times; the bar counts parts of pictures too."""
     with progress_bar("Looking through the folder") as bar:
         def watch(under_way: float) -> None:
             done = len(table.rows)
             bar(min((done + under_way) / len(order), 1.0), f"{done} of {len(order)} pictures")
 
         try:
-            for row in run_requests(jobs, count, asked, watch):
+            for row in run_requests(jobs, count, requests, watch):
                 table.add(order[row["picture"]], row)
                 watch(0.0)
         finally:
@@ -96,10 +95,6 @@ class _Table:
     """Rows by their place in the folder, and the file that holds those there are. before: of an earlier run."""
 
     def __init__(self, path: Path | None, resume: bool) -> None:
-        from app.batch import SUFFIXES, Row, read_table
-        from app.cli import files
-        from app.core.errors import BadInput
-
         self.rows: dict[int, Row] = {}
         self.before: tuple[Row, ...] = ()
         self._path, self._saved_at, self._took_s = path, time.monotonic(), 0.0
@@ -122,9 +117,6 @@ class _Table:
         return [self.rows[place] for place in sorted(self.rows)]
 
     def save(self) -> None:
-        from app.batch import encode_table
-        from app.cli import files
-
         if self._path is not None:
             start = time.monotonic()
             files.write_bytes(self._path, encode_table(self.in_order(), self._suffix))
@@ -132,27 +124,22 @@ class _Table:
             self._took_s = self._saved_at - start
 
 
-def _asking(field: str | None, region: str | None, rotate: int | None, model: str | None, option: list[str] | None,
+def _plan(field: str | None, region: str | None, rotate: int | None, model: str | None, option: list[str] | None,
             fields: Path | None, calibration: Path | None, points: Path | None, before: Any) -> Any:
-    """What is asked of each picture; a field, region or model that does not exist is refused before the first."""
-    from app.batch import BatchPlan
-    from app.cli import files
-    from app.cli.requests import options_from, own_fields, task_of
-    from app.models import MODELS
-
-    shelf, options = own_fields(fields), options_from(option, None, None, None, None)
+    """Return what to do with each picture; raise for an unknown field, region or model before the first."""
+    known_fields, options = own_fields(fields), options_from(option, None, None, None, None)
     if field is not None and region is not None:
-        shelf[field].region(region, rotate)
+        known_fields[field].region(region, rotate)
     elif field is not None:
-        shelf[field]
+        known_fields[field]
     if model is not None:
         MODELS[model]
 
     def task(path: Path, size: Any, sha256: str, clicks: Path) -> Any:
         given = files.read_points_file(clicks)
-        asked = task_of(path, size, sha256, given, shelf, field, region, rotate, model, options)
-        asked.check_names([asked.model])
-        return asked
+        request = task_of(path, size, sha256, given, known_fields, field, region, rotate, model, options)
+        request.check_names([request.model])
+        return request
 
     known = None if calibration is None else files.read_calibration(calibration)
     return BatchPlan(files.read_bytes, files.read_points_file, task, points, known, before)
@@ -160,9 +147,7 @@ def _asking(field: str | None, region: str | None, rotate: int | None, model: st
 
 @contextmanager
 def _wrong_use() -> Iterator[None]:
-    """What is refused before the first picture is a command line that cannot be meant."""
-    from app.core.errors import TouchlineError
-
+    """Treat what is refused before the first picture as a wrong command line."""
     try:
         yield
     except TouchlineError as error:
@@ -171,9 +156,7 @@ def _wrong_use() -> Iterator[None]:
 
 
 def _summary(rows: list[Any], output: Path | None) -> str:
-    """How many are how good; those that are not good by name; without a file the figures of all."""
-    from app.batch import count_verdicts
-
+    """Return how many are how good; those that are not good by name; without a file the figures of all."""
     counts = ", ".join(f"{count} {level}" for level, count in count_verdicts(rows).items())
     lines = [f"{len(rows)} pictures: {counts}."]
     for row in rows:

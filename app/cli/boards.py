@@ -6,6 +6,13 @@ from typing import Annotated, Any
 
 import typer
 
+from app.cli import files
+from app.cli.progress import progress_bar
+from app.cli.requests import options_from
+from app.core.board import Board
+from app.images import ImageDecoder
+from app.workflows.board_request import BoardCalibrationRequest
+
 
 def board(
     pictures: Annotated[list[Path], typer.Argument(metavar="PICTURES…", help="About twenty, of one size.")],
@@ -24,17 +31,10 @@ def board(
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
 ) -> None:
     """Find a lens from pictures of a board; calibrate --lens then holds it."""
-    from app.cli import files
-    from app.cli.console import progress_bar
-    from app.cli.requests import options_from
-    from app.core.board import Board
-    from app.images import ImageDecoder
-    from app.workflows.board_request import BoardCalibrationRequest
-
     markers = {"marker_mm": marker_mm, "dictionary": dictionary, "legacy": legacy}
-    seen = Board.from_json({"kind": kind, "columns": columns, "rows": rows, "square_mm": square_mm,
+    known = Board.from_json({"kind": kind, "columns": columns, "rows": rows, "square_mm": square_mm,
                             **{name: value for name, value in markers.items() if value}})
-    task = BoardCalibrationRequest(seen, model, options_from(option, None, None, None, None))
+    task = BoardCalibrationRequest(known, model, options_from(option, None, None, None, None))
     with progress_bar("Looking for the board") as progress, ImageDecoder(workers=1) as decoder:
         found = task.from_pictures(
             ((path.name, lambda path=path: decoder.frame_from_bytes(files.read_bytes(path))) for path in pictures),
@@ -44,7 +44,7 @@ def board(
 
 
 def _summary(found: dict[str, Any], output: Path) -> str:
-    """The verdict first, then the lens with the σ of each number, and every doubt with its cure."""
+    """Return the verdict, then the lens with the σ of each number, and every warning with its fix."""
     report, lens = found["report"], found["lens"]
     used = sum(view["used"] for view in report["views"])
     lines = [report["verdict"]["sentence"],

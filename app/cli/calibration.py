@@ -9,6 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
+from app.cli import files
+from app.cli.progress import progress_bar
 from app.cli.requests import (
     FieldName,
     HeightMm,
@@ -24,14 +26,17 @@ from app.cli.requests import (
     options_from,
     task_from,
 )
-
-# OpenCV and numpy load within the commands, so that `touchline --help` and a mistyped option answer at once.
+from app.imaging.correction import CorrectedView
+from app.models import model_from_json
+from app.workflows import calibration as workflow
 
 CalibrationFile = Annotated[Path, typer.Option("--calibration", "-c", metavar="CAL.json", help="As calibrate wrote it, "
                                                "or exported as json.")]
 
 
-class Frame(StrEnum):
+class Coordinates(StrEnum):
+    """What a point's numbers mean."""
+
     image = "image"
     corrected = "corrected"
     field = "field"
@@ -49,9 +54,6 @@ def calibrate(
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
 ) -> None:
     """Calibrate one picture from clicked points."""
-    from app.cli import files
-    from app.cli.console import progress_bar
-
     options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
     task = task_from(image, points, field, region, rotate, model, options, note, fields)
     with progress_bar("Calibrating") as progress:
@@ -68,12 +70,6 @@ def correct(
     width: Annotated[int | None, typer.Option("--width", min=16, max=8192, help="Width of the result, px.")] = None,
 ) -> None:
     """Correct one picture."""
-    from app.cli import files
-    from app.cli.console import progress_bar
-    from app.imaging.correction import CorrectedView
-    from app.models import model_from_json
-    from app.workflows import calibration as workflow
-
     known = files.read_calibration(calibration)
     model = model_from_json(known.model_name, known.model_parameters)
     with progress_bar("Correcting") as progress:
@@ -86,18 +82,14 @@ def correct(
 
 def transform(
     calibration: CalibrationFile,
-    source: Annotated[Frame, typer.Option("--from", help="The frame the points are in.")],
-    target: Annotated[Frame, typer.Option("--to", help="The frame they are wanted in.")],
+    source: Annotated[Coordinates, typer.Option("--from", help="The frame the points are in.")],
+    target: Annotated[Coordinates, typer.Option("--to", help="The frame they are wanted in.")],
     points: Annotated[list[str] | None, typer.Argument(metavar="[X,Y]...", help="Points; without any, JSON or lines "
                                                        "of x,y are read from standard input.")] = None,
     z_mm: Annotated[float, typer.Option("--z", help="Height above the carpet, mm.")] = 0.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, null for a point out of reach.")] = False,
 ) -> None:
     """Turn pixels into field millimetres, or back."""
-    from app.cli import files
-    from app.models import model_from_json
-    from app.workflows import calibration as workflow
-
     known = files.read_calibration(calibration)
     model = model_from_json(known.model_name, known.model_parameters)
     given = files.points_from_pairs(points) if points else files.points_from_text(sys.stdin.read(files.MAX_POINT_BYTES))
@@ -110,7 +102,7 @@ def transform(
 
 
 def _summary(report: dict[str, Any], output: Path) -> str:
-    """What an operator wants to know, verdict first; the numbers are the report's own."""
+    """Return what an operator wants to know, the verdict first; the numbers are the report's own."""
     def number(key: str, unit: str) -> str:
         value = report.get(key)
         return f"{value:.2f} {unit}" if value is not None else "unknown"

@@ -4,11 +4,19 @@ import json
 from pathlib import Path
 from typing import Annotated, Any
 
+import cv2
+import numpy as np
 import typer
 
-from app.cli.reports import ACCEPTED, POOR, Enough, EnoughOption
+from app.cli import files
+from app.cli.progress import progress_bar
+from app.cli.verdicts import Enough, EnoughOption, exit_below
+from app.images import ImageDecoder
+from app.workflows.automatic_request import median_frame
+from app.workflows.calibration import subprogress
+from app.workflows.check import check as check_calibration
 
-GOOD_COLOUR, POOR_COLOUR, HERE = (80, 220, 80), (60, 60, 255), (255, 255, 255)  # BGR
+GOOD_COLOUR, POOR_COLOUR, EXPECTED_COLOUR = (80, 220, 80), (60, 60, 255), (255, 255, 255)  # BGR
 POOR_MM = 15.0
 
 
@@ -23,27 +31,19 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
     """How far the field's lines lie from where a calibration has them; 0 if that is good enough."""
-    from app.cli import files
-    from app.cli.console import progress_bar
-    from app.images import ImageDecoder
-    from app.workflows.automatic_request import median_frame
-    from app.workflows.calibration import subprogress
-    from app.workflows.check import check as judged
-
-    known = files.read_calibration(calibration)
+    calibrated = files.read_calibration(calibration)
     with progress_bar("Checking the calibration") as progress, ImageDecoder(workers=1) as decoder:
         reads = [lambda path=path: decoder.frame_from_bytes(files.read_bytes(path)) for path in pictures]
         frame = median_frame(reads, subprogress(progress, 0.0, 0.4))
-        found = judged(known, frame.pixels, subprogress(progress, 0.4, 1.0))
+        found = check_calibration(calibrated, frame.pixels, subprogress(progress, 0.4, 1.0))
     if drawn is not None:
-        files.write_picture(drawn, _drawn(frame.pixels, found))
-    print(json.dumps(found, allow_nan=False) if as_json else _in_words(found))
-    if (found["verdict"]["level"] or "unknown") not in ACCEPTED[enough]:
-        raise typer.Exit(POOR)
+        files.write_picture(drawn, _draw(frame.pixels, found))
+    print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
+    exit_below(enough, found["verdict"]["level"])
 
 
-def _in_words(found: dict[str, Any]) -> str:
-    """The verdict, then a row a line."""
+def _summary(found: dict[str, Any]) -> str:
+    """Return the verdict, then a row for each line."""
     verdict = found["verdict"]
     rows = [f"{verdict['sentence']} {verdict['fix']}".strip()]
     width = max((len(line["feature"]) for line in found["lines"]), default=4)
@@ -59,16 +59,13 @@ def _in_words(found: dict[str, Any]) -> str:
     return "\n".join(rows)
 
 
-def _drawn(pixels: Any, found: dict[str, Any]) -> Any:
-    """White where the calibration has the lines, green or red where they are."""
-    import cv2
-    import numpy as np
-
+def _draw(pixels: Any, found: dict[str, Any]) -> Any:
+    """Draw white points where the calibration has the lines, green or red ones where they are."""
     canvas = pixels.copy()
     for point in found["points"]:
-        expected, there = (tuple(np.round(point[key]).astype(int).tolist()) for key in ("expected", "found"))
-        cv2.circle(canvas, expected, 2, HERE, -1, cv2.LINE_AA)
+        expected, actual = (tuple(np.round(point[key]).astype(int).tolist()) for key in ("expected", "found"))
+        cv2.circle(canvas, expected, 2, EXPECTED_COLOUR, -1, cv2.LINE_AA)
         colour = GOOD_COLOUR if abs(point["off_mm"]) <= POOR_MM else POOR_COLOUR
-        cv2.line(canvas, expected, there, colour, 1, cv2.LINE_AA)
-        cv2.circle(canvas, there, 2, colour, -1, cv2.LINE_AA)
+        cv2.line(canvas, expected, actual, colour, 1, cv2.LINE_AA)
+        cv2.circle(canvas, actual, 2, colour, -1, cv2.LINE_AA)
     return canvas

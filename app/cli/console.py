@@ -1,14 +1,11 @@
-"""What a command says besides its result, all of it on stderr: errors with their fix, and how far it has come."""
+"""What a command says besides its result, all of it on stderr: errors with their fix, and exit codes."""
 
 import sys
 import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 from app.core.errors import TouchlineError
-from app.core.progress import Progress
 
-UNEXPECTED, USAGE, REFUSED, FILE = 1, 2, 3, 4
+UNEXPECTED, USAGE, REFUSED, FILE, POOR = 1, 2, 3, 4, 5
 FILE_REASONS = ("port-taken", "data-folder", "data-folder-in-use", "not-saved", "disk-full", "no-settings-file",
                 "database-damaged", "database-missing", "database-away", "newer-database", "folder-not-empty",
                 "database-not-empty", "restore-unfinished", "no-archive", "no-interface", "no-route", "forbidden",
@@ -26,9 +23,9 @@ class FileTrouble(TouchlineError):
 
 
 def exit_code_of(error: Exception) -> int:
-    """Say what went wrong and what to do; the exit code for it."""
+    """Print what went wrong and what to do; return the exit code for it."""
     if isinstance(error, BrokenPipeError):
-        return 0  # whoever read our output has had enough
+        return 0  # whoever reads our output has had enough
     if isinstance(error, OSError):
         error = FileTrouble(f"{error.filename or 'A file'}: {error.strerror or error}.",
                             "Check the path, its permissions and the space on the disk.")
@@ -42,17 +39,3 @@ def exit_code_of(error: Exception) -> int:
 
 def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
-
-
-@contextmanager
-def progress_bar(title: str) -> Iterator[Progress]:
-    """A bar on a terminal, nothing elsewhere; gone when the work is done."""
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
-    console = Console(stderr=True)
-    with Bar(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"),
-             TimeElapsedColumn(), console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(title, total=1.0)
-        yield lambda fraction, message: bar.update(task, completed=fraction, description=message or title)

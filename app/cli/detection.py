@@ -6,6 +6,17 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+import yaml
+
+from app.cli import files
+from app.cli.files import points_from_pairs
+from app.core.colour_profile import ColourProfile
+from app.core.errors import BadInput
+from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
+from app.store.stages import load_plan, named_plan
+from app.workflows.detection import context_for
+from app.workflows.detection import detect as detect_in
+from app.workflows.detection import detections_image as draw_over
 
 
 def detect(
@@ -33,26 +44,17 @@ def detect(
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
     """Find the ball and the robots in a picture, with numbers, fronts and places."""
-    import yaml
-
-    from app.cli import files
-    from app.core.colour_profile import ColourProfile
-    from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
-    from app.workflows.detection import context_for
-    from app.workflows.detection import detect as detected
-    from app.workflows.detection import detections_image as drawn_over
-
-    told = None if calibration is None else files.read_calibration(calibration)
+    known = None if calibration is None else files.read_calibration(calibration)
     profile = None if colours is None else ColourProfile.from_json(
         plain_from_yaml(files.read_bytes(colours, MAX_BYTES), f"The file {colours.name}"))
     plan, frame, eye_mm = _plan(stages), files.read_picture(picture), _eye(eye)
     plan = replace(plan, corrected=True) if corrected else plan
     wanted = [name for name, _ in plan.stages] if stage_pictures is not None else []
-    found = detected(frame.pixels, plan, calibration=told, profile=profile, clicks=_clicks(click or []),
+    found = detect_in(frame.pixels, plan, calibration=known, profile=profile, clicks=_clicks(click or []),
                      mm_per_px=mm_per_px, eye_mm=eye_mm, pictures=wanted)
     if drawn is not None:
-        view = context_for(frame.size, found.profile, told, mm_per_px, eye_mm).view
-        files.write_picture(drawn, drawn_over(frame.pixels, found.seen.detections, view))
+        view = context_for(frame.size, found.profile, known, mm_per_px, eye_mm).view
+        files.write_picture(drawn, draw_over(frame.pixels, found.seen.detections, view))
     for number, (name, pixels) in enumerate(found.seen.pictures.items(), 1):
         files.write_picture(stage_pictures / f"{number}-{name}.png", pixels)
     if save_colours is not None:
@@ -62,13 +64,10 @@ def detect(
 
 
 def _plan(stages: str) -> Any:
-    from app.store.stages import load_plan, named_plan
     return load_plan(Path(stages)) if stages.endswith((".yaml", ".yml")) else named_plan(stages)
 
 
 def _eye(text: str | None) -> tuple[float, float, float] | None:
-    from app.cli.files import points_from_pairs
-    from app.core.errors import BadInput
     if text is None:
         return None
     parts = text.split(",")
@@ -81,8 +80,6 @@ def _eye(text: str | None) -> tuple[float, float, float] | None:
 
 
 def _clicks(texts: list[str]) -> dict[str, list[list[float]]]:
-    from app.cli.files import points_from_pairs
-    from app.core.errors import BadInput
     found: dict[str, list[list[float]]] = {}
     for text in texts:
         colour, _, place = text.partition("=")
@@ -96,7 +93,7 @@ def _clicks(texts: list[str]) -> dict[str, list[list[float]]]:
 
 
 def _summary(found: dict[str, Any]) -> str:
-    """A line a thing, then what somebody should know."""
+    """Return a line for each detection, then notes and the time."""
     lines = [f"{'what':<14}{'x mm':>9}{'y mm':>9}{'± mm':>7}{'front °':>9}{'sure':>6}   px"]
     order = {"ball": 0, "robot": 1, "marker": 2}
     things = sorted(found["detections"], key=lambda d: (order[d["kind"]], d["team"] or "", -1 if d["id"] is None

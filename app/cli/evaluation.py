@@ -5,7 +5,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
 
+from app.cli import files
+from app.cli.progress import progress_bar
 from app.cli.requests import (
     FieldName,
     HeightMm,
@@ -21,6 +26,10 @@ from app.cli.requests import (
     options_from,
     task_from,
 )
+from app.core.errors import FitFailed
+from app.core.field_json import field_from_json
+from app.models import model_from_json
+from app.workflows import calibration as workflow
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print everything as JSON.")]
 PngFile = Annotated[Path | None, typer.Option("--png", metavar="OUT.png", help="Draw it as a map with a scale in mm.")]
@@ -34,8 +43,6 @@ def compare(
     height_sigma_mm: HeightSigmaMm = None, fields: OwnFields = None, as_json: AsJson = False,
 ) -> None:
     """Fit every camera model to the same points and say which to trust."""
-    from app.cli.console import progress_bar
-
     options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
     task = task_from(image, points, field, region, rotate, None, options, "", fields)
     names = [name.strip() for name in models.split(",")] if models else None
@@ -53,9 +60,6 @@ def difference(
     png: PngFile = None, as_json: AsJson = False,
 ) -> None:
     """How far two calibrations are apart over the region, in mm on the carpet and px in the picture."""
-    from app.cli import files
-    from app.workflows import calibration as workflow
-
     a, b = files.read_calibration(one), files.read_calibration(other)
     found = workflow.difference(_model(a), _model(b), _region(a))
     if png is not None:
@@ -78,9 +82,6 @@ def uncertainty(
     png: PngFile = None, as_json: AsJson = False,
 ) -> None:
     """Expected error over the region, in the plane at a height: what the clicks' noise does to it."""
-    from app.cli import files
-    from app.workflows import calibration as workflow
-
     known = files.read_calibration(calibration)
     found = workflow.uncertainty(_model(known), known.covariance, _region(known), z_mm)
     if png is not None:
@@ -95,20 +96,14 @@ def uncertainty(
 
 
 def _model(calibration: Any) -> Any:
-    from app.models import model_from_json
-
     return model_from_json(calibration.model_name, calibration.model_parameters)
 
 
 def _region(calibration: Any) -> Any:
-    from app.core.field_json import field_from_json
-
     return field_from_json(calibration.field).region(calibration.region, calibration.rotate)
 
 
 def _grid(found: dict[str, Any], name: str) -> Any:
-    from app.core.errors import FitFailed
-
     if found["grid"] is None:
         raise FitFailed("There is no place on the region that both calibrations reach.",
                         "Choose two calibrations of one camera.", reason="no-overlap")
@@ -116,11 +111,7 @@ def _grid(found: dict[str, Any], name: str) -> Any:
 
 
 def _show_ranking(found: dict[str, Any]) -> None:
-    """A table, best first, then the choice in a sentence and what could not be fitted."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
+    """Print a table, best first, then the choice in a sentence and what could not be fitted."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
     table.add_column("")
     table.add_column("model", no_wrap=True)

@@ -5,7 +5,11 @@ from typing import Annotated
 
 import typer
 
-from app.cli.requests import OwnFields, RegionName, Rotate
+from app.cli import files
+from app.cli.requests import OwnFields, RegionName, Rotate, own_fields
+from app.core.records import Calibration
+from app.workflows import interchange
+from app.workflows.calibration_request import with_new_id
 
 CameraId = Annotated[int | None, typer.Option("--camera-id", min=0, max=2**32 - 1, help="The camera's number in a "
                                               "packet of the Small Size League.")]
@@ -22,19 +26,16 @@ def export(
     camera_id: CameraId = None,
 ) -> None:
     """Write a calibration as another program's file."""
-    from app.cli import files
-    from app.workflows import interchange
-
     known = files.read_calibration(calibration)
     if format is None:
-        for told in interchange.formats(known):
-            print(f"{told['format']:13} {_cost(told)}. {told['holds']}")
+        for row in interchange.formats(known):
+            print(f"{row['format']:13} {_cost(row)}. {row['holds']}")
         return
     if output is None:
         raise typer.BadParameter("there is no file to write", param_hint="--output")
-    made = interchange.export(known, format, approximate, camera_id)
-    files.write_bytes(output, made.data)
-    print(f"Written to {output}{'' if made.loss is None else f', {_error(made.loss.to_json())}'}.")
+    exported = interchange.export(known, format, approximate, camera_id)
+    files.write_bytes(output, exported.data)
+    print(f"Written to {output}{'' if exported.loss is None else f', {_error(exported.loss.to_json())}'}.")
 
 
 def import_file(
@@ -51,34 +52,26 @@ def import_file(
     fields: OwnFields = None,
 ) -> None:
     """Read another program's file."""
-    from app.cli import files
-    from app.core.records import Calibration
-    from app.settings import Settings
-    from app.store.field_repository import FieldShelf
-    from app.workflows import interchange
-    from app.workflows.calibration_request import with_new_id
-
     size = None if image_size is None else interchange.size_from_text(image_size)
-    wanted = interchange.ImportOptions(field, region, rotate, size, None, camera_id, model)
+    options = interchange.ImportOptions(field, region, rotate, size, None, camera_id, model)
     found = interchange.read_file(files.read_bytes(file, files.MAX_JSON_BYTES), file.name, camera_id)
     if interchange.is_lens(found):
-        files.write_lens(output, interchange.lens_record_from_file(found, wanted))
+        files.write_lens(output, interchange.lens_record_from_file(found, options))
         print(f"A lens, written to {output}: hold it with --lens; the field then tells where the camera hangs.")
         return
     if not isinstance(found, Calibration):
-        found = with_new_id(interchange.calibration_from_file(found, wanted, FieldShelf(fields or
-                                                                                        Settings().own_fields)))
+        found = with_new_id(interchange.calibration_from_file(found, options, own_fields(fields)))
     files.write_calibration(output, found)
     print(f"A calibration ({found.model_name}, {found.image_size.width} × {found.image_size.height} px, "
           f"{found.field['name']} {found.region}), written to {output}.")
 
 
-def _cost(told: dict) -> str:
-    if told["problem"] is not None:
-        return f"cannot: {told['problem']['what'].rstrip('.')}"
-    if told["loss"] is None:
+def _cost(row: dict) -> str:
+    if row["problem"] is not None:
+        return f"cannot: {row['problem']['what'].rstrip('.')}"
+    if row["loss"] is None:
         return "exact"
-    return _error(told["loss"]) + ("" if told["exact"] else ", with --approximate")
+    return _error(row["loss"]) + ("" if row["exact"] else ", with --approximate")
 
 
 def _error(loss: dict) -> str:

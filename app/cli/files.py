@@ -14,7 +14,7 @@ from app.fitting.ray_camera.distortion_prior import BentLens
 from app.formats import FORMATS
 from app.images import ImageLimits, encode, frame_from_bytes
 from app.models.pinhole_lens import PinholeLens
-from app.store.files import write_whole
+from app.store.files import write_atomically
 
 POINTS_KEYS = ("observations", "field", "region", "rotate", "model", "options", "image_size", "note")
 POINTS_FORM = 'Give a list of observations, or {"field": …, "region": …, "observations": […]}.'
@@ -38,7 +38,7 @@ def read_bytes(path: Path, most: int = ImageLimits().max_bytes) -> bytes:
 def write_bytes(path: Path, data: bytes) -> None:
     """Write a file whole or not at all."""
     try:
-        write_whole(path, data)
+        write_atomically(path, data)
     except OSError as error:
         raise FileTrouble(f"{path} cannot be written: {error.strerror}.",
                           "Check the folder, its permissions and the space on the disk.") from None

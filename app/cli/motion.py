@@ -1,10 +1,17 @@
-"""motion: how far the tracks of what rolls in a film bow, raw and corrected, and the lens that they tell."""
+"""motion: how far the tracks of what rolls in a film bow, raw and corrected, and the lens that follows from it."""
 
 import json
 from pathlib import Path
 from typing import Annotated, Any
 
+import cv2
+import numpy as np
 import typer
+
+from app.cli import files
+from app.cli.console import say
+from app.cli.progress import progress_bar
+from app.workflows import rolling_request
 
 
 def motion(
@@ -22,25 +29,21 @@ def motion(
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
 ) -> None:
     """Follow a ball or robot through a film and say how far its straight rolls bow."""
-    from app.cli import files
-    from app.cli.console import progress_bar, say
-    from app.workflows import rolling_request
-
     if refined is not None and calibration is None:
         raise typer.BadParameter("there is no --calibration that could be refined", param_hint="--refined")
     rolling_request.check("report", kind, 0.0)
-    told = None if calibration is None else files.read_calibration(calibration)
-    refinable = rolling_request.check_refinable(told) if refined is not None else None
+    known = None if calibration is None else files.read_calibration(calibration)
+    refinable = rolling_request.check_refinable(known) if refined is not None else None
     with progress_bar("Following what moves") as progress:
-        rolling = rolling_request.track_film(film.absolute(), progress, told)
-    found = rolling.report(*rolling_request.model_for_size(told, rolling.size))
+        rolling = rolling_request.track_film(film.absolute(), progress, known)
+    found = rolling.report(*rolling_request.model_for_size(known, rolling.size))
     if drawn is not None:
         files.write_picture(drawn, _drawn(rolling.last, found))
     if lens is not None:
         files.write_lens(lens, rolling_request.lens_record(rolling.rolls, rolling.size, kind, note=f"From {film.name}"))
     if refined is not None:
         made = rolling_request.lens_record(rolling.rolls, rolling.size, refinable)
-        files.write_calibration(refined, rolling_request.refine(told, made))
+        files.write_calibration(refined, rolling_request.refine(known, made))
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
     for path in (lens, refined):
         if path is not None:
@@ -50,23 +53,20 @@ def motion(
 def _summary(found: dict[str, Any]) -> str:
     lines = [found["sentence"]]
     for where in ("raw", "corrected"):
-        told = found[where]
-        if told is None or told["border_sigma_pct"] is None:
+        view = found[where]
+        if view is None or view["border_sigma_pct"] is None:
             continue
-        lines.append(f"{where.capitalize()}: {told['border_pct']:+.2f} ± {told['border_sigma_pct']:.2f} % along the "
+        lines.append(f"{where.capitalize()}: {view['border_pct']:+.2f} ± {view['border_sigma_pct']:.2f} % along the "
                      "edge.")
         lines += [f"  roll {roll['number'] + 1}: {roll['length_px']:.0f} px, bow {roll['bow_pct']:+.2f} ± "
                   f"{roll['spread_pct']:.2f} %, rms {roll['rms_px']:.2f} px" + ("" if roll["used"] else ", left out")
-                  for roll in told["rolls"]]
+                  for roll in view["rolls"]]
     if found["lens"] is not None:
         lines.append(f"As plumb lines: {found['lens']['sentence']}")
     return "\n".join(lines)
 
 
 def _drawn(last: Any, found: dict[str, Any]) -> Any:
-    import cv2
-    import numpy as np
-
     pixels = last.copy()
     for run in found["runs"]:
         cv2.polylines(pixels, [np.round(run["points"]).astype(np.int32)], False, (0, 200, 255), 2, cv2.LINE_AA)

@@ -2,12 +2,22 @@
 
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from app.cli import files
 from app.cli.console import say
+from app.cli.requests import own_fields
+from app.core.errors import TouchlineError
+from app.league.config import PublishingConfig
+from app.league.geometry_listener import GeometryListener
+from app.league.geometry_packet import geometry_packet, published_cameras
+from app.league.multicast_address import MulticastAddress
+from app.league.multicast_sender import MulticastSender
+from app.league.received import received_json
 
 GroupOption = Annotated[str, typer.Option("--group", help="The multicast group.")]
 PortOption = Annotated[int, typer.Option("--port", min=1, max=65535, help="Its UDP port.")]
@@ -31,28 +41,21 @@ def publish(
     approve: Annotated[bool, typer.Option("--approve", help="Send it all the same.")] = False,
 ) -> None:
     """Send field and cameras to the league's multicast group."""
-    from dataclasses import replace
-
-    from app.cli import files
-    from app.league.config import PublishingConfig
-    from app.league.geometry_packet import geometry_packet, published_cameras
-    from app.league.multicast_sender import MulticastSender
-
     known = [replace(files.read_calibration(path), camera=str(path)) for path in calibrations]
     numbers = dict(zip((one.camera for one in known), camera_id or (), strict=False))
     approved = {one.camera: one.id for one in known} if approve else {}
     config = PublishingConfig(True, False, group, port, interface, ttl, every or 3.0, limit, None, numbers, approved)
-    told = published_cameras(known, config)
-    for one in told:
+    cameras = published_cameras(known, config)
+    for one in cameras:
         if one.problem is not None:
             raise one.problem  # all or nothing: half of a field's cameras is a field that half its robots leave
-    packet = geometry_packet(told)
-    with MulticastSender(config.address) as way:
-        way.check()
-        for one in told:
+    packet = geometry_packet(cameras)
+    with MulticastSender(config.address) as sender:
+        sender.check()
+        for one in cameras:
             print(f"{one.name}: camera {one.number} of {one.calibration.field['name']}, {_loss(one.to_json())}")
         print(f"{len(packet)} bytes to {group}, port {port}{f', by {interface}' if interface else ''}.", flush=True)
-        _send(way, packet, every)
+        _send(sender, packet, every)
 
 
 def absorb(
@@ -64,14 +67,7 @@ def absorb(
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
     """Listen to the group, and tell who publishes geometry there."""
-    from app.cli import files
-    from app.league.geometry_listener import GeometryListener
-    from app.league.multicast_address import MulticastAddress
-    from app.league.received import received_json
-    from app.settings import Settings
-    from app.store.field_repository import FieldShelf
-
-    known = tuple(FieldShelf(fields or Settings().own_fields).values())
+    known = tuple(own_fields(fields).values())
     listener = GeometryListener(MulticastAddress(group, port, interface))
     try:
         _wait_joined(listener)
@@ -79,12 +75,12 @@ def absorb(
         senders = listener.publishers
     finally:
         listener.close()
-    told = [received_json(sender, known, ()) for sender in senders]
+    found = [received_json(sender, known, ()) for sender in senders]
     if as_json:
-        print(json.dumps(told, allow_nan=False, indent=1))
+        print(json.dumps(found, allow_nan=False, indent=1))
     else:
-        for one in told:
-            _tell(one)
+        for one in found:
+            _print_sender(one)
     if not senders:
         say(f"Nobody was heard in {seconds:g} s. Does the interface lead to the field's network (--interface)?")
     if folder is not None:
@@ -94,17 +90,15 @@ def absorb(
                 files.write_bytes(folder / f"{sender.id}.pb", sender.data)
 
 
-def _send(way: Any, packet: bytes, every: float | None) -> None:
-    from app.core.errors import TouchlineError
-
+def _send(sender: Any, packet: bytes, every: float | None) -> None:
     if every is None:
-        way.send(packet)
+        sender.send(packet)
         return
     failed = False
     try:
         while True:
             try:
-                way.send(packet)
+                sender.send(packet)
                 if failed:
                     say("It is sent again.")
                 failed = False
@@ -126,9 +120,9 @@ def _wait_joined(listener: Any) -> None:
             return
 
 
-def _tell(one: dict[str, Any]) -> None:
+def _print_sender(one: dict[str, Any]) -> None:
     print(f"{one['address']}, port {one['port']}, {one['source']}: {one['packets']} packets, {one['geometries']} with "
-          f"geometry{_bad(one)}")
+          f"geometry{_unread(one)}")
     if one["problem"] is not None:
         print(f"  {one['problem']['what']} {one['problem']['fix']}")
     if one["field"] is not None:
@@ -143,15 +137,15 @@ def _tell(one: dict[str, Any]) -> None:
                   f"{camera['focal_px']:.1f} px, distortion {camera['distortion']:.4f}")
 
 
-def _bad(one: dict[str, Any]) -> str:
-    """What of a sender was not read, and why."""
+def _unread(one: dict[str, Any]) -> str:
+    """Say what of a sender was not read, and why."""
     refused = f", {one['refused']} refused ({one['refusal']})" if one["refused"] else ""
     return refused + (f", {one['skipped']} not read: too many" if one["skipped"] else "")
 
 
-def _loss(told: dict[str, Any]) -> str:
-    """What a camera loses, and where, in words."""
-    loss = told["loss"]
+def _loss(camera: dict[str, Any]) -> str:
+    """Say what a camera loses, and where."""
+    loss = camera["loss"]
     x, y = loss["worst_place"]
     words = f"at worst {loss['worst_mm']:.4f} mm off on the carpet (at {x:.0f}, {y:.0f})"
     hat = loss["hat_worst_mm"]

@@ -6,6 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
+from app.cli import files
+from app.cli.progress import progress_bar
+from app.workflows.pair import evaluate_pair
+
 
 def pair(
     matches: Annotated[Path | None, typer.Argument(metavar="[MATCHES.json]", help='Matched points: {"points_a": [[x, '
@@ -16,10 +20,6 @@ def pair(
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
     """Judge two cameras by matched points, by their calibrations, or by both."""
-    from app.cli import files
-    from app.cli.console import progress_bar
-    from app.workflows.pair import evaluate_pair
-
     given: dict[str, Any] = files.read_matches(matches) if matches is not None else {}
     one, other = (files.read_calibration(path) if path is not None else None for path in (a, b))
     with progress_bar("Judging the pair") as progress:

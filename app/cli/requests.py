@@ -1,10 +1,18 @@
-"""The task that a picture, a file of points and some options describe; calibrate and compare share it."""
+"""The fit that a picture, a file of points and some options ask for; calibrate, compare and batch share it."""
 
 import json
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from app.cli import files
+from app.core.errors import BadInput, Conflict
+from app.core.geometry import ImageSize
+from app.core.records import observations_from_json
+from app.settings import Settings
+from app.store.field_repository import FieldRepository
+from app.workflows.calibration_request import CalibrationRequest
 
 ImageFile = Annotated[Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG, BMP or WebP.")]
 PointsFile = Annotated[Path, typer.Option("--points", metavar="FILE.json", help="Observations: a list, or an object "
@@ -27,8 +35,6 @@ TAPE_SIGMA_MM = 30.0
 def task_from(image: Path, points: Path, field: str | None, region: str | None, rotate: int | None,
               model: str | None, options: dict[str, Any], note: str, fields: Path | None) -> Any:
     """What is given wins over what the file of points says."""
-    from app.cli import files
-
     given = files.read_points_file(points)
     frame = files.read_picture(image)
     return task_of(image, frame.size, frame.sha256, given, own_fields(fields), field, region, rotate, model, options,
@@ -36,40 +42,31 @@ def task_from(image: Path, points: Path, field: str | None, region: str | None, 
 
 
 def own_fields(folder: Path | None) -> Any:
-    """Every field that can be named: the shipped ones and those of a folder, or of the settings' folder."""
-    from app.settings import Settings
-    from app.store.field_repository import FieldShelf
-
-    return FieldShelf(folder or Settings().own_fields)
+    """Return all fields: the shipped ones and those of a folder, or of the settings' folder."""
+    return FieldRepository(folder or Settings().own_fields)
 
 
-def task_of(image: Path, size: Any, sha256: str, given: dict[str, Any], shelf: Any, field: str | None,
+def task_of(image: Path, size: Any, sha256: str, given: dict[str, Any], fields: Any, field: str | None,
             region: str | None, rotate: int | None, model: str | None, options: dict[str, Any], note: str = "") -> Any:
-    """The same for a picture whose size and hash are known; given: what a file of points says."""
-    from app.core.errors import BadInput, Conflict
-    from app.core.geometry import ImageSize
-    from app.core.records import observations_from_json
-    from app.workflows.calibration_request import CalibrationRequest
-
+    """Return the request for a picture whose size and hash are known. given: what a file of points says."""
     field_name, region_name = field or given.get("field"), region or given.get("region")
     if field_name is None or region_name is None:
         raise BadInput("No field or no region is named.", "Give --field and --region, or name them in the points file.",
                        reason="no-field")
-    seen = shelf[field_name]
+    known = fields[field_name]
     turn = rotate if rotate is not None else given.get("rotate")
     if "image_size" in given and ImageSize.of(given["image_size"]) != size:
         raise Conflict(f"{image} is {size.width} × {size.height} px; the points are for a picture of "
                        f"{given['image_size']}.", "Give the picture that was clicked.", reason="size-mismatch")
-    return CalibrationRequest(observations_from_json(given["observations"]), seen, seen.region(region_name, turn), size,
-                              model or given.get("model") or "polynomial", {**(given.get("options") or {}), **options},
-                              image_sha256=sha256, note=note or given.get("note", ""))
+    return CalibrationRequest(observations_from_json(given["observations"]), known, known.region(region_name, turn),
+                              size,
+                model or given.get("model") or "polynomial", {**(given.get("options") or {}), **options},
+                image_sha256=sha256, note=note or given.get("note", ""))
 
 
 def options_from(words: list[str] | None, lens: Path | None, lens_sigma: str | None, height_mm: float | None,
                  height_sigma_mm: float | None) -> dict[str, Any]:
-    """name=value words (a value is JSON where it can be read so, else text), a known lens, a height by tape."""
-    from app.cli import files
-
+    """Return a fit's options: NAME=VALUE words (a value is JSON, or else text), a known lens, a height by tape."""
     options: dict[str, Any] = {}
     for word in words or []:
         name, equals, value = word.partition("=")

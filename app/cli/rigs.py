@@ -6,11 +6,20 @@ from typing import Annotated, Any
 
 import typer
 
-from app.cli.reports import ACCEPTED, POOR, Enough
-from app.cli.server import ConfigOption
+from app.cli import files
+from app.cli.progress import progress_bar
+from app.cli.stored import ConfigOption, stored
+from app.cli.verdicts import Enough, EnoughOption, exit_below
+from app.core.errors import BadInput, Conflict
+from app.core.field_json import field_from_json
+from app.evaluate.cameras.rectangles import NAMES
+from app.imaging.mosaic import FieldView, stitcher_of
+from app.store.field_repository import FieldRepository
+from app.workflows.rig import check as check_rig
+from app.workflows.rig import refuse_other_sizes
 
-rig = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Cameras that share a field: whether they agree, "
-                  "and all of them as one picture.")
+rig = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
+                  help="Cameras that share a field: whether they agree, and all of them as one picture.")
 
 WhichRig = Annotated[list[str], typer.Argument(metavar="CAL.json… | NAME", help="Calibrations of cameras over one "
                                                "field; or the name of a rig that a server on this machine keeps, "
@@ -19,7 +28,6 @@ PictureFiles = Annotated[list[Path] | None, typer.Option("--picture", metavar="I
                                                          "now, in the order of the cameras; once for each.")]
 DataFolder = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Where the server keeps everything; "
                                                  "for a NAME.")]
-EnoughOption = Annotated[Enough, typer.Option("--enough", help=f"Exit code {POOR} for a verdict below this.")]
 
 
 @rig.command()
@@ -32,20 +40,15 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
     """How far cameras are apart where two of them see the same carpet; 0 if that is good enough."""
-    from app.cli import files
-    from app.cli.console import progress_bar
-    from app.workflows.rig import check as judged
-
     known, pictures = _rig(which, picture, data, config)
     given = []
     if matches is not None:
         a, b = _first_two(known)
         given = [{"a": a, "b": b, "z_mm": z_mm, **files.read_matches(matches)}]
     with progress_bar("Checking the rig") as progress:
-        found = judged(known, pictures, given, progress)
-    print(json.dumps(found, allow_nan=False) if as_json else _in_words(found))
-    if (found["verdict"]["level"] or "unknown") not in ACCEPTED[enough]:
-        raise typer.Exit(POOR)
+        found = check_rig(known, pictures, given, progress)
+    print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
+    exit_below(enough, found["verdict"]["level"])
 
 
 @rig.command()
@@ -57,41 +60,30 @@ def stitch(
     data: DataFolder = None, config: ConfigOption = None,
 ) -> None:
     """The whole field corrected in one picture of all cameras; says what none of them sees."""
-    from app.cli import files
-    from app.core.errors import BadInput
-    from app.core.field_json import field_from_json
-    from app.imaging.mosaic import FieldView, stitcher_of
-    from app.workflows.rig import refuse_other_sizes
-
     known, pictures = _rig(which, picture, data, config)
     if not pictures:
         raise BadInput("No picture was given.", "Give one for each camera: --picture IMAGE.", reason="no-picture")
     refuse_other_sizes(known, pictures)
-    made, names = stitcher_of(known, pictures, FieldView(field_from_json(known["field"]), width))
-    files.write_picture(output, made.stitch([pictures[name] for name in names]))
-    print(f"{output}: {made.view.size.width} × {made.view.size.height} px, {1 / made.view.px_per_mm:.2g} mm a px. "
-          f"{made.unseen_summary()['words']}")
+    stitcher, names = stitcher_of(known, pictures, FieldView(field_from_json(known["field"]), width))
+    files.write_picture(output, stitcher.stitch([pictures[name] for name in names]))
+    view = stitcher.view
+    print(f"{output}: {view.size.width} × {view.size.height} px, {1 / view.px_per_mm:.2g} mm a px. "
+          f"{stitcher.unseen_summary()['words']}")
 
 
 def _rig(which: list[str], picture: list[Path] | None, data: Path | None, config: Path | None,
          ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The rig as rig_pipeline.py takes it, and its pictures by camera."""
-    from app.cli import files
-    from app.core.errors import BadInput
-
+    """Return the rig as workflows.rig takes it, and its pictures by camera."""
     named = len(which) == 1 and not Path(which[0]).suffix and not Path(which[0]).exists()
-    known = _kept(which[0], data, config) if named else _of_files([Path(word) for word in which])
-    cameras, shown = [camera["camera"] for camera in known["cameras"]], picture or []
-    if len(shown) > len(cameras):
-        raise BadInput(f"There are {len(shown)} pictures for {len(cameras)} cameras.", "Give one for each, in the "
+    known = _stored(which[0], data, config) if named else _of_files([Path(word) for word in which])
+    cameras, given = [camera["camera"] for camera in known["cameras"]], picture or []
+    if len(given) > len(cameras):
+        raise BadInput(f"There are {len(given)} pictures for {len(cameras)} cameras.", "Give one for each, in the "
                        "order of the cameras.", reason="too-many-pictures")
-    return known, {name: files.read_picture(path).pixels for name, path in zip(cameras, shown, strict=False)}
+    return known, {name: files.read_picture(path).pixels for name, path in zip(cameras, given, strict=False)}
 
 
 def _of_files(paths: list[Path]) -> dict[str, Any]:
-    from app.cli import files
-    from app.core.errors import Conflict
-
     calibrations = [files.read_calibration(path) for path in paths]
     if len({json.dumps(calibration.field, sort_keys=True) for calibration in calibrations}) > 1:
         raise Conflict("The calibrations are for different fields.", "Give cameras over one field.",
@@ -105,39 +97,28 @@ def _of_files(paths: list[Path]) -> dict[str, Any]:
          "picture": None} for name, calibration in zip(names, calibrations, strict=True)]}
 
 
-def _kept(name: str, data: Path | None, config: Path | None) -> dict[str, Any]:
-    from app.cli.console import FileTrouble
-    from app.evaluate.cameras.rectangles import NAMES
-    from app.main import store_of
-    from app.settings import load_settings
-    from app.store.field_repository import FieldShelf
-
-    settings = load_settings(config, data=data)
-    if not settings.data.is_dir():
-        raise FileTrouble(f"There is no data folder {settings.data}.", "Name the one that the server uses with --data.")
-    with store_of(settings) as store:
-        body = store.rig(name).body
+def _stored(name: str, data: Path | None, config: Path | None) -> dict[str, Any]:
+    with stored(data, config) as (store, settings):
+        body = store.rigs.get(name).body
         cameras = []
         for camera in body["cameras"]:
-            active = store.active(camera["camera"])
+            active = store.calibrations.active(camera["camera"])
             cameras.append({**camera, "title": camera["camera"], "picture": None,
                             "calibration": active.to_json() if active else None})
         return {"name": name, "title": body["title"], "cameras": cameras,
-                "field": FieldShelf(settings.own_fields)[body["field"]].to_json(),
+                "field": FieldRepository(settings.own_fields)[body["field"]].to_json(),
                 "rectangles": {one: body[one] for one in NAMES}}
 
 
 def _first_two(known: dict[str, Any]) -> list[str]:
-    from app.core.errors import BadInput
-
     names = [camera["camera"] for camera in known["cameras"]]
     if len(names) < 2:
         raise BadInput("Matches need two cameras.", "Give two calibrations.", reason="one-sided")
     return names[:2]
 
 
-def _in_words(found: dict[str, Any]) -> str:
-    """The verdict first, then each pair, then what is wrong with single cameras."""
+def _summary(found: dict[str, Any]) -> str:
+    """Return the verdict, then each pair, then what is wrong with single cameras."""
     verdict = found["verdict"]
     lines = [f"{verdict['level'] or 'unknown'}: {verdict['sentence']} {verdict['fix']}".rstrip()]
     for pair in found["pairs"]:

@@ -7,8 +7,11 @@ from typing import Annotated
 
 import typer
 
-from app.cli.reports import CalibrationOrId, DataFolder, PictureFile
-from app.cli.server import ConfigOption
+from app.cli import files
+from app.cli.reports import CalibrationOrId, DataFolder, PictureFile, calibration_and_picture
+from app.cli.stored import ConfigOption
+from app.scene.cameras import small
+from app.scene.export import scene_html
 
 OutFile = Annotated[Path, typer.Option("--out", "--output", "-o", metavar="SCENE.html", help="The page to write.")]
 Before = Annotated[Path | None, typer.Option("--before", metavar="CAL.json", help="An older version of the same "
@@ -19,17 +22,12 @@ Dark = Annotated[bool, typer.Option("--dark/--light", help="The ground that it i
 def scene(calibration: CalibrationOrId, output: OutFile, picture: PictureFile = None, before: Before = None,
           dark: Dark = False, data: DataFolder = None, config: ConfigOption = None) -> None:
     """Write the scene of one calibration in 3-D as a page that any browser opens."""
-    from app.cli import files
-    from app.cli.reports import known_and_shown
-    from app.scene.cameras import small
-    from app.scene.export import scene_html
-
-    known, shown = known_and_shown(calibration, picture, data, config)
+    known, clicked = calibration_and_picture(calibration, picture, data, config)
     older = files.read_calibration(before) if before is not None else None
-    name = shown.camera_name or known.camera or known.field["name"]
+    name = clicked.camera_name or known.camera or known.field["name"]
     given = {"cameras": [{"key": known.id or "camera", "title": name, "calibration": known.to_json(),
                           "before": older.to_json() if older is not None else None}]}
-    pictures = {known.id or "camera": small(shown.frame.pixels)} if shown.frame is not None else {}
+    pictures = {known.id or "camera": small(clicked.frame.pixels)} if clicked.frame is not None else {}
     with redirect_stdout(io.StringIO()):  # viser says where it listens; it is for nobody
         html = scene_html(given, pictures, dark=dark, title=f"Scene of {name}, version {known.version}")
     files.write_bytes(output, html.encode("utf-8", "replace"))

@@ -1,4 +1,4 @@
-"""serve and demo: the dashboard and its REST door on a port of this machine."""
+"""serve and demo: the dashboard and REST on a port of this machine."""
 
 import os
 from pathlib import Path
@@ -6,11 +6,13 @@ from typing import Annotated, Any
 
 import typer
 
+from app import main
+from app.cli.stored import ConfigOption
+from app.settings import load_settings
+
 DataOption = Annotated[Path | None, typer.Option("--data", metavar="DIR", help="Where everything is kept.")]
 PortOption = Annotated[int | None, typer.Option("--port", min=0, max=65535, help="TCP port; 0 takes any free one.")]
 HostOption = Annotated[str | None, typer.Option("--host", help="Address to listen on; 127.0.0.1 needs no token.")]
-ConfigOption = Annotated[Path | None, typer.Option("--config", metavar="FILE", help="Settings, the form of "
-                                                   "configs/touchline.yaml.")]
 OpenOption = Annotated[bool, typer.Option("--open/--no-browser", help="Open the page in a browser.")]
 LogOption = Annotated[bool, typer.Option("--verbose", "-v", help="Log every request.")]
 
@@ -30,18 +32,12 @@ DEMO_CAMERAS = (
 def serve(host: HostOption = None, port: PortOption = None, data: DataOption = None, config: ConfigOption = None,
           open_page: OpenOption = False, verbose: LogOption = False) -> None:
     """Serve the dashboard and REST."""
-    from app import main
-    from app.settings import load_settings
-
     main.serve(load_settings(config, data=data, server=_server(host, port)), open_page=open_page, verbose=verbose)
 
 
 def demo(port: PortOption = None, data: DataOption = None, open_page: OpenOption = False,
          verbose: LogOption = False) -> None:
     """Serve a simulated field camera behind a real lens model, ready to calibrate."""
-    from app import main
-    from app.settings import load_settings
-
     settings = load_settings(data=data or _demo_folder(), cameras=list(DEMO_CAMERAS), server=_server(None, port))
     main.serve(settings, open_page=open_page, verbose=verbose)
 
@@ -52,6 +48,6 @@ def _server(host: str | None, port: int | None) -> dict[str, Any] | None:
 
 
 def _demo_folder() -> Path:
-    """A folder of its own under the user's cache."""
+    """Return the demo's folder under the user's cache."""
     cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(cache) / "touchline" / "demo"

@@ -7,6 +7,14 @@ from typing import Annotated, Any
 
 import typer
 
+from app.cli import files
+from app.cli.progress import progress_bar
+from app.core.geometry import ImageSize
+from app.images import ImageDecoder
+from app.models.plumb_line import PlumbLens
+from app.workflows.straight_lines import undistort
+from app.workflows.straight_lines_request import StraightLinesRequest
+
 
 def straight(
     pictures: Annotated[list[Path] | None, typer.Argument(metavar="[PICTURES…]", help="Of one camera in one mode; "
@@ -21,21 +29,13 @@ def straight(
     as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
 ) -> None:
     """Say how straight pictures show straight edges, and which lens makes them straight."""
-    from app.cli import files
-    from app.cli.console import progress_bar
-    from app.core.geometry import ImageSize
-    from app.images import ImageDecoder
-    from app.models.plumb_line import PlumbLens
-    from app.workflows.straight_lines import undistort
-    from app.workflows.straight_lines_request import StraightLinesRequest
-
     pictures = pictures or []
     if corrected is not None and not pictures:
         raise typer.BadParameter("--corrected needs a picture.")
     given: dict[str, Any] = files.read_lines(lines) if lines is not None else {"lines": []}
     size = given.get("image_size")
-    task = StraightLinesRequest(lens, centre_sigma_px, tuple(given["lines"]), None if size is None else
-                                ImageSize.of(size))
+    task = StraightLinesRequest(lens, centre_sigma_px, tuple(given["lines"]), None
+                                if size is None else ImageSize.of(size))
     with progress_bar("Looking for edges") as progress, ImageDecoder(workers=1) as decoder:
         def read(path: Path) -> Any:
             return decoder.frame_from_bytes(files.read_bytes(path))
@@ -47,11 +47,11 @@ def straight(
 
 
 def _summary(found: dict[str, Any]) -> str:
-    """The verdict first, then the bow, straightness before and after, the lens, and what was left out."""
+    """Return the verdict, then the bow, straightness before and after, the lens, and what was left out."""
     bow, px, lens, sigma = found["bow"]["most"], found["straightness_px"], found["lens"], found["sigma"]
     left = Counter(line["reason"].replace("-", " ") for line in found["lines"] if not line["used"])
     lines = [f"Distortion {found['distortion']}. {found['sentence']}",
-             f"Bow {_told(bow['px'])} ± {_told(bow['sigma_px'])} px, {_told(bow['pct'])} % of its edge's "
+             f"Bow {_number(bow['px'])} ± {_number(bow['sigma_px'])} px, {_number(bow['pct'])} % of its edge's "
              f"{bow['length_px']:.0f} px.",
              f"Straightness {px['before']:.2f} px before, {px['after']:.3f} px after, {found['lines_used']} of "
              f"{len(found['lines'])} edges, {found['objects']} objects.",
@@ -63,5 +63,5 @@ def _summary(found: dict[str, Any]) -> str:
     return "\n".join([*lines, found["cannot_see"]])
 
 
-def _told(value: float | None) -> str:
+def _number(value: float | None) -> str:
     return "?" if value is None else f"{value:.2f}"

@@ -146,7 +146,7 @@ class JobRegistry:
         if rows is None:
             result = keep()
         else:
-            with rows.together():
+            with rows.transaction():
                 result = keep()
                 if not rows.finish(id, job.attempt, "done", result, None, "Done"):
                     raise Unavailable("The job's row says that somebody else has it.", "Ask for the job again.",
@@ -227,7 +227,7 @@ class JobRegistry:
 
     def _forget(self, rows: JobTable) -> None:
         try:
-            rows.forget(self._kept)
+            rows.prune(self._kept)
         except TouchlineError as error:
             log.warning("old jobs were not forgotten: %s", error)
 

@@ -20,7 +20,7 @@ from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.images import ImageLimits, decode_in_process
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.picture import AppliedCalibration
-from app.store.snapshots import checked_bytes
+from app.store.snapshots import read_checked
 
 EVERY_S = 1.0
 DOUBTFUL_S = 0.35  # an alarm is told two looks after the knock
@@ -101,7 +101,7 @@ class CameraDriftMonitor:
         if picture is None:
             return None
         try:
-            frame = decode_in_process(checked_bytes(**picture), self._limits)
+            frame = decode_in_process(read_checked(**picture), self._limits)
         except TouchlineError:
             return None
         return _reference([frame.pixels], shown)

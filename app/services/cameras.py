@@ -16,7 +16,7 @@ from app.live import LiveCamera, LiveCameras
 from app.settings import CameraSettings, Settings
 from app.sources import SOURCES, Identity, SourceContext, read_query, split_address
 from app.store import Store
-from app.store.field_repository import FieldShelf
+from app.store.field_repository import FieldRepository
 
 log = logging.getLogger("touchline")
 TEST_S = 15.0  # a camera that is tried out gets so long to show a picture
@@ -25,7 +25,7 @@ TEST_S = 15.0  # a camera that is tried out gets so long to show a picture
 class CameraShelf:
     """Cameras by id. What it asks of the store may block: call it from a thread where the loop must not wait."""
 
-    def __init__(self, settings: Settings, store: Store, fields: FieldShelf, limits: ImageLimits) -> None:
+    def __init__(self, settings: Settings, store: Store, fields: FieldRepository, limits: ImageLimits) -> None:
         self._settings = settings
         self._store = store
         self._fields = fields
@@ -35,14 +35,14 @@ class CameraShelf:
         """The settings' first, then those that were added, as they came."""
         named = list(self._settings.cameras)
         taken = {camera.id for camera in named}
-        return named + [_read(kept.id, kept.body) for kept in self._store.cameras() if kept.id not in taken]
+        return named + [_read(added.name, added.body) for added in self._store.cameras.all() if added.name not in taken]
 
     def get(self, id: str) -> CameraSettings:
         """One; NotFound."""
         if (camera := self._from_settings(id)) is not None:
             return camera
         try:
-            kept = self._store.camera(id)
+            kept = self._store.cameras.get(id)
         except NotFound:
             known = ", ".join(camera.id for camera in self.all()) or "none: add one with POST /api/v1/cameras"
             raise NotFound(f"There is no camera called {id!r}.", f"Known cameras: {known}.",
@@ -51,29 +51,29 @@ class CameraShelf:
 
     def etag(self, id: str) -> str | None:
         """Of one that was added; None for the settings' own, which only its file changes."""
-        return None if self._from_settings(id) else self._store.camera(id).etag
+        return None if self._from_settings(id) else self._store.cameras.get(id).etag
 
     def told(self, id: str) -> dict[str, str | None]:
         """When one that was added was changed last, and by whom; the settings' own say neither."""
-        kept = None if self._from_settings(id) else self._store.camera(id)
+        kept = None if self._from_settings(id) else self._store.cameras.get(id)
         return {"updated_at": kept.updated_at if kept else None, "updated_by": kept.updated_by if kept else None}
 
     def add(self, camera: CameraSettings, by: str) -> CameraSettings:
         if self._from_settings(camera.id):
             raise Conflict(f"There is already a camera called {camera.id!r}.", "Choose another id.",
                            reason="camera-exists")
-        self._store.add_camera(camera.id, camera.model_dump(exclude={"id"}), by)
+        self._store.cameras.add(camera.id, camera.model_dump(exclude={"id"}), by)
         return camera
 
     def change(self, id: str, changes: Mapping[str, Any], etag: str, by: str) -> CameraSettings:
         self._refuse_settings(id)
-        camera = _read(id, {**self._store.camera(id).body, **changes})
-        self._store.save_camera(id, camera.model_dump(exclude={"id"}), etag, by)
+        camera = _read(id, {**self._store.cameras.get(id).body, **changes})
+        self._store.cameras.save(id, camera.model_dump(exclude={"id"}), etag, by)
         return camera
 
     def remove(self, id: str, etag: str | None) -> None:
         self._refuse_settings(id)
-        self._store.remove_camera(id, etag)
+        self._store.cameras.delete(id, etag)
 
     def check_address(self, source: str) -> None:
         """BadInput or NotFound for an address that can never open: its form, its scheme, its options."""
@@ -98,12 +98,12 @@ class CameraShelf:
 
     def kept(self, id: str) -> tuple[Calibration | None, Identity | None]:
         """A camera's active calibration, and for which camera that was made or confirmed."""
-        calibration = self._store.active(id)
+        calibration = self._store.calibrations.active(id)
         if calibration is None:
             return None, None
-        evidence = self._store.camera_identity(calibration.id)
+        evidence = self._store.identities.get(calibration.id)
         if evidence is None and calibration.snapshot is not None:
-            evidence = self._store.camera_identity(calibration.snapshot)
+            evidence = self._store.identities.get(calibration.snapshot)
         return calibration, Identity(**evidence) if evidence else None
 
     def picture(self, calibration: Calibration) -> dict[str, Any] | None:
@@ -111,15 +111,15 @@ class CameraShelf:
         if calibration.snapshot is None:
             return None
         try:
-            snapshot = self._store.snapshot(calibration.snapshot)
-            return {"name": "the calibration's picture", "path": str(self._store.picture_path(snapshot.id)),
+            snapshot = self._store.snapshots.get(calibration.snapshot)
+            return {"name": "the calibration's picture", "path": str(self._store.snapshots.path(snapshot)),
                     "sha256": snapshot.sha256}
         except TouchlineError:
             return None
 
     def confirm(self, calibration: Calibration, identity: Identity, by: str = "") -> None:
         """From now on the calibration is that camera's. by: the operator who says so."""
-        self._store.confirm_identity(calibration.id, asdict(identity), by)
+        self._store.identities.confirm(calibration.id, asdict(identity), by)
 
     def _from_settings(self, id: str) -> CameraSettings | None:
         return next((camera for camera in self._settings.cameras if camera.id == id), None)

@@ -18,7 +18,7 @@ from app.live.detection_feed import OFF
 from app.services.cameras import CameraShelf
 from app.services.publishing import PublishingShelf
 from app.store import Store
-from app.store.field_repository import FieldShelf
+from app.store.field_repository import FieldRepository
 from app.store.stages import named_plan
 from app.vision.colour.separability import colour_health
 from app.vision.stage_pipeline import StageConfig
@@ -32,14 +32,15 @@ SOME_FIELD_MM = 5000.0  # where not even the field is known
 class SeeingShelf:
     """Thread-safe; what it asks of the store may block."""
 
-    def __init__(self, store: Store, cameras: CameraShelf, fields: FieldShelf, publishing: PublishingShelf) -> None:
+    def __init__(self, store: Store, cameras: CameraShelf, fields: FieldRepository,
+                 publishing: PublishingShelf) -> None:
         self._store, self._cameras, self._fields, self._publishing = store, cameras, fields, publishing
 
     def kept(self, id: str) -> tuple[dict[str, Any], str]:
         """{"on", "plan", "colours", "profile", "publish"} of a camera, and its ETag; NotFound for an unknown one."""
         self._cameras.get(id)
         try:
-            preset = self._store.presets.get("seeing", id)
+            preset = self._store.detection_plans.get(id)
         except NotFound:
             plan = named_plan(self._usual_plan(id)).to_json()
             return {"on": True, "plan": plan, "colours": None, "profile": None, "publish": False}, UNKEPT
@@ -55,17 +56,17 @@ class SeeingShelf:
         kept = {"on": body["on"], "plan": plan.to_json(), "colours": body["colours"], "profile": profile,
                 "publish": body["publish"]}
         try:
-            self._store.presets.save("seeing", id, kept, None if etag == UNKEPT else etag, by)
+            self._store.detection_plans.save(id, kept, None if etag == UNKEPT else etag, by)
         except Conflict as error:
             if error.reason != "seeing-exists":
                 raise
-            current = self._store.presets.get("seeing", id)
+            current = self._store.detection_plans.get(id)
             raise Stale("Somebody else has set what this camera sees since you opened it.", "Look at it again, then "
                         "change it.", reason="stale-seeing", current=dict(current.body), etag=current.etag) from None
 
     def colours(self, name: str) -> ColourProfile:
         """A kept profile; NotFound."""
-        return ColourProfile.from_json(self._store.presets.get("colours", name).body)
+        return ColourProfile.from_json(self._store.colour_profiles.get(name).body)
 
     def profile(self, kept: Mapping[str, Any]) -> dict[str, Any] | None:
         """The colours that a camera goes by: its own, or those it names; None where it finds them itself."""
@@ -79,7 +80,7 @@ class SeeingShelf:
     def used_by(self, colours: str) -> list[str]:
         """Cameras that name these colours."""
         known = {camera.id for camera in self._cameras.all()}  # what was set for one that is removed holds nothing up
-        return [preset.name for preset in self._store.presets.all("seeing")
+        return [preset.name for preset in self._store.detection_plans.all()
                 if preset.body["colours"] == colours and preset.name in known]
 
     def wanted(self, id: str) -> dict[str, Any]:
@@ -87,7 +88,7 @@ class SeeingShelf:
         try:
             kept, _ = self.kept(id)
             StageConfig.from_json(kept["plan"])
-            calibration = self._store.active(id)
+            calibration = self._store.calibrations.active(id)
             return {"on": kept["on"], "plan": kept["plan"], "profile": self.profile(kept),
                     "publish": kept["publish"] and kept["on"], "camera_number": self._number(id, calibration),
                     "extent_mm": self._extent_mm(id)}

@@ -77,11 +77,13 @@ def keep_import(state: State, data: bytes, texts: Mapping[str, str], who: str,
         if said:
             raise BadInput(f"A calibration exported as json says its {said[0]} itself.", f"Leave {said[0]} out.",
                            reason="bad-request")
-        return state.store.save(for_camera(_checked(found, data), wanted.camera), who).to_json(), "calibrations"
+        return state.store.calibrations.add(for_camera(_checked(found, data), wanted.camera),
+                                            who).to_json(), "calibrations"
     if is_lens(found):
-        return state.store.add_lens(lens_record_from_file(found, wanted)), "lenses"
+        return state.store.lenses.add(lens_record_from_file(found, wanted)), "lenses"
     made = calibration_from_file(found, wanted, state.fields)
-    return state.store.save(replace(made, note=f"{made.note} {origin}".strip()), who).to_json(), "calibrations"
+    return state.store.calibrations.add(replace(made, note=f"{made.note} {origin}".strip()),
+                                        who).to_json(), "calibrations"
 
 
 def _wanted(texts: Mapping[str, str]) -> ImportOptions:

@@ -13,7 +13,7 @@ from app.league.publishing import Publishing
 from app.services.cameras import CameraShelf
 from app.settings import Settings
 from app.store import Store
-from app.store.files import keeping, write_whole
+from app.store.files import translate_disk_errors, write_atomically
 
 FILE = "publishing.json"
 MERGED = ("numbers", "approved")  # by camera: what is not named stays, null forgets
@@ -30,7 +30,7 @@ class PublishingShelf:
         self._changes: dict[str, Any] = {}
 
         def active() -> list[Calibration]:
-            standing = (store.active(camera.id) for camera in cameras.all())
+            standing = (store.calibrations.active(camera.id) for camera in cameras.all())
             return [calibration for calibration in standing if calibration is not None]
 
         self.publishing = Publishing(self._read(), active)
@@ -50,8 +50,8 @@ class PublishingShelf:
             config = PublishingConfig.from_json({**self._own.to_json(), **kept})
             if check:
                 self.publishing.check(config)
-            with keeping("The setting"):
-                write_whole(self._path, json.dumps(kept, indent=1).encode())
+            with translate_disk_errors("The setting"):
+                write_atomically(self._path, json.dumps(kept, indent=1).encode())
             self._changes, self._damage = kept, ()
             if config != before:
                 self.publishing.apply(config)

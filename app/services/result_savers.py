@@ -18,7 +18,7 @@ def result_savers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
         return {"calibration": keep_version(store, Calibration.from_json(made), about["by"]).id}
 
     def lens(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
-        record = store.add_lens({**made, **about})
+        record = store.lenses.add({**made, **about})
         return {"lens": record["id"], "record": record}
 
     def calibrations(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
@@ -31,11 +31,12 @@ def result_savers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
 
     def motion(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
         version = made["calibration"] and keep_version(store, Calibration.from_json(made["calibration"]), about["by"])
-        kept = store.add_lens(made["lens"]) if made["lens"] and not version else None  # a refined version has its own
+        kept = store.lenses.add(made["lens"]) if made["lens"] and not version else None  # a refined version has its own
         return {"report": made["report"], "lens": kept and kept["id"], "calibration": version.id if version else None}
 
     def registered(made: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
-        kept = store.save(Calibration.from_json(made["made"]), about["by"])  # the child of what it was made from
+        kept = store.calibrations.add(Calibration.from_json(made["made"]),
+                                      about["by"])  # the child of what it was made from
         return {"calibration": kept.id, "version": kept.version, "snapshot": kept.snapshot, **made["told"]}
 
     return {"calibration": calibration, "calibrations": calibrations, "lens": lens, "found-lines": found_lines,
@@ -45,5 +46,5 @@ def result_savers(store: Store) -> dict[str, Callable[[Any, Any], Any]]:
 
 def keep_version(store: Store, made: Calibration, by: str) -> Calibration:
     """A new version of its camera's, the child of the newest before it. by: who asked for it."""
-    before = store.calibrations(made.camera, limit=1).items if made.camera is not None else ()
-    return store.save(replace(made, parent=before[0].id if before else None), by)
+    before = store.calibrations.list(made.camera, limit=1).items if made.camera is not None else ()
+    return store.calibrations.add(replace(made, parent=before[0].id if before else None), by)

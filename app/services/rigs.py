@@ -16,7 +16,7 @@ from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.evaluate.cameras.rectangles import NAMES, Rectangles
 from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
-from app.store import KeptRig
+from app.store import Document
 from app.workflows.rig import rig_status
 
 Pictures = Mapping[str, Mapping[str, Any]]
@@ -35,44 +35,44 @@ def body_of(request: Request, body: RigBody) -> dict[str, Any]:
     for camera in cameras:
         state.camera_shelf.get(camera.camera)
         region = field.region(camera.region, camera.rotate) if camera.region is not None else None
-        active = state.store.active(camera.camera)
+        active = state.store.calibrations.active(camera.camera)
         if wanted is not None and active is not None and region is not None:
             wanted.check(region, active.image_size)
     return {"title": body.title, "field": body.field, "cameras": [c.model_dump() for c in cameras],
             **{name: getattr(body, name) for name in NAMES}}
 
 
-def whole(request: Request, kept: KeptRig, pictures: Pictures | None = None) -> dict[str, Any]:
+def whole(request: Request, kept: Document, pictures: Pictures | None = None) -> dict[str, Any]:
     """The rig as rig_pipeline.py takes it."""
     state, body, cameras = request.app.state, kept.body, []
     for camera in body["cameras"]:
         title = camera["camera"]
         with suppress(NotFound):  # it was removed since; its calibrations stay
             title = state.camera_shelf.get(camera["camera"]).title
-        active = state.store.active(camera["camera"])
+        active = state.store.calibrations.active(camera["camera"])
         cameras.append({**camera, "title": title, "calibration": active.to_json() if active else None,
                         "picture": (pictures or {}).get(camera["camera"])})
     return {"name": kept.name, "title": body["title"] or kept.name, "field": state.fields[body["field"]].to_json(),
             "rectangles": {name: body[name] for name in NAMES}, "cameras": cameras}
 
 
-def described(request: Request, kept: KeptRig) -> dict[str, Any]:
+def described(request: Request, kept: Document) -> dict[str, Any]:
     """As GET answers it."""
     body = kept.body
     return {"name": kept.name, "title": body["title"], "field": body["field"], **{n: body[n] for n in NAMES},
             **rig_status(whole(request, kept)), "updated_at": kept.updated_at, "updated_by": kept.updated_by}
 
 
-def snapshots_given(request: Request, kept: KeptRig, given: Iterable[str]) -> dict[str, str]:
+def snapshots_given(request: Request, kept: Document, given: Iterable[str]) -> dict[str, str]:
     """CAMERA:SNAPSHOT, or a snapshot that a camera of the rig has taken, as {camera: snapshot}."""
     store, known, found = request.app.state.store, [c["camera"] for c in kept.body["cameras"]], {}
     for text in given:
         camera, _, id = text.rpartition(":")
-        camera = camera or store.snapshot(id).camera or ""
+        camera = camera or store.snapshots.get(id).camera or ""
         if camera not in known:
             raise BadInput(f"It is not known which camera of the rig took the picture {id!r}.",
                            f"Write CAMERA:{id}, with one of {', '.join(known)}.", reason="unknown-camera")
-        found[camera] = store.snapshot(id).id
+        found[camera] = store.snapshots.get(id).id
     return found
 
 
@@ -99,10 +99,10 @@ async def kept_pictures(request: Request, pngs: Mapping[str, bytes]) -> dict[str
         made = {}
         for camera, png in pngs.items():
             frame = state.decoder.frame_from_bytes(png)
-            snapshot = state.store.add_snapshot(png, ImageSize(*frame.size), "png", camera, "rig")
+            snapshot = state.store.snapshots.add(png, ImageSize(*frame.size), "png", camera, "rig")
             live = state.live.get_running(camera)
             if live is not None and live.identity is not None:
-                state.store.confirm_identity(snapshot.id, asdict(live.identity))
+                state.store.identities.confirm(snapshot.id, asdict(live.identity))
             made[camera] = picture_of(request, snapshot.id)
         return made
     return await at_work(request, keep)
@@ -111,8 +111,8 @@ async def kept_pictures(request: Request, pngs: Mapping[str, bytes]) -> dict[str
 def picture_of(request: Request, snapshot: str) -> dict[str, Any]:
     """A snapshot as a job reads it."""
     store = request.app.state.store
-    known = store.snapshot(snapshot)
-    return {"name": known.id, "path": str(store.picture_path(known.id)), "sha256": known.sha256}
+    known = store.snapshots.get(snapshot)
+    return {"name": known.id, "path": str(store.snapshots.path(known)), "sha256": known.sha256}
 
 
 def stitcher(request: Request, rig: Mapping[str, Any], names: Iterable[str], width: int) -> tuple[Stitcher, list[str]]:

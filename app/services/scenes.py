@@ -28,12 +28,12 @@ def records_of(connection: HTTPConnection, asked: SceneShow) -> Shown:
     """Everything that is asked for; NotFound for what there is not."""
     state = connection.app.state
     if asked.lens is not None:
-        return Shown({"lens": state.store.lens(asked.lens)}, {}, [])
+        return Shown({"lens": state.store.lenses.get(asked.lens)}, {}, [])
     missing: list[dict[str, str]] = []
     if asked.rig is not None:
         calibrations = []
-        for camera in state.store.rig(asked.rig).body["cameras"]:
-            active = state.store.active(camera["camera"])
+        for camera in state.store.rigs.get(asked.rig).body["cameras"]:
+            active = state.store.calibrations.active(camera["camera"])
             if active is None:
                 missing.append({"camera": camera["camera"], "text": f"{title_of(connection, camera['camera'])} has no "
                                 "active calibration.", "fix": "Calibrate it, and activate the version."})
@@ -43,10 +43,10 @@ def records_of(connection: HTTPConnection, asked: SceneShow) -> Shown:
             raise Conflict("No camera of this rig is calibrated.", "Calibrate one, and activate the version.",
                            reason="not-calibrated")
     else:
-        calibrations = [state.store.calibration(id) for id in dict.fromkeys(asked.calibrations or ())]
+        calibrations = [state.store.calibrations.get(id) for id in dict.fromkeys(asked.calibrations or ())]
     if not calibrations:
         raise BadInput("There is nothing to show.", "Name calibrations, a rig or a lens.", reason="nothing-to-show")
-    before = state.store.calibration(asked.before) if asked.before is not None else None
+    before = state.store.calibrations.get(asked.before) if asked.before is not None else None
     if before is not None and (len(calibrations) > 1 or before.camera != calibrations[0].camera
                                or before.image_size != calibrations[0].image_size):
         raise Conflict("These two versions are not of one camera at one size.",

@@ -1,8 +1,8 @@
-"""Everything that is kept as one zip, and a store made of such a zip on a machine that has nothing.
+"""Everything in a data folder as one zip, and back.
 
-    touchline.json        {"format", "form": of the tables, "software", "made_at"}
+    touchline.json        {"format", "form": step of the schema, "software", "made_at"}
     tables/NAME.jsonl     every row, a JSON object a line; the same from SQLite and from PostgreSQL
-    pictures/SHA256.EXT   the pictures, as they came
+    pictures/SHA256.EXT   the pictures, as they were sent
     fields/NAME.yaml      the operator's own fields
     end.json              {"rows": {table: how many}, "pictures", "missing": [pictures that were lost before]}
 
@@ -24,36 +24,34 @@ from sqlalchemy import insert, select, text
 
 from app import __version__
 from app.core.errors import BadInput, Conflict
-from app.store.checksummed import is_whole
+from app.store.checksummed import is_intact
 from app.store.database import Database
 from app.store.fields import load_field
-from app.store.files import make_folder, write_whole
-from app.store.repository import Clock, stamp
+from app.store.files import make_folder, write_atomically
+from app.store.repository import Clock, timestamp
 from app.store.schema import HEAD
-from app.store.tables import KEPT, Sealed
+from app.store.tables import ARCHIVED_TABLES, Checksummed
 
 FORMAT = "touchline-archive-1"
 PICTURE = re.compile(r"[0-9a-f]{64}\.(png|jpeg|bmp|webp)")
 FIELD = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\.yaml")
 CHUNK = 1 << 20
-# what archives of earlier forms, which are read as well, have not yet
-LACKING = {"0001": ("rigs", "rolls", "presets"), "0002": ("rolls", "presets"), "0003": ("presets",)}
 FIX = "Take another archive: this one cannot be restored."
 
 
-def archive(database: Database, folder: Path, fields: Path | None, clock: Clock) -> Iterator[bytes]:
-    """The zip, piece by piece: one consistent state of the database, however slowly it is taken."""
+def archive_pieces(database: Database, folder: Path, fields: Path | None, clock: Clock) -> Iterator[bytes]:
+    """Yield the zip piece by piece: one consistent state of the database, however slowly it is read."""
     pipe = _Pipe()
     with tempfile.TemporaryFile(dir=folder) as tables, zipfile.ZipFile(pipe, "w", zipfile.ZIP_DEFLATED) as out:
         rows, pictures = _copy_tables(database, tables)  # at once: a slow reader must not hold the database
         out.writestr("touchline.json", json.dumps({"format": FORMAT, "form": HEAD, "software": __version__,
-                                                   "made_at": stamp(clock)}))
+                                                   "made_at": timestamp(clock)}))
         tables.seek(0)
         for name, count in rows.items():
             with out.open(f"tables/{name}.jsonl", "w", force_zip64=True) as member:
                 for _ in range(count):
                     member.write(tables.readline())
-                    yield from pipe.taken(CHUNK)
+                    yield from pipe.take(CHUNK)
         missing = []
         for name in sorted(pictures):
             path = folder / "pictures" / name
@@ -63,12 +61,12 @@ def archive(database: Database, folder: Path, fields: Path | None, clock: Clock)
                 missing.append(name)
                 continue
             out.writestr(zipfile.ZipInfo(f"pictures/{name}"), data)  # pictures do not get smaller: stored
-            yield from pipe.taken(CHUNK)
+            yield from pipe.take(CHUNK)
         for path in sorted(fields.glob("*.yaml")) if fields is not None and fields.is_dir() else ():
             out.write(path, f"fields/{path.name}")
         out.writestr("end.json", json.dumps({"rows": rows, "pictures": len(pictures) - len(missing),
                                              "missing": missing}))
-    yield from pipe.taken(1)
+    yield from pipe.take(1)
 
 
 def _copy_tables(database: Database, out: IO[bytes]) -> tuple[dict[str, int], set[str]]:
@@ -77,7 +75,7 @@ def _copy_tables(database: Database, out: IO[bytes]) -> tuple[dict[str, int], se
     with database.reading() as rows:
         if not database.is_sqlite:
             rows.connection(execution_options={"isolation_level": "REPEATABLE READ"})
-        for table in KEPT:
+        for table in ARCHIVED_TABLES:
             columns = list(table.__table__.columns)
             order = table.__table__.primary_key.columns
             counts[table.__tablename__] = 0
@@ -90,12 +88,12 @@ def _copy_tables(database: Database, out: IO[bytes]) -> tuple[dict[str, int], se
     return counts, pictures
 
 
-def restore(file: Path, database: Database, folder: Path) -> dict[str, int]:
-    """Fill an empty database and an empty folder from an archive; how many rows of each table."""
+def restore_archive(file: Path, database: Database, folder: Path) -> dict[str, int]:
+    """Fill an empty database and folder from an archive; return how many rows each table has."""
     try:
         with zipfile.ZipFile(file) as source:
-            lacking = _check_head(source)
-            counts = _restore_tables(source, database, lacking)
+            _check_head(source)
+            counts = _restore_tables(source, database)
             end = json.loads(source.read("end.json"))
             if counts != end["rows"]:
                 raise BadInput("The archive has not all of its rows.", FIX, reason="bad-archive")
@@ -106,23 +104,19 @@ def restore(file: Path, database: Database, folder: Path) -> dict[str, int]:
         raise BadInput(f"{file.name} is no whole archive of Touchline: {error}.", FIX, reason="bad-archive") from None
 
 
-def _check_head(source: zipfile.ZipFile) -> tuple[str, ...]:
-    """The tables that an archive of its form has not."""
+def _check_head(source: zipfile.ZipFile) -> None:
     head = json.loads(source.read("touchline.json"))
     if head["format"] != FORMAT:
         raise BadInput(f"The archive is of the kind {head['format']!r}, not {FORMAT}.", FIX, reason="bad-archive")
-    if head["form"] != HEAD and head["form"] not in LACKING:
+    if head["form"] != HEAD:
         raise Conflict(f"The archive's tables have form {head['form']}; this Touchline knows {HEAD}.",
                        f"Restore it with Touchline {head['software']}, then update.", reason="archive-form")
-    return LACKING.get(head["form"], ())
 
 
-def _restore_tables(source: zipfile.ZipFile, database: Database, lacking: tuple[str, ...]) -> dict[str, int]:
+def _restore_tables(source: zipfile.ZipFile, database: Database) -> dict[str, int]:
     counts: dict[str, int] = {}
     with database.writing("The archive") as rows:
-        for table in KEPT:
-            if table.__tablename__ in lacking:
-                continue
+        for table in ARCHIVED_TABLES:
             name, counts[table.__tablename__] = table.__tablename__, 0
             keys = {column.name: column.key for column in table.__table__.columns}
             with source.open(f"tables/{name}.jsonl") as lines:
@@ -138,26 +132,26 @@ def _restore_tables(source: zipfile.ZipFile, database: Database, lacking: tuple[
 
 
 def _check_row(table: Any, values: Mapping[str, Any]) -> None:
-    if issubclass(table, Sealed) and values["damaged"] is None and not is_whole(SimpleNamespace(**values), table):
+    if issubclass(table, Checksummed) and values["damaged"] is None and not is_intact(SimpleNamespace(**values), table):
         raise BadInput(f"A row of {table.__tablename__} in the archive is damaged.", FIX, reason="bad-archive")
 
 
 def _restore_file(source: zipfile.ZipFile, name: str, folder: Path) -> None:
-    """One picture or field; anything else in the archive is passed over, and nothing lands outside the folder."""
+    """Write one picture or field; anything else is skipped, and nothing is written outside the folder."""
     kind, _, file = name.partition("/")
     if kind == "pictures" and PICTURE.fullmatch(file):
         data = source.read(name)
         if sha256(data).hexdigest() != file[:64]:
             raise BadInput(f"The picture {file} in the archive is damaged.", FIX, reason="bad-archive")
-        write_whole(make_folder(folder / kind) / file, data)
+        write_atomically(make_folder(folder / kind) / file, data)
     elif kind == "fields" and FIELD.fullmatch(file):
         path = make_folder(folder / kind) / file
-        write_whole(path, source.read(name))
+        write_atomically(path, source.read(name))
         load_field(path)
 
 
 class _Pipe:
-    """A file that only goes forwards, whose bytes are taken out as they come."""
+    """A file that is only written forwards, and from which the bytes are taken as they come."""
 
     def __init__(self) -> None:
         self._pieces: list[bytes] = []
@@ -171,9 +165,9 @@ class _Pipe:
     def flush(self) -> None:
         pass
 
-    def taken(self, least: int) -> Iterator[bytes]:
-        """What has come in, where that is enough to be worth sending."""
-        if self._size >= least:
+    def take(self, min_bytes: int) -> Iterator[bytes]:
+        """Yield what was written, if it is at least so many bytes."""
+        if self._size >= min_bytes:
             whole = b"".join(self._pieces)
             self._pieces, self._size = [], 0
             yield whole

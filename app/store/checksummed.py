@@ -13,36 +13,36 @@ from typing import Any, TypeVar
 from sqlalchemy import inspect
 
 from app.core.errors import BadInput
-from app.store.tables import Sealed
+from app.store.tables import Checksummed
 
-Row = TypeVar("Row", bound=Sealed)
-OUTSIDE = ("sequence", "damaged", "sha256", "body")
-
-
-def sealed(table: type[Row], record: Mapping[str, Any], what: str, **columns: Any) -> Row:
-    """A row with that content and its checksum. what: how an error calls it, such as "The draft"."""
-    row = table(**{name: None for name in repeated(table)} | columns, body=as_text(record, what), damaged=None)
-    return resealed(row)
+Row = TypeVar("Row", bound=Checksummed)
+NOT_COVERED = ("sequence", "damaged", "sha256", "body")
 
 
-def resealed(row: Row) -> Row:
-    """The row with the checksum of what it holds now."""
-    row.sha256 = checksum([getattr(row, name) for name in repeated(type(row))], row.body)
+def checksummed(table: type[Row], record: Mapping[str, Any], what: str, **columns: Any) -> Row:
+    """Make a row with that content and its checksum. what: how an error calls it, such as "The draft"."""
+    row = table(**{name: None for name in covered_columns(table)} | columns, body=json_text(record, what), damaged=None)
+    update_checksum(row)
     return row
 
 
-def is_whole(row: Any, table: type[Sealed] | None = None) -> bool:
-    """Whether a row is what was written. table: needed for a row that is only a tuple of columns."""
-    return checksum([getattr(row, name) for name in repeated(table or type(row))], row.body) == row.sha256
+def update_checksum(row: Checksummed) -> None:
+    """Give the row the checksum of its content."""
+    row.sha256 = checksum([getattr(row, name) for name in covered_columns(type(row))], row.body)
 
 
-def content(row: Sealed) -> dict[str, Any]:
-    """The record of a whole row."""
+def is_intact(row: Any, table: type[Checksummed] | None = None) -> bool:
+    """Check that a row is what was written. table: needed for a row that is only a tuple of columns."""
+    return checksum([getattr(row, name) for name in covered_columns(table or type(row))], row.body) == row.sha256
+
+
+def content(row: Checksummed) -> dict[str, Any]:
+    """Return the record of an intact row."""
     return json.loads(row.body)
 
 
-def as_text(record: Any, what: str) -> str:
-    """Plain JSON as ASCII; BadInput where a number is not finite."""
+def json_text(record: Any, what: str) -> str:
+    """Return plain JSON as ASCII; BadInput where a number is not finite."""
     try:
         return json.dumps(record, allow_nan=False, separators=(",", ":"))
     except ValueError:
@@ -56,6 +56,6 @@ def checksum(columns: Sequence[Any], body: Any) -> str:
 
 
 @cache
-def repeated(table: type[Sealed]) -> tuple[str, ...]:
-    """The columns that the checksum covers besides the body, in a fixed order."""
-    return tuple(sorted(column.key for column in inspect(table).columns if column.key not in OUTSIDE))
+def covered_columns(table: type[Checksummed]) -> tuple[str, ...]:
+    """Return the columns that the checksum covers besides the body, in a fixed order."""
+    return tuple(sorted(column.key for column in inspect(table).columns if column.key not in NOT_COVERED))

@@ -1,4 +1,4 @@
-"""Clips: some seconds of what a camera saw, each one file; to step through and replay, not part of the archive.
+"""Clips: some seconds of what a camera saw, each one file, to step through and replay; not part of the archive.
 
     uint32 length, so many bytes of JSON {"camera", "taken_at", "width", "height", "frames": [{"seq", "time_s",
     "bytes"}]}; the frames, JPEG after JPEG
@@ -16,18 +16,18 @@ from pathlib import Path
 from typing import Any
 
 from app.core.errors import BadInput, DiskFull, NotFound
-from app.store.files import keeping, make_folder, write_whole
-from app.store.repository import Clock, new_id, stamp
-from app.store.space import MB, Space
+from app.store.files import make_folder, translate_disk_errors, write_atomically
+from app.store.quota import MB, PictureQuota
+from app.store.repository import Clock, new_id, timestamp
 
 LENGTH = struct.Struct("<I")
-MOST_BYTES = 1000 * MB  # all clips together; the oldest go
-MOST_HEAD = 1 << 20
+MAX_BYTES = 1000 * MB  # all clips together; the oldest go
+MAX_HEADER_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
 class Clip:
-    """One that is kept. frames: {"seq", "time_s"} of each."""
+    """A stored clip. frames: {"seq", "time_s"} of each."""
 
     id: str
     camera: str
@@ -46,29 +46,30 @@ class Clip:
                 "fps": round((len(self.frames) - 1) / self.seconds, 2) if self.seconds > 0 else 0.0}
 
 
-class Clips:
-    """The folder of clips. Files are whole or not there."""
+class ClipRepository:
+    """The clips of a folder. Thread-safe."""
 
-    def __init__(self, folder: Path, space: Space, clock: Clock) -> None:
-        self._folder, self._space, self._clock = folder / "clips", space, clock
+    def __init__(self, folder: Path, quota: PictureQuota, clock: Clock) -> None:
+        self._folder, self._quota, self._clock = folder / "clips", quota, clock
 
     def add(self, camera: str, head: Mapping[str, Any], jpegs: bytes) -> Clip:
-        """Keep one. head: width, height and frames with their bytes, in the order of the JPEGs."""
-        self._space.check_free()
-        told = {"camera": camera, "taken_at": stamp(self._clock), "width": head["width"], "height": head["height"],
+        """Save one. head: width, height and frames with their bytes, in the order of the JPEGs."""
+        self._quota.check_free()
+        header = {"camera": camera, "taken_at": timestamp(self._clock), "width": head["width"],
+                  "height": head["height"],
                 "frames": list(head["frames"])}
-        text = json.dumps(told, allow_nan=False, separators=(",", ":")).encode("ascii")
-        if len(text) > MOST_HEAD or len(jpegs) > MOST_BYTES:
+        text = json.dumps(header, allow_nan=False, separators=(",", ":")).encode("ascii")
+        if len(text) > MAX_HEADER_BYTES or len(jpegs) > MAX_BYTES:
             raise DiskFull("The clip is too large.", "Record fewer seconds.", reason="clip-too-large")
-        with keeping("The clip"):
+        with translate_disk_errors("The clip"):
             make_folder(self._folder)
-            self._make_room(len(jpegs))
+            self._free_space(len(jpegs))
             id = new_id()
-            write_whole(self._path(id), LENGTH.pack(len(text)) + text + jpegs)
+            write_atomically(self._path(id), LENGTH.pack(len(text)) + text + jpegs)
         return self.get(id)
 
     def all(self) -> tuple[Clip, ...]:
-        """Newest first; one that cannot be read is left out."""
+        """Return all, newest first, without those that cannot be read."""
         found = []
         for path in self._files()[::-1]:
             with suppress(NotFound):
@@ -76,14 +77,15 @@ class Clips:
         return tuple(found)
 
     def get(self, id: str) -> Clip:
-        """One; NotFound."""
-        told, _ = self._head(id)
-        return Clip(id, told["camera"], told["taken_at"], told["width"], told["height"], tuple(told["frames"]))
+        """Return one; NotFound."""
+        header, _ = self._header(id)
+        return Clip(id, header["camera"], header["taken_at"], header["width"], header["height"],
+                    tuple(header["frames"]))
 
     def frame(self, id: str, number: int) -> bytes:
-        """The JPEG of a frame, counted from 0; NotFound."""
-        told, begin = self._head(id)
-        sizes = [frame["bytes"] for frame in told["frames"]]
+        """Return the JPEG of a frame, counted from 0; NotFound."""
+        header, begin = self._header(id)
+        sizes = [frame["bytes"] for frame in header["frames"]]
         if not 0 <= number < len(sizes):
             raise NotFound(f"The clip has no frame {number}.", f"Ask for 0 to {len(sizes) - 1}.",
                            reason="unknown-frame")
@@ -94,39 +96,39 @@ class Clips:
         except OSError:
             raise _unknown(id) from None
 
-    def remove(self, id: str) -> None:
-        """Forget one; NotFound."""
-        self._head(id)
-        with keeping("The deletion"):
+    def delete(self, id: str) -> None:
+        """Delete one; NotFound."""
+        self._header(id)
+        with translate_disk_errors("The deletion"):
             self._path(id).unlink(missing_ok=True)
 
-    def _head(self, id: str) -> tuple[dict[str, Any], int]:
+    def _header(self, id: str) -> tuple[dict[str, Any], int]:
         if re.fullmatch(r"[0-9a-f]{16}", id) is None:
             raise _unknown(id)
         try:
             with self._path(id).open("rb") as file:
                 (length,) = LENGTH.unpack(file.read(LENGTH.size))
-                if length > MOST_HEAD:
+                if length > MAX_HEADER_BYTES:
                     raise ValueError
-                told = json.loads(file.read(length))
+                header = json.loads(file.read(length))
             if not all(type(frame["bytes"]) is int and frame["bytes"] > 0 and type(frame["seq"]) is int
-                       and type(frame["time_s"]) is float for frame in told["frames"]):
+                       and type(frame["time_s"]) is float for frame in header["frames"]):
                 raise ValueError
-            if not all(name in told for name in ("camera", "taken_at", "width", "height")):
+            if not all(name in header for name in ("camera", "taken_at", "width", "height")):
                 raise ValueError
-            return told, LENGTH.size + length
+            return header, LENGTH.size + length
         except (OSError, ValueError, KeyError, TypeError, struct.error, BadInput):
             raise _unknown(id) from None
 
-    def _make_room(self, size_bytes: int) -> None:
+    def _free_space(self, size_bytes: int) -> None:
         files = self._files()
         sizes = [path.stat().st_size for path in files]
-        while files and sum(sizes) + size_bytes > MOST_BYTES:
+        while files and sum(sizes) + size_bytes > MAX_BYTES:
             files.pop(0).unlink(missing_ok=True)
             sizes.pop(0)
 
     def _files(self) -> list[Path]:
-        """Oldest first."""
+        """Return the files, oldest first."""
         if not self._folder.is_dir():
             return []
         return _by_age([path for path in self._folder.iterdir() if path.suffix == ".clip"])

@@ -1,7 +1,7 @@
 """The database behind the store: SQLite in the data folder, or PostgreSQL; one writer, any number of readers.
 
-    with database.writing("The draft") as rows: …     kept when the block ends, whole; or not at all, and told
-    with database.reading() as rows: …                one consistent look
+    with database.writing("The draft") as rows: …     saved when the block ends, whole; or not at all, with an error
+    with database.reading() as rows: …                one consistent view
 
 SQLite: write-ahead log, every commit flushed before it is acknowledged (synchronous=FULL), one connection that
 writes. (SQLite before 3.51.3 can damage a database into which two connections write at the same moment.)
@@ -22,10 +22,10 @@ from sqlalchemy.exc import TimeoutError as NoConnection
 from sqlalchemy.orm import Session
 
 from app.core.errors import BadInput, Busy, DiskFull, TouchlineError, Unavailable
-from app.store.files import write_whole
+from app.store.files import write_atomically
 from app.store.tables import LedgerRow
 
-READERS = 8  # connections that look; more callers wait for one
+READERS = 8  # connections that read; more callers wait for one
 BUSY_MS = 5000
 ADVISORY_KEY = 0x70C41  # PostgreSQL's name for our lock; any number that nobody else is likely to take
 SCHEMA_KEY = "hashtext(current_schema())"
@@ -43,8 +43,8 @@ class Database:
         self._folder = folder
         self._lock = RLock()
         self._open: Session | None = None  # the transaction of the thread that has the lock
-        self._spoilt = False  # and a part of it failed
-        self.saved: Callable[[], None] = lambda: None  # called after everything that was kept
+        self._failed = False  # whether a part of it failed
+        self.on_commit: Callable[[], None] = lambda: None
         if self.is_sqlite:
             self._writer = _sqlite(url, 1)
             self._reader = _sqlite(url, READERS, "query_only=ON")
@@ -53,49 +53,49 @@ class Database:
 
     @classmethod
     def on_sqlite(cls, path: Path) -> Self:
-        """The database in a file."""
+        """Open the database in a file."""
         return cls(URL.create("sqlite", database=str(path)), path.parent)
 
     def changes(self) -> int:
-        """How many changes it has kept."""
+        """Return how many changes it has saved."""
         with self.reading() as rows:
             return rows.scalar(select(LedgerRow.changes)) or 0
 
     @property
     def engine(self) -> Engine:
-        """The one that may write: for migrations and start-up."""
+        """Return the engine that may write: for migrations and start-up."""
         return self._writer
 
     @contextmanager
     def writing(self, what: str) -> Iterator[Session]:
-        """A transaction that is kept at the end of the block. what: how an error calls it, such as "The draft".
+        """Open a transaction that is saved at the end of the block. what: how an error calls it, such as "The draft".
 
-        On return it survives a power cut. DiskFull or Unavailable where it was not kept. Within another such block of
-        the same thread it is a part of that one: kept when that one ends.
+        On return it survives a power cut. DiskFull or Unavailable where it was not saved. Within another such block of
+        the same thread it is a part of that one: saved when that one ends.
         """
-        with self._lock, self._told(what):
+        with self._lock, self._translated_errors(what):
             if self._open is None:
                 yield from self._committed()
                 return
             try:
                 yield self._open
             except BaseException:
-                self._spoilt = True  # whoever catches it in between: half a transaction is never kept
+                self._failed = True  # whoever catches it in between: half a transaction is never saved
                 raise
 
     def _committed(self) -> Iterator[Session]:
         with Session(self._writer) as rows:
-            self._open, self._spoilt = rows, False
+            self._open, self._failed = rows, False
             try:
                 if not self.is_sqlite:  # SQLite's BEGIN IMMEDIATE does the same
                     rows.execute(text(f"SELECT pg_advisory_xact_lock({ADVISORY_KEY + 1}, {SCHEMA_KEY})"))
                 yield rows
-                if self._spoilt:
+                if self._failed:
                     raise Unavailable("A part of this could not be saved, so nothing was.", "Try again.",
                                       reason="not-saved")
                 rows.execute(update(LedgerRow).values(changes=LedgerRow.changes + 1))
                 rows.commit()
-                self.saved()
+                self.on_commit()
             except (DBAPIError, TouchlineError) as error:
                 if isinstance(error, DBAPIError) or isinstance(error.__cause__, DBAPIError):
                     rows.invalidate()  # after a failed write a connection of SQLite is not to be trusted
@@ -105,8 +105,8 @@ class Database:
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
-        """One consistent look; Unavailable where the database does not answer."""
-        with self._told(None), Session(self._reader) as rows:
+        """Open a consistent view; Unavailable where the database does not answer."""
+        with self._translated_errors(None), Session(self._reader) as rows:
             yield rows
 
     def close(self) -> None:
@@ -115,15 +115,15 @@ class Database:
         self._writer.dispose()
 
     @contextmanager
-    def _told(self, what: str | None) -> Iterator[None]:
+    def _translated_errors(self, what: str | None) -> Iterator[None]:
         try:
             yield
         except (DBAPIError, sqlite3.Error) as error:
-            raise self._refusal(what, error) from error
+            raise self._error(what, error) from error
         except NoConnection:
             raise Busy("The database has more to do than it can.", "Try again in a moment.") from None
 
-    def _refusal(self, what: str | None, error: Exception) -> TouchlineError:
+    def _error(self, what: str | None, error: Exception) -> TouchlineError:
         done = f"{what} was not saved" if what else "This cannot be read now"
         cause = getattr(error, "orig", error)
         code = getattr(cause, "sqlite_errorcode", None)
@@ -150,10 +150,10 @@ class Database:
 
 
 def is_full(folder: Path) -> bool:
-    """Whether not even a small file can be written there."""
+    """Check whether not even a small file can be written there."""
     probe = folder / ".space"
     try:
-        write_whole(probe, bytes(65536))
+        write_atomically(probe, bytes(65536))
         probe.unlink()
     except OSError as error:
         return error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -161,7 +161,7 @@ def is_full(folder: Path) -> bool:
 
 
 def postgresql_url(setting: str) -> URL:
-    """The setting `database`, checked; its password is never told."""
+    """The setting `database`, checked; its password is in no message."""
     fix = "Write it as postgresql+psycopg://USER:PASSWORD@HOST/DATABASE, or leave it out for SQLite."
     try:
         url = make_url(setting)
@@ -193,7 +193,7 @@ def _sqlite(url: URL, connections: int, *more: str) -> Engine:
 
 
 def _text(raw: bytes) -> str:
-    """Damaged text is read as well, so that it can be told from whole."""
+    """Decode damaged text as well, so that its checksum can be compared."""
     return raw.decode("utf-8", "surrogateescape")
 
 
@@ -207,7 +207,7 @@ def _postgresql(url: URL) -> Engine:
 
     @event.listens_for(engine, "connect")
     def _set(connection: Any, _: Any) -> None:
-        connection.execute("SET synchronous_commit = on")  # acknowledged is kept, whatever the server's default is
+        connection.execute("SET synchronous_commit = on")  # acknowledged is saved, whatever the server's default is
         connection.commit()
 
     return engine
@@ -221,12 +221,12 @@ class PostgresLock:
         until = monotonic() + LOCK_WAIT_S
         while not self._connection.scalar(text(f"SELECT pg_try_advisory_lock({ADVISORY_KEY}, {SCHEMA_KEY})")):
             if monotonic() > until:
-                self.release()
+                self.close()
                 raise Unavailable("The database is used by another Touchline.", "End that one, or name another "
                                   "database in the settings.", reason="data-folder-in-use")
             sleep(0.1)
 
-    def release(self) -> None:
+    def close(self) -> None:
         with suppress(DBAPIError):
             self._connection.execute(text("SELECT pg_advisory_unlock_all()"))
         self._connection.close()

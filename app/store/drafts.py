@@ -12,9 +12,11 @@ from typing import Any
 from sqlalchemy import select
 
 from app.core.errors import Stale
-from app.store.checksummed import content, sealed
-from app.store.quarantine import DamagedFile
-from app.store.repository import Shelf, stamp
+from app.store.checksummed import checksummed, content
+from app.store.database import Database
+from app.store.quarantine import DamagedFile, Quarantine
+from app.store.repository import Clock, Repository, timestamp
+from app.store.snapshots import SnapshotRepository
 from app.store.tables import DraftRow
 
 EMPTY: Mapping[str, Any] = {"field": None, "region": None, "rotate": None, "model": None, "options": {},
@@ -25,7 +27,7 @@ EMPTY: Mapping[str, Any] = {"field": None, "region": None, "rotate": None, "mode
 class Draft:
     """One state of a draft. etag: bare, without the quotes of the HTTP header; different after every save.
 
-    notice: None, or what the operator must be told: that an earlier draft was damaged, and where it is.
+    notice: for the operator, that an earlier draft was damaged and where it is; None otherwise.
     """
 
     snapshot: str
@@ -46,24 +48,28 @@ class Draft:
         return {**self.body, "updated_at": self.updated_at, "updated_by": self.updated_by, **more}
 
 
-class Drafts(Shelf):
-    """The shelf of drafts. Thread-safe."""
+class DraftRepository(Repository):
+    """Drafts by snapshot."""
 
-    table = DraftRow
-    kind = "drafts"
+    table, kind = DraftRow, "drafts"
+
+    def __init__(self, database: Database, quarantine: Quarantine, clock: Clock, snapshots: SnapshotRepository) -> None:
+        super().__init__(database, quarantine, clock)
+        self._snapshots = snapshots
 
     def get(self, snapshot: str) -> Draft:
-        """The draft as it was saved last, or the empty one; never a damaged one without a notice."""
+        """Return the draft as it was saved last, EMPTY before that; NotFound for an unknown snapshot.
+
+        For a damaged one it is EMPTY with a notice.
+        """
+        self._snapshots.get(snapshot)
         with self._database.reading() as rows:
             row = rows.get(DraftRow, snapshot)
         return self._read(row, snapshot)
 
     def save(self, snapshot: str, body: Mapping[str, Any], etag: str, by: str = "") -> Draft:
-        """Put the body in place of the draft with that ETag; Stale where there is another by now.
-
-        The error's details carry the current draft and its ETag, so that nobody's work is lost.
-        """
-        self.get(snapshot)  # a damaged one is put aside before it is written over
+        """Save over the draft with that ETag; Stale, with `current` and `etag` in its details, if that is old."""
+        self.get(snapshot)  # a damaged one goes to the quarantine before it is written over
         with self._database.writing("The draft") as rows:
             row = rows.scalar(select(DraftRow).where(DraftRow.snapshot == snapshot).with_for_update())
             current = self._read(row, snapshot)
@@ -71,24 +77,18 @@ class Drafts(Shelf):
                 raise Stale("Somebody else has saved this draft since you opened it.",
                             "Compare it with the current one, then save yours over it.", reason="stale-draft",
                             current=current.to_json(), etag=current.etag)
-            draft = Draft(snapshot, dict(body), current.revision + 1, stamp(self._clock), by)
-            rows.merge(draft_row(draft))
+            draft = Draft(snapshot, dict(body), current.revision + 1, timestamp(self._clock), by)
+            record = {"revision": draft.revision, "updated_at": draft.updated_at, "updated_by": by, "draft": draft.body}
+            rows.merge(checksummed(DraftRow, record, "The draft", snapshot=snapshot, revision=draft.revision,
+                                   is_begun=bool(draft.body.get("observations"))))
         return draft
 
     def _read(self, row: DraftRow | None, snapshot: str) -> Draft:
         if row is None:
             return Draft(snapshot, EMPTY)
         try:
-            record = content(self.checked(row, snapshot))
+            record = content(self._checked(row, snapshot))
         except DamagedFile as lost:
             place = lost.details["file"]
             return Draft(snapshot, EMPTY, notice=f"The saved draft was damaged and was moved to {place}.")
-        return Draft(snapshot, record["draft"], record["revision"], record["updated_at"], record.get("updated_by"))
-
-
-def draft_row(draft: Draft) -> DraftRow:
-    """A draft as the database has it."""
-    record = {"revision": draft.revision, "updated_at": draft.updated_at, "updated_by": draft.updated_by,
-              "draft": draft.body}
-    return sealed(DraftRow, record, "The draft", snapshot=draft.snapshot, revision=draft.revision,
-                  is_begun=bool(draft.body.get("observations")))
+        return Draft(snapshot, record["draft"], record["revision"], record["updated_at"], record["updated_by"])

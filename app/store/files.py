@@ -1,4 +1,4 @@
-"""Files that are whole or not there: written beside, flushed, moved over, and the folder flushed as well.
+"""Files written atomically: under another name, flushed, moved into place, and the folder flushed as well.
 
 A reader therefore sees the old file or the new one, also after a power cut in between. Without the last flush
 the new name could be lost again although its content was safe.
@@ -7,17 +7,20 @@ the new name could be lost again although its content was safe.
 import errno
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any, TypeVar
 
-from app.core.errors import DiskFull, Unavailable
+from app.core.errors import BadInput, DiskFull, NotFound, Unavailable
+from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
 
+T = TypeVar("T")
 TEMPORARY = ".tmp"
 
 
-def write_whole(path: Path, data: bytes) -> None:
-    """Write the file; on return it survives a power cut. Raises OSError, and then the old file stands."""
+def write_atomically(path: Path, data: bytes) -> None:
+    """Write the file; on return it survives a power cut. On OSError the old file is still there."""
     temporary = path.parent / f".{secrets.token_hex(8)}{TEMPORARY}"
     handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
     try:
@@ -33,10 +36,18 @@ def write_whole(path: Path, data: bytes) -> None:
         with suppress(OSError):
             os.unlink(temporary)
         raise
-    flush_folder(path.parent)
+    sync_folder(path.parent)
 
 
-def move_whole(path: Path, target: Path) -> None:
+def replace_synced(path: Path, target: Path) -> None:
+    """Flush a file that a library has written, and move it into place within its folder."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
+    os.replace(path, target)
+    sync_folder(target.parent)
+
+
+def move_durably(path: Path, target: Path) -> None:
     """Move a file to another folder of the same disk; on return the move survives a power cut.
 
     It may have been moved before by a call that failed later on.
@@ -46,20 +57,20 @@ def move_whole(path: Path, target: Path) -> None:
     except FileNotFoundError:
         if not target.exists():
             raise
-    flush_folder(target.parent)
-    flush_folder(path.parent)
+    sync_folder(target.parent)
+    sync_folder(path.parent)
 
 
 def make_folder(path: Path) -> Path:
-    """The folder, with those above it, made where missing."""
+    """Make the folder, and those above it, where missing; return it."""
     if not path.is_dir():
         make_folder(path.parent)
         path.mkdir(exist_ok=True)
-        flush_folder(path.parent)
+        sync_folder(path.parent)
     return path
 
 
-def flush_folder(path: Path) -> None:
+def sync_folder(path: Path) -> None:
     handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
         os.fsync(handle)
@@ -67,15 +78,15 @@ def flush_folder(path: Path) -> None:
         os.close(handle)
 
 
-def sweep(folder: Path) -> None:
-    """Remove what writers that were killed have left half-written; only while no other writer is there."""
+def remove_temporary_files(folder: Path) -> None:
+    """Remove the unfinished files of writers that were killed; only while there is no other writer."""
     for path in folder.glob(f".*{TEMPORARY}"):
         path.unlink(missing_ok=True)
 
 
 @contextmanager
-def keeping(what: str) -> Iterator[None]:
-    """Tell a disk's refusal plainly; what: what was to be kept, such as "The calibration"."""
+def translate_disk_errors(what: str) -> Iterator[None]:
+    """Raise DiskFull or Unavailable for an OSError. what: what was to be saved, such as "The calibration"."""
     try:
         yield
     except OSError as error:
@@ -85,3 +96,17 @@ def keeping(what: str) -> Iterator[None]:
         raise Unavailable(f"{what} was not saved: {error.strerror or error}.",
                           "Check the data folder's disk and permissions, then try again.",
                           reason="not-saved") from error
+
+
+def read_yaml(path: Path, parse: Callable[[Any], T], what: str, reason: str) -> T:
+    """Parse one YAML file; the errors name the file. what, reason: how NotFound calls it where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise NotFound(f"{what} cannot be read: {error.strerror}.", "Check the file and who may read it.",
+                       reason=reason) from None
+    try:
+        return parse(plain_from_yaml(raw, f"The file {path.name}"))
+    except BadInput as error:
+        raise BadInput(f"{path.name}: {error.what}", error.fix, reason=error.reason) from None

@@ -1,4 +1,4 @@
-"""Long work as rows: who does it, how far it has come, what came of it. The row is the truth, whoever computes.
+"""Jobs as rows: who does each, how far it has come, what came of it. The row is the truth, whoever computes.
 
     add → queued → claim → running, with a lease that every beat renews → finish: done, failed or cancelled
                      ↑_______ the lease has run out: its worker is lost _______|
@@ -17,17 +17,17 @@ from typing import Any
 from sqlalchemy import and_, delete, or_, select, update
 
 from app.core.errors import NotFound
-from app.store.checksummed import as_text
+from app.store.checksummed import json_text
 from app.store.database import Database
-from app.store.repository import Clock, is_id, new_id, stamp
+from app.store.repository import Clock, is_id, new_id, timestamp
 from app.store.tables import JobRow
 
 ENDED = ("done", "failed", "cancelled")
 
 
 @dataclass(frozen=True)
-class KeptJob:
-    """One state of a job. attempt: how often it was begun. spec, result and problem are plain JSON."""
+class SavedJob:
+    """One state of a job. attempt: how often it was started. spec, result and problem are plain JSON."""
 
     id: str
     kind: str
@@ -47,8 +47,8 @@ class KeptJob:
         return self.state in ENDED
 
 
-class JobRows:
-    """The table of jobs. Thread-safe. now: a clock that only goes forwards, s."""
+class JobRepository:
+    """The table of jobs. Thread-safe. now: a monotonic clock, s."""
 
     def __init__(self, database: Database, clock: Clock, now: Callable[[], float] = time.monotonic) -> None:
         self._database = database
@@ -56,98 +56,95 @@ class JobRows:
         self._now = now
         self._watch = new_id()
 
-    def add(self, kind: str, spec: Any) -> KeptJob:
-        """A new one, queued."""
-        row = JobRow(id=new_id(), kind=kind, state="queued", spec=as_text(spec, "The job"), attempt=0, progress=0.0,
-                     message="Waiting for its turn", created_at=stamp(self._clock))
+    def add(self, kind: str, spec: Any) -> SavedJob:
+        """Add a job, queued."""
+        row = JobRow(id=new_id(), kind=kind, state="queued", spec=json_text(spec, "The job"), attempt=0, progress=0.0,
+                     message="Waiting for its turn", created_at=timestamp(self._clock))
         with self._database.writing("The job") as rows:
             rows.add(row)
             rows.flush()
             return _read(row)
 
-    def get(self, id: str) -> KeptJob:
-        """One by its id; NotFound."""
+    def get(self, id: str) -> SavedJob:
+        """Return one by its id; NotFound."""
         with self._database.reading() as rows:
             row = rows.scalar(select(JobRow).where(JobRow.id == id)) if is_id(id) else None
         if row is None:
             raise NotFound(f"There is no job {id!r}.", "List them with GET /api/v1/jobs.", reason="unknown-job")
         return _read(row)
 
-    def list(self, limit: int = 200) -> tuple[KeptJob, ...]:
-        """Newest first."""
+    def list(self, limit: int = 200) -> tuple[SavedJob, ...]:
+        """List jobs, newest first."""
         newest = select(JobRow).order_by(JobRow.sequence.desc()).limit(limit)
         with self._database.reading() as rows:
             return tuple(_read(row) for row in rows.scalars(newest))
 
     def claim(self, worker: str, lease_s: float, kinds: tuple[str, ...] | None = None,
-              id: str | None = None) -> KeptJob | None:
-        """Take the oldest that waits, or whose worker is lost, or that very one; None where there is none.
-
-        Nobody else gets it.
-        """
+              id: str | None = None) -> SavedJob | None:
+        """Claim the oldest that is queued or has lost its worker, or the one with that id; None if there is none."""
         now = self._now()
         lost = and_(JobRow.state == "running", or_(JobRow.watch != self._watch, JobRow.lease_until < now))
-        wanted = select(JobRow.id).where(or_(JobRow.state == "queued", lost)).order_by(JobRow.sequence).limit(1)
+        query = select(JobRow.id).where(or_(JobRow.state == "queued", lost)).order_by(JobRow.sequence).limit(1)
         if kinds is not None:
-            wanted = wanted.where(JobRow.kind.in_(kinds))
+            query = query.where(JobRow.kind.in_(kinds))
         if id is not None:
-            wanted = wanted.where(JobRow.id == id)
+            query = query.where(JobRow.id == id)
         with self._database.writing("The job") as rows:
-            taken = rows.scalar(wanted.with_for_update(skip_locked=True))
-            if taken is None:
+            claimed = rows.scalar(query.with_for_update(skip_locked=True))
+            if claimed is None:
                 return None
-            rows.execute(update(JobRow).where(JobRow.id == taken).values(
+            rows.execute(update(JobRow).where(JobRow.id == claimed).values(
                 state="running", attempt=JobRow.attempt + 1, worker=worker, watch=self._watch, heartbeat=now,
                 lease_until=now + lease_s))
-            return _read(rows.scalar(select(JobRow).where(JobRow.id == taken)))
+            return _read(rows.scalar(select(JobRow).where(JobRow.id == claimed)))
 
     def beat(self, id: str, attempt: int, lease_s: float, progress: float | None = None,
              message: str | None = None) -> bool:
-        """Its worker is alive: renew the lease, say how far it has come. False: the job is no longer that worker's."""
+        """Renew the lease of a worker that is alive, and its progress. False: the job is no longer that worker's."""
         now = self._now()
-        told = {name: value for name, value in (("progress", progress), ("message", message)) if value is not None}
-        return self._change(id, attempt, heartbeat=now, lease_until=now + lease_s, **told)
+        given = {name: value for name, value in (("progress", progress), ("message", message)) if value is not None}
+        return self._change(id, attempt, heartbeat=now, lease_until=now + lease_s, **given)
 
     def finish(self, id: str, attempt: int, state: str, result: Any = None,
                problem: Mapping[str, Any] | None = None, message: str = "") -> bool:
         """End it, once and for all. False: it had ended, or another worker has it by now."""
-        return self._change(id, attempt, state=state, message=message, ended_at=stamp(self._clock),
+        return self._change(id, attempt, state=state, message=message, ended_at=timestamp(self._clock),
                             progress=1.0 if state == "done" else JobRow.progress,
-                            result=as_text(result, "The result"), problem=as_text(problem, "The problem"))
+                            result=json_text(result, "The result"), problem=json_text(problem, "The problem"))
 
     def requeue(self, id: str, attempt: int, message: str, *, counts: bool = True) -> bool:
-        """Let somebody else begin it again. counts: the attempt was one, as it is not where its server was stopped."""
+        """Queue it again. counts: whether the attempt counts, as it does not where its server was stopped."""
         return self._change(id, attempt, state="queued", worker=None, message=message, progress=0.0,
                             attempt=JobRow.attempt - (0 if counts else 1))
 
-    def cancel(self, id: str, message: str = "Cancelled") -> KeptJob:
-        """End it unless it has ended; as often as you like."""
+    def cancel(self, id: str, message: str = "Cancelled") -> SavedJob:
+        """End it unless it has ended."""
         self.get(id)
         with self._database.writing("The cancelling") as rows:
             rows.execute(update(JobRow).where(JobRow.id == id, JobRow.state.not_in(ENDED)).values(
-                state="cancelled", message=message, ended_at=stamp(self._clock)))
+                state="cancelled", message=message, ended_at=timestamp(self._clock)))
         return self.get(id)
 
-    def together(self) -> AbstractContextManager[Any]:
-        """What is kept on this thread within it is kept with the job's end, or not at all."""
+    def transaction(self) -> AbstractContextManager[Any]:
+        """Save what this thread saves within it together with the job's end, or not at all."""
         return self._database.writing("The result")
 
-    def forget(self, kept: int) -> None:
-        """Remove the oldest that have ended, but for so many."""
-        newest = select(JobRow.sequence).where(JobRow.state.in_(ENDED)).order_by(JobRow.sequence.desc()).limit(kept)
+    def prune(self, keep: int) -> None:
+        """Delete the oldest that have ended, but for so many."""
+        newest = select(JobRow.sequence).where(JobRow.state.in_(ENDED)).order_by(JobRow.sequence.desc()).limit(keep)
         with self._database.writing("The deletion") as rows:
             rows.execute(delete(JobRow).where(JobRow.state.in_(ENDED), JobRow.sequence.not_in(newest)))
 
-    def _change(self, id: str, held: int, /, **values: Any) -> bool:
+    def _change(self, id: str, claimed: int, /, **values: Any) -> bool:
         with self._database.writing("The job") as rows:
-            done = rows.execute(update(JobRow).where(JobRow.id == id, JobRow.attempt == held,
+            done = rows.execute(update(JobRow).where(JobRow.id == id, JobRow.attempt == claimed,
                                                      JobRow.state == "running").values(**values))
             return done.rowcount == 1
 
 
-def _read(row: JobRow) -> KeptJob:
-    """Damaged text is no reason not to start: a job that waited has lost its spec, one that ended its result."""
-    return KeptJob(row.id, row.kind, row.state, _json(row.spec), row.attempt, row.worker, row.progress,
+def _read(row: JobRow) -> SavedJob:
+    """Read a row. Damaged text must not keep a server from starting: such a job has lost its spec or its result."""
+    return SavedJob(row.id, row.kind, row.state, _json(row.spec), row.attempt, row.worker, row.progress,
                    row.message, _json(row.result), _json(row.problem), row.created_at, row.ended_at)
 
 

@@ -5,45 +5,35 @@ from typing import Any
 
 from sqlalchemy import delete
 
-from app.core.errors import NotFound
-from app.store.checksummed import content, sealed
-from app.store.repository import Page, Shelf, new_id, stamp
+from app.store.checksummed import checksummed, content
+from app.store.repository import Page, Repository, new_id, timestamp
 from app.store.tables import LensRow
 
 
-class Lenses(Shelf):
-    """The shelf of lenses. Thread-safe. A calibration that held one has a copy of its own."""
+class LensRepository(Repository):
+    """Lenses as a board calibration answered them. A calibration that took one over has a copy of its own."""
 
-    table = LensRow
-    kind = "lenses"
+    table, kind, noun = LensRow, "lenses", "lens"
+    listing = "List them with GET /api/v1/lenses."
 
     def add(self, lens: Mapping[str, Any]) -> dict[str, Any]:
-        """Keep a lens, plain JSON; its id and date are given here. On return it is safe on disk."""
-        kept = {**lens, "id": new_id(), "created_at": stamp(self._clock)}
+        """Save a lens, plain JSON; its id and date are given here."""
+        saved = {**lens, "id": new_id(), "created_at": timestamp(self._clock)}
         with self._database.writing("The lens") as rows:
-            rows.add(lens_row(kept))
-        return kept
+            rows.add(checksummed(LensRow, saved, "The lens", id=saved["id"]))
+        return saved
 
     def get(self, id: str) -> dict[str, Any]:
-        """One by its id; NotFound, or DamagedFile."""
-        return content(self.row(id, _unknown))
+        """Return one by its id; NotFound, or DamagedFile."""
+        return content(self._row(id))
 
     def list(self, limit: int = 50, cursor: str | None = None) -> Page[dict[str, Any]]:
-        """Newest first. Damaged ones are not among them; Store.damaged names those."""
-        return self.page(limit, cursor, content)
+        """Return a page, newest first, without damaged ones."""
+        return self._page(limit, cursor, content)
 
     def delete(self, id: str) -> None:
-        """Forget a lens; NotFound."""
+        """Delete a lens; NotFound."""
         with self._database.writing("The deletion") as rows:
             done = rows.execute(delete(LensRow).where(LensRow.id == id, LensRow.damaged.is_(None)))
             if done.rowcount == 0:
-                raise _unknown(id)
-
-
-def lens_row(kept: Mapping[str, Any]) -> LensRow:
-    """A lens as the database has it."""
-    return sealed(LensRow, kept, "The lens", id=kept["id"])
-
-
-def _unknown(id: str) -> NotFound:
-    return NotFound(f"There is no lens {id!r}.", "List them with GET /api/v1/lenses.", reason="unknown-lens")
+                raise self._unknown(id)

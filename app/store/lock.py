@@ -1,4 +1,4 @@
-"""One server a data folder: two would overwrite each other's work without noticing."""
+"""A lock for one server a data folder: two would overwrite each other's work without noticing."""
 
 import fcntl
 import os
@@ -8,7 +8,7 @@ from app.core.errors import Unavailable
 
 
 class FolderLock:
-    """Held from its making to release(), or to the end of the process, however that comes."""
+    """Locked until close(), or until the process ends, however it does."""
 
     def __init__(self, folder: Path) -> None:
         path = folder / "lock"
@@ -24,7 +24,7 @@ class FolderLock:
         os.ftruncate(self._handle, 0)
         os.pwrite(self._handle, f"{os.getpid()}\n".encode(), 0)
 
-    def release(self) -> None:
+    def close(self) -> None:
         if self._handle >= 0:
             os.close(self._handle)
             self._handle = -1

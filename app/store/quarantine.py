@@ -1,4 +1,4 @@
-"""What is damaged is moved aside and named, never read as something else and never silently missing."""
+"""Damaged files and rows are moved to the quarantine and named, never read as something else or silently missing."""
 
 import logging
 from contextlib import suppress
@@ -6,16 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.core.errors import Unavailable
-from app.store.files import make_folder, move_whole, write_whole
+from app.store.files import make_folder, move_durably, write_atomically
 
 log = logging.getLogger("touchline")
 NOTE = ".note"
-BESIDE = (NOTE, "-wal", "-shm")  # what stands beside a damaged file and belongs to it
+COMPANIONS = (NOTE, "-wal", "-shm")  # endings of files that belong to a damaged one
 
 
 @dataclass(frozen=True)
 class Damage:
-    """Something that was moved aside: its kind (the folder or table it stood in), its file, what became of it."""
+    """Something in the quarantine: its kind (the folder or table that it was in), its file, what became of it."""
 
     kind: str
     name: str
@@ -36,44 +36,41 @@ class DamagedFile(Unavailable):
 
 
 class Quarantine:
-    """The folder of what was damaged, one folder in it for each kind."""
+    """The folder of what was damaged, with a folder for each kind."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def take(self, path: Path, why: str, kind: str | None = None, note: str | None = None) -> DamagedFile:
-        """Move a damaged file aside; the error to raise, which says where it is now."""
+    def move(self, path: Path, why: str, kind: str | None = None, note: str | None = None) -> DamagedFile:
+        """Move a damaged file here; return the error to raise, which says where it is now."""
         kind = kind or path.parent.name
         target = self._free_name(kind, path.name)
         if note is not None:
-            write_whole(target.with_name(target.name + NOTE), note.encode())
-        with suppress(FileNotFoundError):  # another thread has found it as well, and was faster
-            move_whole(path, target)
+            write_atomically(target.with_name(target.name + NOTE), note.encode())
+        with suppress(FileNotFoundError):  # another thread has moved it
+            move_durably(path, target)
         log.error("%s/%s is damaged (%s); it was moved to %s", kind, path.name, why, target)
         return DamagedFile(Damage(kind, target.name, note))
 
-    def keep(self, kind: str, name: str, content: str, why: str) -> DamagedFile:
-        """Write what is left of a damaged row; the error to raise, which says where that is."""
+    def add_text(self, kind: str, name: str, content: str, why: str) -> DamagedFile:
+        """Write what is left of a damaged row; return the error to raise, which says where that is."""
         target = self._free_name(kind, name)
         with suppress(OSError):  # a full disk must not hide the damage
-            write_whole(target, content.encode("utf-8", "surrogatepass"))
+            write_atomically(target, content.encode("utf-8", "surrogatepass"))
         log.error("%s %s in the database is damaged (%s); what is left of it is %s", kind, name, why, target)
         return DamagedFile(Damage(kind, target.name))
 
     def note(self, damage: Damage, note: str) -> None:
-        """Say what became of it."""
+        """Write down what became of it."""
         with suppress(OSError):
-            write_whole(self._folder / damage.kind / (damage.name + NOTE), note.encode())
-
-    def names(self, kind: str) -> tuple[str, ...]:
-        """File names of that kind, as they stood."""
-        return tuple(sorted(path.name for path in (self._folder / kind).glob("*")
-                            if not path.name.endswith(BESIDE)))
+            write_atomically(self._folder / damage.kind / (damage.name + NOTE), note.encode())
 
     def all(self) -> tuple[Damage, ...]:
-        """Everything that was ever moved aside and is still there."""
+        """Return everything that was moved here and is still here."""
         kinds = sorted(path.name for path in self._folder.glob("*") if path.is_dir())
-        return tuple(Damage(kind, name, self._note(kind, name)) for kind in kinds for name in self.names(kind))
+        return tuple(Damage(kind, name, self._note(kind, name)) for kind in kinds
+                     for name in sorted(path.name for path in (self._folder / kind).glob("*"))
+                     if not name.endswith(COMPANIONS))
 
     def _note(self, kind: str, name: str) -> str | None:
         with suppress(OSError):

@@ -1,4 +1,4 @@
-"""Rows taken back from where they are still whole: a damaged row from a backup, newer rows from a damaged database."""
+"""Recover rows from where they are intact: a damaged row from a backup, newer rows from a damaged database."""
 
 import logging
 import sqlite3
@@ -13,22 +13,23 @@ from sqlalchemy.exc import IntegrityError
 
 from app.core.errors import TouchlineError
 from app.store.backups import Backups
-from app.store.checksummed import is_whole
+from app.store.checksummed import is_intact
 from app.store.database import Database
-from app.store.tables import KEPT, Sealed
+from app.store.tables import ARCHIVED_TABLES, Checksummed
 
 log = logging.getLogger("touchline")
-OUR_BACKUPS = 10  # looked through for a whole copy of a row
+MAX_SEARCHED_BACKUPS = 10  # looked through for a whole copy of a row
 
 
-def heal(database: Database, backups: Backups | None, table: type[Sealed], row: Any, name: str) -> str | None:
-    """Put a backup's copy in the damaged row's place, or mark the row with the quarantine's name of its remains.
+def recover_row(database: Database, backups: Backups | None, table: type[Checksummed], row: Any,
+                name: str) -> str | None:
+    """Replace the damaged row by a backup's copy, or mark it with the quarantine's name of its remains.
 
-    What was done, in words; None where it was only marked.
+    Returns what was done, in words; None where it was only marked.
     """
     keys = _keys(table)
     same = and_(*(column == getattr(row, column.key) for column in keys))
-    for backup in (backups.all() if backups else [])[:OUR_BACKUPS]:
+    for backup in (backups.all() if backups else [])[:MAX_SEARCHED_BACKUPS]:
         whole = _copy_in(backup.path, table, row)
         if whole is not None:
             with database.writing("The restored row") as rows:
@@ -40,8 +41,8 @@ def heal(database: Database, backups: Backups | None, table: type[Sealed], row: 
     return None
 
 
-def _copy_in(path: Path, table: type[Sealed], row: Any) -> dict[str, Any] | None:
-    """A backup's whole copy of a row; None where it has none."""
+def _copy_in(path: Path, table: type[Checksummed], row: Any) -> dict[str, Any] | None:
+    """Return a backup's intact copy of a row; None where it has none."""
     keys = _keys(table)
     where = " AND ".join(f'"{column.name}" = ?' for column in keys)
     with suppress(sqlite3.Error), closing(_open(path)) as source:
@@ -51,16 +52,16 @@ def _copy_in(path: Path, table: type[Sealed], row: Any) -> dict[str, Any] | None
     return None
 
 
-def salvage(damaged: Path, into: Database) -> tuple[int, bool]:
+def salvage_rows(damaged: Path, into: Database) -> tuple[int, bool]:
     """Insert every whole row that the other database lacks, and replace those that it has in an older state.
 
-    How many rows, and whether anything could not be read. Rows are read through the tables as they stand, so what was
-    deleted stays deleted; each carries its own checksum, so a row that is taken is what was written.
+    Returns how many rows, and whether anything could not be read. Rows are read through the tables, so
+    what was deleted stays deleted; each carries its own checksum, so a row that is taken is what was written.
     """
     count, lost = 0, False
     with closing(_open(damaged)) as source:
-        for table in KEPT:
-            if not issubclass(table, Sealed):
+        for table in ARCHIVED_TABLES:
+            if not issubclass(table, Checksummed):
                 continue
             for values in _readable(source, table):
                 if values is None:
@@ -71,12 +72,12 @@ def salvage(damaged: Path, into: Database) -> tuple[int, bool]:
     return count, lost
 
 
-def _readable(source: sqlite3.Connection, table: type[Sealed]) -> Iterator[dict[str, Any] | None]:
-    """The whole rows of a table; None in place of each that is not, and at the end of what can be read."""
+def _readable(source: sqlite3.Connection, table: type[Checksummed]) -> Iterator[dict[str, Any] | None]:
+    """Read the intact rows of a table; None in place of each that is not, and at the end of what can be read."""
     name = table.__tablename__  # type: ignore[attr-defined]
     try:
         if source.execute("SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", [name]).fetchone() is None:
-            return  # of a form that had none of these yet
+            return  # an older schema had no such table
         for found in source.execute(f'SELECT * FROM "{name}"'):
             yield _values(table, dict(found))
     except sqlite3.Error as error:
@@ -84,8 +85,8 @@ def _readable(source: sqlite3.Connection, table: type[Sealed]) -> Iterator[dict[
         yield None
 
 
-def _put(into: Database, table: type[Sealed], values: dict[str, Any]) -> bool:
-    """Whether the row was not there in that very state."""
+def _put(into: Database, table: type[Checksummed], values: dict[str, Any]) -> bool:
+    """Insert or replace a row; whether it was not there in that very state."""
     same = and_(*(column == values[column.key] for column in _keys(table)))
     with into.writing("A restored row") as rows:
         there = rows.execute(select(table.sha256).where(same)).first()
@@ -102,15 +103,15 @@ def _put(into: Database, table: type[Sealed], values: dict[str, Any]) -> bool:
     return True
 
 
-def _values(table: type[Sealed], found: dict[str, Any]) -> dict[str, Any] | None:
-    """A row's columns by the names of its class, as Python has them; None where its checksum is wrong."""
+def _values(table: type[Checksummed], found: dict[str, Any]) -> dict[str, Any] | None:
+    """Return a row's columns by the names of its class, as Python has them; None where its checksum is wrong."""
     columns = table.__table__.columns  # type: ignore[attr-defined]
     values = {column.key: bool(found[column.name]) if column.type.python_type is bool else found[column.name]
               for column in columns}
-    return values if values["damaged"] is not None or is_whole(SimpleNamespace(**values), table) else None
+    return values if values["damaged"] is not None or is_intact(SimpleNamespace(**values), table) else None
 
 
-def _keys(table: type[Sealed]) -> list[Any]:
+def _keys(table: type[Checksummed]) -> list[Any]:
     return list(table.__table__.primary_key.columns)  # type: ignore[attr-defined]
 
 

@@ -1,16 +1,17 @@
-"""What the shelves share: ids, the clock, rows that may be damaged, and pages in the order in which things came."""
+"""What the repositories share: ids, dates, rows that may be damaged, and pages in the order in which rows came."""
 
 import re
 import secrets
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from sqlalchemy import ColumnElement, inspect, select, update
+from sqlalchemy import ColumnElement, Select, inspect, select, update
+from sqlalchemy.orm import Session
 
 from app.core.errors import BadInput, NotFound, TouchlineError
-from app.store.checksummed import is_whole
+from app.store.checksummed import is_intact, update_checksum
 from app.store.database import Database
 from app.store.quarantine import Damage, DamagedFile, Quarantine
 
@@ -23,8 +24,8 @@ def utc_now() -> datetime:
     return datetime.now(UTC)
 
 
-def stamp(clock: Clock) -> str:
-    """The time as records keep it: ISO 8601, UTC, milliseconds. For people; order never rests on it."""
+def timestamp(clock: Clock) -> str:
+    """Return the time as records have it: ISO 8601, UTC, milliseconds. For people; order never rests on it."""
     return clock().astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
@@ -37,68 +38,96 @@ def is_id(id: str) -> bool:
     return re.fullmatch(r"[0-9a-f]{16}", id) is not None
 
 
-def column(text: str | None) -> str | None:
-    """A text as any database can hold it: without NUL and half surrogates, which only the sealed body keeps."""
+def column_text(text: str | None) -> str | None:
+    """Return a text as any database can hold it: without NUL and half surrogates, which only the JSON body keeps."""
     return None if text is None else text.replace("\0", "").encode("utf-8", "replace").decode()
 
 
 class Page(NamedTuple, Generic[T]):
-    """Some of the things, newest first; next_cursor asks for the ones after them, None at the end."""
+    """Some of the items, newest first; next_cursor asks for the ones after them, None at the end."""
 
     items: tuple[T, ...]
     next_cursor: str | None
 
 
-class Shelf:
-    """One kind of rows, of which `table` is the ORM class and `kind` the quarantine's name."""
+class Repository:
+    """The checksummed rows of one table. Thread-safe.
+
+    table: the ORM class. kind: the folder in the quarantine for its damaged rows. noun, listing: how errors call one
+    item and say where they are listed.
+    """
 
     table: Any
     kind: str
+    noun: str
+    listing: str
 
     def __init__(self, database: Database, quarantine: Quarantine, clock: Clock) -> None:
         self._database = database
         self._quarantine = quarantine
         self._clock = clock
 
-    def checked(self, row: Any, name: str) -> Any:
-        """The row, where it is whole; DamagedFile otherwise, now and whenever it is asked for again."""
+    def _unknown(self, id: str) -> NotFound:
+        return NotFound(f"There is no {self.noun} {id!r}.", self.listing, reason=f"unknown-{self.noun}")
+
+    def _checked(self, row: Any, name: str) -> Any:
+        """Return the row if it is intact; raise DamagedFile otherwise, also when it is read again."""
         if row.damaged is not None:
             raise DamagedFile(Damage(self.kind, row.damaged))
-        if is_whole(row):
+        if is_intact(row):
             return row
-        raise self.put_aside(row, name)
+        raise self._quarantine_row(row, name)
 
-    def put_aside(self, row: Any, name: str, kind: str | None = None) -> DamagedFile:
+    def _quarantine_row(self, row: Any, name: str, kind: str | None = None) -> DamagedFile:
         """Write what is left of a damaged row to the quarantine, and mark the row."""
-        told = self._quarantine.keep(kind or self.kind, f"{name}.json", str(row.body), "its checksum is wrong")
+        damaged = self._quarantine.add_text(kind or self.kind, f"{name}.json", str(row.body), "its checksum is wrong")
         key = inspect(type(row)).primary_key[0]
         with suppress(TouchlineError), self._database.writing("The mark of a damaged row") as rows:
-            rows.execute(update(type(row)).where(key == getattr(row, key.key)).values(damaged=told.damage.name))
-        return told
+            rows.execute(update(type(row)).where(key == getattr(row, key.key)).values(damaged=damaged.damage.name))
+        return damaged
 
-    def row(self, id: str, unknown: Callable[[str], NotFound], *where: ColumnElement[bool]) -> Any:
-        """The one with that id; NotFound, or DamagedFile."""
+    def _row(self, id: str, *where: ColumnElement[bool]) -> Any:
+        """Return the row with that id; raise NotFound or DamagedFile."""
         if not is_id(id):
-            raise unknown(id)
+            raise self._unknown(id)
         with self._database.reading() as rows:
             row = rows.scalar(select(self.table).where(self.table.id == id, *where))
         if row is None:
-            raise unknown(id)
-        return self.checked(row, id)
+            raise self._unknown(id)
+        return self._checked(row, id)
 
-    def page(self, limit: int, cursor: str | None, read: Callable[[Any], T], *where: ColumnElement[bool]) -> Page[T]:
-        """Newest first. Nothing is shown twice or missed while others come and go; damaged ones are left out."""
-        check_page(limit, cursor)
-        wanted = select(self.table).where(self.table.damaged.is_(None), *where)
-        if cursor is not None:
-            wanted = wanted.where(self.table.sequence < int(cursor))
+    @contextmanager
+    def _changing(self, what: str, id: str, *where: ColumnElement[bool]) -> Iterator[tuple[Session, Any]]:
+        """Let the block change the intact row with that id, and save it with its new checksum."""
+        self._row(id, *where)
+        with self._database.writing(what) as rows:
+            row = rows.scalar(select(self.table).where(self.table.id == id, *where))
+            if row is None:
+                raise self._unknown(id)  # deleted a moment ago
+            yield rows, row
+            update_checksum(row)
+
+    def _find(self, query: Select[Any]) -> list[Any]:
         with self._database.reading() as rows:
-            found = list(rows.scalars(wanted.order_by(self.table.sequence.desc()).limit(limit + 1)))
-        shown, items = found[:limit], []
-        for row in shown:
-            with suppress(DamagedFile):  # one that is damaged does not hide the others; Store.damaged names it
-                items.append(read(self.checked(row, row.id)))
-        return Page(tuple(items), str(shown[-1].sequence) if len(found) > limit else None)
+            return list(rows.scalars(query))
+
+    def _intact(self, rows: Iterable[Any], read: Callable[[Any], T]) -> tuple[T, ...]:
+        """Read every row but the damaged ones, which do not hide the others; Store.damaged names them."""
+        items = []
+        for row in rows:
+            with suppress(DamagedFile):
+                items.append(read(row))
+        return tuple(items)
+
+    def _page(self, limit: int, cursor: str | None, read: Callable[[Any], T], *where: ColumnElement[bool]) -> Page[T]:
+        """Return a page, newest first. Nothing is shown twice or missed while others come and go."""
+        check_page(limit, cursor)
+        query = select(self.table).where(self.table.damaged.is_(None), *where)
+        if cursor is not None:
+            query = query.where(self.table.sequence < int(cursor))
+        found = self._find(query.order_by(self.table.sequence.desc()).limit(limit + 1))
+        items = self._intact(found[:limit], lambda row: read(self._checked(row, row.id)))
+        return Page(items, str(found[limit - 1].sequence) if len(found) > limit else None)
 
 
 def check_page(limit: int, cursor: str | None) -> None:

@@ -1,4 +1,4 @@
-"""Snapshots: pictures that are kept, the original bytes under their own checksum, and a record of each.
+"""Snapshots: stored pictures, the original bytes under their own checksum, and a record of each.
 
     pictures/SHA256.FORMAT     the bytes as they came; the same picture twice is one file
     the table of snapshots     what the picture is; its row is written last, so a row always has its picture
@@ -13,22 +13,22 @@ from typing import Any
 from sqlalchemy import ColumnElement, delete, func, select
 from sqlalchemy.orm import Session
 
-from app.core.errors import NotFound, Unavailable
+from app.core.errors import Unavailable
 from app.core.geometry import ImageSize
-from app.store.checksummed import content, sealed
+from app.store.checksummed import checksummed, content
 from app.store.database import Database
-from app.store.files import keeping, make_folder, sweep, write_whole
+from app.store.files import make_folder, remove_temporary_files, translate_disk_errors, write_atomically
 from app.store.quarantine import Damage, DamagedFile, Quarantine
-from app.store.repository import Clock, Page, Shelf, column, new_id, stamp
-from app.store.space import Space
+from app.store.quota import PictureQuota
+from app.store.repository import Clock, Page, Repository, column_text, new_id, timestamp
 from app.store.tables import CalibrationRow, DraftRow, LensRow, SnapshotRow
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A kept picture. format: "png", "jpeg", "bmp" or "webp", of the bytes as they came.
+    """A stored picture. format: "png", "jpeg", "bmp" or "webp", of the bytes as they came.
 
-    purpose: what it was taken for: "picture" of a field, of a "board", of "straight" edges, for a "rig" or "seeing".
+    purpose: "picture" of a field, of a "board", of "straight" edges, for a "rig" or for detection ("seeing").
     """
 
     id: str
@@ -57,46 +57,48 @@ class Snapshot:
         return asdict(self)
 
 
-class Snapshots(Shelf):
-    """The shelf of snapshots. Thread-safe. space: how much of the disk the pictures may take."""
+class SnapshotRepository(Repository):
+    """Snapshots and their files. quota: how much of the disk the pictures may take."""
 
-    table = SnapshotRow
-    kind = "snapshots"
+    table, kind, noun = SnapshotRow, "snapshots", "snapshot"
+    listing = "List them with GET /api/v1/snapshots, or send the picture again."
 
-    def __init__(self, database: Database, quarantine: Quarantine, clock: Clock, folder: Path, space: Space) -> None:
+    def __init__(self, database: Database, quarantine: Quarantine, clock: Clock, folder: Path,
+                 quota: PictureQuota) -> None:
         super().__init__(database, quarantine, clock)
         self._pictures = make_folder(folder / "pictures")
-        self._space = space
+        self._quota = quota
         self._files = RLock()  # a file that is about to get its row must not be removed as one that has none
-        sweep(self._pictures)
-        space.count(self._pictures)
+        remove_temporary_files(self._pictures)
+        quota.count(self._pictures)
 
     def add(self, data: bytes, size: ImageSize, format: str, camera: str | None = None,
             purpose: str = "picture") -> Snapshot:
-        """Keep a picture that images.py has decoded; on return it is safe on disk. DiskFull where there is no room."""
+        """Save a picture that app.images has decoded, format "png", "jpeg", "bmp" or "webp"; DiskFull without space."""
         digest = hashlib.sha256(data).hexdigest()
-        snapshot = Snapshot(new_id(), size.width, size.height, camera, stamp(self._clock), digest, format, purpose)
+        snapshot = Snapshot(new_id(), size.width, size.height, camera, timestamp(self._clock), digest, format, purpose)
         path = self.path(snapshot)
         with self._files:
-            if not _holds(path, digest):
-                self._make_room(len(data))
-                with keeping("The snapshot"):
-                    write_whole(path, data)
-                self._space.added(len(data))
+            if not _contains(path, digest):
+                self._free_space(len(data))
+                with translate_disk_errors("The snapshot"):
+                    write_atomically(path, data)
+                self._quota.added(len(data))
             with self._database.writing("The snapshot") as rows:
-                rows.add(snapshot_row(snapshot))
+                rows.add(checksummed(SnapshotRow, snapshot.to_json(), "The snapshot", id=snapshot.id,
+                                     picture=snapshot.file, purpose=column_text(purpose)))
         return snapshot
 
     def get(self, id: str) -> Snapshot:
-        """One by its id; NotFound, or DamagedFile."""
-        return _read(self.row(id, _unknown))
+        """Return one by its id; NotFound, or DamagedFile."""
+        return _read(self._row(id))
 
     def path(self, snapshot: Snapshot) -> Path:
-        """Where a snapshot's bytes stand."""
+        """Return where a snapshot's bytes are, for another process that reads them and checks their sha256 itself."""
         return self._pictures / snapshot.file
 
     def picture(self, id: str) -> bytes:
-        """The bytes as they came, checked against their checksum."""
+        """Return the bytes as they came, checked; they are a stranger's, so only app.images decodes them."""
         snapshot = self.get(id)
         path = self.path(snapshot)
         try:
@@ -104,28 +106,29 @@ class Snapshots(Shelf):
         except FileNotFoundError:
             raise DamagedFile(Damage("pictures", path.name)) from None
         if hashlib.sha256(data).hexdigest() != snapshot.sha256:
-            raise self._quarantine.take(path, "its checksum is wrong")
+            raise self._quarantine.move(path, "its checksum is wrong")
         return data
 
     def list(self, limit: int = 50, cursor: str | None = None, purpose: str | None = None) -> Page[Snapshot]:
-        """Newest first, of one purpose or of all. Damaged ones are not among them; Store.damaged names those."""
-        return self.page(limit, cursor, _read, *([] if purpose is None else [SnapshotRow.purpose == column(purpose)]))
+        """Return a page, newest first, of one purpose or of all, without damaged ones."""
+        where = [] if purpose is None else [SnapshotRow.purpose == column_text(purpose)]
+        return self._page(limit, cursor, _read, *where)
 
-    def _make_room(self, size_bytes: int) -> None:
-        """Refuse, or forget the oldest pictures that nothing needs, until so many bytes fit in."""
-        self._space.check_free()
-        if self._space.over_by(size_bytes) > 0:
+    def _free_space(self, size_bytes: int) -> None:
+        """Delete the oldest pictures that nothing needs until so many bytes fit in; DiskFull if they cannot."""
+        self._quota.check_free()
+        if self._quota.over_by(size_bytes) > 0:
             self._remove_files_without_rows()
-        while self._space.over_by(size_bytes) > 0:
+        while self._quota.over_by(size_bytes) > 0:
             with self._database.reading() as rows:
                 unneeded = select(SnapshotRow).where(*_unneeded(rows))
                 oldest = rows.scalar(unneeded.order_by(SnapshotRow.sequence).limit(1))
             if oldest is None:
-                raise self._space.refusal()
-            self._forget(oldest)
+                raise self._quota.refusal()
+            self._delete(oldest)
 
-    def _forget(self, row: SnapshotRow) -> None:
-        """The row first: were it the other way round, a kill in between would leave a row without its picture."""
+    def _delete(self, row: SnapshotRow) -> None:
+        """Delete the row first: the other way round, a kill in between would leave a row without its picture."""
         with self._database.writing("The deletion") as rows:
             rows.execute(delete(DraftRow).where(DraftRow.snapshot == row.id))
             rows.execute(delete(SnapshotRow).where(SnapshotRow.sequence == row.sequence))
@@ -134,7 +137,7 @@ class Snapshots(Shelf):
             self._remove(self._pictures / row.picture)
 
     def _remove_files_without_rows(self) -> None:
-        """What a kill between a file and its row has left. Only for want of room: a restored backup may lack rows."""
+        """Remove what a kill between a file and its row has left, only for want of space: a backup may lack rows."""
         with self._database.reading() as rows:
             known = set(rows.scalars(select(SnapshotRow.picture).distinct()))
         for path in self._pictures.iterdir():
@@ -144,11 +147,11 @@ class Snapshots(Shelf):
     def _remove(self, path: Path) -> None:
         size_bytes = path.stat().st_size if path.exists() else 0
         path.unlink(missing_ok=True)
-        self._space.added(-size_bytes)
+        self._quota.added(-size_bytes)
 
 
 def _unneeded(rows: Session) -> list[ColumnElement[bool]]:
-    """Snapshots that no calibration (deleted ones too), begun draft or lens rests on."""
+    """Return the conditions for snapshots that no calibration (deleted ones too), begun draft or lens uses."""
     used = select(CalibrationRow.snapshot).where(CalibrationRow.snapshot.is_not(None))
     begun = select(DraftRow.snapshot).where(DraftRow.is_begun)
     boards: set[str] = set()
@@ -158,14 +161,8 @@ def _unneeded(rows: Session) -> list[ColumnElement[bool]]:
             SnapshotRow.id.not_in(boards)]
 
 
-def snapshot_row(snapshot: Snapshot) -> SnapshotRow:
-    """A snapshot as the database has it."""
-    return sealed(SnapshotRow, snapshot.to_json(), "The snapshot", id=snapshot.id, picture=snapshot.file,
-                  purpose=column(snapshot.purpose))
-
-
-def checked_bytes(name: str, path: str, sha256: str) -> bytes:
-    """A kept picture's bytes, read by another process than the one that holds the store. name: for the refusal."""
+def read_checked(name: str, path: str, sha256: str) -> bytes:
+    """Return a stored picture's bytes in another process than the one that opened the store. name: for the error."""
     try:
         data = Path(path).read_bytes()
     except OSError as error:
@@ -180,13 +177,8 @@ def _read(row: SnapshotRow) -> Snapshot:
     return Snapshot(**content(row))
 
 
-def _holds(path: Path, digest: str) -> bool:
+def _contains(path: Path, digest: str) -> bool:
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest() == digest
     except FileNotFoundError:
         return False
-
-
-def _unknown(id: str) -> NotFound:
-    return NotFound(f"There is no snapshot {id!r}.", "List them with GET /api/v1/snapshots, or send the picture again.",
-                    reason="unknown-snapshot")

@@ -1,42 +1,29 @@
-"""Plans of stages that are kept as YAML files, one plan a file, named as the plan is."""
+"""Stage plans as YAML files, one plan a file, named as the plan is."""
 
 from pathlib import Path
 
-from app.core.errors import BadInput, NotFound
-from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
+from app import shipped
+from app.core.errors import NotFound
+from app.store.files import read_yaml
 from app.vision.stage_pipeline import StageConfig
-
-_APP = Path(__file__).resolve().parent.parent
-# An installed wheel carries configs/ inside the package; a checkout has it beside.
-_PLACES = (_APP / "_configs" / "stages", _APP.parent / "configs" / "stages")
 
 
 def load_plans() -> dict[str, StageConfig]:
-    """Every plan that comes with Touchline, by name, in order."""
-    for place in _PLACES:
-        if place.is_dir():
-            plans = [load_plan(path) for path in sorted(place.glob("*.yaml"))]
-            return {plan.name: plan for plan in plans}
-    raise NotFound("The plans of stages that come with Touchline are not installed.", "Install Touchline again.",
-                   reason="no-stages")
+    """Load every plan that comes with Touchline, by name, in order."""
+    plans = [load_plan(path) for path in sorted((shipped("configs") / "stages").glob("*.yaml"))]
+    if not plans:
+        raise NotFound("The plans of stages that come with Touchline are not installed.", "Install Touchline again.",
+                       reason="no-stages")
+    return {plan.name: plan for plan in plans}
 
 
 def load_plan(path: Path) -> StageConfig:
-    """The plan in one file."""
-    try:
-        with path.open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise NotFound(f"The plan {path.name} cannot be read: {error.strerror}.",
-                       "Check the file and who may read it.", reason="no-stages") from None
-    try:
-        return StageConfig.from_json(plain_from_yaml(raw, f"The file {path.name}"))
-    except BadInput as error:
-        raise BadInput(f"{path.name}: {error.what}", error.fix, reason=error.reason) from None
+    """Load the plan of one file."""
+    return read_yaml(path, StageConfig.from_json, f"The plan {path.name}", "no-stages")
 
 
 def named_plan(name: str) -> StageConfig:
-    """A plan that comes with Touchline."""
+    """Return a plan that comes with Touchline; NotFound."""
     plans = load_plans()
     if name not in plans:
         raise NotFound(f"There is no plan of stages called {name[:40]!r}.", f"Use one of: {', '.join(plans)}.",

@@ -1,8 +1,8 @@
 """The tables, as SQLAlchemy sees them; migrations/ makes them, and a test holds the two together.
 
-Every kept thing carries its content as text, `body`; most other columns repeat what the database must find it by, and
-`sha256` is the checksum of both (sealed.py). `sequence` is the order in which things came and is never used twice; no
-date orders anything. `damaged` names the quarantine's file once a row was found to be damaged.
+Every row carries its content as text, `body`; most other columns repeat what the database must find it by, and
+`sha256` is the checksum of both (checksummed.py). `sequence` is the order in which rows came and is
+never used twice; no date orders anything. `damaged` names the quarantine's file once a row was found to be damaged.
 """
 
 from sqlalchemy import BigInteger, ForeignKey, Index, Integer, String, Text, UniqueConstraint
@@ -16,23 +16,23 @@ class Base(DeclarativeBase):
     pass
 
 
-class Sealed:
-    """What all kept things share."""
+class Checksummed:
+    """Columns of all rows that carry their own checksum."""
 
     body: Mapped[str] = mapped_column(Text)
     sha256: Mapped[str] = mapped_column(String(64))
     damaged: Mapped[str | None] = mapped_column(Text)
 
 
-class Counted(Sealed):
-    """Things in the order in which they came."""
+class Sequenced(Checksummed):
+    """Rows in the order in which they came."""
 
     sequence: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     id: Mapped[str] = mapped_column(String(16), unique=True)
 
 
-class SnapshotRow(Counted, Base):
-    """A picture that is kept; its bytes are the file pictures/PICTURE."""
+class SnapshotRow(Sequenced, Base):
+    """A stored picture; its bytes are the file pictures/PICTURE."""
 
     __tablename__ = "snapshots"
     __table_args__ = ({"sqlite_autoincrement": True},)
@@ -41,7 +41,7 @@ class SnapshotRow(Counted, Base):
     purpose: Mapped[str] = mapped_column(String(40), index=True)
 
 
-class DraftRow(Sealed, Base):
+class DraftRow(Checksummed, Base):
     """The work in progress on one snapshot."""
 
     __tablename__ = "drafts"
@@ -51,7 +51,7 @@ class DraftRow(Sealed, Base):
     is_begun: Mapped[bool]  # whether anything was clicked: then the picture is needed
 
 
-class CalibrationRow(Counted, Base):
+class CalibrationRow(Sequenced, Base):
     """One version, never written again but for its deletion, which hides it and keeps its number."""
 
     __tablename__ = "calibrations"
@@ -68,7 +68,7 @@ class CalibrationRow(Counted, Base):
     deleted_at: Mapped[str | None] = mapped_column(Text)
 
 
-class ActiveRow(Sealed, Base):
+class ActiveRow(Checksummed, Base):
     """Which version is its camera's: one row a camera."""
 
     __tablename__ = "active"
@@ -90,14 +90,14 @@ class ActivationRow(Base):
     by: Mapped[str] = mapped_column("made_by", Text)
 
 
-class LensRow(Counted, Base):
+class LensRow(Sequenced, Base):
     """A lens from pictures of a board."""
 
     __tablename__ = "lenses"
     __table_args__ = ({"sqlite_autoincrement": True},)
 
 
-class CameraRow(Sealed, Base):
+class CameraRow(Checksummed, Base):
     """A camera that an operator has added."""
 
     __tablename__ = "cameras"
@@ -107,7 +107,7 @@ class CameraRow(Sealed, Base):
     place: Mapped[int]  # in the list: the order in which they were added
 
 
-class IdentityRow(Sealed, Base):
+class IdentityRow(Checksummed, Base):
     """Which physical camera an id was confirmed to be."""
 
     __tablename__ = "identities"
@@ -115,7 +115,7 @@ class IdentityRow(Sealed, Base):
     camera: Mapped[str] = mapped_column(String(64), primary_key=True)
 
 
-class RigRow(Sealed, Base):
+class RigRow(Checksummed, Base):
     """Cameras that share a field."""
 
     __tablename__ = "rigs"
@@ -124,7 +124,7 @@ class RigRow(Sealed, Base):
     place: Mapped[int]  # in the list
 
 
-class RollRow(Counted, Base):
+class RollRow(Sequenced, Base):
     """A straight roll of a ball before a live camera."""
 
     __tablename__ = "rolls"
@@ -133,8 +133,8 @@ class RollRow(Counted, Base):
     camera: Mapped[str] = mapped_column(String(64), index=True)
 
 
-class PresetRow(Sealed, Base):
-    """A colour profile by its name, or what a camera is to see: key is "colours:NAME" or "seeing:CAMERA"."""
+class PresetRow(Checksummed, Base):
+    """A colour profile by its name, or what a camera is to detect: key is "colours:NAME" or "seeing:CAMERA"."""
 
     __tablename__ = "presets"
 
@@ -166,7 +166,7 @@ class JobRow(Base):
 
 
 class LedgerRow(Base):
-    """One row: how many changes were kept. A database with fewer than its newest backup has lost some."""
+    """One row: how many changes were saved. A database with fewer than its newest backup has lost some."""
 
     __tablename__ = "ledger"
 
@@ -175,6 +175,8 @@ class LedgerRow(Base):
 
 
 # What is checked, archived and restored, in an order in which a row's references come before it.
-KEPT: tuple[type[Base], ...] = (SnapshotRow, DraftRow, CalibrationRow, ActiveRow, ActivationRow, LensRow, CameraRow,
+ARCHIVED_TABLES: tuple[type[Base], ...] = (SnapshotRow, DraftRow, CalibrationRow, ActiveRow, ActivationRow, LensRow,
+                                           CameraRow,
                                 IdentityRow, RigRow, RollRow, PresetRow)
-SEALED: tuple[type[Sealed], ...] = tuple(table for table in KEPT if issubclass(table, Sealed))
+CHECKSUMMED_TABLES: tuple[type[Checksummed], ...] = tuple(table for table in ARCHIVED_TABLES
+                                                          if issubclass(table, Checksummed))

@@ -16,7 +16,7 @@ from app.evaluate.fit.verification import verdict_of
 from app.fitting.field_lines.search import PosePrior
 from app.images import ImageDecoder
 from app.models import MODELS
-from app.store.snapshots import checked_bytes
+from app.store.snapshots import read_checked
 from app.vision.motion.background import Background
 from app.workflows import automatic
 from app.workflows.calibration import CalibrationResult, subprogress
@@ -139,7 +139,7 @@ def run_auto(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …], "keep"}; pictures are untrusted."""
     request = AutomaticRequest.from_json(spec["task"])
     with ImageDecoder(workers=1) as decoder:
-        reads = [lambda p=p: decoder.frame_from_bytes(checked_bytes(**p)) for p in spec["pictures"]]
+        reads = [lambda p=p: decoder.frame_from_bytes(read_checked(**p)) for p in spec["pictures"]]
         frame = median_frame(reads, subprogress(progress, 0.0, 0.1))
     summary, made = request.answer(frame, subprogress(progress, 0.1, 1.0))
     return {"told": summary, "made": made.to_json() if made is not None and spec["keep"] else None}

@@ -15,7 +15,7 @@ from app.core.records import Frame, Warning
 from app.core.text_format import sentence
 from app.fitting.board.fit import board_model, board_options
 from app.images import ImageDecoder
-from app.store.snapshots import checked_bytes
+from app.store.snapshots import read_checked
 from app.workflows import board
 from app.workflows.calibration import subprogress
 
@@ -85,5 +85,5 @@ def run_pictures(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; untrusted, decoded in a child."""
     request, pictures = BoardCalibrationRequest.from_json(spec["task"]), spec["pictures"]
     with ImageDecoder(workers=1) as decoder:
-        return request.from_pictures(((p["name"], lambda p=p: decoder.frame_from_bytes(checked_bytes(**p)))
+        return request.from_pictures(((p["name"], lambda p=p: decoder.frame_from_bytes(read_checked(**p)))
                                       for p in pictures), len(pictures), progress)

@@ -20,7 +20,7 @@ from app.evaluate.drift.check_verdict import INCONCLUSIVE, MIN_FOUND, CheckFigur
 from app.evaluate.drift.line_check import LineMeasurements, line_deviations, measure_lines
 from app.images import ImageDecoder
 from app.models import CameraModel, model_from_json
-from app.store.snapshots import checked_bytes
+from app.store.snapshots import read_checked
 from app.workflows.automatic import detect_lines
 from app.workflows.automatic_request import median_frame
 from app.workflows.calibration import subprogress
@@ -116,7 +116,7 @@ def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"calibration": whole, "snapshot", "pictures": [{"name", "path", "sha256"}, …], untrusted}."""
     with ImageDecoder(workers=1) as decoder:
         reads: Sequence[Callable[[], Frame]] = [
-            lambda p=p: decoder.frame_from_bytes(checked_bytes(**p)) for p in spec["pictures"]]
+            lambda p=p: decoder.frame_from_bytes(read_checked(**p)) for p in spec["pictures"]]
         frame = median_frame(reads, subprogress(progress, 0.0, 0.4))
     found = check(Calibration.from_json(spec["calibration"]), frame.pixels, subprogress(progress, 0.4, 1.0))
     return {**found, "snapshot": spec["snapshot"]}

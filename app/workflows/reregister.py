@@ -23,7 +23,7 @@ from app.evaluate.drift.line_tracking import SIGMA_PX, TrackedLines, track_lines
 from app.fitting.image_motion import motion_of
 from app.images import ImageDecoder
 from app.models import CameraModel, RayModel, field_from_raw, model_from_json, parameters_json, raw_from_field
-from app.store.snapshots import checked_bytes
+from app.store.snapshots import read_checked
 from app.workflows import calibration as workflow
 from app.workflows.automatic import observed_feature
 from app.workflows.calibration import CalibrationResult, subprogress
@@ -147,10 +147,10 @@ def _summary(calibration: Calibration, before: CameraModel, done: CalibrationRes
 def run_register(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"calibration": whole, "snapshot", "note", "picture", "before": {"name", "path", "sha256"} or null}."""
     with ImageDecoder(workers=1) as decoder:
-        frame = decoder.frame_from_bytes(checked_bytes(**spec["picture"]))
+        frame = decoder.frame_from_bytes(read_checked(**spec["picture"]))
         before = None
         with suppress(TouchlineError):  # gone or damaged: then the model itself says where lines were
-            before = decoder.frame_from_bytes(checked_bytes(**spec["before"])) if spec["before"] else None
+            before = decoder.frame_from_bytes(read_checked(**spec["before"])) if spec["before"] else None
     summary, made = reregister(Calibration.from_json(spec["calibration"]), frame, subprogress(progress, 0.1, 1.0),
                                before, spec["snapshot"], spec["note"])
     return {"told": summary, "made": made.to_json()}

@@ -24,7 +24,7 @@ from app.evaluate.cameras.rectangles import Rectangles, most_common
 from app.evaluate.cameras.rig_agreement import agreement
 from app.images import ImageDecoder
 from app.models import CameraModel, RayModel, model_from_json
-from app.store.snapshots import checked_bytes
+from app.store.snapshots import read_checked
 from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.pair import evaluate_pair
@@ -46,7 +46,7 @@ def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
         with ImageDecoder(workers=1) as decoder:
             for number, camera in enumerate(wanted):
                 progress(READING * number / len(wanted), f"Reading the picture of {camera['title']}")
-                pictures[camera["camera"]] = decoder.frame_from_bytes(checked_bytes(**camera["picture"])).pixels
+                pictures[camera["camera"]] = decoder.frame_from_bytes(read_checked(**camera["picture"])).pixels
     found = check(rig, pictures, spec["matches"], subprogress(progress, READING if wanted else 0.0, 1.0))
     return {**found, "missing": spec["missing"]}
 

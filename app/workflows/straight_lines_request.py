@@ -10,7 +10,7 @@ from app.core.progress import Progress, no_progress
 from app.core.records import Frame
 from app.core.text_format import sentence
 from app.images import ImageDecoder
-from app.store.snapshots import checked_bytes
+from app.store.snapshots import read_checked
 from app.workflows import straight_lines
 
 Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # each one's name, and how to read it
@@ -75,5 +75,5 @@ def run_straightness(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; untrusted, decoded in a child."""
     request, pictures = StraightLinesRequest.from_json(spec["task"]), spec["pictures"]
     with ImageDecoder(workers=1) as decoder:
-        return request.answer(((p["name"], lambda p=p: decoder.frame_from_bytes(checked_bytes(**p))) for p in pictures),
+        return request.answer(((p["name"], lambda p=p: decoder.frame_from_bytes(read_checked(**p))) for p in pictures),
                               len(pictures), progress)

@@ -14,7 +14,7 @@ from app.cli.server import DEMO_CAMERAS
 from app.main import create_app
 from app.settings import Settings
 from app.sources import SourceContext, source_from_url
-from app.store.field_repository import FieldShelf
+from app.store.field_repository import FieldRepository
 from tests.support.refusals import API, without_size
 from tests.support.sim_clicks import border_observations
 
@@ -57,7 +57,7 @@ def test_rest_and_shell_give_the_same_numbers_on_a_real_picture(
 
 
 def test_every_camera_of_the_demo_can_be_calibrated_on_its_region(tmp_path):
-    fields = FieldShelf(tmp_path / "fields")
+    fields = FieldRepository(tmp_path / "fields")
     settings = Settings(data=tmp_path, cameras=DEMO_CAMERAS)
     with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
         for camera in settings.cameras:

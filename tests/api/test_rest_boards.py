@@ -130,7 +130,7 @@ def test_views_that_tell_no_lens_are_a_failed_job_with_a_fix(client):
 
 
 def test_a_lens_is_deleted_once_and_what_nobody_has_kept_is_404(client):
-    id = client.app.state.store.add_lens({"model": "ssl"})["id"]
+    id = client.app.state.store.lenses.add({"model": "ssl"})["id"]
     assert client.delete(f"{LENSES}/{id}").status_code == 204
     for call in (client.get, client.delete):
         refusal(call(f"{LENSES}/{id}"), 404, "unknown-lens")
@@ -179,7 +179,8 @@ def test_pictures_without_any_board_or_of_two_sizes_are_refused(client, snapshot
 
 
 def test_a_picture_damaged_on_disk_is_a_failed_job(client, snapshots):
-    path = client.app.state.store.picture_path(snapshots[2])
+    repository = client.app.state.store.snapshots.list
+    path = repository.path(repository.get(snapshots[2]))
     path.write_bytes(path.read_bytes()[:-1] + b"x")
     body = {"snapshots": snapshots, "board": SMALL.to_json()}
     told = finished(client, accepted(client.post(f"{CAL}/board", json=body)))
@@ -200,12 +201,12 @@ def test_the_classic_left_camera_from_its_own_pictures(client, real_data):
 
 def test_a_lens_survives_a_restart_and_a_damaged_one_is_named(settings, client):
     store = client.app.state.store
-    ids = [store.add_lens({"model": "ssl", "n": n})["id"] for n in range(3)]
+    ids = [store.lenses.add({"model": "ssl", "n": n})["id"] for n in range(3)]
     damage_row(store, LensRow, lambda text: text.replace('"n":1', '"n":7'), id=ids[1])
     client.__exit__(None, None, None)
     # It would be healed from a backup, were one made in between.
     shutil.rmtree(settings.data / "backups", ignore_errors=True)
     with Store(settings.data) as again:
-        assert again.lens(ids[2])["n"] == 2
-        assert [lens["id"] for lens in again.lenses().items] == [ids[2], ids[0]]
+        assert again.lenses.get(ids[2])["n"] == 2
+        assert [lens["id"] for lens in again.lenses.list().items] == [ids[2], ids[0]]
         assert json.dumps([d.to_json() for d in again.damaged]).count(ids[1]) == 1

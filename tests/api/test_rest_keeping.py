@@ -8,7 +8,7 @@ from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.store import Store
-from app.store.restoring import restore_into
+from app.store.restore import restore_into
 from app.store.tables import CalibrationRow
 from tests.support.refusals import API
 from tests.support.store_opener import damage_row
@@ -30,8 +30,8 @@ def test_everything_is_downloaded_as_one_zip_that_a_bare_machine_restores(client
     restore_into(tmp_path / "all.zip", tmp_path / "bare", None)
     assert (tmp_path / "bare" / "fields" / "mine.yaml").is_file()
     with Store(tmp_path / "bare") as store:
-        assert store.calibration(calibration["id"]).to_json() == calibration
-        assert store.picture(calibration["snapshot"])
+        assert store.calibrations.get(calibration["id"]).to_json() == calibration
+        assert store.snapshots.picture(calibration["snapshot"])
 
 
 def test_who_saves_and_activates_is_written_beside_it(client, snapshot, task, calibration):
@@ -41,7 +41,7 @@ def test_who_saves_and_activates_is_written_beside_it(client, snapshot, task, ca
     made = client.post(f"{API}/calibrations", json=body, headers=anna).json()
     assert made["made_by"] == "Anna" == client.get(f"{API}/calibrations/{made['id']}").json()["made_by"]
     client.post(f"{API}/calibrations/{made['id']}/activate", headers={"X-Operator": "x" * 500})
-    (activation,) = client.app.state.store.activations(made["camera"])
+    (activation,) = client.app.state.store.calibrations.history(made["camera"])
     assert activation["calibration"] == made["id"] and activation["by"] == "x" * 64
     draft = client.put(f"{API}/drafts/{snapshot['id']}", json={"field": "table"}, headers={
         **anna, "If-Match": client.get(f"{API}/drafts/{snapshot['id']}").headers["ETag"]}).json()
@@ -60,7 +60,7 @@ def test_health_names_what_was_damaged_and_what_to_know_of_the_disk(settings, cl
 
 def test_a_disk_with_little_room_refuses_pictures_with_507_and_still_saves_calibrations(client, calibration, picture,
                                                                                         task, snapshot):
-    client.app.state.store._space._free = lambda folder: 50_000_000
+    client.app.state.store._quota._free = lambda folder: 50_000_000
     assert [w["reason"] for w in client.get(f"{API}/health").json()["warnings"]][:1] == ["disk-nearly-full"]
     answer = client.post(f"{API}/snapshots", files={"file": picture + b"\0"})
     assert answer.status_code == 507 and answer.json()["type"] == "/problems/disk-full" and answer.json()["fix"]

@@ -8,8 +8,8 @@ from starlette.responses import PlainTextResponse
 from starlette.routing import Route
 from starlette.testclient import TestClient
 
+from app import shipped
 from app.api.middleware.page_files import PageFiles, modules_of
-from app.settings import shipped
 
 STATIC = shipped("static")
 

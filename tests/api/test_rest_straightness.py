@@ -195,7 +195,8 @@ def test_pictures_that_differ_in_size_or_not_at_all_are_refused(standing, bars):
 
 def test_a_picture_damaged_on_disk_is_said_so(client):
     id = kept(client, bars_behind())
-    path = client.app.state.store.picture_path(id)
+    snapshots = client.app.state.store.snapshots.list
+    path = snapshots.path(snapshots.get(id))
     path.write_bytes(path.read_bytes()[:-1] + b"x")
     told = finished(client, accepted(client.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [id]})))
     assert told["problem"]["type"] == "/problems/damaged-file" and "Picture 1" in told["problem"]["detail"]

@@ -114,7 +114,7 @@ def everything_is_there(folder, kept):
         assert store.damaged == ()
         found, cursor = {}, None
         while True:
-            page = store.calibrations(limit=200, cursor=cursor)
+            page = store.calibrations.list(limit=200, cursor=cursor)
             found |= {one.id: one for one in page.items}
             cursor = page.next_cursor
             if cursor is None:

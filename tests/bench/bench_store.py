@@ -69,12 +69,12 @@ def measure(folder: Path, one: Calibration, count: int, export: dict) -> None:
             return f"{number * 7919 % count:016x}"
 
         store._backups.close()  # copies of so large a database are made now and then, not in these milliseconds
-        print("list 20 of all       ", p(timed(lambda n: store.calibration_texts(limit=20))))
-        print("list 20 of a camera  ", p(timed(lambda n: store.calibration_texts(CAMERAS[n % 10], limit=20))))
-        print("list 20 far back     ", p(timed(lambda n: store.calibration_texts(None, 20, str(count // 2 + n)))))
-        print("open one             ", p(timed(lambda n: store.calibration(any_id(n)))))
-        print("save                 ", p(timed(lambda n: store.save(replace(one, camera=CAMERAS[n % 10])))))
-        print("activate             ", p(timed(lambda n: store.activate(any_id(n)))))
+        print("list 20 of all       ", p(timed(lambda n: store.calibrations.texts(limit=20))))
+        print("list 20 of a camera  ", p(timed(lambda n: store.calibrations.texts(CAMERAS[n % 10], limit=20))))
+        print("list 20 far back     ", p(timed(lambda n: store.calibrations.texts(None, 20, str(count // 2 + n)))))
+        print("open one             ", p(timed(lambda n: store.calibrations.get(any_id(n)))))
+        print("save                 ", p(timed(lambda n: store.calibrations.add(replace(one, camera=CAMERAS[n % 10])))))
+        print("activate             ", p(timed(lambda n: store.calibrations.activate(any_id(n)))))
     with served(folder) as url, closing(Line(url)) as line:
         def asked(path: str) -> None:
             assert line.ask("GET", path)[0] == 200

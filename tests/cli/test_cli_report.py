@@ -87,10 +87,10 @@ def test_another_picture_is_told_and_one_of_another_size_refused(touchline, cali
 
 def test_by_its_id_out_of_the_servers_folder_with_its_own_picture(touchline, calibration, picture, tmp_path):
     with Store(tmp_path / "data") as store:
-        snapshot = store.add_snapshot(picture.read_bytes(), ImageSize(780, 580), "png")
+        snapshot = store.snapshots.add(picture.read_bytes(), ImageSize(780, 580), "png")
         record = json.loads(calibration.read_text()) | {"snapshot": snapshot.id}
         calibration.write_text(json.dumps(record))
-        kept = store.save(read_calibration(calibration))
+        kept = store.calibrations.add(read_calibration(calibration))
         code, _, err = touchline("report", kept.id, "--data", tmp_path / "data")
         assert code == 4 and "is used by another" in err  # the server is running
     code, out, err = touchline("report", kept.id, "--data", tmp_path / "data", "--enough", "any", "--json",

@@ -75,8 +75,8 @@ def test_the_stitched_picture_is_written_and_what_nobody_sees_is_said(touchline,
 def test_a_rig_that_a_server_keeps_is_checked_by_its_name(touchline, calibrations, tmp_path):
     with Store(tmp_path / "data") as store:
         for calibration in calibrations:
-            store.activate(store.save(calibration).id)
-        store.add_rig("hall", {"title": "Hall", "field": "ssl-div-b", "w_max_rectangle_px": None,
+            store.calibrations.activate(store.calibrations.add(calibration).id)
+        store.rigs.add("hall", {"title": "Hall", "field": "ssl-div-b", "w_max_rectangle_px": None,
                                "h_max_rectangle_px": None, "n_rectangles_x": None, "n_rectangles_y": None,
                                "cameras": [{"camera": f"cam{n}", "region": None, "rotate": None} for n in (0, 1)]})
     code, out, err = touchline("rig", "check", "hall", "--data", "data")

@@ -7,11 +7,11 @@ import numpy as np
 
 from app.core.records import Calibration
 from app.sources import SourceContext, source_from_url
-from app.store.field_repository import FieldShelf
+from app.store.field_repository import FieldRepository
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.sim_clicks import border_observations
 
-FIELDS = FieldShelf(Path("no-fields-of-our-own"))
+FIELDS = FieldRepository(Path("no-fields-of-our-own"))
 FIELD = FIELDS["ssl-div-b"]
 HALVES = ("half-left", "half-right")
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from app.sources import SourceContext, source_from_url
 from app.sources.sim.source import SimSource
-from app.store.field_repository import FieldShelf
+from app.store.field_repository import FieldRepository
 from tests.support.sim_clicks import border_clicks
 from tests.support.sim_truth import robots_in
 
-FIELD = FieldShelf(Path("no-fields-of-our-own"))["ssl-div-b"]
+FIELD = FieldRepository(Path("no-fields-of-our-own"))["ssl-div-b"]
 REGION = "half-right"
 TILTS = (14, -12)
 # Crossings and ends of painted lines, field mm.

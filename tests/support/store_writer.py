@@ -40,8 +40,8 @@ def say(*words):
 def work(folder, seed):
     chance = random.Random(seed)
     store = Store(folder)
-    snapshots = [s.id for s in store.snapshots(limit=20).items]
-    kept = [c.id for c in store.calibrations(limit=20).items]
+    snapshots = [s.id for s in store.snapshots.list(limit=20).items]
+    kept = [c.id for c in store.calibrations.list(limit=20).items]
     say("start", str(os.getpid()))
     while True:
         kind = chance.choice(["snapshot", "draft", "draft", "save", "save", "activate", "delete"])
@@ -49,32 +49,32 @@ def work(folder, seed):
         if kind == "snapshot" or not snapshots:
             data = chance.randbytes(chance.choice([100, 20_000, 1_000_000]))
             say("begin", json.dumps({"kind": "snapshot", "sha256": sha256(data).hexdigest()}))
-            one = store.add_snapshot(data, SIZE, "png", camera=tag)
+            one = store.snapshots.add(data, SIZE, "png", camera=tag)
             snapshots.append(one.id)
             say("done", json.dumps({"kind": "snapshot", "id": one.id, "sha256": one.sha256, "camera": tag}))
         elif kind == "draft":
             id = chance.choice(snapshots)
             body = {**EMPTY, "field": tag, "options": {f"o{k}": k / 7 for k in range(200)}}
             say("begin", json.dumps({"kind": "draft", "id": id, "field": tag}))
-            one = store.save_draft(id, body, store.draft(id).etag)
+            one = store.drafts.save(id, body, store.drafts.get(id).etag)
             say("done", json.dumps({"kind": "draft", "id": id, "field": tag, "etag": one.etag}))
         elif kind == "save" or not kept:
             camera = chance.choice(CAMERAS)
             say("begin", json.dumps({"kind": "save"}))
-            one = store.save(calibration(camera, tag))
+            one = store.calibrations.add(calibration(camera, tag))
             kept.append(one.id)
             say("done", json.dumps({"kind": "save", "id": one.id, "camera": camera, "version": one.version,
                                     "sha256": digest(one)}))
         elif kind == "activate":
-            one = store.calibration(chance.choice(kept))
+            one = store.calibrations.get(chance.choice(kept))
             say("begin", json.dumps({"kind": "activate", "id": one.id, "camera": one.camera}))
-            store.activate(one.id)
+            store.calibrations.activate(one.id)
             say("done", json.dumps({"kind": "activate", "id": one.id, "camera": one.camera}))
         else:
-            one = store.calibration(chance.choice(kept))
+            one = store.calibrations.get(chance.choice(kept))
             if not one.active and len(kept) > 10:
                 say("begin", json.dumps({"kind": "delete", "id": one.id}))
-                store.delete_calibration(one.id)
+                store.calibrations.delete(one.id)
                 kept.remove(one.id)
                 say("done", json.dumps({"kind": "delete", "id": one.id}))
 
@@ -82,7 +82,8 @@ def work(folder, seed):
 def main():
     folder = Path(sys.argv[1])
     with tempfile.TemporaryDirectory() as elsewhere, Store(Path(elsewhere)) as store:
-        store.activate(store.save(calibration(None, "")).id)  # what is imported on use is imported before the forks
+        # What is imported on use is imported before the forks.
+        store.calibrations.activate(store.calibrations.add(calibration(None, "")).id)
     for line in sys.stdin:
         child = os.fork()
         if child == 0:

@@ -7,9 +7,10 @@ from itertools import pairwise
 import pytest
 import yaml
 
+from app import shipped
 from app.api.server import with_token
 from app.core.errors import BadInput, NotFound
-from app.settings import Settings, load_settings, shipped
+from app.settings import Settings, load_settings
 
 FILE = shipped("configs") / "touchline.yaml"
 

@@ -13,6 +13,7 @@ from app.api.schemas import responses
 from app.api.schemas.requests import CameraSnapshot, Name, OptionValue, Rotate, Strict
 from app.api.work import at_work
 from app.core.errors import BadInput
+from app.services.lens_options import lens_option
 from app.store import Snapshot
 from app.workflows.automatic_request import AutomaticRequest, run_auto
 
@@ -71,7 +72,7 @@ def _task(request: Request, body: AutoRequest) -> dict[str, Any]:
     field = state.fields[body.field]
     options = {**body.options}
     if isinstance(options.get("lens"), str):  # by its id: the fit is given the lens itself, and keeps it
-        options["lens"] = state.store.held_lens(options["lens"])
+        options["lens"] = lens_option(state.store, options["lens"])
     rough = {name: value for name, value
              in (body.rough.model_dump() if body.rough else {}).items() if value is not None}
     return AutomaticRequest(field, field.region(body.region, body.rotate), body.model, options, rough,
@@ -80,9 +81,9 @@ def _task(request: Request, body: AutoRequest) -> dict[str, Any]:
 
 def _started(request: Request, body: AutoRequest, task: dict[str, Any], ids: list[str]) -> Any:
     state = request.app.state
-    snapshots: list[Snapshot] = [state.store.snapshot(id) for id in ids]
+    snapshots: list[Snapshot] = [state.store.snapshots.get(id) for id in ids]
     task = {**task, "snapshot": snapshots[0].id, "camera": snapshots[0].camera}
-    pictures = [{"name": f"picture {number}", "path": str(state.store.picture_path(snapshot.id)),
+    pictures = [{"name": f"picture {number}", "path": str(state.store.snapshots.path(snapshot)),
                  "sha256": snapshot.sha256} for number, snapshot in enumerate(snapshots, 1)]
     return state.jobs.start("auto", run_auto, {"task": task, "pictures": pictures, "keep": body.keep}, "found-lines",
                             {"by": operator(request)})

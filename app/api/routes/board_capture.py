@@ -118,9 +118,9 @@ class Session:
         store, identity = self._socket.app.state.store, self._camera.identity
 
         def keep() -> Snapshot:
-            kept = store.add_snapshot(png, ImageSize(head["width"], head["height"]), "png", self._camera.id, "board")
+            kept = store.snapshots.add(png, ImageSize(head["width"], head["height"]), "png", self._camera.id, "board")
             if identity is not None:
-                store.confirm_identity(kept.id, asdict(identity))
+                store.identities.confirm(kept.id, asdict(identity))
             return kept
         return await at_work(self._socket, keep)
 

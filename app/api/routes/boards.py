@@ -53,13 +53,13 @@ def _from_snapshots(request: Request, body: BoardRequest, task: BoardCalibration
     if task.board is None:
         raise BadInput("No board is given.", 'Send "board": {"kind", "columns", "rows", "square_mm"}.',
                        reason="no-board")
-    snapshots = [store.snapshot(id) for id in body.snapshots]
+    snapshots = [store.snapshots.get(id) for id in body.snapshots]
     sizes = {snapshot.size for snapshot in snapshots}
     sizes |= {ImageSize.of(body.image_size)} if body.image_size is not None else set()
     if len(sizes) > 1:
         raise Conflict("The pictures are not all of one size: " + " and ".join(
             sorted(f"{size.width} × {size.height} px" for size in sizes)) + ".",
             "Take all pictures with one camera at one size.", reason="size-mismatch")
-    pictures = [{"name": f"picture {number}", "path": str(store.picture_path(snapshot.id)), "sha256": snapshot.sha256}
+    pictures = [{"name": f"picture {number}", "path": str(store.snapshots.path(snapshot)), "sha256": snapshot.sha256}
                 for number, snapshot in enumerate(snapshots, 1)]
     return run_pictures, {"task": task.to_json(), "pictures": pictures}

@@ -77,7 +77,7 @@ async def import_calibration(request: Request) -> Json:
 def list_calibrations(request: Request, camera: Annotated[IdQuery | None, Query()] = None, limit: Limit = 50,
             cursor: Cursor = None) -> Response:
     """Versions, newest first."""
-    page = request.app.state.store.calibration_texts(camera, limit, cursor)
+    page = request.app.state.store.calibrations.texts(camera, limit, cursor)
     text = f'{{"items":[{",".join(page.items)}],"next_cursor":{json.dumps(page.next_cursor)}}}'
     return Response(text, media_type="application/json")
 
@@ -85,20 +85,20 @@ def list_calibrations(request: Request, camera: Annotated[IdQuery | None, Query(
 @router.get("/{id}", response_model=responses.Calibration)
 def read_calibration(request: Request, id: Id) -> Json:
     """One version, with everything it came from."""
-    return Json(request.app.state.store.calibration(id).to_json())
+    return Json(request.app.state.store.calibrations.get(id).to_json())
 
 
 @router.delete("/{id}", status_code=204)
 def delete_calibration(request: Request, id: Id) -> Response:
     """Forget one version; the active one cannot be forgotten."""
-    request.app.state.store.delete_calibration(id)
+    request.app.state.store.calibrations.delete(id)
     return Response(status_code=204)
 
 
 @router.post("/{id}/activate", response_model=responses.Calibration)
 async def activate_calibration(request: Request, id: Id) -> Json:
     """Make it its camera's; the former one stays, so rolling back is activating that."""
-    calibration = await at_work(request, request.app.state.store.activate, id, operator(request))
+    calibration = await at_work(request, request.app.state.store.calibrations.activate, id, operator(request))
     if calibration.camera is not None:
         request.app.state.live.refresh(calibration.camera)
     request.app.state.publishing.publishing.wake()
@@ -108,7 +108,7 @@ async def activate_calibration(request: Request, id: Id) -> Json:
 @router.get("/{id}/exports", response_model=responses.Formats)
 async def list_exports(request: Request, id: Id) -> Json:
     """Every format: what it can hold, whether it holds this calibration, and what the nearest costs in mm."""
-    calibration = request.app.state.store.calibration(id)
+    calibration = request.app.state.store.calibrations.get(id)
     return Json({"items": await at_work(request, formats, calibration)})
 
 
@@ -117,7 +117,7 @@ async def export_calibration(request: Request, id: Id, format: Id, approximate: 
                              camera_id: CameraId = None) -> Response:
     """The calibration as a file of that format; 409 where it cannot hold the model, or with ?approximate=true the
     nearest that it can, its worst error in the header X-Approximation-Error-Mm."""
-    calibration = request.app.state.store.calibration(id)
+    calibration = request.app.state.store.calibrations.get(id)
     made = await at_work(request, export, calibration, format, approximate, camera_id)
     return Response(made.data, media_type=made.media_type,
                     headers={"Content-Disposition": attachment(made.name), **error_header(made.loss)})

@@ -156,7 +156,7 @@ def _shelf(request: Request) -> CameraShelf:
 
 def _described(request: Request, camera: CameraSettings) -> dict[str, Any]:
     """Passwords in the source's address stay here."""
-    active = request.app.state.store.active(camera.id)
+    active = request.app.state.store.calibrations.active(camera.id)
     ours = any(named.id == camera.id for named in request.app.state.settings.cameras)
     return {"id": camera.id, "name": camera.title, "field": camera.field, "region": camera.region,
             "source": without_password(camera.source), "editable": not ours,

@@ -92,9 +92,9 @@ async def check_calibration(request: Request, id: Id, body: CheckRequest, job: A
         raise BadInput("It is not clear which picture is meant.", "Send one of snapshot, snapshots and camera.",
                        reason="bad-request")
     store: Store = request.app.state.store
-    calibration = await at_work(request, store.calibration, id)
+    calibration = await at_work(request, store.calibrations.get, id)
     if body.snapshot or body.snapshots:
-        snapshots: list[Snapshot] = [await at_work(request, store.snapshot, one)
+        snapshots: list[Snapshot] = [await at_work(request, store.snapshots.get, one)
                                      for one in body.snapshots or [body.snapshot]]
     else:
         camera = body.camera or calibration.camera
@@ -103,7 +103,7 @@ async def check_calibration(request: Request, id: Id, body: CheckRequest, job: A
                            reason="no-camera")
         snapshots = [await take_snapshot(request, CameraSnapshot(camera=camera, frames=body.frames))]
     spec = {"calibration": calibration.to_json(), "snapshot": snapshots[0].id, "pictures": [
-        {"name": f"picture {number}", "path": str(store.picture_path(one.id)), "sha256": one.sha256}
+        {"name": f"picture {number}", "path": str(store.snapshots.path(one)), "sha256": one.sha256}
         for number, one in enumerate(snapshots, 1)]}
     if job:
         return accepted(await at_work(request, request.app.state.jobs.start, "check", run_check, spec))

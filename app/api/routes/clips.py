@@ -77,7 +77,7 @@ def read_clip(request: Request, id: Id) -> Json:
 @router.delete("/clips/{id}", status_code=204)
 def delete_clip(request: Request, id: Id) -> Response:
     """Forget it."""
-    request.app.state.store.clips.remove(id)
+    request.app.state.store.clips.delete(id)
     return Response(status_code=204)
 
 
@@ -113,7 +113,7 @@ def _seen(request: Request, id: str, number: int, plan_name: str | None,
         raise NotFound(f"The plan {plan.name} has no stage called {stage!r}.", f"Use one of: {RAW}, {DETECTIONS}, "
                        f"{', '.join(name for name, _ in plan.stages)}.", reason="unknown-stage")
     frame = state.decoder.frame_from_bytes(jpeg)
-    calibration = state.store.active(clip.camera)
+    calibration = state.store.calibrations.active(clip.camera)
     calibration = calibration if calibration is not None and calibration.image_size == frame.size else None
     profile = (ColourProfile.from_json(wanted["profile"]) if wanted["profile"] is not None
                else colour_profile_for(frame.pixels, plan))

@@ -16,7 +16,7 @@ from app.core.colour_profile import ColourProfile
 from app.core.errors import BadInput, Conflict, Stale
 from app.core.records import Frame
 from app.services.detection import health_json
-from app.store import Preset
+from app.store import Document
 from app.vision.colour.automatic import automatic_profile
 from app.vision.stage_pipeline import StageConfig
 from app.workflows.detection import colour_profile_for
@@ -31,13 +31,13 @@ IfMatch = Annotated[str | None, Header(max_length=200)]
 def list_colours(request: Request) -> Json:
     """Every kept profile, by name, with how well its colours are told from each other and which cameras name it."""
     store = request.app.state.store
-    return Json({"items": [_described(request, kept) for kept in store.presets.all("colours")], "next_cursor": None})
+    return Json({"items": [_described(request, kept) for kept in store.colour_profiles.all()], "next_cursor": None})
 
 
 @router.get("/colours/{name}", response_model=ColoursTold)
 def read_colours(request: Request, name: Id) -> Json:
     """One profile; its ETag goes into the next PUT's If-Match."""
-    return _answer(request, request.app.state.store.presets.get("colours", name))
+    return _answer(request, request.app.state.store.colour_profiles.get(name))
 
 
 @router.put("/colours/{name}", response_model=ColoursTold, responses={201: {"model": ColoursTold}})
@@ -50,7 +50,7 @@ async def save_colours(request: Request, name: Id, body: ColoursBody, if_match: 
     profile = ColourProfile.from_json({**body.profile, "name": name}).to_json()
     etag = None if if_match is None else _bare(if_match)
     try:
-        kept = await at_work(request, state.store.presets.save, "colours", name, profile, etag, operator(request))
+        kept = await at_work(request, state.store.colour_profiles.save, name, profile, etag, operator(request))
     except Stale as error:
         return stale_problem(error)
     except Conflict as error:
@@ -70,10 +70,10 @@ async def remove_colours(request: Request, name: Id, if_match: IfMatch = None) -
 
     def remove() -> None:
         if cameras := state.seeing.used_by(name):
-            state.store.presets.get("colours", name)
+            state.store.colour_profiles.get(name)
             raise Conflict(f"Cameras go by the colours {name!r}: {', '.join(cameras)}.", "Give them other colours "
                            "first.", reason="colours-used")
-        state.store.presets.remove("colours", name, _bare(if_match) if if_match else None)
+        state.store.colour_profiles.delete(name, _bare(if_match) if if_match else None)
     try:
         await at_work(request, remove)
     except Stale as error:
@@ -124,13 +124,13 @@ def _learned(frame: Frame, plan: StageConfig, base: ColourProfile | None, body: 
     return found if found is not None else colour_profile_for(frame.pixels, plan)
 
 
-def _described(request: Request, kept: Preset) -> dict[str, Any]:
+def _described(request: Request, kept: Document) -> dict[str, Any]:
     return {"name": kept.name, "profile": dict(kept.body), "health": health_json(kept.body),
             "used_by": request.app.state.seeing.used_by(kept.name), "updated_at": kept.updated_at,
             "updated_by": kept.updated_by}
 
 
-def _answer(request: Request, kept: Preset, status: int = 200) -> Json:
+def _answer(request: Request, kept: Document, status: int = 200) -> Json:
     headers = {"ETag": f'"{kept.etag}"', "Cache-Control": "no-store"}
     if status == 201:
         headers["Location"] = f"/api/v1/colours/{kept.name}"

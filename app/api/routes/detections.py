@@ -55,7 +55,7 @@ def _found(request: Request, body: DetectionRequest, stage: str = DRAWN,
     if stage != DRAWN and stage not in [name for name, _ in plan.stages]:
         raise NotFound(f"The plan {plan.name} has no stage called {stage!r}.",
                        f"Use one of: {', '.join([DRAWN, *(name for name, _ in plan.stages)])}.", reason="unknown-stage")
-    calibration = None if body.calibration is None else state.store.calibration(body.calibration)
+    calibration = None if body.calibration is None else state.store.calibrations.get(body.calibration)
     profile = None if body.colours is None else ColourProfile.from_json(body.colours)
     frame = state.frames[body.snapshot]
     found = detect(frame.pixels, plan, calibration=calibration, profile=profile, clicks=body.clicks,

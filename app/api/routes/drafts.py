@@ -20,7 +20,7 @@ router = APIRouter(prefix="/drafts", tags=["drafts"])
 @router.get("/{snapshot}", response_model=responses.Draft)
 def read_draft(request: Request, snapshot: Id) -> Json:
     """The draft as it was saved last, or an empty one; its ETag goes into the next PUT's If-Match."""
-    return _answer(request.app.state.store.draft(snapshot))
+    return _answer(request.app.state.store.drafts.get(snapshot))
 
 
 @router.put("/{snapshot}", response_model=responses.Draft)
@@ -28,12 +28,12 @@ def save_draft(request: Request, snapshot: Id, body: requests.Draft,
          if_match: Annotated[str | None, Header(max_length=200)] = None) -> Response:
     """Save over the draft that If-Match names: 428 without it, 412 with the `current` draft if somebody was faster."""
     store = request.app.state.store
-    store.snapshot(snapshot)
+    store.snapshots.get(snapshot)
     if if_match is None:
         return problem(428, "if-match-needed", "If-Match needed", "The request does not say which draft it was made "
                        "from.", "Send the ETag of GET as If-Match.")
     try:
-        draft = store.save_draft(snapshot, body.model_dump(), if_match.strip().removeprefix("W/").strip('"'),
+        draft = store.drafts.save(snapshot, body.model_dump(), if_match.strip().removeprefix("W/").strip('"'),
                                  operator(request))
         request.app.state.presence.saved(snapshot, draft.etag, operator(request))
     except Stale as error:

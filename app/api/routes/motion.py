@@ -70,7 +70,7 @@ def _started(request: Request, body: MotionRequest) -> Any:
         if not rolls:
             raise Conflict("No roll of this camera is kept.", "Watch it, and let a ball roll across the field.",
                            reason="no-rolls")
-        calibration = state.store.active(body.camera) if body.calibration is None else None
+        calibration = state.store.calibrations.active(body.camera) if body.calibration is None else None
     elif body.film is not None:
         film = str(file_within(state.settings.shown_pictures, body.film, "video"))
     else:
@@ -79,7 +79,7 @@ def _started(request: Request, body: MotionRequest) -> Any:
             raise BadInput("The size of the pictures is not given.", 'Send "image_size": [width, height].',
                            reason="no-image-size")
     if body.calibration is not None:
-        calibration = state.store.calibration(body.calibration)
+        calibration = state.store.calibrations.get(body.calibration)
     if calibration is not None and size is not None and list(calibration.image_size) != list(size):
         calibration = _of_another_size(calibration, body)
     if body.make == "refined":

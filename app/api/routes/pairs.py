@@ -27,7 +27,7 @@ async def judge_pair(request: Request, body: PairRequest) -> Response:
     store = request.app.state.store
     spec = {"points_a": body.points_a, "points_b": body.points_b, "z_mm": body.z_mm}
     for name, id in (("calibration_a", body.calibration_a), ("calibration_b", body.calibration_b)):
-        spec[name] = None if id is None else store.calibration(id).to_json()
+        spec[name] = None if id is None else store.calibrations.get(id).to_json()
     return result_of(await at_length(request, "pair", run_pair, spec))
 
 
@@ -42,7 +42,7 @@ async def epipolar_lines(request: Request, body: PairLinesRequest) -> Json:
         found = await at_work(request, lines_by_matrix, body.matrix, body.points_a, body.points_b,
                               *(ImageSize.of(size) for size in sizes))
     elif body.matrix is None and None not in ids:
-        both = (request.app.state.store.calibration(id) for id in ids)
+        both = (request.app.state.store.calibrations.get(id) for id in ids)
         found = await at_work(request, lines_by_calibrations, *both, body.points_a, body.points_b, body.z_mm)
     else:
         raise BadInput("It is not said what tells the lines.", "Give a matrix and both pictures' sizes, or two "

@@ -29,7 +29,7 @@ async def correct_picture(request: Request, id: Id, snapshot: Annotated[IdQuery 
                   margin_px: MarginPx = 0, width: WidthPx = None, format: Format = "png") -> Response:
     """The corrected picture of an uploaded one (multipart, `file`), or of a snapshot named in the query."""
     state = request.app.state
-    calibration = state.store.calibration(id)
+    calibration = state.store.calibrations.get(id)
     if snapshot is not None:
         return await at_work(request, _corrected, request, calibration, snapshot, CorrectedView(margin_px, width),
                              format)
@@ -42,7 +42,7 @@ async def correct_picture(request: Request, id: Id, snapshot: Annotated[IdQuery 
 async def show_corrected(request: Request, id: Id, format: Format, snapshot: Annotated[IdQuery | None, Query()] = None,
                     margin_px: MarginPx = 0, width: WidthPx = None) -> Response:
     """The corrected picture of its own snapshot, or of another one of the same size."""
-    calibration = request.app.state.store.calibration(id)
+    calibration = request.app.state.store.calibrations.get(id)
     if snapshot is None and calibration.snapshot is None:
         raise BadInput("The calibration was made without a snapshot.", "Name one: ?snapshot=ID.", reason="no-snapshot")
     return await at_work(request, _corrected, request, calibration, snapshot or calibration.snapshot,

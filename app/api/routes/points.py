@@ -41,7 +41,7 @@ async def transform_points(request: Request, id: Id, source: Annotated[FrameName
     JSON, answered with null for a point out of reach. Or, for millions, application/octet-stream: little-endian
     float64 pairs with `from`, `to` and `z_mm` in the query, answered in kind, NaN for a point out of reach.
     """
-    calibration = request.app.state.store.calibration(id)
+    calibration = request.app.state.store.calibrations.get(id)
     binary = content_type(request) == BINARY
     if binary:
         if source is None or target is None:
@@ -64,7 +64,7 @@ async def transform_points(request: Request, id: Id, source: Annotated[FrameName
 def draw_field(request: Request, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
             width: WidthPx = None) -> Json:
     """The region's borders and all that is painted on the field, as polylines; null where out of reach."""
-    calibration = request.app.state.store.calibration(id)
+    calibration = request.app.state.store.calibrations.get(id)
     field = field_from_json(calibration.field)
     return Json({"features": workflow.overlay(
         model_from_json(calibration.model_name, calibration.model_parameters), field,
@@ -75,7 +75,7 @@ def draw_field(request: Request, id: Id, frame: Literal["raw", "corrected"] = "r
 async def draw_residuals(request: Request, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
                          width: WidthPx = None) -> Json:
     """From each clicked point to where the model puts it: the nearest place of its line, or its landmark."""
-    calibration = request.app.state.store.calibration(id)
+    calibration = request.app.state.store.calibrations.get(id)
     return Json(await at_work(request, _arrows, calibration, frame, CorrectedView(margin_px, width)))
 
 

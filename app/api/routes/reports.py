@@ -24,14 +24,14 @@ HTML: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {"schema
 @router.get("/report.html", response_class=HTMLResponse, responses=HTML)
 async def report_page(request: Request, id: Id) -> HTMLResponse:
     """One self-contained page: verdict, numbers, pictures before and after, error maps, versions and hashes."""
-    calibration = request.app.state.store.calibration(id)
+    calibration = request.app.state.store.calibrations.get(id)
     return await at_work(request, _page, request, calibration)
 
 
 @router.get("/report.json", response_model=responses.CalibrationReport)
 async def report_as_json(request: Request, id: Id) -> Json:
     """The same numbers and words as JSON, null for what is not known."""
-    calibration = request.app.state.store.calibration(id)
+    calibration = request.app.state.store.calibrations.get(id)
     return Json(await at_work(request, lambda: report.contents(calibration, _shown(request, calibration))))
 
 

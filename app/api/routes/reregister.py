@@ -45,8 +45,8 @@ async def reregister_camera(request: Request, id: Id, body: Reregister | None = 
 
     def start() -> Any:
         state = request.app.state
-        snapshot = state.store.snapshot(taken)
-        picture = {"name": "the picture", "path": str(state.store.picture_path(snapshot.id)),
+        snapshot = state.store.snapshots.get(taken)
+        picture = {"name": "the picture", "path": str(state.store.snapshots.path(snapshot)),
                    "sha256": snapshot.sha256}
         spec = {"calibration": calibration.to_json(), "snapshot": snapshot.id, "note": body.note, "picture": picture,
                 "before": shelf.picture(calibration)}

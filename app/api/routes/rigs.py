@@ -16,7 +16,7 @@ from app.api.work import at_length, at_work
 from app.core.errors import BadInput, Conflict, Stale
 from app.images import ENCODED_MEDIA_TYPES, encode
 from app.services import rigs
-from app.store import KeptRig
+from app.store import Document
 from app.workflows.rig import refuse_other_sizes, run_check, run_refit
 
 router = APIRouter(prefix="/rigs", tags=["rigs"])
@@ -33,14 +33,14 @@ Shown = Annotated[list[str], Query(max_length=32, description="CAMERA:SNAPSHOT, 
 async def list_rigs(request: Request) -> Json:
     """Every rig, as they were made, with how each camera stands to it."""
     store = request.app.state.store
-    return Json({"items": await at_work(request, lambda: [rigs.described(request, rig) for rig in store.rigs()]),
+    return Json({"items": await at_work(request, lambda: [rigs.described(request, rig) for rig in store.rigs.all()]),
                  "next_cursor": None})
 
 
 @router.get("/{name}", response_model=schemas.Rig)
 async def read_rig(request: Request, name: Id) -> Json:
     """One rig; its ETag goes into the next PUT's If-Match."""
-    return await at_work(request, lambda: _answer(request, request.app.state.store.rig(name)))
+    return await at_work(request, lambda: _answer(request, request.app.state.store.rigs.get(name)))
 
 
 @router.put("/{name}", response_model=schemas.Rig, responses={201: {"model": schemas.Rig}})
@@ -59,16 +59,15 @@ async def save_rig(request: Request, name: Id, body: schemas.RigBody, if_match: 
 
 def _saved(request: Request, name: str, body: schemas.RigBody, if_match: str | None) -> Json:
     store, kept = request.app.state.store, rigs.body_of(request, body)
-    if if_match is None:
-        return _answer(request, store.add_rig(name, kept, operator(request)), 201)
-    return _answer(request, store.save_rig(name, kept, _bare(if_match), operator(request)))
+    etag = None if if_match is None else _bare(if_match)
+    return _answer(request, store.rigs.save(name, kept, etag, operator(request)), 201 if etag is None else 200)
 
 
 @router.delete("/{name}", status_code=204)
 async def remove_rig(request: Request, name: Id, if_match: IfMatch = None) -> Response:
     """Forget it: its cameras and their calibrations stay. With If-Match only if nobody has changed it since."""
     try:
-        await at_work(request, request.app.state.store.remove_rig, name, _bare(if_match) if if_match else None)
+        await at_work(request, request.app.state.store.rigs.delete, name, _bare(if_match) if if_match else None)
     except Stale as error:
         return problem_of(error)
     return Response(status_code=204)
@@ -77,7 +76,7 @@ async def remove_rig(request: Request, name: Id, if_match: IfMatch = None) -> Re
 @router.get("/{name}/stitched.json", response_model=schemas.Stitched)
 async def describe_stitched(request: Request, name: Id, width: Width = 1200) -> Json:
     """What the picture of that width shows: the field's lines in its pixels, each camera's share, what nobody sees."""
-    rig = rigs.whole(request, request.app.state.store.rig(name))
+    rig = rigs.whole(request, request.app.state.store.rigs.get(name))
 
     def told() -> dict[str, Any]:
         made, names = rigs.stitcher(request, rig, [c["camera"] for c in rig["cameras"]], width)
@@ -97,7 +96,7 @@ async def show_stitched(request: Request, name: Id, format: Literal["jpg", "png"
     X-Unseen-Share says how much of the field that is; X-Rig-Missing names cameras without a picture or calibration.
     """
     state = request.app.state
-    kept = state.store.rig(name)
+    kept = state.store.rigs.get(name)
     rig = rigs.whole(request, kept)
     ready = [c["camera"] for c in rig["cameras"] if c["calibration"] is not None]
     given = rigs.snapshots_given(request, kept, snapshot)
@@ -124,7 +123,7 @@ async def check_rig(request: Request, name: Id, body: schemas.RigCheck, job: AsJ
     By matches where they are given, else by the field's lines in pictures, else by the calibrations' own clicks.
     """
     store = request.app.state.store
-    kept = store.rig(name)
+    kept = store.rigs.get(name)
     names = [c["camera"] for c in kept.body["cameras"]]
     if unknown := set(body.snapshots) - set(names):
         raise BadInput(f"The rig has no camera called {sorted(unknown)[0]!r}.", f"Use {', '.join(names)}.",
@@ -132,7 +131,7 @@ async def check_rig(request: Request, name: Id, body: schemas.RigCheck, job: AsJ
     pictures = {camera: rigs.picture_of(request, id) for camera, id in body.snapshots.items()}
     missing: list[dict[str, Any]] = []
     if body.pictures == "live":
-        wanted = [n for n in names if n not in pictures and store.active(n) is not None]
+        wanted = [n for n in names if n not in pictures and store.calibrations.active(n) is not None]
         pngs, missing = await rigs.live_pictures(request, wanted)
         pictures |= await rigs.kept_pictures(request, pngs)
     rig = await at_work(request, rigs.whole, request, kept, pictures)
@@ -146,7 +145,7 @@ async def check_rig(request: Request, name: Id, body: schemas.RigCheck, job: AsJ
 async def refit_rig(request: Request, name: Id, body: schemas.RigRefit) -> Response:
     """A job that refits cameras from their own clicks with the rig's rectangles, as new versions of which none is
     activated: {"calibrations": [id, …]}."""
-    kept = request.app.state.store.rig(name)
+    kept = request.app.state.store.rigs.get(name)
     rig = await at_work(request, rigs.whole, request, kept)
     told = await at_work(request, rigs.described, request, kept)
     others = [c["camera"] for c in told["cameras"] if any(t["reason"] == "other-rectangles" for t in c["troubles"])]
@@ -161,7 +160,7 @@ async def refit_rig(request: Request, name: Id, body: schemas.RigRefit) -> Respo
                                   "calibrations", {"by": operator(request)}))
 
 
-def _answer(request: Request, kept: KeptRig, status: int = 200) -> Json:
+def _answer(request: Request, kept: Document, status: int = 200) -> Json:
     headers = {"ETag": f'"{kept.etag}"', "Cache-Control": "no-store"}
     if status == 201:
         headers["Location"] = f"/api/v1/rigs/{kept.name}"

@@ -59,7 +59,7 @@ def leave_roll_out(request: Request, id: Id, roll: Id, body: RollChange) -> Json
 @router.delete("/{id}/rolls/{roll}", status_code=204)
 def delete_roll(request: Request, id: Id, roll: Id) -> Response:
     """Forget one."""
-    request.app.state.store.rolls.remove(id, roll)
+    request.app.state.store.rolls.delete(id, roll)
     return Response(status_code=204)
 
 
@@ -112,7 +112,7 @@ def _keep(store: Store, camera: str, new: list[dict[str, Any]], image_size: list
 
 
 def _told(store: Store, camera: str) -> dict[str, Any]:
-    return stored_rolls_json(store.rolls.of(camera), store.active(camera))
+    return stored_rolls_json(store.rolls.of(camera), store.calibrations.active(camera))
 
 
 @contextmanager

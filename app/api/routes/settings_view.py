@@ -9,10 +9,10 @@ from typing import Any
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, SecretStr
 
-from app import __version__
+from app import __version__, shipped
 from app.api.answers import Json
 from app.api.schemas.responses.base import Answer
-from app.settings import Settings, shipped
+from app.settings import Settings
 
 router = APIRouter(tags=["health"])
 
@@ -45,7 +45,7 @@ def read_settings(request: Request) -> Json:
     items = [{"name": name, "value": _plain(value), "default": _plain(default), "help": helps.get(name, ""),
               "secret": _is_secret(name), "change": ELSEWHERE.get(name.partition(".")[0])}
              for name, value, default in _all(settings)]
-    return Json({"version": __version__, "items": items, "storage": request.app.state.store.room.to_json()})
+    return Json({"version": __version__, "items": items, "storage": request.app.state.store.disk_usage.to_json()})
 
 
 def _all(settings: Settings) -> Iterator[tuple[str, Any, Any]]:

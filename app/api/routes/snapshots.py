@@ -58,7 +58,7 @@ def _kept(request: Request, data: bytes, camera: str | None, purpose: str) -> Sn
     if camera is not None:
         state.camera_shelf.get(camera)
     frame = state.decoder.frame_from_bytes(data)
-    return state.store.add_snapshot(data, frame.size, screen(data, state.decoder.limits).format, camera, purpose)
+    return state.store.snapshots.add(data, frame.size, screen(data, state.decoder.limits).format, camera, purpose)
 
 
 async def take_snapshot(request: Request, asked: CameraSnapshot) -> Snapshot:
@@ -71,10 +71,10 @@ async def take_snapshot(request: Request, asked: CameraSnapshot) -> Snapshot:
     store, identity = request.app.state.store, camera.identity
 
     def keep() -> Snapshot:
-        snapshot = store.add_snapshot(png, ImageSize(head["width"], head["height"]), "png", asked.camera,
+        snapshot = store.snapshots.add(png, ImageSize(head["width"], head["height"]), "png", asked.camera,
                                       asked.purpose)
         if identity is not None:
-            store.confirm_identity(snapshot.id, asdict(identity))
+            store.identities.confirm(snapshot.id, asdict(identity))
         return snapshot
     return await at_work(request, keep)
 
@@ -82,14 +82,14 @@ async def take_snapshot(request: Request, asked: CameraSnapshot) -> Snapshot:
 @router.get("", response_model=responses.Snapshots)
 def list_snapshots(request: Request, limit: Limit = 50, cursor: Cursor = None, purpose: Purpose | None = None) -> Json:
     """Newest first; those that were taken for one purpose, or all."""
-    page = request.app.state.store.snapshots(limit, cursor, purpose)
+    page = request.app.state.store.snapshots.list(limit, cursor, purpose)
     return Json({"items": [snapshot.to_json() for snapshot in page.items], "next_cursor": page.next_cursor})
 
 
 @router.get("/{id}", response_model=responses.Snapshot)
 def read_snapshot(request: Request, id: Id) -> Json:
     """What a snapshot is: size, camera, when it was taken, the checksum of its bytes."""
-    return Json(request.app.state.store.snapshot(id).to_json())
+    return Json(request.app.state.store.snapshots.get(id).to_json())
 
 
 @router.get("/{id}/image.{format}", response_class=Response, responses=PICTURE)

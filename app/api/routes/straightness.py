@@ -47,13 +47,13 @@ def _spec(request: Request, body: StraightnessRequest) -> dict[str, Any]:
     task = StraightLinesRequest(body.lens, body.centre_sigma_px, tuple(body.lines), given)
     task.check_given(len(body.snapshots))
     store = request.app.state.store
-    snapshots = [store.snapshot(id) for id in body.snapshots]
+    snapshots = [store.snapshots.get(id) for id in body.snapshots]
     sizes = {snapshot.size for snapshot in snapshots} | ({given} if given is not None else set())
     if len(sizes) > 1:
         raise Conflict("The pictures are not all of one size: " + " and ".join(
             sorted(f"{size.width} × {size.height} px" for size in sizes)) + ".",
             "Send pictures of one camera in one mode.", reason="size-mismatch")
-    pictures = [{"name": f"picture {number}", "path": str(store.picture_path(snapshot.id)), "sha256": snapshot.sha256}
+    pictures = [{"name": f"picture {number}", "path": str(store.snapshots.path(snapshot)), "sha256": snapshot.sha256}
                 for number, snapshot in enumerate(snapshots, 1)]
     return {"task": task.to_json(), "pictures": pictures}
 

@@ -72,7 +72,7 @@ async def _first(viewer: Any) -> bytes:
 async def _tracked(connection: Request | WebSocket, name: str) -> TrackFusion:
     """The rig's, shared by all who listen; another one where its cameras have changed. NotFound."""
     state = connection.app.state
-    rig = await at_work(connection, state.store.rig, name)
+    rig = await at_work(connection, state.store.rigs.get, name)
     cameras = tuple(camera["camera"] for camera in rig.body["cameras"])
     if not hasattr(state, "tracked"):
         state.tracked = {}

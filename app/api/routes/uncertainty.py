@@ -28,14 +28,14 @@ PNG: dict[int | str, dict[str, Any]] = {
 @router.get("/{id}/uncertainty.json", response_model=responses.Uncertainty)
 async def uncertainty_of(request: Request, id: Id, z_mm: HeightMm = 0.0) -> Json:
     """Expected field error in mm on a grid over the region, in the plane at z_mm; 409 for a model that knows none."""
-    calibration = request.app.state.store.calibration(id)
+    calibration = request.app.state.store.calibrations.get(id)
     return Json(await at_work(request, _uncertainty, calibration, z_mm))
 
 
 @router.get("/{id}/uncertainty.png", response_class=Response, responses=PNG)
 async def uncertainty_picture(request: Request, id: Id, z_mm: HeightMm = 0.0) -> Response:
     """The same as a heat map with a scale in mm, the worst place marked, standing as the corrected picture does."""
-    calibration = request.app.state.store.calibration(id)
+    calibration = request.app.state.store.calibrations.get(id)
     return await at_work(request, _uncertainty_picture, calibration, z_mm)
 
 
@@ -43,14 +43,14 @@ async def uncertainty_picture(request: Request, id: Id, z_mm: HeightMm = 0.0) ->
 async def difference_between(request: Request, id: Id, other: Id) -> Json:
     """How far two calibrations of one picture are apart over the region: in mm on the carpet and px in the picture."""
     store = request.app.state.store
-    return Json(await at_work(request, _difference, store.calibration(id), store.calibration(other)))
+    return Json(await at_work(request, _difference, store.calibrations.get(id), store.calibrations.get(other)))
 
 
 @router.get("/{id}/difference/{other}.png", response_class=Response, responses=PNG)
 async def difference_picture(request: Request, id: Id, other: Id) -> Response:
     """The same as a heat map with a scale in mm."""
     store = request.app.state.store
-    return await at_work(request, _difference_picture, store.calibration(id), store.calibration(other))
+    return await at_work(request, _difference_picture, store.calibrations.get(id), store.calibrations.get(other))
 
 
 def _model(calibration: Calibration) -> CameraModel:

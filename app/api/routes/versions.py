@@ -36,7 +36,7 @@ class Activations(Answer):
 def list_activations(request: Request, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
     """What was activated for a camera, when and by whom, newest first; without a camera, for pictures from files."""
     store: Store = request.app.state.store
-    history = store.activations(camera)
+    history = store.calibrations.history(camera)
     versions = {id: _version(store, id) for id in {row["calibration"] for row in history}}
     return Json({"items": [{**row, "version": versions[row["calibration"]]} for row in history]})
 
@@ -44,17 +44,17 @@ def list_activations(request: Request, camera: Annotated[IdQuery | None, Query()
 @router.patch("/{id}", response_model=responses.Calibration)
 def change_note(request: Request, id: Id, body: NoteChange) -> Json:
     """Change the note beside a version: all that is ever changed of one."""
-    return Json(request.app.state.store.annotate(id, body.note).to_json())
+    return Json(request.app.state.store.calibrations.annotate(id, body.note).to_json())
 
 
 @router.post("/{id}/restore", response_model=responses.Calibration)
 def restore_calibration(request: Request, id: Id) -> Json:
     """Take a deletion back, as often as you like: the version is there again under its number."""
-    return Json(request.app.state.store.restore_calibration(id).to_json())
+    return Json(request.app.state.store.calibrations.restore(id).to_json())
 
 
 def _version(store: Store, id: str) -> Any:
     try:
-        return store.calibration(id).version
+        return store.calibrations.get(id).version
     except TouchlineError:  # deleted, or damaged: the history says that it was, all the same
         return None

@@ -21,7 +21,7 @@ def store(opener, tmp_path):
 def server(store, **settings):
     """Jobs as a server keeps them."""
     jobs = JobEngine(**{"workers": 1, "modules": ("tests.support.sample_jobs",), **settings})
-    jobs.result_savers["lens"] = lambda made, about: {"lens": store.add_lens({"made": made, "about": about})["id"]}
+    jobs.result_savers["lens"] = lambda made, about: {"lens": store.lenses.add({"made": made, "about": about})["id"]}
     jobs.open(store.jobs)
     return jobs
 
@@ -39,11 +39,11 @@ def test_what_waits_and_what_runs_when_the_server_is_stopped_is_done_when_it_is_
     waits = jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "lens", "waits")
     running(jobs, runs)
     jobs.close()
-    assert {jobs.get(job.id).state for job in (runs, waits)} == {"queued"} and store.lenses().items == ()
+    assert {jobs.get(job.id).state for job in (runs, waits)} == {"queued"} and store.lenses.list().items == ()
     with opener.again(store) as again, server(again) as back:
         told = [ended(back, job) for job in (runs, waits)]
         assert [(job.state, job.attempt) for job in told] == [("done", 1), ("done", 1)]
-        assert [again.lens(job.result["lens"])["about"] for job in told] == ["runs", "waits"]
+        assert [again.lenses.get(job.result["lens"])["about"] for job in told] == ["runs", "waits"]
         assert [job.id for job in back.all()] == [waits.id, runs.id]
 
 
@@ -58,7 +58,7 @@ def test_a_server_that_is_killed_costs_an_attempt_and_the_third_is_the_last(open
         store = opener.again(store)
     with store, server(store) as back:
         told = ended(back, job)
-        assert (told.state, told.problem["reason"]) == ("failed", "worker-died") and store.lenses().items == ()
+        assert (told.state, told.problem["reason"]) == ("failed", "worker-died") and store.lenses.list().items == ()
         assert store.jobs.get(job.id).state == "failed"
 
 
@@ -95,29 +95,29 @@ def test_what_a_job_made_is_kept_with_its_end_or_not_at_all(opener, store, monke
     monkeypatch.setattr(type(store.jobs), "finish", lambda self, id, attempt, state, *rest: (
         finish(self, id, attempt, state, *rest) if state == "failed" else False))
     lost = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "lens"))
-    assert (lost.state, lost.problem["reason"]) == ("failed", "job-lost") and store.lenses().items == ()
+    assert (lost.state, lost.problem["reason"]) == ("failed", "job-lost") and store.lenses.list().items == ()
     monkeypatch.undo()
 
     def broken(made, about):
-        store.add_lens({"made": made})
+        store.lenses.add({"made": made})
         raise DiskFull("The lens was not saved: the disk is full.", "Free some space.")
     jobs.result_savers["broken"] = broken
     full = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "broken"))
-    assert (full.state, full.problem["reason"]) == ("failed", "disk-full") and store.lenses().items == ()
+    assert (full.state, full.problem["reason"]) == ("failed", "disk-full") and store.lenses.list().items == ()
     assert store.jobs.get(full.id).state == "failed"
     fine = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 2}, "lens"))
-    assert fine.state == "done" and len(store.lenses().items) == 1
+    assert fine.state == "done" and len(store.lenses.list().items) == 1
     jobs.close()
 
 
 def test_a_part_that_failed_spoils_the_whole_whoever_catches_it(store):
-    with pytest.raises(Unavailable), store.jobs.together():
-        store.add_lens({"made": 1})
+    with pytest.raises(Unavailable), store.jobs.transaction():
+        store.lenses.add({"made": 1})
         with pytest.raises(DiskFull), store._database.writing("The rest"):
             raise DiskFull("The disk is full.", "Free some space.")
-    assert store.lenses().items == ()
-    store.add_lens({"made": 2})
-    assert len(store.lenses().items) == 1
+    assert store.lenses.list().items == ()
+    store.lenses.add({"made": 2})
+    assert len(store.lenses.list().items) == 1
 
 
 def test_an_end_that_the_database_does_not_take_is_told_at_once_and_written_later(store, monkeypatch):

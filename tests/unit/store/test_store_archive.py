@@ -8,7 +8,7 @@ import pytest
 from app.core.errors import BadInput, Conflict, Unavailable
 from app.core.geometry import ImageSize
 from app.store import EMPTY, Store
-from app.store.restoring import restore_into
+from app.store.restore import restore_into
 from tests.support.store_opener import StoreOpener, count_rows
 from tests.support.store_writer import calibration
 
@@ -19,14 +19,14 @@ SIZE = ImageSize(640, 480)
 def filled(opener, tmp_path):
     """A store with something of everything."""
     with opener(tmp_path / "data") as store:
-        snapshot = store.add_snapshot(b"picture" * 900, SIZE, "jpeg", camera="north", purpose="board")
-        store.save_draft(snapshot.id, {**EMPTY, "field": "f"}, store.draft(snapshot.id).etag, by="Anna")
-        kept = [store.save(calibration("north", f"{k}"), by="Anna") for k in range(3)]
-        store.activate(kept[1].id)
-        store.delete_calibration(kept[0].id)
-        store.add_lens({"model": "ssl"})
-        store.add_camera("west", {"name": "West"})
-        store.confirm_identity("west", {"serial": "A1"})
+        snapshot = store.snapshots.add(b"picture" * 900, SIZE, "jpeg", camera="north", purpose="board")
+        store.drafts.save(snapshot.id, {**EMPTY, "field": "f"}, store.drafts.get(snapshot.id).etag, by="Anna")
+        kept = [store.calibrations.add(calibration("north", f"{k}"), by="Anna") for k in range(3)]
+        store.calibrations.activate(kept[1].id)
+        store.calibrations.delete(kept[0].id)
+        store.lenses.add({"model": "ssl"})
+        store.cameras.add("west", {"name": "West"})
+        store.identities.confirm("west", {"serial": "A1"})
         yield store
 
 
@@ -37,8 +37,10 @@ def zipped(store, tmp_path, fields=None):
 
 
 def everything(store):
-    return (store.snapshots().items, [store.draft(s.id) for s in store.snapshots().items], store.calibrations().items,
-            store.lenses().items, store.cameras(), store.camera_identity("west"), store.activations("north"))
+    return (store.snapshots.list().items, [store.drafts.get(s.id) for s in store.snapshots.list().items],
+            store.calibrations.list().items,
+            store.lenses.list().items, store.cameras.all(), store.identities.get("west"),
+            store.calibrations.history("north"))
 
 
 @pytest.mark.parametrize("target", ["sqlite", "postgresql"])
@@ -50,8 +52,8 @@ def test_an_archive_is_restored_on_a_bare_machine_on_either_database(filled, tmp
     assert counts["calibrations"] == 3 and counts["activations"] == 1
     with opener(bare) as again:
         assert everything(again) == everything(filled) and again.damaged == ()
-        assert again.picture(filled.snapshots().items[0].id) == b"picture" * 900
-        assert again.save(calibration("north", "next")).version == 4
+        assert again.snapshots.picture(filled.snapshots.list().items[0].id) == b"picture" * 900
+        assert again.calibrations.add(calibration("north", "next")).version == 4
         assert count_rows(again)["calibrations"] == 4
 
 
@@ -141,11 +143,11 @@ def test_a_picture_that_was_lost_before_is_named_and_the_rest_is_there(filled, t
 
 def test_the_shell_archives_and_restores(touchline, tmp_path):
     with Store(tmp_path / "data") as store:
-        kept = store.save(calibration("north", "1"))
+        kept = store.calibrations.add(calibration("north", "1"))
     assert touchline("archive", "all.zip", "--data", "nowhere")[0] == 4 and not (tmp_path / "nowhere").exists()
     assert touchline("archive", "all.zip", "--data", "data")[0] == 0
     code, _, said = touchline("restore", "all.zip", "--data", "bare")
     assert code == 0 and "1 calibrations" in said
     assert touchline("restore", "all.zip", "--data", "bare")[0] == 4
     with Store(tmp_path / "bare") as again:
-        assert again.calibration(kept.id) == kept
+        assert again.calibrations.get(kept.id) == kept

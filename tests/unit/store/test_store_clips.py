@@ -35,7 +35,7 @@ def test_each_frame_is_read_back_and_the_newest_clip_comes_first(store):
         with pytest.raises(NotFound) as refused:
             store.clips.frame(first, number)
         assert refused.value.reason == "unknown-frame"
-    store.clips.remove(first)
+    store.clips.delete(first)
     with pytest.raises(NotFound):
         store.clips.frame(first, 0)
 
@@ -43,10 +43,10 @@ def test_each_frame_is_read_back_and_the_newest_clip_comes_first(store):
 def test_the_oldest_go_where_there_is_no_more_room(store, monkeypatch):
     ids = [added(store, n) for n in range(3)]
     size = (store.folder / "clips" / f"{ids[0]}.clip").stat().st_size
-    monkeypatch.setattr(clips, "MOST_BYTES", 2 * size + 5)
+    monkeypatch.setattr(clips, "MAX_BYTES", 2 * size + 5)
     newest = added(store, 9)
     assert [clip.id for clip in store.clips.all()] == [newest, ids[2], ids[1]]
-    monkeypatch.setattr(clips, "MOST_BYTES", 3)
+    monkeypatch.setattr(clips, "MAX_BYTES", 3)
     with pytest.raises(DiskFull):
         store.clips.add("north", HEAD, b"abcde")
 
@@ -58,7 +58,7 @@ def test_what_is_damaged_is_missing_and_hides_no_other(store, data):
     damaged = "0" * 16
     (store.folder / "clips" / f"{damaged}.clip").write_bytes(data)
     assert [clip.id for clip in store.clips.all()] == [whole]
-    for deed in (store.clips.get, store.clips.remove, lambda id: store.clips.frame(id, 0)):
+    for deed in (store.clips.get, store.clips.delete, lambda id: store.clips.frame(id, 0)):
         with pytest.raises(NotFound):
             deed(damaged)
 

@@ -122,25 +122,25 @@ class Expected:
         assert not list((store.folder / "pictures").glob(".*")), "the next start sweeps up what a killed writer left"
         for id, call in self.snapshots.items():
             if only is None or id in only:
-                assert store.snapshot(id).camera == call["camera"]
-                assert store.snapshot(id).sha256 == call["sha256"] and store.picture(id)
+                assert store.snapshots.get(id).camera == call["camera"]
+                assert store.snapshots.get(id).sha256 == call["sha256"] and store.snapshots.picture(id)
         for id, possible in self.drafts.items():
             if only is None or id in only:
-                draft = store.draft(id)
+                draft = store.drafts.get(id)
                 assert draft.body["field"] in possible and len(draft.body["options"]) in (0, 200)
                 assert (draft.body == EMPTY) == (draft.revision == 0)
         for id, call in self.saved.items():
             if only is None or id in only:
                 self.check_calibration(store, id, call)
         for camera, possible in self.active.items():
-            active = store.active(camera)
+            active = store.calibrations.active(camera)
             assert (active and active.id) in possible
         if only is None:
             self.check_unacknowledged(store)
 
     def check_calibration(self, store, id, call):
         try:
-            found = digest(store.calibration(id))
+            found = digest(store.calibrations.get(id))
         except NotFound:
             assert id in self.deleted | self.perhaps_deleted
         else:
@@ -148,12 +148,12 @@ class Expected:
 
     def check_unacknowledged(self, store):
         """Saves that were under way may have come to be: then they are whole, and their numbers are their own."""
-        for one in everything(store.calibrations):
+        for one in everything(store.calibrations.list):
             assert len(one.report["residuals"]) == 500
-        numbers = [(one.camera, one.version) for one in everything(store.calibrations)]
+        numbers = [(one.camera, one.version) for one in everything(store.calibrations.list)]
         assert len(numbers) == len(set(numbers))
-        for one in everything(store.snapshots):
-            assert store.picture(one.id), "a record must have its picture"
+        for one in everything(store.snapshots.list):
+            assert store.snapshots.picture(one.id), "a record must have its picture"
 
 
 def everything(pages):

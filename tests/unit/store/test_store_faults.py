@@ -9,7 +9,7 @@ import pytest
 from app.core.errors import DiskFull, TouchlineError, Unavailable
 from app.core.geometry import ImageSize
 from app.store import EMPTY, Store
-from app.store.files import write_whole
+from app.store.files import write_atomically
 from tests.support.failing_disk import Disk, FailingSqlite, can_fail, failing
 from tests.support.store_writer import calibration
 
@@ -18,31 +18,31 @@ CODES = {errno.ENOSPC: DiskFull, errno.EDQUOT: DiskFull, errno.EIO: Unavailable,
 
 
 def save_snapshot(store, known):
-    store.add_snapshot(b"another", SIZE, "png")
+    store.snapshots.add(b"another", SIZE, "png")
 
 
 def save_draft(store, known):
-    store.save_draft(known.snapshot, {**EMPTY, "field": "new"}, store.draft(known.snapshot).etag)
+    store.drafts.save(known.snapshot, {**EMPTY, "field": "new"}, store.drafts.get(known.snapshot).etag)
 
 
 def save_calibration(store, known):
-    store.save(calibration("north", "new"))
+    store.calibrations.add(calibration("north", "new"))
 
 
 def activate(store, known):
-    store.activate(known.second)
+    store.calibrations.activate(known.second)
 
 
 def delete(store, known):
-    store.delete_calibration(known.second)
+    store.calibrations.delete(known.second)
 
 
 def add_camera(store, known):
-    store.add_camera(f"camera-{len(store.cameras())}", {"name": "North"})
+    store.cameras.add(f"camera-{len(store.cameras.all())}", {"name": "North"})
 
 
 def keep_lens(store, known):
-    store.add_lens({"model": "ssl"})
+    store.lenses.add({"model": "ssl"})
 
 
 SAVES = [add_camera, keep_lens, save_snapshot, save_draft, save_calibration, activate, delete]
@@ -65,17 +65,18 @@ def store(sqlite, tmp_path):
 
 @pytest.fixture
 def known(store):
-    snapshot = store.add_snapshot(b"one", SIZE, "png").id
-    store.save_draft(snapshot, {**EMPTY, "field": "old"}, store.draft(snapshot).etag)
-    first, second = (store.save(calibration("north", note)).id for note in "12")
-    store.activate(first)
+    snapshot = store.snapshots.add(b"one", SIZE, "png").id
+    store.drafts.save(snapshot, {**EMPTY, "field": "old"}, store.drafts.get(snapshot).etag)
+    first, second = (store.calibrations.add(calibration("north", note)).id for note in "12")
+    store.calibrations.activate(first)
     return SimpleNamespace(snapshot=snapshot, first=first, second=second)
 
 
 def state(store):
-    return ([s.id for s in store.snapshots().items], [store.draft(s.id).body for s in store.snapshots().items],
-            [(c.id, c.version, c.active, c.note) for c in store.calibrations().items], store.damaged,
-            store.lenses().items, store.cameras())
+    return ([s.id for s in store.snapshots.list().items],
+            [store.drafts.get(s.id).body for s in store.snapshots.list().items],
+            [(c.id, c.version, c.active, c.note) for c in store.calibrations.list().items], store.damaged,
+            store.lenses.list().items, store.cameras.all())
 
 
 @pytest.mark.parametrize("code", CODES, ids=lambda code: errno.errorcode[code])
@@ -93,7 +94,7 @@ def test_whichever_call_of_a_save_fails_it_is_told_and_nothing_is_lost(sqlite, s
                 break
             assert state(store) == before, "while the disk fails, the old is read"
         assert not [path for path in (store.folder / "pictures").glob(".*")]
-        assert state(store) == before and store.damaged == () and store.calibration(known.first).note == "1"
+        assert state(store) == before and store.damaged == () and store.calibrations.get(known.first).note == "1"
     assert 3 <= k < 49
     assert "sqlite write" in disk.calls and "sqlite sync" in disk.calls
     now = state(store)
@@ -106,7 +107,7 @@ def test_whichever_call_of_a_save_fails_it_is_told_and_nothing_is_lost(sqlite, s
 def test_a_write_is_flushed_before_it_is_moved_and_its_folder_after(tmp_path, monkeypatch):
     disk = Disk()
     monkeypatch.setattr("app.store.files.os", disk)
-    write_whole(tmp_path / "file", b"data")
+    write_atomically(tmp_path / "file", b"data")
     assert disk.calls == ["open", "write", "fsync", "close", "replace", "open", "fsync", "close"]
 
 
@@ -114,7 +115,7 @@ def test_a_disk_that_takes_a_byte_at_a_time_still_gets_them_all(tmp_path, monkey
     disk = Disk()
     disk.write = lambda handle, data: os.write(handle, bytes(data[:1]))
     monkeypatch.setattr("app.store.files.os", disk)
-    write_whole(tmp_path / "file", b"every byte")
+    write_atomically(tmp_path / "file", b"every byte")
     assert (tmp_path / "file").read_bytes() == b"every byte"
 
 
@@ -122,9 +123,9 @@ def test_a_full_disk_is_507_and_the_folder_works_again_once_there_is_space(sqlit
     with failing(pytest.MonkeyPatch.context, sqlite, Disk(fail_at=0, code=errno.ENOSPC)):
         with pytest.raises(DiskFull) as told:
             save_draft(store, known)
-        assert told.value.status == 507 and store.draft(known.snapshot).body["field"] == "old"
+        assert told.value.status == 507 and store.drafts.get(known.snapshot).body["field"] == "old"
     save_draft(store, known)
-    assert store.draft(known.snapshot).body["field"] == "new"
+    assert store.drafts.get(known.snapshot).body["field"] == "new"
 
 
 def test_every_commit_is_flushed_before_it_is_acknowledged(sqlite, store, known):

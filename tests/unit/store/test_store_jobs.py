@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from app.core.errors import NotFound
-from app.store.jobs import JobRows
+from app.store.jobs import JobRepository
 from app.store.repository import utc_now
 
 
@@ -29,7 +29,7 @@ def store(opener, tmp_path):
 
 @pytest.fixture
 def jobs(store, watch):
-    return JobRows(store._database, utc_now, watch)
+    return JobRepository(store._database, utc_now, watch)
 
 
 def test_a_job_goes_from_waiting_through_running_to_its_result(jobs):
@@ -73,12 +73,12 @@ def test_a_worker_that_is_silent_past_its_lease_loses_the_job_to_another(jobs, w
 
 
 def test_after_a_restart_every_running_job_is_offered_again_whatever_the_clock_says(opener, store, watch):
-    job = JobRows(store._database, utc_now, watch).add("fit", {})
-    JobRows(store._database, utc_now, watch).claim("w1", lease_s=1e9)
+    job = JobRepository(store._database, utc_now, watch).add("fit", {})
+    JobRepository(store._database, utc_now, watch).claim("w1", lease_s=1e9)
     with opener.again(store) as again:
         other = Watch()
         other.now = -5.0  # another clock altogether
-        claimed = JobRows(again._database, utc_now, other).claim("w2", lease_s=5)
+        claimed = JobRepository(again._database, utc_now, other).claim("w2", lease_s=5)
         assert (claimed.id, claimed.attempt) == (job.id, 2)
 
 
@@ -93,7 +93,7 @@ def test_ended_jobs_are_forgotten_but_for_the_newest_and_running_ones_stay(jobs)
     running = jobs.add("fit", {})
     jobs.claim("w1", lease_s=5)
     ended = [jobs.cancel(jobs.add("fit", {}).id).id for _ in range(5)]
-    jobs.forget(kept=2)
+    jobs.prune(keep=2)
     assert [job.id for job in jobs.list()] == [ended[4], ended[3], running.id]
     with pytest.raises(NotFound):
         jobs.get(ended[0])

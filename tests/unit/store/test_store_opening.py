@@ -45,22 +45,22 @@ def full(tmp_path_factory):
 
 
 def fill(store, count):
-    snapshot = store.add_snapshot(os.urandom(500), SIZE, "png").id
-    store.save_draft(snapshot, {**EMPTY, "field": "f"}, store.draft(snapshot).etag)
+    snapshot = store.snapshots.add(os.urandom(500), SIZE, "png").id
+    store.drafts.save(snapshot, {**EMPTY, "field": "f"}, store.drafts.get(snapshot).etag)
     for k in range(count):
-        kept = store.save(calibration(("north", "south", None)[k % 3], f"note {k}"))
-    store.activate(kept.id)
-    store.add_lens({"model": "ssl"})
+        kept = store.calibrations.add(calibration(("north", "south", None)[k % 3], f"note {k}"))
+    store.calibrations.activate(kept.id)
+    store.lenses.add({"model": "ssl"})
 
 
 def look(store):
     """Everything that is in a store, by what it is."""
-    found = {("calibration", c.id): c for c in store.calibrations(limit=200).items}
-    found |= {("snapshot", s.id): s for s in store.snapshots(limit=200).items}
-    found |= {("draft", s.id): store.draft(s.id).body for s in store.snapshots(limit=200).items}
-    found |= {("lens", lens["id"]): lens for lens in store.lenses(limit=200).items}
-    return found | {("active", camera): store.active(camera).id for camera in ("north", "south", None)
-                    if store.active(camera)}
+    found = {("calibration", c.id): c for c in store.calibrations.list(limit=200).items}
+    found |= {("snapshot", s.id): s for s in store.snapshots.list(limit=200).items}
+    found |= {("draft", s.id): store.drafts.get(s.id).body for s in store.snapshots.list(limit=200).items}
+    found |= {("lens", lens["id"]): lens for lens in store.lenses.list(limit=200).items}
+    return found | {("active", camera): store.calibrations.active(camera).id for camera in ("north", "south", None)
+                    if store.calibrations.active(camera)}
 
 
 def mutations(data, log, chance):
@@ -169,24 +169,25 @@ def test_the_restored_backup_is_named_and_newer_whole_rows_come_with_it(full, tm
 
 def test_a_database_that_is_older_than_its_newest_backup_has_lost_something_and_is_restored(tmp_path):
     with Store(tmp_path) as store:
-        store.save(calibration("north", "1"))
+        store.calibrations.add(calibration("north", "1"))
     older = (tmp_path / FILE).read_bytes()
     with Store(tmp_path) as store:
-        kept = [store.save(calibration("north", "2")).id for _ in range(3)]
+        kept = [store.calibrations.add(calibration("north", "2")).id for _ in range(3)]
     (tmp_path / FILE).write_bytes(older)
     with Store(tmp_path) as store:
-        assert [one.id for one in store.calibrations(limit=3).items] == kept[::-1]
+        assert [one.id for one in store.calibrations.list(limit=3).items] == kept[::-1]
         (damage,) = store.damaged
         assert damage.kind == "database" and "older than its newest backup" in damage.note
 
 
 def test_a_damaged_row_is_taken_from_a_backup_and_told(tmp_path):
     with Store(tmp_path) as store:
-        kept, other = store.save(calibration("north", "1")), store.save(calibration("north", "2"))
+        kept, other = store.calibrations.add(calibration("north", "1")), store.calibrations.add(calibration("north",
+                                                                                                            "2"))
     with Store(tmp_path) as store:
         damage_row(store, CalibrationRow, lambda text: text.replace("1", "7"), id=kept.id)
     with Store(tmp_path) as store:
-        assert store.calibration(kept.id) == kept and store.calibration(other.id) == other
+        assert store.calibrations.get(kept.id) == kept and store.calibrations.get(other.id) == other
         (damage,) = store.damaged
         assert damage.kind == "calibrations" and "Restored from the backup" in damage.note
 
@@ -195,29 +196,29 @@ def test_a_damaged_row_is_taken_from_a_backup_and_told(tmp_path):
                                     {"version": 9}])
 def test_a_column_that_hides_a_row_is_damage_as_well(opener, tmp_path, change):
     with opener(tmp_path / "data") as store:
-        kept = store.save(calibration("north", "1"))
+        kept = store.calibrations.add(calibration("north", "1"))
     with opener(tmp_path / "data") as store:
         with store._database.engine.begin() as connection:
             connection.execute(update(CalibrationRow).where(CalibrationRow.id == kept.id).values(change))
         with opener.again(store) as again:
             assert [d.kind for d in again.damaged] == ["calibrations"]
             if opener.on_sqlite:
-                assert again.calibration(kept.id) == kept
+                assert again.calibrations.get(kept.id) == kept
             elif "deleted_at" not in change:
                 with pytest.raises(DamagedFile):
-                    again.calibration(kept.id)
+                    again.calibrations.get(kept.id)
 
 
-def test_a_damaged_row_without_a_whole_copy_is_put_aside_and_told(opener, tmp_path):
+def test_a_damaged_row_without_a_whole_copy_goes_to_the_quarantine_and_is_named(opener, tmp_path):
     with opener(tmp_path / "data") as store:
-        lens = store.add_lens({"model": "ssl"})
+        lens = store.lenses.add({"model": "ssl"})
         damage_row(store, LensRow, lambda text: text.replace("ssl", "sss"), id=lens["id"])
         store.close()
         shutil.rmtree(tmp_path / "data" / "backups", ignore_errors=True)
         with opener(tmp_path / "data") as again:
             assert [d.kind for d in again.damaged] == ["lenses"]
             with pytest.raises(DamagedFile):
-                again.lens(lens["id"])
+                again.lenses.get(lens["id"])
 
 
 def test_a_database_of_a_newer_touchline_is_refused(opener, tmp_path):
@@ -245,7 +246,7 @@ def test_a_kill_while_a_new_database_is_made_leaves_none_and_the_next_start_make
         Store(tmp_path)
     assert not (tmp_path / FILE).exists()
     with Store(tmp_path) as store, pytest.raises(NotFound):
-        store.calibration("0" * 16)
+        store.calibrations.get("0" * 16)
 
 
 def test_no_image_of_a_torn_log_loses_what_was_acknowledged_before(full, tmp_path):
@@ -255,7 +256,7 @@ def test_no_image_of_a_torn_log_loses_what_was_acknowledged_before(full, tmp_pat
         fill(store, 6)
         before = look(store)
         at = (folder / f"{FILE}-wal").stat().st_size
-        last = store.save(calibration("north", "the last"))
+        last = store.calibrations.add(calibration("north", "the last"))
         data, log = (folder / FILE).read_bytes(), (folder / f"{FILE}-wal").read_bytes()
     chance = random.Random(1)
     cuts = list(range(at, len(log), 512))

@@ -3,8 +3,8 @@
 import pytest
 
 from app.core.errors import BadInput, Conflict, NotFound, Stale
-from app.store import presets
-from app.store.restoring import restore_into
+from app.store.documents import DocumentRepository
+from app.store.restore import restore_into
 from app.store.tables import PresetRow
 from tests.support.store_opener import damage_row
 
@@ -18,63 +18,63 @@ def store(opener, tmp_path):
 
 
 def test_what_was_kept_survives_a_restart_each_kind_for_itself(opener, store):
-    kept = store.presets.save("colours", "hall", HALL, None, "Ann")
-    store.presets.save("seeing", "hall", {"on": False}, None)
+    kept = store.colour_profiles.save("hall", HALL, None, "Ann")
+    store.detection_plans.save("hall", {"on": False}, None)
     with opener.again(store) as again:
-        assert again.presets.get("colours", "hall") == kept and kept.updated_by == "Ann"
-        assert [one.name for one in again.presets.all("colours")] == ["hall"]
-        assert again.presets.get("seeing", "hall").body == {"on": False}
+        assert again.colour_profiles.get("hall") == kept and kept.updated_by == "Ann"
+        assert [one.name for one in again.colour_profiles.all()] == ["hall"]
+        assert again.detection_plans.get("hall").body == {"on": False}
 
 
 def test_it_is_changed_only_by_who_has_seen_the_newest_state(store):
-    first = store.presets.save("colours", "hall", HALL, None)
-    second = store.presets.save("colours", "hall", {**HALL, "reach": 2.0}, first.etag)
+    first = store.colour_profiles.save("hall", HALL, None)
+    second = store.colour_profiles.save("hall", {**HALL, "reach": 2.0}, first.etag)
     with pytest.raises(Stale) as refused:
-        store.presets.save("colours", "hall", HALL, first.etag)
+        store.colour_profiles.save("hall", HALL, first.etag)
     assert refused.value.details["etag"] == second.etag and refused.value.details["current"]["reach"] == 2.0
     with pytest.raises(Conflict) as refused:
-        store.presets.save("colours", "hall", HALL, None)
+        store.colour_profiles.save("hall", HALL, None)
     assert refused.value.reason == "colours-exists"
     with pytest.raises(Stale):
-        store.presets.remove("colours", "hall", first.etag)
-    store.presets.remove("colours", "hall", second.etag)
+        store.colour_profiles.delete("hall", first.etag)
+    store.colour_profiles.delete("hall", second.etag)
     with pytest.raises(NotFound) as refused:
-        store.presets.get("colours", "hall")
+        store.colour_profiles.get("hall")
     assert refused.value.reason == "unknown-colours"
     with pytest.raises(Stale):
-        store.presets.save("colours", "hall", HALL, second.etag)
+        store.colour_profiles.save("hall", HALL, second.etag)
 
 
 @pytest.mark.parametrize("name", ["", "a/b", "\0", "x" * 65, "ä"])
 def test_a_name_that_could_be_a_path_is_refused(store, name):
     with pytest.raises(BadInput):
-        store.presets.save("colours", name, HALL, None)
+        store.colour_profiles.save(name, HALL, None)
     with pytest.raises(NotFound):
-        store.presets.get("colours", name)
+        store.colour_profiles.get(name)
 
 
 def test_there_is_an_end_to_how_many_are_kept(store, monkeypatch):
-    monkeypatch.setattr(presets, "MOST", 1)
-    store.presets.save("colours", "one", HALL, None)
-    store.presets.save("seeing", "one", {}, None)
+    monkeypatch.setattr(DocumentRepository, "max_count", 1)
+    store.colour_profiles.save("one", HALL, None)
+    store.detection_plans.save("one", {}, None)
     with pytest.raises(Conflict) as refused:
-        store.presets.save("colours", "two", HALL, None)
+        store.colour_profiles.save("two", HALL, None)
     assert refused.value.reason == "too-many-colours"
 
 
 def test_a_damaged_one_hides_no_other_and_is_not_written_over(store):
     for name in ("one", "two"):
-        store.presets.save("colours", name, HALL, None)
+        store.colour_profiles.save(name, HALL, None)
     damage_row(store, PresetRow, lambda text: "{}", key="colours:one")
-    assert [one.name for one in store.presets.all("colours")] == ["two"] and store.damaged
+    assert [one.name for one in store.colour_profiles.all()] == ["two"] and store.damaged
     with pytest.raises(Exception, match="damaged"):
-        store.presets.save("colours", "one", HALL, None)
+        store.colour_profiles.save("one", HALL, None)
 
 
 def test_the_archive_brings_presets_along(store, opener, tmp_path):
-    store.presets.save("colours", "hall", HALL, None)
+    store.colour_profiles.save("hall", HALL, None)
     path, bare = tmp_path / "all.zip", tmp_path / "bare"
     path.write_bytes(b"".join(store.archive()))
     assert restore_into(path, bare, opener.address(bare))["presets"] == 1
     with opener(bare) as again:
-        assert again.presets.all("colours") == store.presets.all("colours")
+        assert again.colour_profiles.all() == store.colour_profiles.all()

@@ -4,7 +4,7 @@ import pytest
 
 from app.core.errors import NotFound
 from app.store import rolls
-from app.store.restoring import restore_into
+from app.store.restore import restore_into
 from app.store.tables import RollRow
 from tests.support.store_opener import damage_row
 
@@ -34,7 +34,7 @@ def test_a_roll_is_left_out_taken_in_again_and_removed(store):
     before = store.rolls.revision
     assert store.rolls.leave_out("north", ids[0], True)["left_out"] and store.rolls.of("north")[0]["left_out"]
     assert not store.rolls.leave_out("north", ids[0], False)["left_out"]
-    store.rolls.remove("north", ids[0])
+    store.rolls.delete("north", ids[0])
     assert [roll["id"] for roll in store.rolls.of("north")] == ids[1:] and store.rolls.revision == before + 3
     store.rolls.clear("north")
     assert store.rolls.of("north") == ()
@@ -44,7 +44,7 @@ def test_what_is_not_there_or_another_cameras_is_said_to_be_unknown(store):
     store.rolls.add("north", f"{1:016x}", ROLL)
     for camera, id in (("north", f"{2:016x}"), ("south", f"{1:016x}"), ("north", "none"), ("north", "\0")):
         for deed in (lambda camera=camera, id=id: store.rolls.leave_out(camera, id, True),
-                     lambda camera=camera, id=id: store.rolls.remove(camera, id)):
+                     lambda camera=camera, id=id: store.rolls.delete(camera, id)):
             with pytest.raises(NotFound) as refused:
                 deed()
             assert refused.value.reason == "unknown-roll"
@@ -52,7 +52,7 @@ def test_what_is_not_there_or_another_cameras_is_said_to_be_unknown(store):
 
 
 def test_the_newest_are_kept_where_there_are_too_many(store, monkeypatch):
-    monkeypatch.setattr(rolls, "MOST", 3)
+    monkeypatch.setattr(rolls, "MAX_ROLLS", 3)
     for number in range(5):
         store.rolls.add("north", f"{number:016x}", ROLL)
     store.rolls.add("south", f"{9:016x}", ROLL)

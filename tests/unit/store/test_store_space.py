@@ -12,7 +12,7 @@ from app.core.errors import DiskFull, Unavailable
 from app.core.geometry import ImageSize
 from app.store import EMPTY, Store
 from app.store.backups import HOURS, NEWEST, Backups
-from app.store.check import trouble_of
+from app.store.integrity import trouble_of
 from tests.support.store_writer import calibration
 
 SIZE = ImageSize(640, 480)
@@ -21,59 +21,60 @@ MB = 1_000_000
 
 def save_clicks(store, id):
     points = [{"feature": "left", "kind": "line", "points": [[1.0, 2.0]]}]
-    store.save_draft(id, {**EMPTY, "observations": points}, store.draft(id).etag)
+    store.drafts.save(id, {**EMPTY, "observations": points}, store.drafts.get(id).etag)
 
 
 def from_snapshot(store, id):
     from dataclasses import replace
-    return store.save(replace(calibration("north", "1"), snapshot=id))
+    return store.calibrations.add(replace(calibration("north", "1"), snapshot=id))
 
 
 def test_the_oldest_picture_that_nothing_needs_makes_room_and_a_needed_one_never_does(opener, tmp_path):
     with opener(tmp_path / "data", uploads_bytes=10_000) as store:
-        fitted, begun, board, loose, looser = (store.add_snapshot(os.urandom(1800), SIZE, "png").id for _ in range(5))
+        fitted, begun, board, loose, looser = (store.snapshots.add(os.urandom(1800), SIZE, "png").id for _ in range(5))
         deleted = from_snapshot(store, fitted)
-        store.delete_calibration(deleted.id)  # hidden, and still resting on its picture
+        store.calibrations.delete(deleted.id)  # hidden, and still resting on its picture
         save_clicks(store, begun)
-        store.add_lens({"model": "ssl", "snapshots": [board]})
-        store.save_draft(loose, {**EMPTY, "field": "f"}, store.draft(loose).etag)  # nothing was clicked
-        new = store.add_snapshot(os.urandom(1800), SIZE, "png").id
-        assert [s.id for s in store.snapshots().items] == [new, looser, board, begun, fitted]
-        store.add_snapshot(os.urandom(1800), SIZE, "png")
-        assert {fitted, begun, board} < {s.id for s in store.snapshots().items}
+        store.lenses.add({"model": "ssl", "snapshots": [board]})
+        store.drafts.save(loose, {**EMPTY, "field": "f"}, store.drafts.get(loose).etag)  # nothing was clicked
+        new = store.snapshots.add(os.urandom(1800), SIZE, "png").id
+        assert [s.id for s in store.snapshots.list().items] == [new, looser, board, begun, fitted]
+        store.snapshots.add(os.urandom(1800), SIZE, "png")
+        assert {fitted, begun, board} < {s.id for s in store.snapshots.list().items}
         with opener.again(store, uploads_bytes=10_000) as again:
             for id in (fitted, begun, board):
-                assert len(again.picture(id)) == 1800
+                assert len(again.snapshots.picture(id)) == 1800
             assert sum(path.stat().st_size for path in (again.folder / "pictures").iterdir()) <= 10_000
 
 
 def test_when_every_picture_is_needed_a_new_one_is_refused_and_work_goes_on(opener, tmp_path):
     with opener(tmp_path / "data", uploads_bytes=4000) as store:
         for _ in range(2):
-            save_clicks(store, store.add_snapshot(os.urandom(1800), SIZE, "png").id)
+            save_clicks(store, store.snapshots.add(os.urandom(1800), SIZE, "png").id)
         with pytest.raises(DiskFull) as told:
-            store.add_snapshot(os.urandom(1800), SIZE, "png")
+            store.snapshots.add(os.urandom(1800), SIZE, "png")
         assert (told.value.status, told.value.reason) == (507, "uploads-full") and told.value.fix
-        assert store.save(calibration("north", "1")).version == 1
+        assert store.calibrations.add(calibration("north", "1")).version == 1
 
 
 def test_a_picture_that_two_snapshots_share_goes_with_the_second(opener, tmp_path):
     with opener(tmp_path / "data", uploads_bytes=4000) as store:
-        first = store.add_snapshot(b"x" * 1800, SIZE, "png").id
-        second = store.add_snapshot(b"x" * 1800, SIZE, "png").id
+        first = store.snapshots.add(b"x" * 1800, SIZE, "png").id
+        second = store.snapshots.add(b"x" * 1800, SIZE, "png").id
         save_clicks(store, second)
-        store.add_snapshot(b"y" * 1800, SIZE, "png")
-        store.add_snapshot(b"z" * 1800, SIZE, "png")
-        assert store.picture(second) == b"x" * 1800 and first not in [s.id for s in store.snapshots().items]
+        store.snapshots.add(b"y" * 1800, SIZE, "png")
+        store.snapshots.add(b"z" * 1800, SIZE, "png")
+        assert store.snapshots.picture(second) == b"x" * 1800 and first not in [s.id
+                                                                                for s in store.snapshots.list().items]
 
 
 def test_a_file_that_a_kill_left_without_its_row_goes_first(opener, tmp_path):
     with opener(tmp_path / "data", uploads_bytes=4000) as store:
         (store.folder / "pictures" / f"{'0' * 64}.png").write_bytes(b"o" * 1800)
         with opener.again(store, uploads_bytes=4000) as again:
-            kept = again.add_snapshot(b"x" * 1800, SIZE, "png")
-            again.add_snapshot(b"y" * 1800, SIZE, "png")
-            assert again.picture(kept.id) and len(list((again.folder / "pictures").iterdir())) == 2
+            kept = again.snapshots.add(b"x" * 1800, SIZE, "png")
+            again.snapshots.add(b"y" * 1800, SIZE, "png")
+            assert again.snapshots.picture(kept.id) and len(list((again.folder / "pictures").iterdir())) == 2
 
 
 @pytest.mark.parametrize("free_mb, warned, refused", [(600, False, False), (400, True, False), (50, True, True)])
@@ -83,18 +84,18 @@ def test_a_nearly_full_disk_is_told_then_refuses_pictures_and_always_takes_calib
         assert [w.reason for w in store.warnings] == (["disk-nearly-full"] if warned else [])
         if refused:
             with pytest.raises(DiskFull) as told:
-                store.add_snapshot(b"x", SIZE, "png")
+                store.snapshots.add(b"x", SIZE, "png")
             assert told.value.status == 507
         else:
-            store.add_snapshot(b"x", SIZE, "png")
-        assert store.save(calibration("north", "1")).version == 1
+            store.snapshots.add(b"x", SIZE, "png")
+        assert store.calibrations.add(calibration("north", "1")).version == 1
 
 
 @pytest.fixture
 def source(tmp_path):
     """A database with some changes, closed."""
     with Store(tmp_path / "data") as store:
-        store.save(calibration("north", "1"))
+        store.calibrations.add(calibration("north", "1"))
     return tmp_path / "data" / "touchline.db"
 
 
@@ -136,10 +137,10 @@ def test_backups_keep_to_their_share_and_the_newest_is_always_there(tmp_path, so
 def test_a_backup_made_while_others_save_is_whole_and_restores_to_a_state_that_was(tmp_path):
     with Store(tmp_path / "data") as store:
         for k in range(60):
-            store.save(calibration("north", str(k)))
+            store.calibrations.add(calibration("north", str(k)))
         until = time.monotonic() + 60
         while len(store._backups.all()) < 3 and time.monotonic() < until:
-            store.save(calibration("north", "more"))
+            store.calibrations.add(calibration("north", "more"))
             time.sleep(0.02)
     copies = Backups(tmp_path / "data" / "backups", tmp_path / "data" / "touchline.db").all()
     assert len(copies) >= 3 and all(trouble_of(copy.path) is None for copy in copies)
@@ -152,7 +153,7 @@ def test_a_backup_made_while_others_save_is_whole_and_restores_to_a_state_that_w
 def test_a_backup_that_cannot_be_made_is_told_and_saving_goes_on(tmp_path, monkeypatch):
     monkeypatch.setattr("app.store.backups.free_bytes", lambda folder: 0)
     with Store(tmp_path) as store:
-        assert store.save(calibration("north", "1")).version == 1
+        assert store.calibrations.add(calibration("north", "1")).version == 1
         until = time.monotonic() + 60
         while not store.warnings and time.monotonic() < until:
             time.sleep(0.02)
@@ -161,11 +162,13 @@ def test_a_backup_that_cannot_be_made_is_told_and_saving_goes_on(tmp_path, monke
 
 def test_postgresql_that_goes_away_is_told_and_work_goes_on_when_it_is_back(postgres, tmp_path):
     with Store(tmp_path / "data", database=postgres.database(tmp_path / "data")) as store:
-        kept = store.save(calibration("north", "1"))
+        kept = store.calibrations.add(calibration("north", "1"))
         postgres.stop()
-        for call in (lambda: store.save(calibration("north", "2")), lambda: store.calibration(kept.id)):
+        for call in (lambda: store.calibrations.add(calibration("north", "2")),
+                     lambda: store.calibrations.get(kept.id)):
             with pytest.raises(Unavailable) as told:
                 call()
             assert told.value.reason == "database-away" and told.value.status == 503
         postgres.start()
-        assert store.calibration(kept.id) == kept and store.save(calibration("north", "2")).version == 2
+        assert store.calibrations.get(kept.id) == kept and store.calibrations.add(calibration("north",
+                                                                                              "2")).version == 2

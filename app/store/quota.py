@@ -1,4 +1,4 @@
-"""How much of the disk pictures may take: a quota for all of them, and a rest that stays free for calibrations."""
+"""How much of the disk pictures may take: a quota for all of them, and a reserve for calibrations."""
 
 import shutil
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from app.core.records import Warning
 
 MB = 1_000_000
 WARN_FREE_BYTES = 500 * MB
-LEAST_FREE_BYTES = 100 * MB  # below that a picture is refused: a calibration needs some KB and finds them
+MIN_FREE_BYTES = 100 * MB  # below that a picture is refused: a calibration needs some KB and finds them
 UPLOADS_BYTES = 2000 * MB
 BACKUPS_BYTES = 1000 * MB
 
@@ -18,8 +18,8 @@ def free_bytes(folder: Path) -> int:
     return shutil.disk_usage(folder).free
 
 
-class Space:
-    """The pictures' room. quota_bytes: for all pictures together; free: how much is left on a folder's disk."""
+class PictureQuota:
+    """quota_bytes: for all pictures together. free: returns how much is left on a folder's disk, bytes."""
 
     def __init__(self, folder: Path, quota_bytes: int = UPLOADS_BYTES,
                  free: Callable[[Path], int] = free_bytes) -> None:
@@ -29,20 +29,20 @@ class Space:
         self.used_bytes = 0
 
     def count(self, pictures: Path) -> None:
-        """Look how much the pictures take."""
+        """Count how much the pictures take."""
         self.used_bytes = sum(path.stat().st_size for path in pictures.iterdir())
 
     def added(self, size_bytes: int) -> None:
         self.used_bytes += size_bytes
 
     def over_by(self, size_bytes: int) -> int:
-        """By how much one more picture would exceed the quota, bytes; not above 0 where it fits."""
+        """Return by how much one more picture would exceed the quota, bytes; not above 0 where it fits."""
         return self.used_bytes + size_bytes - self.quota_bytes
 
     def check_free(self) -> None:
-        """DiskFull where a picture would take what calibrations may need."""
-        if self._free(self._folder) < LEAST_FREE_BYTES:
-            raise DiskFull(f"The picture was not saved: less than {LEAST_FREE_BYTES // MB} MB of the disk are free.",
+        """Raise DiskFull where a picture would take what calibrations may need."""
+        if self._free(self._folder) < MIN_FREE_BYTES:
+            raise DiskFull(f"The picture was not saved: less than {MIN_FREE_BYTES // MB} MB of the disk are free.",
                            "Free some space on the disk of the data folder, then try again. Calibrations can still "
                            "be saved.")
 
@@ -52,10 +52,10 @@ class Space:
                         "folder.", reason="uploads-full")
 
     def warnings(self) -> tuple[Warning, ...]:
-        """What an operator should know about the disk."""
+        """Return what an operator should know about the disk."""
         free = self._free(self._folder)
         if free >= WARN_FREE_BYTES:
             return ()
-        more = " New pictures are refused; calibrations are still saved." if free < LEAST_FREE_BYTES else ""
+        more = " New pictures are refused; calibrations are still saved." if free < MIN_FREE_BYTES else ""
         return (Warning("disk-nearly-full", f"{free // MB} MB are free on the disk of the data folder.{more}",
                         "Free some space there."),)

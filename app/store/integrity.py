@@ -1,4 +1,4 @@
-"""Whether a database is what was written: its structure by SQLite's own check, its rows by their checksums."""
+"""Check that a database is what was written: its structure by SQLite's own check, its rows by their checksums."""
 
 import sqlite3
 from collections.abc import Iterator
@@ -10,16 +10,16 @@ from urllib.parse import quote
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.store.checksummed import is_whole
-from app.store.tables import SEALED, Sealed
+from app.store.checksummed import is_intact
+from app.store.tables import CHECKSUMMED_TABLES, Checksummed
 
-FETCH = 500  # rows at a time
+ROWS_AT_ONCE = 500
 
 
-def trouble_of(path: Path, least_changes: int = 0) -> str | None:
-    """What is wrong with a SQLite file as a whole; None where it is sound. Its log, if there is one, is read as well.
+def find_damage(path: Path, min_changes: int = 0) -> str | None:
+    """Return what is wrong with a SQLite file as a whole, with its log if there is one; None where it is sound.
 
-    least_changes: what it must have kept at least, the newest backup's number.
+    min_changes: how many changes it must have at least, the newest backup's number.
     """
     try:
         if not path.exists():
@@ -32,27 +32,27 @@ def trouble_of(path: Path, least_changes: int = 0) -> str | None:
             (answer,) = connection.execute("PRAGMA integrity_check(1)").fetchone()
             if answer != "ok":
                 return f"its structure is broken: {answer.splitlines()[-1][:200]}"
-            changes = changes_of(connection)
+            changes = count_changes(connection)
     except sqlite3.Error as error:
         return f"it cannot be read: {error}"
     if changes is None:
         return "it is no database of Touchline"
-    if changes < least_changes:
-        return f"it is older than its newest backup: change {changes}, not {least_changes}"
+    if changes < min_changes:
+        return f"it is older than its newest backup: change {changes}, not {min_changes}"
     return None
 
 
-def changes_of(connection: sqlite3.Connection) -> int | None:
-    """How many changes a database has kept; None where it does not say."""
+def count_changes(connection: sqlite3.Connection) -> int | None:
+    """Return how many changes a database has saved; None where it does not say."""
     row = connection.execute("SELECT changes FROM ledger").fetchone()
     return row[0] if row and isinstance(row[0], int) else None
 
 
-def damaged_rows(rows: Session) -> Iterator[tuple[type[Sealed], Any]]:
-    """Every row, with its table, whose checksum is wrong and that nobody has noticed yet."""
-    for table in SEALED:
+def find_damaged_rows(rows: Session) -> Iterator[tuple[type[Checksummed], Any]]:
+    """Find every row, with its table, whose checksum is wrong and that is not marked as damaged yet."""
+    for table in CHECKSUMMED_TABLES:
         columns = list(table.__table__.columns)  # type: ignore[attr-defined]
-        wanted = select(*columns).where(table.damaged.is_(None)).execution_options(yield_per=FETCH)
-        for row in rows.execute(wanted):
-            if not is_whole(row, table):
+        query = select(*columns).where(table.damaged.is_(None)).execution_options(yield_per=ROWS_AT_ONCE)
+        for row in rows.execute(query):
+            if not is_intact(row, table):
                 yield table, row

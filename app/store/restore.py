@@ -1,20 +1,21 @@
-"""A data folder made of an archive: only ever in an empty folder, and a restore that was cut short is never opened."""
+"""Make a data folder of an archive, only in an empty folder; one whose restore was cut short is never opened."""
 
+from contextlib import closing
 from pathlib import Path
 
 from app.core.errors import Conflict, NotFound, Unavailable
-from app.store.archive import restore
+from app.store.archive import restore_archive
 from app.store.database import Database
-from app.store.files import flush_folder, make_folder
+from app.store.files import make_folder, sync_folder
 from app.store.lock import FolderLock
 from app.store.opening import FILE, create_sqlite, open_postgresql
 from app.store.quarantine import Quarantine
 
-MARK = "restore-unfinished"  # while it is there, the folder is not opened
+UNFINISHED = "restore-unfinished"  # while it is there, the folder is not opened
 
 
 def restore_into(file: Path, folder: Path, database: str | None) -> dict[str, int]:
-    """How many rows of each table there are now. Conflict where the folder or the database is not empty."""
+    """Restore the archive and count the rows of each table; Conflict if the folder or the database is not empty."""
     if not file.is_file():
         raise NotFound(f"There is no file {file}.", "Name a zip that archive or GET /archive has written.",
                        reason="no-archive")
@@ -22,22 +23,19 @@ def restore_into(file: Path, folder: Path, database: str | None) -> dict[str, in
         raise Conflict(f"The folder {folder} is not empty.", "Name an empty or a new folder: nothing is ever restored "
                        "over something else.", reason="folder-not-empty")
     make_folder(folder)
-    lock = FolderLock(folder)
-    try:
-        (folder / MARK).touch()
-        flush_folder(folder)
+    with closing(FolderLock(folder)):
+        (folder / UNFINISHED).touch()
+        sync_folder(folder)
         counts = _fill(file, folder, database)
         make_folder(folder / "pictures")
-        (folder / MARK).unlink()
-        flush_folder(folder)
+        (folder / UNFINISHED).unlink()
+        sync_folder(folder)
         return counts
-    finally:
-        lock.release()
 
 
 def refuse_unfinished(folder: Path) -> None:
-    """Unavailable for a folder in which a restore was cut short."""
-    if (folder / MARK).exists():
+    """Raise Unavailable for a folder in which a restore was cut short."""
+    if (folder / UNFINISHED).exists():
         raise Unavailable(f"The folder {folder} comes from a restore that did not end.",
                           "Delete that folder and restore the archive again.", reason="restore-unfinished")
 
@@ -46,18 +44,12 @@ def _fill(file: Path, folder: Path, setting: str | None) -> dict[str, int]:
     if setting is None:
         path = folder / FILE
         create_sqlite(path)
-        database = Database.on_sqlite(path)
-        try:
-            return restore(file, database, folder)
-        finally:
-            database.close()
-    database, held = open_postgresql(setting, folder, Quarantine(folder / "quarantine"))
-    try:
+        with closing(Database.on_sqlite(path)) as database:
+            return restore_archive(file, database, folder)
+    database, lock = open_postgresql(setting, folder, Quarantine(folder / "quarantine"))
+    with closing(database), closing(lock):
         _refuse_filled(database)
-        return restore(file, database, folder)
-    finally:
-        held.release()
-        database.close()
+        return restore_archive(file, database, folder)
 
 
 def _refuse_filled(database: Database) -> None:

@@ -1,0 +1,12 @@
+"""The store that settings describe."""
+
+from app.settings import Settings
+from app.store import Store
+from app.store.quota import MB
+
+
+def open_store(settings: Settings) -> Store:
+    """Open the store of the settings' data folder, or of their database."""
+    return Store(settings.data, database=settings.database.get_secret_value() if settings.database else None,
+                 uploads_bytes=int(settings.storage.uploads_mb * MB),
+                 backups_bytes=int(settings.storage.backups_mb * MB))

@@ -1,0 +1,189 @@
+"""Named JSON documents, each changed only by whoever has seen its newest state.
+
+What a document means is the business of whoever reads it.
+"""
+
+import re
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Select, func, inspect, select
+from sqlalchemy.orm import Session
+
+from app.core.errors import BadInput, Conflict, NotFound, Stale, TouchlineError
+from app.store.checksummed import checksummed, content
+from app.store.database import Database
+from app.store.quarantine import Quarantine
+from app.store.repository import Clock, Repository, new_id, timestamp
+from app.store.tables import PresetRow, RigRow
+
+
+@dataclass(frozen=True)
+class Document:
+    """A document as it was saved last. etag: a new one with every save, never one of a document that was deleted."""
+
+    name: str
+    body: Mapping[str, Any]
+    etag: str
+    updated_at: str
+    updated_by: str
+
+
+class DocumentRepository(Repository):
+    """Documents by name. member: the body's key in the row's JSON. word, plural: what reasons of errors are made of."""
+
+    member: str
+    word: str
+    plural: str
+    max_count = 300
+
+    def __init__(self, database: Database, quarantine: Quarantine, clock: Clock) -> None:
+        super().__init__(database, quarantine, clock)
+        self._key = inspect(self.table).primary_key[0]
+        self._what = f"The {self.noun}"
+
+    def all(self) -> tuple[Document, ...]:
+        """Return all in their order; a damaged one is missing here and named in Store.damaged."""
+        return self._intact(self._find(self._select()), self._read)
+
+    def get(self, name: str) -> Document:
+        """Return one; NotFound, or DamagedFile."""
+        with self._database.reading() as rows:
+            row = self._lookup(rows, name)
+        if row is None:
+            raise self._unknown(name)
+        return self._read(row)
+
+    def add(self, name: str, body: Mapping[str, Any], by: str = "") -> Document:
+        """Save a new one; Conflict if the name is taken, or if there are max_count."""
+        check_name(name, self._what)
+        self._refuse_damaged(name)
+        with self._database.writing(self._what) as rows:
+            if self._lookup(rows, name) is not None:
+                raise Conflict(f"There is already a {self.noun} called {name!r}.",
+                               "Choose another name, or change that one.", reason=f"{self.word}-exists")
+            if (rows.scalar(select(func.count()).select_from(self._select().subquery())) or 0) >= self.max_count:
+                raise Conflict(f"There are {self.max_count} already.", "Remove one that is not used any more.",
+                               reason=f"too-many-{self.plural}")
+            row = self._build(rows, name, body, by, None)
+            rows.add(row)
+            return self._read(row)
+
+    def save(self, name: str, body: Mapping[str, Any], etag: str | None, by: str = "") -> Document:
+        """Replace the one with that ETag; Stale if there is another or none any more. None: add a new one."""
+        if etag is None:
+            return self.add(name, body, by)
+        self._refuse_damaged(name)
+        with self._database.writing(self._what) as rows:
+            return self._read(rows.merge(self._build(rows, name, body, by, self._current(rows, name, etag))))
+
+    def delete(self, name: str, etag: str | None = None) -> None:
+        """Delete the one with that ETag (None: whichever); NotFound, or Stale."""
+        self.get(name)
+        with self._database.writing("The deletion") as rows:
+            rows.delete(self._current(rows, name, etag))
+
+    def _unknown(self, name: str) -> NotFound:
+        return NotFound(f"There is no {self.noun} called {name[:64]!r}.", self.listing, reason=f"unknown-{self.word}")
+
+    def _refuse_damaged(self, name: str) -> None:
+        """Raise DamagedFile where the one of that name is damaged: it is reported and not written over."""
+        with suppress(NotFound):
+            self.get(name)
+
+    def _current(self, rows: Session, name: str, etag: str | None) -> Any:
+        row = self._lookup(rows, name, with_for_update=True)
+        if row is None:
+            raise self._deleted(name)
+        current = self._read(row)
+        if etag is not None and etag != current.etag:
+            raise Stale(f"Somebody else has changed this {self.noun} since you opened it.",
+                        "Look at it again, then change it.", reason=f"stale-{self.word}", current=dict(current.body),
+                        etag=current.etag)
+        return row
+
+    def _deleted(self, name: str) -> TouchlineError:
+        """Return the error for who changes one that somebody else has deleted."""
+        return Stale(f"Somebody else has removed this {self.noun}.", "Make it anew, without If-Match.",
+                     reason=f"stale-{self.word}", current=None, etag=None)
+
+    def _lookup(self, rows: Session, name: str, **options: bool) -> Any:
+        return rows.get(self.table, self._key_of(name), **options) if is_name(name) else None
+
+    def _select(self) -> Select[Any]:
+        return select(self.table).order_by(self.table.place)
+
+    def _key_of(self, name: str) -> str:
+        return name
+
+    def _build(self, rows: Session, name: str, body: Mapping[str, Any], by: str, before: Any) -> Any:
+        """Return the row of a new state. before: the row that it replaces."""
+        head, columns = self._head(rows, before)
+        record = {**head, "updated_at": timestamp(self._clock), "updated_by": by, self.member: dict(body)}
+        return checksummed(self.table, record, self._what, **{self._key.key: self._key_of(name)}, **columns)
+
+    def _head(self, rows: Session, before: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return what tells this state from others: in the row's JSON, and in its columns."""
+        return {"etag": new_id()}, {"place": before.place if before else self._next_place(rows)}
+
+    def _next_place(self, rows: Session) -> int:
+        return 1 + (rows.scalar(select(func.max(self.table.place))) or 0)
+
+    def _read(self, row: Any) -> Document:
+        key = getattr(row, self._key.key)
+        record = content(self._checked(row, key.replace(":", "-")))
+        return Document(key.rpartition(":")[2], record[self.member], self._etag(record), record["updated_at"],
+                        record["updated_by"])
+
+    def _etag(self, record: Mapping[str, Any]) -> str:
+        return record["etag"]
+
+
+class RigRepository(DocumentRepository):
+    """Rigs, cameras that share a field, in the order in which they were made."""
+
+    table, kind, member = RigRow, "rigs", "rig"
+    noun, word, plural = "rig", "rig", "rigs"
+    listing = "List them with GET /api/v1/rigs."
+    max_count = 200
+
+
+class PresetRepository(DocumentRepository):
+    """The presets of one kind, by name."""
+
+    table, kind, member = PresetRow, "presets", "preset"
+    listing = "List what there is."
+
+    def _key_of(self, name: str) -> str:
+        return f"{self.word}:{name}"
+
+    def _select(self) -> Select[Any]:
+        return select(PresetRow).where(PresetRow.key.startswith(f"{self.word}:")).order_by(PresetRow.key)
+
+    def _head(self, rows: Session, before: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        return {"etag": new_id()}, {}
+
+
+class ColourProfileRepository(PresetRepository):
+    """The colours of venues."""
+
+    noun, word, plural = "colour profile", "colours", "colours"
+
+
+class DetectionPlanRepository(PresetRepository):
+    """What each camera is to detect."""
+
+    noun, word, plural = "camera's plan", "seeing", "seeing"
+
+
+def is_name(name: str) -> bool:
+    """Whether a camera, a snapshot, a calibration or a document could have that name: names come from strangers."""
+    return re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", name) is not None
+
+
+def check_name(name: str, what: str) -> None:
+    if not is_name(name):
+        raise BadInput(f"{what} has a name that cannot be kept.", "Choose small letters, digits and hyphens.",
+                       reason="bad-name")

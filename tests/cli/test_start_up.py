@@ -1,0 +1,44 @@
+"""The command line imports the module of the command that is asked for, and no other."""
+
+import json
+import subprocess
+import sys
+from importlib import import_module
+
+import pytest
+import typer
+
+from app.cli import COMMANDS
+from tests.support.paths import ROOT
+
+# Runs the command line with the words given, and prints which packages were imported.
+PROBE = ("import atexit, json, sys\n"
+         "atexit.register(lambda: print('\\n' + json.dumps(sorted(sys.modules))))\n"
+         "from app.cli import main\n"
+         "main()\n")
+
+
+def imported_by(*words):
+    done = subprocess.run([sys.executable, "-c", PROBE, *words], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    return set(json.loads(done.stdout.splitlines()[-1]))
+
+
+@pytest.mark.parametrize("word", ["--help", "--version"])
+def test_help_and_version_import_no_command(word):
+    loaded = imported_by(word)
+    assert not {"cv2", "numpy", "fastapi", "sqlalchemy"} & loaded
+    assert not {f"app.cli.{target.partition(':')[0]}" for target, _ in COMMANDS.values()} & loaded
+
+
+def test_a_command_for_files_imports_no_server_and_no_other_command():
+    loaded = imported_by("transform", "--help")
+    assert "app.cli.calibration" in loaded and not {"fastapi", "uvicorn", "viser", "app.cli.evaluation"} & loaded
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_line_in_the_list_of_commands_begins_the_command_s_own_help(name):
+    target, line = COMMANDS[name]
+    module, _, attribute = target.partition(":")
+    command = getattr(import_module(f"app.cli.{module}"), attribute)
+    text = command.info.help if isinstance(command, typer.Typer) else command.__doc__
+    assert text.partition("\n")[0] == line

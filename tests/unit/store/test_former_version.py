@@ -1,0 +1,49 @@
+"""What the version before has written opens: its data folder and its archive."""
+
+import json
+import zipfile
+
+import pytest
+from fastapi.testclient import TestClient
+
+from app.main import create_app
+from app.settings import Settings
+from app.store.restore import restore_into
+from tests.support.paths import TESTS
+
+HERE = "http://127.0.0.1:8000"
+API = "/api/v1"
+FORMER = TESTS / "golden" / "former_version"
+KNOWN = json.loads((FORMER / "answers.json").read_text())
+
+
+@pytest.fixture(params=["folder", "archive"])
+def restored(request, tmp_path):
+    """The data folder, as it was written or as the archive brings it; jobs are not archived."""
+    if request.param == "archive":
+        restore_into(FORMER / "archive.zip", tmp_path / "data", None)
+    else:
+        with zipfile.ZipFile(FORMER / "data.zip") as source:
+            source.extractall(tmp_path / "data")
+    with TestClient(create_app(Settings(data=tmp_path / "data")), base_url=HERE) as client:
+        yield request.param, client
+
+
+def test_everything_is_answered_as_the_version_before_answered_it(restored):
+    origin, client = restored
+    for path, known in KNOWN["answers"].items():
+        if path != "/jobs":
+            assert client.get(API + path).json() == known, path
+    store = client.app.state.store
+    assert store.damaged == () and store.identities.get(store.calibrations.active("west").id)["serial"] == "A1"
+    assert [lens["lens"]["focal_px"] for lens in store.lenses.list().items] == [500.5]
+    if origin == "folder":
+        finished = KNOWN["answers"]["/jobs"]["items"][0]
+        now = client.get(f"{API}/jobs/{finished['id']}").json()
+        assert {**now, "ended_at": finished["ended_at"]} == finished  # its row was dated a moment before its answer
+
+
+def test_numbers_go_on_where_the_version_before_had_come_to_and_a_deletion_is_taken_back(restored):
+    _, client = restored
+    back = client.post(f"{API}/calibrations/{KNOWN['deleted']}/restore").json()
+    assert back["id"] == KNOWN["deleted"] and back["version"] == 3
