@@ -10,7 +10,7 @@ import typer
 from app.cli import files
 from app.cli.reports import CalibrationOrId, DataFolder, PictureFile, calibration_and_picture
 from app.cli.stored import ConfigOption
-from app.scene.cameras import small
+from app.scene.cameras import shrink
 from app.scene.export import scene_html
 
 OutFile = Annotated[Path, typer.Option("--out", "--output", "-o", metavar="SCENE.html", help="The page to write.")]
@@ -27,7 +27,7 @@ def scene(calibration: CalibrationOrId, output: OutFile, picture: PictureFile = 
     name = clicked.camera_name or known.camera or known.field["name"]
     given = {"cameras": [{"key": known.id or "camera", "title": name, "calibration": known.to_json(),
                           "before": older.to_json() if older is not None else None}]}
-    pictures = {known.id or "camera": small(clicked.frame.pixels)} if clicked.frame is not None else {}
+    pictures = {known.id or "camera": shrink(clicked.frame.pixels)} if clicked.frame is not None else {}
     with redirect_stdout(io.StringIO()):  # viser says where it listens; it is for nobody
         html = scene_html(given, pictures, dark=dark, title=f"Scene of {name}, version {known.version}")
     files.write_bytes(output, html.encode("utf-8", "replace"))
