@@ -11,8 +11,8 @@ import pytest
 from app.core.errors import DiskFull, Unavailable
 from app.core.geometry import ImageSize
 from app.store import EMPTY, Store
-from app.store.backups import HOURS, NEWEST, Backups
-from app.store.integrity import trouble_of
+from app.store.backups import MAX_HOURS, MAX_NEWEST, Backups
+from app.store.integrity import find_damage
 from tests.support.store_writer import calibration
 
 SIZE = ImageSize(640, 480)
@@ -116,9 +116,9 @@ def test_the_newest_fifty_and_one_an_hour_for_a_week_are_kept_whatever_the_clock
         name.write_bytes(b"x")
     backups._thin()
     kept = backups.all()
-    assert [b.changes for b in kept[:NEWEST]] == list(range(599, 599 - NEWEST, -1))
-    older = [b.hour for b in kept[NEWEST:]]
-    assert len(older) == len(set(older)) and len({b.hour for b in kept}) == HOURS
+    assert [b.changes for b in kept[:MAX_NEWEST]] == list(range(599, 599 - MAX_NEWEST, -1))
+    older = [b.hour for b in kept[MAX_NEWEST:]]
+    assert len(older) == len(set(older)) and len({b.hour for b in kept}) == MAX_HOURS
 
 
 def test_backups_keep_to_their_share_and_the_newest_is_always_there(tmp_path, source):
@@ -143,7 +143,7 @@ def test_a_backup_made_while_others_save_is_whole_and_restores_to_a_state_that_w
             store.calibrations.add(calibration("north", "more"))
             time.sleep(0.02)
     copies = Backups(tmp_path / "data" / "backups", tmp_path / "data" / "touchline.db").all()
-    assert len(copies) >= 3 and all(trouble_of(copy.path) is None for copy in copies)
+    assert len(copies) >= 3 and all(find_damage(copy.path) is None for copy in copies)
     for copy in copies:
         with closing(sqlite3.connect(copy.path)) as connection:
             versions = [row[0] for row in connection.execute("SELECT version FROM calibrations ORDER BY sequence")]
