@@ -94,7 +94,7 @@ def test_a_picture_of_which_parts_are_missing_is_left_out_and_counted(camera):
             return value[:1000] if name == "raw_buffer" else value
 
     device._buffer = lambda: buffer and (Short(buffer) if cut.pop(0) else buffer) if (buffer := whole()) else None
-    device._give_back = lambda buffer, give=device._give_back: give(getattr(buffer, "_buffer", buffer))
+    device._requeue = lambda buffer, give=device._requeue: give(getattr(buffer, "_buffer", buffer))
     assert tuple(camera.read().size) == (400, 400)
     assert camera.incomplete == 2
     camera.close()
