@@ -95,7 +95,7 @@ A point out of reach is null. Every refusal says what to do in `fix`."""
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """The whole application, from settings alone. It holds the data folder until it has been served and stopped."""
+    """Return the whole application; it keeps the data folder open until it has been served and stopped."""
     work = jobs_of(settings)  # refused before anything is held
     store = open_store(settings)
     work.result_savers.update(result_savers(store))
@@ -147,7 +147,7 @@ def jobs_of(settings: Settings) -> JobEngine:
 
 
 def _add_page(app: FastAPI, settings: Settings) -> None:
-    """The page, the login, the documentation, and what guards all of them."""
+    """Add the page, the login, the documentation, and the middleware that guards all of them."""
     static = shipped("static")
     token = settings.token.get_secret_value() if settings.token else None
     app.include_router(login_router(token))

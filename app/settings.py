@@ -114,7 +114,7 @@ class CameraSettings(_Section):
 
 
 class Settings(BaseSettings):
-    """What create_app() and the commands work from. Frozen."""
+    """All settings, frozen: what create_app() and the commands work from."""
 
     model_config = SettingsConfigDict(env_prefix="TOUCHLINE_", env_nested_delimiter="__", extra="forbid", frozen=True)
 
@@ -149,7 +149,7 @@ class Settings(BaseSettings):
         return self.pictures or self.data / "shown"
 
     def camera(self, id: str) -> CameraSettings:
-        """One camera by its id."""
+        """Return one camera by its id; NotFound."""
         for camera in self.cameras:
             if camera.id == id:
                 return camera
@@ -158,7 +158,7 @@ class Settings(BaseSettings):
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
-    """The file's mapping; an empty file is an empty mapping."""
+    """Read the file's mapping; an empty file is an empty mapping."""
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:

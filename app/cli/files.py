@@ -23,15 +23,15 @@ MAX_JSON_BYTES = 16 << 20
 MAX_POINT_BYTES = 256 << 20
 
 
-def read_bytes(path: Path, most: int = ImageLimits().max_bytes) -> bytes:
-    """A whole file of at most so many bytes."""
+def read_bytes(path: Path, max_bytes: int = ImageLimits().max_bytes) -> bytes:
+    """Read a whole file of at most so many bytes."""
     try:
         with path.open("rb") as file:
-            data = file.read(most + 1)
+            data = file.read(max_bytes + 1)
     except OSError as error:
         raise FileTrouble(f"{path} cannot be read: {error.strerror}.", "Check the path and its permissions.") from None
-    if len(data) > most:
-        raise BadInput(f"{path} has more than {most / 1e6:.4g} MB.", "Give a smaller file.", reason="too-large")
+    if len(data) > max_bytes:
+        raise BadInput(f"{path} has more than {max_bytes / 1e6:.4g} MB.", "Give a smaller file.", reason="too-large")
     return data
 
 
@@ -65,8 +65,8 @@ def write_calibration(path: Path, calibration: Calibration) -> None:
     write_bytes(path, FORMATS["json"].write(calibration))
 
 
-def read_held_lens(path: Path) -> dict[str, Any]:
-    """The lens of a file that board, motion or calibrate wrote, as a fit's option."""
+def read_lens_option(path: Path) -> dict[str, Any]:
+    """Read the lens of a file that board, motion or calibrate wrote, as a fit's option."""
     data = read_bytes(path, MAX_JSON_BYTES)
     value = strict_json(data, str(path))
     if isinstance(value, dict) and value.get("format") == LENS_FORMAT:
@@ -79,7 +79,7 @@ def read_held_lens(path: Path) -> dict[str, Any]:
 
 
 def write_lens(path: Path, found: Mapping[str, Any]) -> None:
-    """What a board calibration answered, whole."""
+    """Write a lens as a board calibration answered it."""
     record = {"format": LENS_FORMAT, "format_version": 1, **found}
     write_bytes(path, json.dumps(record, indent=1, allow_nan=False, ensure_ascii=False).encode())
 

@@ -34,7 +34,7 @@ TAPE_SIGMA_MM = 30.0
 
 def task_from(image: Path, points: Path, field: str | None, region: str | None, rotate: int | None,
               model: str | None, options: dict[str, Any], note: str, fields: Path | None) -> Any:
-    """What is given wins over what the file of points says."""
+    """Return the request; options of the command line win over the file of points."""
     given = files.read_points_file(points)
     frame = files.read_picture(image)
     return task_of(image, frame.size, frame.sha256, given, own_fields(fields), field, region, rotate, model, options,
@@ -77,7 +77,7 @@ def options_from(words: list[str] | None, lens: Path | None, lens_sigma: str | N
         except ValueError:
             options[name] = value
     if lens is not None:
-        options["lens"] = files.read_held_lens(lens)
+        options["lens"] = files.read_lens_option(lens)
     if lens_sigma is not None:
         if lens is None:
             raise typer.BadParameter("there is no --lens that it could be of", param_hint="--lens-sigma")

@@ -214,7 +214,7 @@ def _postgresql(url: URL) -> Engine:
 
 
 class PostgresLock:
-    """One server a database (or a schema of it), for as long as its connection lives."""
+    """A lock for one server a database (or a schema of it), for as long as its connection lives."""
 
     def __init__(self, database: Database) -> None:
         self._connection = database.engine.connect().execution_options(isolation_level="AUTOCOMMIT")

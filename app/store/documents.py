@@ -179,7 +179,7 @@ class DetectionPlanRepository(PresetRepository):
 
 
 def is_name(name: str) -> bool:
-    """Whether a camera, a snapshot, a calibration or a document could have that name: names come from strangers."""
+    """Check that a camera, a calibration or a document could have that name: names come from strangers."""
     return re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", name) is not None
 
 

@@ -34,7 +34,7 @@ def new_id() -> str:
 
 
 def is_id(id: str) -> bool:
-    """Whether it could be one of new_id's; PostgreSQL would trip over a few others."""
+    """Check that it could be one of new_id's; PostgreSQL would trip over a few others."""
     return re.fullmatch(r"[0-9a-f]{16}", id) is not None
 
 

@@ -47,8 +47,8 @@ def test_a_file_of_another_program_becomes_a_lens_that_calibrate_takes(touchline
     code, out, _ = touchline("import", "chain.yaml", "-o", "lens.json")
     lens = json.loads((tmp_path / "lens.json").read_text())
     assert code == 0 and "--lens" in out and lens["lens"]["model"] == "fisheye"
-    from app.cli.files import read_held_lens
-    assert read_held_lens(tmp_path / "lens.json")["lens"]["focal_px"] == 461.6
+    from app.cli.files import read_lens_option
+    assert read_lens_option(tmp_path / "lens.json")["lens"]["focal_px"] == 461.6
 
 
 def test_a_file_of_ours_becomes_a_calibration_that_transform_takes(touchline, tmp_path):

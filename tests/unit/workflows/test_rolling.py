@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.cli.files import read_held_lens
+from app.cli.files import read_lens_option
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.geometry import ImageSize
 from app.evaluate.motion.roll_report import RecordedRoll, roll_report
@@ -232,7 +232,7 @@ def test_a_film_from_the_shell(touchline, film_file, tmp_path):
     code, _, err = touchline("motion", film_file, "--lens", "lens.json", "--kind", "division",
                              "--calibration", "cal.json", "--refined", "better.json")
     assert code == 0, err
-    lens = read_held_lens(tmp_path / "lens.json")
+    lens = read_lens_option(tmp_path / "lens.json")
     assert lens["name"] == "division" and abs(lens["lens"]["terms"]["k"] + 0.25) < 0.05
     assert FORMATS["json"].read((tmp_path / "better.json").read_bytes()).options["lens_sigma"] == "own"
     code, _, err = touchline("motion", film_file, "--refined", "better.json")
