@@ -318,7 +318,7 @@ def test_two_hundred_half_open_connections_do_not_keep_others_out(port):
 
 
 def test_one_other_machine_has_so_many_connections_and_no_more(monkeypatch):
-    monkeypatch.setattr("app.api.connections._is_this_machine", lambda address: False)
+    monkeypatch.setattr("app.api.middleware.connections._is_this_machine", lambda address: False)
     with serving(watched_connections(per_address=3)) as port:
         lines = [connect(port) for _ in range(3)]
         for line in lines:
@@ -338,7 +338,7 @@ def test_one_other_machine_has_so_many_connections_and_no_more(monkeypatch):
 def test_a_websocket_lives_on_and_leaves_the_count(monkeypatch):
     from websockets.sync.client import connect as open_socket
 
-    monkeypatch.setattr("app.api.connections._is_this_machine", lambda address: False)
+    monkeypatch.setattr("app.api.middleware.connections._is_this_machine", lambda address: False)
     with (serving(watched_connections(head_s=0.3, per_address=1)) as port,
           open_socket(f"ws://127.0.0.1:{port}/shout", close_timeout=1) as viewer):
         time.sleep(0.5)

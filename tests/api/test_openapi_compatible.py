@@ -1,0 +1,97 @@
+"""The API's description still says all that it said: paths, parameters, bodies, answers, status codes and limits.
+
+golden/openapi.json is `create_app(settings).openapi()` of version 0.1 without its version number. Entries may be added;
+components may be renamed.
+"""
+
+import copy
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from app.main import create_app
+from app.settings import Settings
+from tests.support.paths import ROOT
+
+PROSE = {"title", "description", "summary"}
+LIMITS = {"required", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum", "minLength", "maxLength", "pattern",
+          "minItems", "maxItems", "minProperties", "maxProperties", "enum", "const", "additionalProperties"}
+
+
+@pytest.fixture(scope="module")
+def before() -> dict:
+    return json.loads((ROOT / "tests" / "golden" / "openapi.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def after(tmp_path_factory) -> dict:
+    return create_app(Settings(data=tmp_path_factory.mktemp("data"))).openapi()
+
+
+class Comparison:
+    """Two documents, each with the components that its references name."""
+
+    def __init__(self, before: dict, after: dict) -> None:
+        self.documents = before, after
+
+    def losses(self) -> list[str]:
+        return list(self.of(*(document["paths"] for document in self.documents), "", prose=True))
+
+    def of(self, old: Any, new: Any, at: str, prose: bool = False) -> Iterator[str]:
+        """What `new` lacks of `old`. prose: titles are names here, as among paths and properties."""
+        old, new = (self.resolved(*pair) for pair in zip(self.documents, (old, new), strict=True))
+        if isinstance(old, dict) and isinstance(new, dict):
+            for key in old.keys() - (set() if prose else PROSE):
+                if key not in new:
+                    yield f"{at}/{key} is gone"
+                else:
+                    yield from self.of(old[key], new[key], f"{at}/{key}", prose=key in ("properties", "paths"))
+            yield from (f"{at}/{key} is new" for key in (set() if prose else LIMITS & (new.keys() - old.keys())))
+        elif isinstance(old, list) and isinstance(new, list):
+            if at.endswith("/required") and len(old) != len(new):
+                yield f"{at}: {old} → {new}"
+            for number, entry in enumerate(old):
+                if not any(not list(self.of(entry, other, "")) for other in new):
+                    name = entry.get("name", number) if isinstance(entry, dict) else entry
+                    yield f"{at}/{name} is gone or changed"
+        elif old != new or type(old) is not type(new):
+            yield f"{at}: {old!r} → {new!r}"
+
+    @staticmethod
+    def resolved(document: dict, value: Any) -> Any:
+        while isinstance(value, dict) and "$ref" in value:
+            value = document["components"]["schemas"][value["$ref"].rpartition("/")[2]]
+        return value
+
+
+def test_the_description_loses_and_renames_nothing(before, after):
+    assert Comparison(before, after).losses() == []
+
+
+@pytest.mark.parametrize("change", [
+    lambda paths: paths.pop("/api/v1/lenses/{id}"),
+    lambda paths: paths["/api/v1/lenses/{id}"].pop("delete"),
+    lambda paths: paths["/api/v1/lenses"]["get"]["parameters"].pop(),
+    lambda paths: paths["/api/v1/lenses"]["get"]["parameters"][0]["schema"].update(maximum=300),
+    lambda paths: paths["/api/v1/rigs/{name}"]["put"]["responses"].pop("201"),
+])
+def test_a_loss_is_seen(before, change):
+    after = copy.deepcopy(before)
+    change(after["paths"])
+    assert Comparison(before, after).losses()
+
+
+@pytest.mark.parametrize(("component", "change"), [
+    ("FitRequest", lambda schema: schema["properties"].pop("note")),
+    ("FitRequest", lambda schema: schema["required"].remove("field")),
+    ("FitRequest", lambda schema: schema["required"].append("note")),
+    ("FitRequest", lambda schema: schema["properties"]["observations"].update(minItems=1)),
+    ("Snapshot", lambda schema: schema["properties"]["width"].update(type="number")),
+    ("CameraStatus", lambda schema: schema["properties"]["state"]["enum"].remove("stalled")),
+])
+def test_a_loss_within_a_component_is_seen(before, component, change):
+    after = copy.deepcopy(before)
+    change(after["components"]["schemas"][component])
+    assert Comparison(before, after).losses()
