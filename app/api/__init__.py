@@ -1,12 +1,14 @@
-"""The REST door: routes by resource, each a few lines that call the floors below and hold no arithmetic.
+"""The REST and WebSocket API: routes by resource, each a few lines that call services and workflows.
 
-    problems.py   every refusal, as problem+json with `fix`
-    schemas.py    what a request may look like: strict, nothing unknown, nothing infinite
-    answers.py    what an answer looks like: plain JSON, null for NaN, pictures
-    access.py     who may come in: the token, its cookie, where a request comes from
-    limits.py     how much may come in at once
-    work.py       where long arithmetic runs, so that short answers stay short
-    operator.py   who asks, as far as it is told
-    health, archive, fields, models, fit, snapshots, drafts, calibrations, boards, lenses, pairs, jobs, cameras,
-                  publishing: the resources
+    routes/             one file a resource
+    schemas/            requests.py: strict, bounded bodies and parameters; responses.py: what is answered
+    dependencies.py     what routes receive: services, the operator's name, If-Match
+    responses.py        JSON without NaN, pages, ETags, jobs, pictures
+    sockets.py          WebSocket sessions: sending, receiving, refusing
+    bodies.py           bodies of more than one kind: JSON or a file, JSON or binary points
+    request_mapping.py  from a fit's body to the task of the workflows
+    middleware/         access, limits, security headers, problems, the page's files
+    server.py           the socket, the token and uvicorn
+
+To add a resource: a file in routes/ with a `router`, its name in routes.RESOURCES, its schemas in schemas/.
 """

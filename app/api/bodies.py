@@ -1,4 +1,4 @@
-"""Bodies of which a call takes more than one kind: JSON or an uploaded file, JSON or bare numbers."""
+"""Read bodies of calls that take more than one kind: JSON or an uploaded file, JSON or binary points."""
 
 import json
 from typing import TypeVar
@@ -13,35 +13,31 @@ from app.core.errors import BadInput, ImageTooLarge
 from app.core.geometry import Points, as_points
 
 TEXTS = ("camera", "purpose")
-BINARY = "application/octet-stream"
 FILE_FIX = 'Send multipart/form-data with the picture as the part named "file".'
 Body = TypeVar("Body", bound=BaseModel)
 
 
 def content_type(request: Request) -> str:
-    """The body's kind without its parameters, in lower case."""
+    """Return the body's media type without its parameters, in lower case."""
     return request.headers.get("content-type", "").partition(";")[0].strip().lower()
 
 
-async def json_body(request: Request, form: type[Body]) -> Body:
-    """The JSON body, checked against its form."""
+async def json_body(request: Request, schema: type[Body]) -> Body:
+    """Return the JSON body, checked against its schema."""
     try:
         value = json.loads(await request.body())
     except (ValueError, RecursionError):
         raise RequestValidationError([{"type": "json_invalid", "loc": ("body",), "msg": "JSON decode error",
                                        "input": None}]) from None
     try:
-        return form.model_validate(value)
+        return schema.model_validate(value)
     except ValidationError as error:
         raise RequestValidationError([{**e, "loc": ("body", *e["loc"])} for e in error.errors()]) from None
 
 
-async def uploaded_file(request: Request, most_bytes: int,
+async def uploaded_file(request: Request, max_bytes: int,
                         names: tuple[str, ...] = TEXTS) -> tuple[bytes, dict[str, str]]:
-    """The bytes of the part named "file", and the texts of the parts with those names, "" without one.
-
-    Under "file" stands the file's own name.
-    """
+    """Return the part "file", and the texts of the named parts, "" if missing; under "file" the file's own name."""
     async with request.form(max_files=1, max_fields=len(names) + 2, max_part_size=4096) as form:
         file, texts = form.get("file"), {name: form.get(name, "") for name in names}
         if not isinstance(file, UploadFile):
@@ -52,15 +48,15 @@ async def uploaded_file(request: Request, most_bytes: int,
         for name, text in texts.items():
             if not isinstance(text, str):
                 raise BadInput(f"The {name} is a file.", f"Send the {name} as text.", reason="bad-request")
-        data = await file.read(most_bytes + 1)
+        data = await file.read(max_bytes + 1)
         texts["file"] = (file.filename or "")[:200]
-    if len(data) > most_bytes:
-        raise ImageTooLarge(f"The file has more than {most_bytes / 1e6:.0f} MB.", "Send a smaller picture.")
+    if len(data) > max_bytes:
+        raise ImageTooLarge(f"The file has more than {max_bytes / 1e6:.0f} MB.", "Send a smaller picture.")
     return data, texts
 
 
 async def binary_points(request: Request) -> Points:
-    """(n, 2) points from little-endian float64 pairs."""
+    """Return (n, 2) points from little-endian float64 pairs."""
     data = await request.body()
     if len(data) % 16:
         raise BadInput(f"{len(data)} bytes are no pairs of float64.", "Send 16 bytes a point: x and y, little-endian.",

@@ -1,4 +1,4 @@
-"""A socket, a token and uvicorn: how the application is put on the network."""
+"""Serve the application on the network: a socket, a token and uvicorn."""
 
 import asyncio
 import contextlib
@@ -20,9 +20,9 @@ STOP_S = 2  # a viewer of an endless stream must not keep the server from ending
 
 
 def with_token(settings: Settings, say: Callable[[str], None]) -> Settings:
-    """The settings with an access token where one is needed: any address but this machine's.
+    """Return the settings with an access token where one is needed: for any address but this machine's.
 
-    Made once, kept in the data folder for its owner alone, and said once, when it is made.
+    It is made once, saved in the data folder for its owner alone, and printed once, when it is made.
     """
     if settings.token is not None or settings.server.is_loopback:
         return settings
@@ -41,13 +41,13 @@ def with_token(settings: Settings, say: Callable[[str], None]) -> Settings:
 
 
 def open_socket(host: str, port: int) -> socket.socket:
-    """A bound socket, before anything else starts, so that a taken port is said plainly."""
+    """Return a bound socket, before anything else starts, so that a taken port is reported at once."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((host, port))
-        listener.listen(BACKLOG)  # from here on a caller waits for the answer and is not turned away
+        listener.listen(BACKLOG)  # from here on a client waits for its response and is not refused
     except OSError as error:
         listener.close()
         raise Unavailable(f"Cannot listen on {host}, port {port}: {error.strerror}.",
@@ -57,7 +57,7 @@ def open_socket(host: str, port: int) -> socket.socket:
 
 
 def url_of(listener: socket.socket) -> str:
-    """Where a browser on this machine finds the page."""
+    """Return the address of the page for a browser on this machine."""
     host, port = listener.getsockname()[:2]
     host = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, f"[{host}]" if ":" in host else host)
     return f"http://{host}:{port}/"
@@ -65,7 +65,7 @@ def url_of(listener: socket.socket) -> str:
 
 def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: type[asyncio.Protocol], *,
         log_level: str = "warning") -> None:
-    """Serve until SIGTERM or Ctrl-C; requests in progress get STOP_S seconds to end. connection: uvicorn's, or ours."""
+    """Serve until SIGTERM or Ctrl-C; requests in progress get STOP_S seconds. connection: uvicorn's class, or ours."""
     config = uvicorn.Config(
         app, log_level=log_level, access_log=log_level == "info", server_header=False,
         limit_concurrency=settings.server.max_connections, timeout_graceful_shutdown=STOP_S, timeout_keep_alive=20,
@@ -76,7 +76,7 @@ def run(app: ASGIApp, listener: socket.socket, settings: Settings, connection: t
 
 
 def data_folder(path: Path) -> Path:
-    """The folder, made if missing and tried for writing."""
+    """Create the folder if it is missing, check that it can be written, and return its full path."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         probe = path / f".write-{os.getpid()}"

@@ -1,75 +1,92 @@
-"""WebSockets that tell: whoever listens hears each newest state; a refusal is a problem in a text, then the end."""
+"""WebSockets: a session that answers refusals with a problem, and the loops that send and receive in it."""
 
 import asyncio
-from collections.abc import AsyncIterator, Coroutine
-from contextlib import asynccontextmanager, suppress
+from collections import Counter
+from collections.abc import AsyncIterator, Coroutine, Iterator
+from contextlib import asynccontextmanager, contextmanager, suppress
 from typing import Any
 
 from fastapi import WebSocket
 from starlette.websockets import WebSocketDisconnect
 
-from app.api.answers import json_bytes
-from app.api.mjpeg import TAKE_S
-from app.core.errors import TouchlineError
+from app.api.json_text import json_bytes
+from app.api.middleware.problems import MANUAL
+from app.core.errors import Busy, TouchlineError
 
-
-async def refuse(socket: WebSocket, error: TouchlineError) -> None:
-    """The problem as JSON, and the socket closed with 4000 + its status."""
-    problem = {"type": f"/problems/{error.reason}", "title": error.title, "status": error.status,
-               "detail": error.what, "fix": error.fix}
-    with suppress(RuntimeError, WebSocketDisconnect):
-        await socket.send_text(json_bytes(problem).decode())
-        await socket.close(4000 + error.status, error.reason[:100])
+SEND_TIMEOUT_S = 10.0  # a viewer that takes nothing for so long is closed
+CLOSE_TIMEOUT_S = 1.0
 
 
 @asynccontextmanager
-async def spoken_with(socket: WebSocket) -> AsyncIterator[None]:
-    """Open the line; a refusal within is told and ends it, and a line that breaks or falls silent is closed."""
+async def websocket_session(socket: WebSocket) -> AsyncIterator[None]:
+    """Accept the socket and close it at the end; a refusal raised within is sent as a problem first."""
     await socket.accept()
-    try:
-        yield
-    except TouchlineError as error:
-        await refuse(socket, error)
-    except (TimeoutError, WebSocketDisconnect, RuntimeError):
-        with suppress(RuntimeError, WebSocketDisconnect):
-            await socket.close()
+    with suppress(TimeoutError, WebSocketDisconnect, RuntimeError):
+        try:
+            yield
+        except TouchlineError as error:
+            await send_json(socket, {"type": MANUAL + error.reason, "title": error.title, "status": error.status,
+                                     "detail": error.what, "fix": error.fix})
+            await socket.close(4000 + error.status, error.reason[:100])
+            return
+    with suppress(TimeoutError, WebSocketDisconnect, RuntimeError):
+        await asyncio.wait_for(socket.close(), CLOSE_TIMEOUT_S)
 
 
-async def both(*doing: Coroutine[Any, Any, None]) -> None:
-    """As until_either; a refusal by one of them is raised."""
-    if (error := await until_either(*doing)) is not None:
-        raise error
-
-
-async def tell(socket: WebSocket, values: AsyncIterator[Any]) -> None:
-    """Send each value as JSON until there is no more, or nobody who listens; then close."""
-    await socket.accept()
-    error = await until_either(_tell(socket, values), until_gone(socket))
-    if error is not None:
-        return await refuse(socket, error)
-    with suppress(RuntimeError, WebSocketDisconnect):
-        await socket.close()
-
-
-async def until_either(*doing: Coroutine[Any, Any, None]) -> TouchlineError | None:
-    """Do both until one has ended, and stop the other; a refusal by one of them, any other error is the line's end."""
-    tasks = [asyncio.create_task(each) for each in doing]
+async def run_until_first(*coroutines: Coroutine[Any, Any, None]) -> None:
+    """Run all until one has ended and cancel the others; raise a refusal, ignore what breaks with the connection."""
+    tasks = [asyncio.create_task(coroutine) for coroutine in coroutines]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     finally:
         for task in tasks:
             task.cancel()
-        ended = await asyncio.gather(*tasks, return_exceptions=True)
-    return next((error for error in ended if isinstance(error, TouchlineError)), None)
+        results = await asyncio.gather(*tasks, return_exceptions=True)
+    for result in results:
+        if isinstance(result, TouchlineError):
+            raise result
 
 
-async def _tell(socket: WebSocket, values: AsyncIterator[Any]) -> None:
-    async for value in values:
-        await asyncio.wait_for(socket.send_text(json_bytes(value).decode()), TAKE_S)
+async def send_stream(socket: WebSocket, values: AsyncIterator[Any]) -> None:
+    """Send each value as JSON until there are no more or the client has gone; then close."""
+    async def send_all() -> None:
+        async for value in values:
+            await send_json(socket, value)
+    async with websocket_session(socket):
+        await run_until_first(send_all(), until_disconnect(socket))
 
 
-async def until_gone(socket: WebSocket) -> None:
-    """Until who listens has gone; what they say meanwhile means nothing."""
+async def send_json(socket: WebSocket, value: Any) -> None:
+    await send_text(socket, json_bytes(value).decode())
+
+
+async def send_text(socket: WebSocket, text: str) -> None:
+    await asyncio.wait_for(socket.send_text(text), SEND_TIMEOUT_S)
+
+
+async def until_disconnect(socket: WebSocket) -> None:
+    """Return when the client has gone; whatever it sends meanwhile is ignored."""
     with suppress(WebSocketDisconnect, RuntimeError):
         while (await socket.receive())["type"] != "websocket.disconnect":
             pass
+
+
+class SessionLimit:
+    """At most so many sessions at once for one key; Busy for one more."""
+
+    def __init__(self, max_sessions: int, what: str, fix: str, reason: str) -> None:
+        self._max, self._refusal = max_sessions, (what, fix, reason)
+        self._open: Counter[str] = Counter()
+
+    @contextmanager
+    def session(self, key: str) -> Iterator[None]:
+        if self._open[key] >= self._max:
+            what, fix, reason = self._refusal
+            raise Busy(what, fix, reason=reason)
+        self._open[key] += 1
+        try:
+            yield
+        finally:
+            self._open[key] -= 1
+            if not self._open[key]:
+                del self._open[key]

@@ -1,29 +1,27 @@
-"""The cameras there are: those that the settings name, and those that operators added; and what each needs to live."""
+"""The cameras of this server: those that the settings name and those that operators added."""
 
-import asyncio
-import logging
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
 
-from fastapi import FastAPI
 from pydantic import ValidationError
 
 from app.core.errors import BadInput, Conflict, NotFound, TouchlineError, Unavailable
 from app.core.records import Calibration
 from app.images import ImageLimits
-from app.live import LiveCamera, LiveCameras
+from app.live import LiveCamera
+from app.services.snapshots import job_picture
 from app.settings import CameraSettings, Settings
-from app.sources import SOURCES, Identity, SourceContext, read_query, split_address
+from app.sources import SOURCES, Identity, SourceContext, read_query, split_address, without_password
 from app.store import Store
 from app.store.field_repository import FieldRepository
 
-log = logging.getLogger("touchline")
 TEST_S = 15.0  # a camera that is tried out gets so long to show a picture
 
 
-class CameraShelf:
-    """Cameras by id. What it asks of the store may block: call it from a thread where the loop must not wait."""
+class CameraService:
+    """Cameras by id. Calls of the store block: make them from a thread where the event loop must not wait."""
 
     def __init__(self, settings: Settings, store: Store, fields: FieldRepository, limits: ImageLimits) -> None:
         self._settings = settings
@@ -32,33 +30,44 @@ class CameraShelf:
         self._limits = limits
 
     def all(self) -> list[CameraSettings]:
-        """The settings' first, then those that were added, as they came."""
-        named = list(self._settings.cameras)
-        taken = {camera.id for camera in named}
-        return named + [_read(added.name, added.body) for added in self._store.cameras.all() if added.name not in taken]
+        """Return the settings' cameras, then those that were added, oldest first."""
+        configured = list(self._settings.cameras)
+        ids = {camera.id for camera in configured}
+        return configured + [_read(row.name, row.body) for row in self._store.cameras.all() if row.name not in ids]
 
     def get(self, id: str) -> CameraSettings:
-        """One; NotFound."""
+        """Return one camera; NotFound."""
         if (camera := self._from_settings(id)) is not None:
             return camera
         try:
-            kept = self._store.cameras.get(id)
+            return _read(id, self._store.cameras.get(id).body)
         except NotFound:
             known = ", ".join(camera.id for camera in self.all()) or "none: add one with POST /api/v1/cameras"
             raise NotFound(f"There is no camera called {id!r}.", f"Known cameras: {known}.",
                            reason="unknown-camera") from None
-        return _read(id, kept.body)
+
+    def title(self, id: str) -> str:
+        """Return the camera's name for operators; its id where it was removed or never was here."""
+        with suppress(NotFound):
+            return self.get(id).title
+        return id
 
     def etag(self, id: str) -> str | None:
-        """Of one that was added; None for the settings' own, which only its file changes."""
+        """Return the ETag of a camera that was added; None for those of the settings, which only their file changes."""
         return None if self._from_settings(id) else self._store.cameras.get(id).etag
 
-    def told(self, id: str) -> dict[str, str | None]:
-        """When one that was added was changed last, and by whom; the settings' own say neither."""
-        kept = None if self._from_settings(id) else self._store.cameras.get(id)
-        return {"updated_at": kept.updated_at if kept else None, "updated_by": kept.updated_by if kept else None}
+    def to_json(self, camera: CameraSettings) -> dict[str, Any]:
+        """Return what the API shows of a camera; never its password."""
+        row = None if self._from_settings(camera.id) else self._store.cameras.get(camera.id)
+        active = self._store.calibrations.active(camera.id)
+        return {"id": camera.id, "name": camera.title, "field": camera.field, "region": camera.region,
+                "source": without_password(camera.source), "editable": row is not None,
+                "active_calibration": active.id if active else None,
+                "updated_at": row.updated_at if row else None, "updated_by": row.updated_by if row else None}
 
     def add(self, camera: CameraSettings, by: str) -> CameraSettings:
+        """Save a new camera; its address is checked, not whether it answers."""
+        self._check(camera)
         if self._from_settings(camera.id):
             raise Conflict(f"There is already a camera called {camera.id!r}.", "Choose another id.",
                            reason="camera-exists")
@@ -66,6 +75,8 @@ class CameraShelf:
         return camera
 
     def change(self, id: str, changes: Mapping[str, Any], etag: str, by: str) -> CameraSettings:
+        """Save some new values; Stale unless the ETag is the newest."""
+        self._check(self.get(id).model_copy(update=changes))
         self._refuse_settings(id)
         camera = _read(id, {**self._store.cameras.get(id).body, **changes})
         self._store.cameras.save(id, camera.model_dump(exclude={"id"}), etag, by)
@@ -75,29 +86,30 @@ class CameraShelf:
         self._refuse_settings(id)
         self._store.cameras.delete(id, etag)
 
-    def check_address(self, source: str) -> None:
-        """BadInput or NotFound for an address that can never open: its form, its scheme, its options."""
-        scheme, _, given = split_address(source)
-        read_query(SOURCES[scheme].OPTIONS, given)
+    def process_spec(self, id: str) -> dict[str, Any]:
+        """Return what a camera's process must know, as plain JSON."""
+        return self._process_spec(self.get(id).source)
 
-    def spec(self, id: str) -> dict[str, Any]:
-        """What a camera's process must know, plain JSON."""
-        return self.spec_of(self.get(id).source)
+    async def try_source(self, source: str) -> tuple[dict[str, Any], bytes]:
+        """Open a source in a process of its own; return its status and one frame as PNG, or raise what it refuses."""
+        camera = LiveCamera("test", self._process_spec(source))
+        camera.start()
+        try:
+            _, png = await camera.first_still(TEST_S)
+            return camera.status(), png
+        except Unavailable as error:  # it is the caller's address that does not work, not the server
+            raise BadInput(error.what, error.fix, reason=error.reason) from None
+        finally:
+            await camera.stop()
 
-    def spec_of(self, source: str) -> dict[str, Any]:
-        return {"source": source, "fields": {name: self._fields[name].to_json() for name in self._fields},
-                "pictures": str(self._settings.shown_pictures), "hosts": list(self._settings.sources.allowed_hosts),
-                "producers": [str(place) for place in self._settings.sources.known_producers],
-                "limits": asdict(self._limits)}
-
-    def surroundings(self) -> SourceContext:
-        """For who looks for cameras in this process, and decodes nothing."""
+    def source_context(self) -> SourceContext:
+        """Return what a search for cameras needs; it decodes nothing."""
         settings = self._settings
         return SourceContext(self._fields, None, settings.shown_pictures, settings.sources.allowed_hosts,
                             settings.sources.known_producers)
 
-    def kept(self, id: str) -> tuple[Calibration | None, Identity | None]:
-        """A camera's active calibration, and for which camera that was made or confirmed."""
+    def active_calibration(self, id: str) -> tuple[Calibration | None, Identity | None]:
+        """Return a camera's active calibration, and for which device it was made or confirmed."""
         calibration = self._store.calibrations.active(id)
         if calibration is None:
             return None, None
@@ -106,20 +118,32 @@ class CameraShelf:
             evidence = self._store.identities.get(calibration.snapshot)
         return calibration, Identity(**evidence) if evidence else None
 
-    def picture(self, calibration: Calibration) -> dict[str, Any] | None:
-        """Where the picture stands that it came from, for another process; None where there is none any more."""
+    def calibration_picture(self, calibration: Calibration) -> dict[str, Any] | None:
+        """Return where another process finds the picture that was calibrated; None if it is gone."""
         if calibration.snapshot is None:
             return None
-        try:
-            snapshot = self._store.snapshots.get(calibration.snapshot)
-            return {"name": "the calibration's picture", "path": str(self._store.snapshots.path(snapshot)),
-                    "sha256": snapshot.sha256}
-        except TouchlineError:
-            return None
+        with suppress(TouchlineError):
+            return job_picture(self._store, calibration.snapshot, "the calibration's picture")
+        return None
 
     def confirm(self, calibration: Calibration, identity: Identity, by: str = "") -> None:
-        """From now on the calibration is that camera's. by: the operator who says so."""
+        """Note that the calibration belongs to that device. by: the operator who says so."""
         self._store.identities.confirm(calibration.id, asdict(identity), by)
+
+    def _process_spec(self, source: str) -> dict[str, Any]:
+        return {"source": source, "fields": {name: self._fields[name].to_json() for name in self._fields},
+                "pictures": str(self._settings.shown_pictures), "hosts": list(self._settings.sources.allowed_hosts),
+                "producers": [str(place) for place in self._settings.sources.known_producers],
+                "limits": asdict(self._limits)}
+
+    def _check(self, camera: CameraSettings) -> None:
+        """Refuse what can be known to be wrong without opening it: address, source kind, options, field, region."""
+        scheme, _, given = split_address(camera.source)
+        read_query(SOURCES[scheme].OPTIONS, given)
+        if camera.field is not None:
+            field = self._fields[camera.field]
+            if camera.region is not None:
+                field.region(camera.region)
 
     def _from_settings(self, id: str) -> CameraSettings | None:
         return next((camera for camera in self._settings.cameras if camera.id == id), None)
@@ -128,43 +152,6 @@ class CameraShelf:
         if self._from_settings(id):
             raise Conflict(f"The camera {id!r} stands in the settings file.", "Change it there, and start anew.",
                            reason="camera-in-settings")
-
-
-def live_cameras(app: FastAPI) -> LiveCameras:
-    """The live cameras of an application that has a shelf; those with an active calibration are woken at once."""
-    shelf: CameraShelf = app.state.camera_shelf
-    trusting: set[asyncio.Task[None]] = set()
-
-    def trust(calibration: Calibration, identity: Identity) -> None:
-        task = asyncio.create_task(_trusted(shelf, calibration, identity))
-        trusting.add(task)
-        task.add_done_callback(trusting.discard)
-
-    live = LiveCameras(shelf.spec, shelf.kept, trust, shelf.picture, app.state.seeing.wanted, app.state.seeing.publish)
-    for camera in shelf.all():
-        if shelf.kept(camera.id)[0] is not None:
-            live.get(camera.id)
-    return live
-
-
-async def tried(shelf: CameraShelf, source: str) -> tuple[dict[str, Any], bytes]:
-    """A source opened in a process of its own: its state, and one picture as PNG; what it refuses is raised."""
-    camera = LiveCamera("test", shelf.spec_of(source))
-    camera.start()
-    try:
-        _, png = await camera.first_still(TEST_S)
-        return camera.status(), png
-    except Unavailable as error:  # here it is the asker's address that does not work, not the server
-        raise BadInput(error.what, error.fix, reason=error.reason) from None
-    finally:
-        await camera.stop()
-
-
-async def _trusted(shelf: CameraShelf, calibration: Calibration, identity: Identity) -> None:
-    try:
-        await asyncio.to_thread(shelf.confirm, calibration, identity)
-    except Exception:
-        log.exception("the camera's identity could not be kept; it is asked for again after a restart")
 
 
 def _read(id: str, body: Mapping[str, Any]) -> CameraSettings:

@@ -1,62 +1,66 @@
-"""What each camera is to see, as operators have set it: its plan, its colours, whether it is published; and by default.
+"""Detection settings of each camera: its stages, its colours, whether its detections are published; and defaults.
 
-A camera keeps a profile of its own or names one that others use too; where it has neither, its process finds the
-colours in its first picture.
+A camera has a colour profile of its own or names one that others use too; with neither, its process finds the colours
+in its first picture.
 """
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 from app.core.colour_profile import ColourProfile
 from app.core.errors import Conflict, NotFound, Stale, TouchlineError
 from app.core.field import Field
 from app.core.field_json import field_from_json
-from app.core.records import Calibration
+from app.core.records import Calibration, Frame
 from app.formats.ssl_geometry import camera_number
 from app.live.detection_feed import OFF
-from app.services.cameras import CameraShelf
-from app.services.publishing import PublishingShelf
+from app.services.cameras import CameraService
+from app.services.publishing import PublishingService
 from app.store import Store
 from app.store.field_repository import FieldRepository
 from app.store.stages import named_plan
+from app.vision.colour.automatic import automatic_profile
 from app.vision.colour.separability import colour_health
 from app.vision.stage_pipeline import StageConfig
+from app.workflows.detection import colour_profile_for
 
-UNKEPT = "unset"  # the ETag of what nobody has set yet
-SMALL_MM = 100.0  # robots lower than that wear two colours, and no butterfly
-FILLED = 0.9  # of the picture, about, by the field
-SOME_FIELD_MM = 5000.0  # where not even the field is known
+UNSET = "unset"  # the ETag of settings that nobody has saved yet
+SMALL_MM = 100.0  # robots lower than that wear two colours, and no SSL pattern
+FIELD_SHARE = 0.9  # of the picture's diagonal, about
+DEFAULT_EXTENT_MM = 5000.0  # where not even the field is known
 
 
-class SeeingShelf:
-    """Thread-safe; what it asks of the store may block."""
+class DetectionService:
+    """Thread-safe; calls of the store block."""
 
-    def __init__(self, store: Store, cameras: CameraShelf, fields: FieldRepository,
-                 publishing: PublishingShelf) -> None:
+    def __init__(self, store: Store, cameras: CameraService, fields: FieldRepository,
+                 publishing: PublishingService) -> None:
         self._store, self._cameras, self._fields, self._publishing = store, cameras, fields, publishing
 
-    def kept(self, id: str) -> tuple[dict[str, Any], str]:
-        """{"on", "plan", "colours", "profile", "publish"} of a camera, and its ETag; NotFound for an unknown one."""
+    def settings(self, id: str) -> tuple[dict[str, Any], str]:
+        """Return {"on", "plan", "colours", "profile", "publish"} of a camera, and its ETag; NotFound."""
         self._cameras.get(id)
         try:
             preset = self._store.detection_plans.get(id)
         except NotFound:
-            plan = named_plan(self._usual_plan(id)).to_json()
-            return {"on": True, "plan": plan, "colours": None, "profile": None, "publish": False}, UNKEPT
+            plan = named_plan(self._default_plan(id)).to_json()
+            return {"on": True, "plan": plan, "colours": None, "profile": None, "publish": False}, UNSET
         return dict(preset.body), preset.etag
 
     def save(self, id: str, body: Mapping[str, Any], etag: str, by: str) -> None:
-        """Stale where somebody else was faster; NotFound or BadInput for a profile or a plan that there is not."""
+        """Save settings; Stale where somebody else was faster, NotFound or BadInput for an unknown profile or plan."""
         self._cameras.get(id)
         plan = named_plan(body["plan"]) if isinstance(body["plan"], str) else StageConfig.from_json(body["plan"])
         profile = None if body["profile"] is None else ColourProfile.from_json(body["profile"]).to_json()
         if body["colours"] is not None and self.colours(body["colours"]).to_json() == profile:
             profile = None  # it is the shared one, and follows it
-        kept = {"on": body["on"], "plan": plan.to_json(), "colours": body["colours"], "profile": profile,
-                "publish": body["publish"]}
+        settings = {"on": body["on"], "plan": plan.to_json(), "colours": body["colours"], "profile": profile,
+                    "publish": body["publish"]}
         try:
-            self._store.detection_plans.save(id, kept, None if etag == UNKEPT else etag, by)
+            self._store.detection_plans.save(id, settings, None if etag == UNSET else etag, by)
         except Conflict as error:
             if error.reason != "seeing-exists":
                 raise
@@ -65,47 +69,47 @@ class SeeingShelf:
                         "change it.", reason="stale-seeing", current=dict(current.body), etag=current.etag) from None
 
     def colours(self, name: str) -> ColourProfile:
-        """A kept profile; NotFound."""
+        """Return a saved profile; NotFound."""
         return ColourProfile.from_json(self._store.colour_profiles.get(name).body)
 
-    def profile(self, kept: Mapping[str, Any]) -> dict[str, Any] | None:
-        """The colours that a camera goes by: its own, or those it names; None where it finds them itself."""
-        if kept["profile"] is not None:
-            return kept["profile"]
-        if kept["colours"] is not None:
+    def profile(self, settings: Mapping[str, Any]) -> dict[str, Any] | None:
+        """Return the camera's own colours, or those it names; None where it finds them itself."""
+        if settings["profile"] is not None:
+            return settings["profile"]
+        if settings["colours"] is not None:
             with suppress(NotFound):
-                return self.colours(kept["colours"]).to_json()
+                return self.colours(settings["colours"]).to_json()
         return None
 
     def used_by(self, colours: str) -> list[str]:
-        """Cameras that name these colours."""
-        known = {camera.id for camera in self._cameras.all()}  # what was set for one that is removed holds nothing up
+        """Return the cameras that name these colours."""
+        known = {camera.id for camera in self._cameras.all()}  # settings of a removed camera do not count
         return [preset.name for preset in self._store.detection_plans.all()
                 if preset.body["colours"] == colours and preset.name in known]
 
-    def wanted(self, id: str) -> dict[str, Any]:
-        """What a camera's process is told; switched off where what was kept is not understood any more."""
+    def process_settings(self, id: str) -> dict[str, Any]:
+        """Return what a camera's process needs; switched off where saved settings cannot be read any more."""
         try:
-            kept, _ = self.kept(id)
-            StageConfig.from_json(kept["plan"])
+            settings, _ = self.settings(id)
+            StageConfig.from_json(settings["plan"])
             calibration = self._store.calibrations.active(id)
-            return {"on": kept["on"], "plan": kept["plan"], "profile": self.profile(kept),
-                    "publish": kept["publish"] and kept["on"], "camera_number": self._number(id, calibration),
+            return {"on": settings["on"], "plan": settings["plan"], "profile": self.profile(settings),
+                    "publish": settings["publish"] and settings["on"], "camera_number": self._number(id, calibration),
                     "extent_mm": self._extent_mm(id)}
         except (TouchlineError, KeyError):
             return dict(OFF)
 
-    def still(self, id: str) -> dict[str, Any]:
-        """By what a kept picture of a camera is looked at: "plan", "profile", "extent_mm"; usual for one removed."""
+    def saved_frame_settings(self, id: str) -> dict[str, Any]:
+        """Return "plan", "profile" and "extent_mm" for saved frames of a camera; defaults if it was removed."""
         try:
-            kept, _ = self.kept(id)
-            return {"plan": kept["plan"], "profile": self.profile(kept), "extent_mm": self._extent_mm(id)}
+            settings, _ = self.settings(id)
+            return {"plan": settings["plan"], "profile": self.profile(settings), "extent_mm": self._extent_mm(id)}
         except NotFound:
-            return {"plan": named_plan("ssl").to_json(), "profile": None, "extent_mm": SOME_FIELD_MM}
+            return {"plan": named_plan("ssl").to_json(), "profile": None, "extent_mm": DEFAULT_EXTENT_MM}
 
     def publish(self, packet: bytes) -> TouchlineError | None:
-        """Send it to the league's group; why it did not leave."""
-        sender = self._publishing.publishing.sender
+        """Send a packet to the league's multicast group; return why it could not be sent."""
+        sender = self._publishing.publisher.sender
         if sender is None:
             return Conflict("Nothing is published to the network.", "Switch it on: PUT /api/v1/publishing with "
                             '"enabled": true.', reason="not-publishing")
@@ -119,25 +123,25 @@ class SeeingShelf:
         name = self._cameras.get(id).field
         return self._fields[name] if name is not None and name in self._fields else None
 
-    def _usual_plan(self, id: str) -> str:
+    def _default_plan(self, id: str) -> str:
         field = self._field(id)
         return "vsss" if field is not None and field.hat_height_mm < SMALL_MM else "ssl"
 
     def _extent_mm(self, id: str) -> float:
         field, region = self._field(id), self._cameras.get(id).region
         if field is None:
-            return SOME_FIELD_MM
+            return DEFAULT_EXTENT_MM
         if region is not None:
             with suppress(TouchlineError):
-                seen = field.region(region)
-                return float((seen.width_mm**2 + seen.height_mm**2) ** 0.5) / FILLED
-        return float((field.length_mm**2 + field.width_mm**2) ** 0.5) / FILLED
+                part = field.region(region)
+                return math.hypot(part.width_mm, part.height_mm) / FIELD_SHARE
+        return math.hypot(field.length_mm, field.width_mm) / FIELD_SHARE
 
     def _number(self, id: str, calibration: Calibration | None) -> int:
-        """The camera's number on the wire, the same as in the geometry that is published."""
+        """Return the camera's number in packets, the same as in the published geometry."""
         if calibration is None:
             return 0
-        numbers = self._publishing.publishing.config.numbers
+        numbers = self._publishing.publisher.config.numbers
         if id in numbers:
             return numbers[id]
         field = field_from_json(calibration.field)
@@ -145,9 +149,26 @@ class SeeingShelf:
 
 
 def health_json(profile: Mapping[str, Any] | None) -> list[dict[str, Any]]:
-    """How well each colour is told from the others, in words; margin: in spreads, null where nothing is near."""
+    """Return how well each colour is separated from the others; margin: in spreads, null where nothing is near."""
     if profile is None:
         return []
-    told = [health.to_json() for health in colour_health(ColourProfile.from_json(profile))]
-    return [{"colour": one["colour"], "margin": one["gap"], "words": one["sentence"], "level": one["level"],
-             "nearest": one["nearest"]} for one in told]
+    entries = [health.to_json() for health in colour_health(ColourProfile.from_json(profile))]
+    return [{"colour": entry["colour"], "margin": entry["gap"], "words": entry["sentence"], "level": entry["level"],
+             "nearest": entry["nearest"]} for entry in entries]
+
+
+def learn_profile(frame: Frame, plan: StageConfig, base: ColourProfile | None, clicks: Mapping[str, Any],
+                  find_colours: bool) -> ColourProfile:
+    """Return a profile from clicks by colour, from what is found in the picture, or from both: clicks win."""
+    found = base
+    if find_colours:
+        found = (colour_profile_for(frame.pixels, plan) if base is None else
+                 automatic_profile(base.name, frame.pixels, tuple(base.colours), base))
+    if not any(clicks.values()):
+        return found if found is not None else colour_profile_for(frame.pixels, plan)
+    clicked = colour_profile_for(frame.pixels, plan, base, clicks)
+    if not find_colours or found is None:
+        return clicked
+    others = {colour: samples for colour, samples in found.colours.items() if colour not in clicks}
+    return replace(clicked, name=found.name, notes=found.notes, colours={
+        **others, **{colour: clicked.colours[colour] for colour in clicks if colour in clicked.colours}})

@@ -1,7 +1,4 @@
-"""Who has a picture open, and which state of its draft is the newest: so that pages can tell each other at once.
-
-Only of this server, and only as long as it runs: presence is no record.
-"""
+"""Which operators have a picture open, and which state of its draft is the newest; only while the server runs."""
 
 import asyncio
 import itertools
@@ -10,7 +7,7 @@ from contextlib import contextmanager
 from threading import Lock
 from typing import Any
 
-LOOK_S = 0.2  # how often a page's line looks whether there is something to tell
+POLL_S = 0.2
 
 
 class Presence:
@@ -24,7 +21,7 @@ class Presence:
 
     @contextmanager
     def at(self, snapshot: str, name: str) -> Iterator[int]:
-        """Somebody is at a picture as long as the context lasts; the number tells them apart."""
+        """Note that somebody has a picture open while the context lasts; yield their number."""
         with self._lock:
             number = next(self._numbers)
             self._here.setdefault(snapshot, {})[number] = name
@@ -35,28 +32,28 @@ class Presence:
                 del self._here[snapshot][number]
                 if not self._here[snapshot]:
                     del self._here[snapshot]
-                    self._saved.pop(snapshot, None)  # nobody is left to be told
+                    self._saved.pop(snapshot, None)
 
     def saved(self, snapshot: str, etag: str, by: str) -> None:
-        """A draft was saved."""
+        """Note that a draft was saved."""
         with self._lock:
             if snapshot in self._here:
                 self._saved[snapshot] = (etag, by)
 
-    def seen_by(self, snapshot: str, number: int) -> dict[str, Any]:
-        """Who else is there, in the order in which they came, and the draft that was saved last meanwhile."""
+    def state_for(self, snapshot: str, number: int) -> dict[str, Any]:
+        """Return who else is there, in order of arrival, and the draft that was saved last meanwhile."""
         with self._lock:
             others = [name for other, name in self._here.get(snapshot, {}).items() if other != number]
             etag, by = self._saved.get(snapshot, (None, None))
         return {"others": others, "etag": etag, "by": by}
 
-    async def told(self, snapshot: str, name: str) -> AsyncIterator[dict[str, Any]]:
-        """What there is to see, now and after every change."""
+    async def changes(self, snapshot: str, name: str) -> AsyncIterator[dict[str, Any]]:
+        """Yield the state for somebody who has a picture open, now and after every change."""
         with self.at(snapshot, name) as number:
             before = None
             while True:
-                now = self.seen_by(snapshot, number)
+                now = self.state_for(snapshot, number)
                 if now != before:
                     yield now
                     before = now
-                await asyncio.sleep(LOOK_S)
+                await asyncio.sleep(POLL_S)

@@ -1,4 +1,4 @@
-"""What operators have set about the network, kept over a restart: it wins over the settings file, name by name."""
+"""Publishing settings that operators have changed, saved over a restart; they win over the settings file by name."""
 
 import json
 import threading
@@ -10,19 +10,19 @@ from app.core.errors import BadInput
 from app.core.records import Calibration, Warning
 from app.league.config import PublishingConfig
 from app.league.publishing import Publishing
-from app.services.cameras import CameraShelf
+from app.services.cameras import CameraService
 from app.settings import Settings
 from app.store import Store
 from app.store.files import translate_disk_errors, write_atomically
 
 FILE = "publishing.json"
-MERGED = ("numbers", "approved")  # by camera: what is not named stays, null forgets
+MERGED = ("numbers", "approved")  # by camera: those not named stay, null removes one
 
 
-class PublishingShelf:
-    """The plan as it is kept, and what follows it. Thread-safe."""
+class PublishingService:
+    """The saved configuration, and the publisher that follows it. Thread-safe."""
 
-    def __init__(self, settings: Settings, store: Store, cameras: CameraShelf) -> None:
+    def __init__(self, settings: Settings, store: Store, cameras: CameraService) -> None:
         self._path = settings.data / FILE
         self._own = settings.publish.config
         self._lock = threading.Lock()
@@ -30,40 +30,40 @@ class PublishingShelf:
         self._changes: dict[str, Any] = {}
 
         def active() -> list[Calibration]:
-            standing = (store.calibrations.active(camera.id) for camera in cameras.all())
-            return [calibration for calibration in standing if calibration is not None]
+            calibrations = (store.calibrations.active(camera.id) for camera in cameras.all())
+            return [calibration for calibration in calibrations if calibration is not None]
 
-        self.publishing = Publishing(self._read(), active)
+        self.publisher = Publishing(self._read(), active)
 
     def change(self, changes: Mapping[str, Any], check: bool = True) -> None:
-        """Keep and follow; BadInput for what cannot be, NetworkError for what this network does not carry now.
+        """Save and apply; BadInput for what cannot be, NetworkError for what this network does not carry now.
 
-        Nothing is kept or changed where anything is refused.
+        Nothing is saved or applied where anything is refused.
         """
         with self._lock:
-            before = self.publishing.config
-            kept = {**self._changes, **changes}
+            before = self.publisher.config
+            saved = {**self._changes, **changes}
             for name in MERGED:
                 if name in changes:
                     merged = {**getattr(before, name), **changes[name]}
-                    kept[name] = {key: value for key, value in merged.items() if value is not None}
-            config = PublishingConfig.from_json({**self._own.to_json(), **kept})
+                    saved[name] = {key: value for key, value in merged.items() if value is not None}
+            config = PublishingConfig.from_json({**self._own.to_json(), **saved})
             if check:
-                self.publishing.check(config)
+                self.publisher.check(config)
             with translate_disk_errors("The setting"):
-                write_atomically(self._path, json.dumps(kept, indent=1).encode())
-            self._changes, self._damage = kept, ()
+                write_atomically(self._path, json.dumps(saved, indent=1).encode())
+            self._changes, self._damage = saved, ()
             if config != before:
-                self.publishing.apply(config)
+                self.publisher.apply(config)
 
     @property
     def warnings(self) -> tuple[Warning, ...]:
-        return (*self._damage, *self.publishing.warnings)
+        return (*self._damage, *self.publisher.warnings)
 
     def _read(self) -> PublishingConfig:
-        """As it was kept. What is damaged is left where it is, and nothing is sent until somebody has looked."""
+        """Read what was saved. A damaged file is left as it is, and nothing is sent until somebody has looked."""
         try:
-            self._changes = _mapping(self._path)
+            self._changes = _read_object(self._path)
             return PublishingConfig.from_json({**self._own.to_json(), **self._changes})
         except (BadInput, ValueError, RecursionError, OSError):
             self._changes = {}
@@ -73,7 +73,7 @@ class PublishingShelf:
             return PublishingConfig()
 
 
-def _mapping(path: Path) -> dict[str, Any]:
+def _read_object(path: Path) -> dict[str, Any]:
     if not path.exists():
         return {}
     value = json.loads(path.read_bytes())

@@ -1,76 +1,72 @@
-"""What a scene is made of: calibrations by id, those of a rig, or a lens; and the pictures that were clicked."""
+"""What a 3-D scene shows: calibrations by id, those of a rig, or a lens; and the pictures that were calibrated."""
 
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from starlette.requests import HTTPConnection
-
-from app.api.schemas.scenes import SceneShow
-from app.core.errors import BadInput, Conflict, NotFound, TouchlineError
+from app.core.errors import BadInput, Conflict, TouchlineError
 from app.core.opencv import shrink_to_width
 from app.core.records import Calibration
 from app.images import encode
+from app.services.container import Services
 
-STILL_PX = 960
+PICTURE_PX = 960
 
 
 @dataclass(frozen=True)
-class Shown:
-    """given: as app/scene/scene_view.py takes it. calibrations: by key. missing: what could not be shown, with why."""
+class SceneContent:
+    """records: as the scene's process takes them. calibrations: by key. missing: what cannot be shown, and why."""
 
-    given: dict[str, Any]
+    records: dict[str, Any]
     calibrations: dict[str, Calibration]
     missing: list[dict[str, str]]
 
 
-def records_of(connection: HTTPConnection, asked: SceneShow) -> Shown:
-    """Everything that is asked for; NotFound for what there is not."""
-    state = connection.app.state
-    if asked.lens is not None:
-        return Shown({"lens": state.store.lenses.get(asked.lens)}, {}, [])
+def scene_content(services: Services, calibrations: Sequence[str] | None = None, rig: str | None = None,
+                  lens: str | None = None, before: str | None = None) -> SceneContent:
+    """Read everything that a scene shows; NotFound for what does not exist."""
+    store = services.store
+    if lens is not None:
+        return SceneContent({"lens": store.lenses.get(lens)}, {}, [])
     missing: list[dict[str, str]] = []
-    if asked.rig is not None:
-        calibrations = []
-        for camera in state.store.rigs.get(asked.rig).body["cameras"]:
-            active = state.store.calibrations.active(camera["camera"])
+    if rig is not None:
+        shown = []
+        for camera in store.rigs.get(rig).body["cameras"]:
+            active = store.calibrations.active(camera["camera"])
             if active is None:
-                missing.append({"camera": camera["camera"], "text": f"{title_of(connection, camera['camera'])} has no "
-                                "active calibration.", "fix": "Calibrate it, and activate the version."})
+                missing.append({"camera": camera["camera"], "text": f"{services.cameras.title(camera['camera'])} has "
+                                "no active calibration.", "fix": "Calibrate it, and activate the version."})
             else:
-                calibrations.append(active)
-        if not calibrations:
+                shown.append(active)
+        if not shown:
             raise Conflict("No camera of this rig is calibrated.", "Calibrate one, and activate the version.",
                            reason="not-calibrated")
     else:
-        calibrations = [state.store.calibrations.get(id) for id in dict.fromkeys(asked.calibrations or ())]
-    if not calibrations:
+        shown = [store.calibrations.get(id) for id in dict.fromkeys(calibrations or ())]
+    if not shown:
         raise BadInput("There is nothing to show.", "Name calibrations, a rig or a lens.", reason="nothing-to-show")
-    before = state.store.calibrations.get(asked.before) if asked.before is not None else None
-    if before is not None and (len(calibrations) > 1 or before.camera != calibrations[0].camera
-                               or before.image_size != calibrations[0].image_size):
+    older = store.calibrations.get(before) if before is not None else None
+    if older is not None and (len(shown) > 1 or older.camera != shown[0].camera
+                              or older.image_size != shown[0].image_size):
         raise Conflict("These two versions are not of one camera at one size.",
                        "Choose an older version of the same camera.", reason="size-mismatch")
-    return Shown({"cameras": [{"key": one.id, "title": title_of(connection, one.camera), "calibration": one.to_json(),
-                               "before": before.to_json() if before is not None else None} for one in calibrations]},
-                 {one.id: one for one in calibrations}, missing)
+    return SceneContent({"cameras": [
+        {"key": one.id, "title": title_of(services, one), "calibration": one.to_json(),
+         "before": older.to_json() if older is not None else None} for one in shown]},
+        {one.id: one for one in shown}, missing)
 
 
-def title_of(connection: HTTPConnection, camera: str | None) -> str:
-    """As the operator calls it."""
-    if camera is None:
-        return "Camera"
-    with suppress(NotFound):  # it was removed since, or was another house's
-        return connection.app.state.camera_shelf.get(camera).title
-    return camera
+def title_of(services: Services, calibration: Calibration) -> str:
+    """Return the name of the calibration's camera for operators."""
+    return "Camera" if calibration.camera is None else services.cameras.title(calibration.camera)
 
 
-def still_of(connection: HTTPConnection, calibration: Calibration) -> bytes | None:
-    """The picture that was clicked, small, as a JPEG; None where it is not here any more."""
+def calibration_jpeg(services: Services, calibration: Calibration) -> bytes | None:
+    """Return the picture that was calibrated, small, as a JPEG; None if it is gone."""
     if calibration.snapshot is None:
         return None
     try:
-        frame = connection.app.state.frames[calibration.snapshot]
+        frame = services.frame(calibration.snapshot)
     except TouchlineError:
         return None
-    return encode(shrink_to_width(frame.pixels, STILL_PX), "jpg") if frame.size == calibration.image_size else None
+    return encode(shrink_to_width(frame.pixels, PICTURE_PX), "jpg") if frame.size == calibration.image_size else None

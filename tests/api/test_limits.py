@@ -15,7 +15,7 @@ from starlette.applications import Starlette
 from starlette.responses import JSONResponse, StreamingResponse
 from starlette.routing import Route, WebSocketRoute
 
-from app.api.middleware.connections import MAX_HEAD_BYTES, WatchedConnection, watched_connections
+from app.api.middleware.connections import MAX_HEAD_BYTES, LimitedConnection, limited_connections
 from app.api.middleware.limits import ENVELOPE_BYTES, MB, BodyLimits
 
 JSON, UPLOAD = "application/json", "multipart/form-data; boundary=b"
@@ -82,7 +82,7 @@ def serving(http, **limits):
 
 @pytest.fixture(scope="module")
 def port():
-    with serving(watched_connections(head_s=0.6), text_bytes=MB, upload_bytes=4 * MB, text_s=0.5, upload_s=1.0) as port:
+    with serving(limited_connections(head_s=0.6), text_bytes=MB, upload_bytes=4 * MB, text_s=0.5, upload_s=1.0) as port:
         yield port
 
 
@@ -319,7 +319,7 @@ def test_two_hundred_half_open_connections_do_not_keep_others_out(port):
 
 def test_one_other_machine_has_so_many_connections_and_no_more(monkeypatch):
     monkeypatch.setattr("app.api.middleware.connections._is_this_machine", lambda address: False)
-    with serving(watched_connections(per_address=3)) as port:
+    with serving(limited_connections(per_address=3)) as port:
         lines = [connect(port) for _ in range(3)]
         for line in lines:
             line.sendall(head("ignore", JSON, 0))
@@ -339,7 +339,7 @@ def test_a_websocket_lives_on_and_leaves_the_count(monkeypatch):
     from websockets.sync.client import connect as open_socket
 
     monkeypatch.setattr("app.api.middleware.connections._is_this_machine", lambda address: False)
-    with (serving(watched_connections(head_s=0.3, per_address=1)) as port,
+    with (serving(limited_connections(head_s=0.3, per_address=1)) as port,
           open_socket(f"ws://127.0.0.1:{port}/shout", close_timeout=1) as viewer):
         time.sleep(0.5)
         viewer.send("still here")
@@ -359,5 +359,5 @@ def test_this_machine_is_told_from_others(address, is_ours):
 
 
 def test_two_servers_count_apart():
-    assert watched_connections().open is not watched_connections().open
-    assert issubclass(watched_connections(), WatchedConnection)
+    assert limited_connections().open is not limited_connections().open
+    assert issubclass(limited_connections(), LimitedConnection)

@@ -50,8 +50,8 @@ class Comparison:
                     yield from self.of(old[key], new[key], f"{at}/{key}", prose=key in ("properties", "paths"))
             yield from (f"{at}/{key} is new" for key in (set() if prose else LIMITS & (new.keys() - old.keys())))
         elif isinstance(old, list) and isinstance(new, list):
-            if at.endswith("/required") and len(old) != len(new):
-                yield f"{at}: {old} → {new}"
+            if at.endswith("/required") and "/responses/" not in at and len(old) != len(new):
+                yield f"{at}: {old} → {new}"  # more is asked; a response may promise more
             for number, entry in enumerate(old):
                 if not any(not list(self.of(entry, other, "")) for other in new):
                     name = entry.get("name", number) if isinstance(entry, dict) else entry

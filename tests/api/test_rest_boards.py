@@ -130,7 +130,7 @@ def test_views_that_tell_no_lens_are_a_failed_job_with_a_fix(client):
 
 
 def test_a_lens_is_deleted_once_and_what_nobody_has_kept_is_404(client):
-    id = client.app.state.store.lenses.add({"model": "ssl"})["id"]
+    id = client.app.state.services.store.lenses.add({"model": "ssl"})["id"]
     assert client.delete(f"{LENSES}/{id}").status_code == 204
     for call in (client.get, client.delete):
         refusal(call(f"{LENSES}/{id}"), 404, "unknown-lens")
@@ -179,7 +179,7 @@ def test_pictures_without_any_board_or_of_two_sizes_are_refused(client, snapshot
 
 
 def test_a_picture_damaged_on_disk_is_a_failed_job(client, snapshots):
-    repository = client.app.state.store.snapshots.list
+    repository = client.app.state.services.store.snapshots.list
     path = repository.path(repository.get(snapshots[2]))
     path.write_bytes(path.read_bytes()[:-1] + b"x")
     body = {"snapshots": snapshots, "board": SMALL.to_json()}
@@ -200,7 +200,7 @@ def test_the_classic_left_camera_from_its_own_pictures(client, real_data):
 
 
 def test_a_lens_survives_a_restart_and_a_damaged_one_is_named(settings, client):
-    store = client.app.state.store
+    store = client.app.state.services.store
     ids = [store.lenses.add({"model": "ssl", "n": n})["id"] for n in range(3)]
     damage_row(store, LensRow, lambda text: text.replace('"n":1', '"n":7'), id=ids[1])
     client.__exit__(None, None, None)

@@ -186,7 +186,7 @@ def test_who_added_changed_and_confirmed_a_camera_is_kept(client, task):
     client.post(f"{API}/calibrations/{made['id']}/activate")
     until(lambda: status_of(client)["calibration_applied"])
     assert client.post(f"{API}/cameras/north/confirm", headers={"X-Operator": "Cy"}).status_code == 200
-    with sqlite3.connect(next(client.app.state.settings.data.glob("*.db"))) as rows:
+    with sqlite3.connect(next(client.app.state.services.settings.data.glob("*.db"))) as rows:
         (body,) = rows.execute("SELECT body FROM identities WHERE camera = ?", (made["id"],)).fetchone()
     rows.close()
     assert json.loads(body)["confirmed_by"] == "Cy"

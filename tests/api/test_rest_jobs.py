@@ -27,7 +27,7 @@ CAL = f"{API}/calibrations"
 
 @pytest.fixture
 def engine(client):
-    return client.app.state.jobs
+    return client.app.state.services.jobs
 
 
 def test_a_calibration_made_by_a_job_is_the_one_that_is_made_at_once(client, task):
@@ -114,7 +114,7 @@ def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client
     assert 2 < made < 17
     items = client.get(f"{CAL}?limit=100").json()["items"]
     assert [item["version"] for item in items] == list(range(made, 0, -1))
-    assert not list(client.app.state.settings.data.rglob("*.tmp"))
+    assert not list(client.app.state.services.settings.data.rglob("*.tmp"))
 
 
 def test_a_job_whose_worker_is_killed_is_tried_again_and_has_failed_after_three(client, engine, task):

@@ -41,7 +41,7 @@ def test_who_saves_and_activates_is_written_beside_it(client, snapshot, task, ca
     made = client.post(f"{API}/calibrations", json=body, headers=anna).json()
     assert made["made_by"] == "Anna" == client.get(f"{API}/calibrations/{made['id']}").json()["made_by"]
     client.post(f"{API}/calibrations/{made['id']}/activate", headers={"X-Operator": "x" * 500})
-    (activation,) = client.app.state.store.calibrations.history(made["camera"])
+    (activation,) = client.app.state.services.store.calibrations.history(made["camera"])
     assert activation["calibration"] == made["id"] and activation["by"] == "x" * 64
     draft = client.put(f"{API}/drafts/{snapshot['id']}", json={"field": "table"}, headers={
         **anna, "If-Match": client.get(f"{API}/drafts/{snapshot['id']}").headers["ETag"]}).json()
@@ -51,7 +51,7 @@ def test_who_saves_and_activates_is_written_beside_it(client, snapshot, task, ca
 def test_health_names_what_was_damaged_and_what_to_know_of_the_disk(settings, client, calibration):
     healthy = client.get(f"{API}/health").json()
     assert healthy["status"] == "ok" and healthy["damaged"] == [] and isinstance(healthy["warnings"], list)
-    damage_row(client.app.state.store, CalibrationRow, lambda text: text[:-1], id=calibration["id"])
+    damage_row(client.app.state.services.store, CalibrationRow, lambda text: text[:-1], id=calibration["id"])
     client.__exit__(None, None, None)
     with TestClient(create_app(settings), base_url=HERE) as again:
         (damage,) = again.get(f"{API}/health").json()["damaged"]
@@ -60,7 +60,7 @@ def test_health_names_what_was_damaged_and_what_to_know_of_the_disk(settings, cl
 
 def test_a_disk_with_little_room_refuses_pictures_with_507_and_still_saves_calibrations(client, calibration, picture,
                                                                                         task, snapshot):
-    client.app.state.store._quota._free = lambda folder: 50_000_000
+    client.app.state.services.store._quota._free = lambda folder: 50_000_000
     assert [w["reason"] for w in client.get(f"{API}/health").json()["warnings"]][:1] == ["disk-nearly-full"]
     answer = client.post(f"{API}/snapshots", files={"file": picture + b"\0"})
     assert answer.status_code == 507 and answer.json()["type"] == "/problems/disk-full" and answer.json()["fix"]

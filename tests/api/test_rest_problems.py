@@ -70,7 +70,7 @@ def test_what_the_caller_sent_is_not_sent_back(standing):
 
 
 def test_a_body_that_is_too_large_is_413_with_and_without_its_length(standing):
-    too_much = int(standing.app.state.settings.server.max_json_mb * 2**20) + 1
+    too_much = int(standing.app.state.services.settings.server.max_json_mb * 2**20) + 1
     refusal(standing.post(BORDER, content=b" " * too_much, headers=JSON), 413)
     pieces = (b" " * 1_000_000 for _ in range(too_much // 1_000_000 + 1))
     refusal(standing.post(BORDER, content=pieces, headers=JSON), 413)

@@ -14,7 +14,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from app.api.routes import scenes
-from app.api.schemas.scenes import read_word
+from app.api.schemas.scenes import parse_message
 from app.core.errors import BadInput
 from app.formats import FORMATS
 from app.main import create_app
@@ -47,7 +47,7 @@ def opened(client, **headers):
 
 
 def processes(client):
-    return list(client.app.state.scenes._playing.values())
+    return list(client.app.state.services.scenes._playing.values())
 
 
 def is_reaped(pid: int) -> bool:
@@ -122,7 +122,7 @@ def test_what_cannot_be_shown_is_told_and_the_line_stays_open(standing, kept, st
                                   "x" * 50_000])
 def test_what_nobody_can_mean_is_refused(word):
     with pytest.raises(BadInput) as refusal:
-        read_word(word)
+        parse_message(word)
     assert refusal.value.fix
 
 
@@ -149,7 +149,7 @@ def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kep
         until(lambda process=process: is_reaped(process.pid) and is_closed(process.port))
         assert standing.get(address).status_code == 404
     assert len({pid for pid, _ in seen}) == 10 and not processes(standing)
-    until(lambda: standing.app.state.scenes._begun == 0)
+    until(lambda: standing.app.state.services.scenes._begun == 0)
 
 
 def test_so_many_scenes_and_no_more(standing, monkeypatch):
@@ -158,12 +158,12 @@ def test_so_many_scenes_and_no_more(standing, monkeypatch):
         line.receive_json()
         with opened(standing) as one_more:
             assert "scenes are open" in one_more.receive_json()["detail"]
-    until(lambda: standing.app.state.scenes._begun == 0)
+    until(lambda: standing.app.state.services.scenes._begun == 0)
 
 
 def test_a_scene_that_nobody_looks_at_is_closed(standing, kept, monkeypatch):
     monkeypatch.setattr(scenes, "IDLE_S", 0.5)
-    monkeypatch.setattr(scenes, "LOOK_S", 0.1)
+    monkeypatch.setattr(scenes, "POLL_S", 0.1)
     with opened(standing) as line:
         line.receive_json()
         assert line.receive_json()["type"] == "/problems/scene-idle"

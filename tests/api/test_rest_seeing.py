@@ -145,7 +145,7 @@ def test_another_plan_is_followed_at_once_and_kept(client, taught):
     put(client, plan={**plan, "name": "no ball", "stages": [s for s in plan["stages"] if s["stage"] != "ball"]})
     seen = seen_until(client, lambda seen: "ball" not in [s["name"] for s in seen["stages"]] and seen["items"])
     assert {item["kind"] for item in seen["items"]} == {"robot"}
-    kept = client.app.state.store.detection_plans.get("north").body
+    kept = client.app.state.services.store.detection_plans.get("north").body
     assert kept["plan"]["name"] == "no ball" and kept["colours"] == "hall" and kept["profile"] is None
     put(client, plan="ssl")
 

@@ -1,8 +1,8 @@
-"""Who may come in: where a request says it comes from, and the token.
+"""Access control: where a request says it comes from, and the token.
 
 Without a token the server listens on this machine only; then the Host header must name this machine, or a
 page elsewhere could reach us by pointing its own name here. A request that changes something and carries an
-Origin must come from our own page. With a token everything but OPEN wants it: as a Bearer header from scripts,
+Origin must come from our own page. With a token everything but OPEN needs it: as a Bearer header from scripts,
 as a cookie from browsers, whose pictures and sockets cannot send headers.
 """
 
@@ -24,7 +24,7 @@ OPEN = ("/api/v1/health", "/login")
 SAFE = ("GET", "HEAD", "OPTIONS")
 COOKIE = "touchline"
 COOKIE_DAYS = 30
-MAX_WRONG = 10  # wrong tokens a minute from one address; a right one is always heard
+MAX_WRONG = 10  # wrong tokens a minute from one address; a right one is always accepted
 MAX_ADDRESSES = 1000
 
 LOGIN_PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Touchline: sign in</title>
@@ -39,18 +39,18 @@ button{{background:#2f81f7;color:#fff;border:0}}p{{margin:0;color:#f0b45b}}</sty
 
 
 def cookie_of(token: str) -> str:
-    """What a browser keeps instead of the token itself."""
+    """Return what a browser stores instead of the token itself."""
     return hmac.new(token.encode(), b"touchline cookie", hashlib.sha256).hexdigest()
 
 
 class WrongTokens:
-    """Counts wrong tokens by address, so that guessing is slow and nobody else is locked out."""
+    """Count wrong tokens by address, so that guessing is slow and nobody else is locked out."""
 
     def __init__(self) -> None:
         self._times: dict[str, deque[float]] = {}
 
     def too_many(self, address: str) -> bool:
-        """Note one more wrong token; whether that was one too many within a minute."""
+        """Count one more wrong token; return whether it is one too many within a minute."""
         now = time.monotonic()
         if address not in self._times and len(self._times) >= MAX_ADDRESSES:
             self._times.pop(next(iter(self._times)))
@@ -59,8 +59,8 @@ class WrongTokens:
         return len(times) > MAX_WRONG and now - times[0] < 60
 
 
-class Access:
-    """The one check that every request and every socket passes.
+class AccessControl:
+    """Check every request and every socket once.
 
     hosts: names under which the page may be opened; empty where the token alone decides.
     """
@@ -75,14 +75,14 @@ class Access:
         if scope["type"] == "lifespan":
             return await self.app(scope, receive, send)
         headers = Headers(scope=scope)
-        refusal = self._wrong_place(scope, headers) or self._no_token(scope, headers)
+        refusal = self._refuse_origin(scope, headers) or self._refuse_token(scope, headers)
         if refusal is None:
             return await self.app(scope, receive, send)
         if scope["type"] == "websocket":
             return await send({"type": "websocket.close", "code": 1008, "reason": "refused"})
         await refusal(scope, receive, send)
 
-    def _wrong_place(self, scope: Scope, headers: Headers) -> Response | None:
+    def _refuse_origin(self, scope: Scope, headers: Headers) -> Response | None:
         host = headers.get("host", "")
         if self.hosts and _name(host) not in self.hosts:
             return framework_problem(403, "This server does not answer to that host name.")
@@ -94,7 +94,7 @@ class Access:
             return framework_problem(403, "This request comes from another site's page.")
         return None
 
-    def _no_token(self, scope: Scope, headers: Headers) -> Response | None:
+    def _refuse_token(self, scope: Scope, headers: Headers) -> Response | None:
         if self.token is None or scope["path"] in OPEN:
             return None
         scheme, _, given = headers.get("authorization", "").partition(" ")
@@ -103,7 +103,7 @@ class Access:
         if hmac.compare_digest(_cookie(headers), cookie_of(self.token)):
             return None
         if given and self.wrong.too_many(_address(scope)):
-            return slow_down()
+            return too_many_tokens()
         if "text/html" in headers.get("accept", ""):
             return RedirectResponse("/login", 303)
         return framework_problem(401, "This server wants an access token.", {"WWW-Authenticate": "Bearer"})
@@ -129,13 +129,13 @@ def _address(scope: Scope) -> str:
     return scope["client"][0] if scope.get("client") else "?"
 
 
-def slow_down() -> Response:
+def too_many_tokens() -> Response:
     return problem(429, "too-many-wrong-tokens", "Too many wrong tokens", "Too many wrong tokens from this address.",
                    "Wait a minute, then send the token that the server printed.", {"Retry-After": "60"})
 
 
 def login_router(token: str | None) -> APIRouter:
-    """The page on which a browser changes the token for a cookie."""
+    """Return the routes of the page on which a browser exchanges the token for a cookie."""
     router = APIRouter(include_in_schema=False)
     wrong = WrongTokens()
 
@@ -154,7 +154,7 @@ def login_router(token: str | None) -> APIRouter:
                                   samesite="strict", secure=request.url.scheme == "https")
             return answer
         if wrong.too_many(_address(request.scope)):
-            return slow_down()
+            return too_many_tokens()
         return HTMLResponse(LOGIN_PAGE.format(message="That is not the token that the server printed."), 401)
 
     return router

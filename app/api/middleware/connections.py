@@ -1,7 +1,7 @@
-"""Connections before they are requests: headers must be whole in time and small, and one address has so many.
+"""Limit connections: headers must be complete in time and small, and one address has only so many.
 
-uvicorn waits for ever for the rest of a request's head, and httptools puts no bound on it; an application is called
-only afterwards and cannot help. Hand the class to uvicorn.Config(http=…).
+uvicorn waits forever for the rest of a request's head, and httptools does not bound its size; an application is called
+only afterwards. Hand the class to uvicorn.Config(http=…).
 """
 
 import ipaddress
@@ -17,16 +17,17 @@ ABORT = "touchline.abort"  # where a request's scope holds what drops its connec
 MAX_HEAD_BYTES = 64 * 1024  # browsers send 2 kB, a large cookie makes it 8
 
 
-def watched_connections(*, head_s: float = 10.0, per_address: int = 40) -> type[HttpToolsProtocol]:
-    """The connection class for one server.
+def limited_connections(*, head_s: float = 10.0, per_address: int = 40) -> type[HttpToolsProtocol]:
+    """Return the connection class for one server.
 
     head_s: from connecting, or from the first byte of a later request, to the end of its headers.
     per_address: open connections from one other machine; this one (and a proxy on it) has no such limit.
     """
-    return type("Watched", (WatchedConnection,), {"head_s": head_s, "per_address": per_address, "open": Counter()})
+    limits = {"head_s": head_s, "per_address": per_address, "open": Counter()}
+    return type("ServerConnection", (LimitedConnection,), limits)
 
 
-class WatchedConnection(HttpToolsProtocol):
+class LimitedConnection(HttpToolsProtocol):
     """An HTTP connection, closed when a request's head is late or too long. WebSockets leave at their upgrade."""
 
     head_s: float
@@ -103,7 +104,7 @@ class WatchedConnection(HttpToolsProtocol):
                     "Send the request at once.")
 
     def _close(self, status: int, reason: str, detail: str, fix: str, headers: dict[str, str] | None = None) -> None:
-        """Answer on the bare line, and close it."""
+        """Answer on the bare connection, and close it."""
         if self.transport.is_closing():
             return
         answer = problem(status, reason, reason.replace("-", " ").capitalize(), detail, fix,

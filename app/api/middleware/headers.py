@@ -1,4 +1,4 @@
-"""Headers that every answer carries: what a page of ours may load, and that nobody guesses types."""
+"""Security headers of every response: what our page may load, and that browsers do not guess types."""
 
 import base64
 import hashlib
@@ -12,16 +12,13 @@ INLINE_SCRIPT = re.compile(r"<script(?![^>]*\bsrc=)[^>]*>(.*?)</script>", re.DOT
 
 
 def inline_hashes(html: str) -> list[str]:
-    """The CSP sources of a page's inline scripts; an import map can be nothing but inline."""
+    """Return the CSP sources of a page's inline scripts; an import map must be inline."""
     return [f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
             for script in INLINE_SCRIPT.findall(html)]
 
 
-class SafeHeaders:
-    """Adds the headers to every answer.
-
-    scripts: CSP sources of the inline scripts that our own pages hold.
-    """
+class SecurityHeaders:
+    """Add the headers to every response. scripts: CSP sources of the inline scripts of our own pages."""
 
     def __init__(self, app: ASGIApp, scripts: Iterable[str] = ()) -> None:
         self.app = app

@@ -1,10 +1,10 @@
-"""How much may come in, and how slowly: bodies are counted while they stream, and must be whole in time.
+"""Limit the size and the duration of request bodies while they stream.
 
     app.add_middleware(BodyLimits, upload_bytes=…)     before (that is, inside) whatever checks who may come in
-    uvicorn.Config(app, http=watched_connections(…))   connections.py: the headers before any app is called
+    uvicorn.Config(app, http=limited_connections(…))   connections.py: the headers before any app is called
 
-JSON and forms of text are small and quick; pictures and points in bulk (multipart, octet-stream) may be larger and
-slower. Nothing is buffered here: a body that is too large is refused at the first byte beyond its limit.
+JSON and forms of text are small and fast; pictures and points in bulk (multipart, octet-stream) may be larger and
+slower. Nothing is buffered: a body that is too large is refused at the first byte beyond its limit.
 """
 
 import asyncio
@@ -18,13 +18,13 @@ from app.api.middleware.problems import problem
 MB = 1_000_000
 ENVELOPE_BYTES = 64 * 1024  # what multipart adds to a file
 UPLOADS = ("multipart/", "application/octet-stream", "image/")
-LINGER_S = 2.0  # a sender that is still sending would never read the refusal if the line were cut at once
+LINGER_S = 2.0  # a client that is still sending would never read the refusal if the connection were cut at once
 
 
 class BodyLimits:
-    """Refuses bodies that are too large (413) or not whole in time (408), without buffering them.
+    """Refuse bodies that are too large (413) or not complete in time (408), without buffering them.
 
-    text_*: for JSON and everything that is no upload. upload_bytes: the largest file; its envelope comes on top.
+    text_*: for JSON and everything that is no upload. upload_bytes: the largest file, without its multipart envelope.
     """
 
     def __init__(self, app: ASGIApp, *, text_bytes: int = 1 * MB, upload_bytes: int = 32 * MB, text_s: float = 10.0,
@@ -46,11 +46,11 @@ class BodyLimits:
             await self.app(scope, body.receive, body.send)
         except Exception:
             if not body.refused:
-                raise  # otherwise the app only complains that its caller has gone, and we have told the caller why
+                raise  # otherwise the app only reports that its client has gone, and the client has been answered
 
 
 class _Body:
-    """One request's body on its way in. Once refused, the app hears that the caller has gone, and is not heard."""
+    """One request's body. Once refused, the app receives a disconnect, and what it sends is dropped."""
 
     def __init__(self, scope: Scope, receive: Receive, send: Send, limit: int, seconds: float, is_upload: bool) -> None:
         self.limit = limit
@@ -59,17 +59,17 @@ class _Body:
         self._send = send
         self._seconds = seconds
         self._is_upload = is_upload
-        self._deadline: float | None = None  # runs from when the app first asks: until then it is the slow one
+        self._deadline: float | None = None  # starts when the app first reads: until then it is the slow one
         self._size = 0
-        self._whole = False
+        self._is_complete = False
         self._answered = False
         self.refused = False
 
     async def receive(self) -> Message:
         if self.refused:
             return {"type": "http.disconnect"}
-        if self._whole:
-            return await self._receive()  # nothing but the caller's leaving is left to hear
+        if self._is_complete:
+            return await self._receive()  # only the client's disconnect can follow
         if self._deadline is None:
             self._deadline = asyncio.get_running_loop().time() + self._seconds
         try:
@@ -78,7 +78,7 @@ class _Body:
             await self._refuse_time()
             return {"type": "http.disconnect"}
         self._size += len(message.get("body", b""))
-        self._whole = not message.get("more_body", False)
+        self._is_complete = not message.get("more_body", False)
         if self._size > self.limit:
             await self.refuse_size()
             return {"type": "http.disconnect"}
@@ -90,7 +90,7 @@ class _Body:
             await self._send(message)
 
     async def refuse_size(self) -> None:
-        """Answer 413, then let the sender finish for a moment so that it reads the answer."""
+        """Answer 413, then read on for a moment so that the client reads the answer."""
         what = "file" if self._is_upload else "body"
         fix = ("Scale the picture down or save it as JPEG." if self._is_upload else
                "Send less at once; points in bulk go as application/octet-stream.")
@@ -104,11 +104,11 @@ class _Body:
     async def _answer(self, status: HTTPStatus | int, reason: str, detail: str, fix: str) -> None:
         self.refused = True
         if self._answered:
-            return  # half an answer has gone; the app ends when it hears that the caller has left
+            return  # half a response has gone; the app ends when it receives the disconnect
         answer = problem(status, reason, reason.replace("-", " ").capitalize(), detail, fix, {"Connection": "close"})
         await self._send({"type": "http.response.start", "status": status, "headers": answer.raw_headers})
         await self._send({"type": "http.response.body", "body": answer.body, "more_body": True})
-        if status == 413 and not self._whole:
+        if status == 413 and not self._is_complete:
             await self._linger()
         await self._send({"type": "http.response.body"})
 

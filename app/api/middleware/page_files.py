@@ -1,4 +1,4 @@
-"""The page's own files, answered from memory: a page is a hundred and fifty modules, and an operator waits for all."""
+"""Serve the page's own files from memory: a page is some hundred and fifty modules, and loads only with all."""
 
 import hashlib
 import json
@@ -20,7 +20,7 @@ NAMES = {"/": "/index.html"}
 
 @dataclass(frozen=True)
 class PageFile:
-    """One file as it was when it was read. etag: of its bytes."""
+    """One file as it was read. etag: of its bytes."""
 
     content: bytes
     kind: str
@@ -29,16 +29,15 @@ class PageFile:
 
 
 class PageFiles:
-    """Answers GET and HEAD for whatever stands in the folder; everything else goes on to the application.
+    """Answer GET and HEAD for the files of the folder; everything else goes on to the application.
 
-    A file is read when it is asked for first and again when it has changed. Browsers may keep it but must ask whether
-    it still holds (no-cache): modules of two versions of the page would not fit together. Names that begin with a dot
-    are not served.
+    A file is read at its first request and again when it has changed. Browsers may cache it but must revalidate it
+    (no-cache): modules of two versions of the page would not fit together. Names that begin with a dot are not served.
     """
 
     def __init__(self, app: ASGIApp, folder: Path) -> None:
         self.app, self.folder = app, folder
-        self._kept: dict[str, PageFile] = {}
+        self._cache: dict[str, PageFile] = {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         found = self._find(scope["path"]) if scope["type"] == "http" and scope["method"] in ("GET", "HEAD") else None
@@ -56,13 +55,13 @@ class PageFiles:
             return None
         file = self.folder.joinpath(*parts)
         try:
-            told = os.stat(file)
-            kept = self._kept.get(path)
-            if kept is None or kept.changed_ns != told.st_mtime_ns:
-                kept = self._kept[path] = self._read(file, told.st_mtime_ns)
+            changed_ns = os.stat(file).st_mtime_ns
+            cached = self._cache.get(path)
+            if cached is None or cached.changed_ns != changed_ns:
+                cached = self._cache[path] = self._read(file, changed_ns)
         except OSError:  # no such file, a folder, a name that is too long
             return None
-        return kept
+        return cached
 
     def _read(self, file: Path, changed_ns: int) -> PageFile:
         content = file.read_bytes()
@@ -74,18 +73,18 @@ class PageFiles:
 
 
 def with_preloads(html: str, folder: Path) -> str:
-    """The page with a link to each module that it will load: the browser asks for all at once, not level by level."""
+    """Return the page with a preload link for each module: the browser loads all at once, not level by level."""
     links = "".join(f'<link rel="modulepreload" href="{name}">\n' for name in modules_of(html, folder))
     return html.replace(MAIN, links + MAIN, 1)
 
 
 def modules_of(html: str, folder: Path) -> list[str]:
-    """What main.js imports, directly or not, by names relative to the folder; the import map gives the bare ones."""
+    """Return what main.js imports, directly or not, relative to the folder; the import map resolves bare names."""
     if MAIN not in html:
         return []
-    written = IMPORT_MAP.search(html)
+    import_map = IMPORT_MAP.search(html)
     bare = {name: target.removeprefix("./") for name, target in
-            (json.loads(written[1])["imports"] if written else {}).items()}
+            (json.loads(import_map[1])["imports"] if import_map else {}).items()}
     found: list[str] = []
     waiting = ["main.js"]
     while waiting:

@@ -1,6 +1,6 @@
-"""Every refusal in one form: application/problem+json (RFC 9457) with `fix`, what the caller can do.
+"""Every error response in one form: application/problem+json (RFC 9457) with `fix`, what the caller can do.
 
-A caller's mistake is a 4xx. An error that we did not foresee is logged with an id, and answered with that id.
+A caller's mistake is a 4xx. An unexpected error is logged with an id, and answered with that id.
 """
 
 import asyncio
@@ -16,14 +16,14 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.api.answers import json_bytes
+from app.api.json_text import json_bytes
 from app.core.errors import TouchlineError
 
 MEDIA_TYPE = "application/problem+json"
 MANUAL = "/problems/"  # a problem's type, relative to the server: the manual explains it there
 log = logging.getLogger("touchline")
 
-# What the framework itself refuses: reason and fix for each status.
+# Errors of the framework itself: reason and fix for each status.
 FRAMEWORK = {
     400: ("bad-request", "Correct the request: the form of every body is in /api/v1/openapi.json."),
     401: ("token-needed", "Send Authorization: Bearer TOKEN; the server printed the token when it started."),
@@ -36,7 +36,7 @@ FRAMEWORK = {
     431: ("headers-too-large", "Send fewer or shorter headers."),
 }
 
-# What is wrong with a value, by the kind of pydantic's complaint; its own words serve for the rest.
+# What to do about a value, by the type of pydantic's error.
 VALUE_FIXES = {
     "missing": "Add it.",
     "extra_forbidden": "Leave it out, or correct its name.",
@@ -64,25 +64,20 @@ VALUE_REASONS = {
 
 def problem(status: int, reason: str, title: str, detail: str, fix: str, headers: dict[str, str] | None = None,
             **more: Any) -> Response:
-    """A response that says what is wrong and what to do."""
+    """Return a response that says what is wrong and what to do."""
     body = {**more, "type": MANUAL + reason, "title": title, "status": status, "detail": detail, "fix": fix}
     return Response(json_bytes(body), status, headers=headers, media_type=MEDIA_TYPE)
 
 
 def problem_of(error: TouchlineError) -> Response:
-    return problem(error.status, error.reason, error.title, error.what, error.fix, **error.details)
-
-
-def stale_problem(error: TouchlineError) -> Response:
-    """412 for a change that was made from an old state, with the ETag of the one that there is, where there is one."""
-    answer = problem_of(error)
-    if error.details["etag"] is not None:
-        answer.headers["ETag"] = f'"{error.details["etag"]}"'
-    return answer
+    """Return the problem of a refusal; with the ETag of the newest state, where that is what was missed."""
+    etag = error.details.get("etag")
+    headers = {"ETag": f'"{etag}"'} if etag is not None else None
+    return problem(error.status, error.reason, error.title, error.what, error.fix, headers, **error.details)
 
 
 def framework_problem(status: int, detail: str | None = None, headers: Any = None) -> Response:
-    """A problem for a bare status code, as the framework gives them."""
+    """Return a problem for a bare status code, as the framework raises them."""
     reason, fix = FRAMEWORK.get(status, ("refused", "Check the request against /docs."))
     phrase = HTTPStatus(status).phrase
     return problem(status, reason, reason.replace("-", " ").capitalize(), detail or f"{phrase}.", fix,
@@ -90,24 +85,24 @@ def framework_problem(status: int, detail: str | None = None, headers: Any = Non
 
 
 def bad_request(errors: Sequence[Any]) -> Response:
-    """The first thing that is wrong with a request, by its place; the others beside it."""
-    told = [{"at": _place(error["loc"]), "what": str(error["msg"]).replace("Value error, ", ""),
-             "kind": str(error["type"])} for error in errors[:20]]
-    first = told[0] if told else {"at": "body", "what": "unreadable", "kind": "bad"}
+    """Return the first thing that is wrong with a request, and the others in `errors`."""
+    found = [{"at": _location(error["loc"]), "what": str(error["msg"]).replace("Value error, ", ""),
+              "kind": str(error["type"])} for error in errors[:20]]
+    first = found[0] if found else {"at": "body", "what": "unreadable", "kind": "bad"}
     reason = VALUE_REASONS.get(first["kind"], "bad-request")
     fix = VALUE_FIXES.get(first["kind"], "Correct it: the form of every body is in /api/v1/openapi.json.")
     return problem(422, reason, reason.replace("-", " ").capitalize(),
-                   f"{first['at']}: {first['what']}.", fix, errors=told)
+                   f"{first['at']}: {first['what']}.", fix, errors=found)
 
 
-def _place(location: Sequence[Any]) -> str:
-    """("body", "points", 3, 0) reads "points[3][0]"."""
+def _location(location: Sequence[Any]) -> str:
+    """Return a value's path: ("body", "points", 3, 0) reads "points[3][0]"."""
     parts = [p for p in location[1:] if len(location) != 2 or isinstance(p, str)] or ["body"]
     return "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in parts).lstrip(".")[:200] or "body"
 
 
-class Unexpected:
-    """The outermost layer: an error that nobody foresaw becomes a problem with an id that the log knows."""
+class UnexpectedErrors:
+    """The outermost middleware: an unexpected error becomes a problem with an id that is in the log."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -133,7 +128,7 @@ class Unexpected:
             id = secrets.token_hex(4)
             log.exception("unexpected error %s on %s %s", id, scope["method"], scope["path"])
             if started:
-                raise  # half an answer has gone: cutting the connection is the only way left to say so
+                raise  # half a response has gone: only cutting the connection can say so
             answer = problem(500, "unexpected", "Unexpected error",
                              f"Something broke here that should not (error {id}).",
                              f"Try again; if it stays, report it with the log around error {id}.")
@@ -141,7 +136,7 @@ class Unexpected:
 
 
 def install(app: FastAPI) -> None:
-    """Answer every exception that leaves a route as a problem."""
+    """Turn every exception that leaves a route into a problem."""
 
     async def known(request: Request, error: Exception) -> Response:
         assert isinstance(error, TouchlineError)

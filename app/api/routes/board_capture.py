@@ -1,43 +1,39 @@
-"""WS /cameras/{id}/board: a board held before a live camera; pictures of it are taken by themselves."""
+"""WS /cameras/{id}/board: a calibration board before a live camera; pictures of it are taken automatically."""
 
 import asyncio
 import json
-from collections import Counter
-from contextlib import contextmanager
-from dataclasses import asdict
 from typing import Annotated, Any
 
 from fastapi import APIRouter, WebSocket
 from pydantic import Field, ValidationError
 
-from app.api.answers import json_bytes
-from app.api.mjpeg import TAKE_S
-from app.api.routes.streams import first_picture, live_camera
-from app.api.schemas.requests import Number, Strict
-from app.api.sockets import both, spoken_with
-from app.api.work import at_work
+from app.api.dependencies import ServicesDep
+from app.api.sockets import SessionLimit, run_until_first, send_json, websocket_session
 from app.core.board import Board
-from app.core.errors import BadInput, Busy
+from app.core.errors import BadInput
 from app.core.geometry import ImageSize
 from app.live import LiveCamera
 from app.live.board_capture import MAX_VIEWS, BoardCapture
+from app.services.container import Services
+from app.services.live import TakenFrame, when_awake
+from app.services.value_types import Number, Strict
 from app.store import Snapshot
 
 router = APIRouter(prefix="/cameras", tags=["lenses"])
 
-EVERY_S = 0.2  # between two looks: five a second at most
-SHARE = 4  # and four times as long as a look took, so that a fifth of a core is the most
-FIRST_WORD_S = 10.0
-LONGEST_WORD = 100_000  # characters
-MOST_AT_ONCE = 2  # boards looked for with one camera: an operator's page, and the one before its reload
+MIN_INTERVAL_S = 0.2  # between two detections: five a second at most
+IDLE_SHARE = 4  # and four times as long as a detection took, so that a fifth of a core is the most
+FIRST_MESSAGE_S = 10.0
+MAX_MESSAGE = 100_000  # characters
+SESSIONS = SessionLimit(2, "Others hold a board before this camera.",  # a page, and the one before its reload
+                        "Wait until they are done, or use another camera.", "board-watched")
 
 Corner = Annotated[list[Number], Field(min_length=2, max_length=2)]
 Quad = Annotated[list[Corner], Field(min_length=4, max_length=4)]
-_watched: Counter[str] = Counter()
 
 
-class Wish(Strict):
-    """What a page may say: first which board and which views it has already; later what is to change."""
+class BoardMessage(Strict):
+    """What a page sends: first which board and which views it has already; later what is to change."""
 
     board: dict[str, Any] | None = None
     taken: Annotated[list[Quad], Field(default_factory=list, max_length=MAX_VIEWS)]
@@ -46,102 +42,81 @@ class Wish(Strict):
 
 
 @router.websocket("/{id}/board")
-async def watch_board(socket: WebSocket, id: str) -> None:
-    """Say {"board": {…}, "taken": [quad, …], "automatic": true}; hear what is seen, covered and wanted, as JSON texts.
+async def watch_board(socket: WebSocket, services: ServicesDep, id: str) -> None:
+    """Receive {"board": {…}, "taken": [quad, …], "automatic": true}; send what is seen, covered and needed, as JSON.
 
-    A frame in which the board stands still in a new way is kept as a snapshot with the purpose "board", while automatic
-    or on {"take": true}, and told as `taken`. Refusals come as a problem; then the socket is closed.
+    A frame in which the board stands still in a new way is saved as a snapshot with the purpose "board", while
+    automatic or on {"take": true}, and sent as `taken`. Refusals come as a problem; then the socket is closed.
     """
-    async with spoken_with(socket):
-        with _one_more(id):
-            camera = await live_camera(socket, id)
-            first = _read(await asyncio.wait_for(socket.receive_text(), FIRST_WORD_S))
-            session = Session(socket, camera, Board.from_json(first.board), first)
-            await both(session.hear(), session.tell())
+    async with websocket_session(socket):
+        with SESSIONS.session(id):
+            camera = services.live.get(id)
+            first = _parse(await asyncio.wait_for(socket.receive_text(), FIRST_MESSAGE_S))
+            session = BoardSession(socket, services, camera, Board.from_json(first.board), first)
+            await run_until_first(session.receive(), session.send())
 
 
-class Session:
-    """One page that holds a board before one camera."""
+class BoardSession:
+    """One page and the board before its camera."""
 
-    def __init__(self, socket: WebSocket, camera: LiveCamera, board: Board, first: Wish) -> None:
-        self._socket, self._camera, self._board = socket, camera, board
-        self._first = first.taken
+    def __init__(self, socket: WebSocket, services: Services, camera: LiveCamera, board: Board,
+                 first: BoardMessage) -> None:
+        self._socket, self._services, self._camera, self._board = socket, services, camera, board
+        self._earlier_views = first.taken
         self._automatic = first.automatic is not False
         self._take = False
         self._watched: BoardCapture | None = None
 
-    async def hear(self) -> None:
-        """Until the page goes."""
+    async def receive(self) -> None:
+        """Follow the page's messages until it has gone."""
         while True:
-            wish = _read(await self._socket.receive_text())
-            self._automatic = self._automatic if wish.automatic is None else wish.automatic
-            self._take = self._take or wish.take
+            message = _parse(await self._socket.receive_text())
+            self._automatic = self._automatic if message.automatic is None else message.automatic
+            self._take = self._take or message.take
 
-    async def tell(self) -> None:
-        """Each look as it comes, again and again."""
+    async def send(self) -> None:
+        """Detect the board again and again, and send each result."""
         loop, seq = asyncio.get_running_loop(), 0
         while True:
-            begun = loop.time()
-            seen = await first_picture(self._camera, lambda _timeout_s, after=seq: self._camera.board(
+            start_s = loop.time()
+            found = await when_awake(self._camera, lambda _left_s, after=seq: self._camera.board(
                 self._board.to_json(), after))
-            seq = seen["seq"]
-            told = await self._looked(seen, begun)
-            await asyncio.wait_for(self._socket.send_text(json_bytes(told).decode()), TAKE_S)
-            await asyncio.sleep(max(EVERY_S - (loop.time() - begun), SHARE * seen["took_s"], 0.01))
+            seq = found["seq"]
+            await send_json(self._socket, await self._result(found, start_s))
+            await asyncio.sleep(max(MIN_INTERVAL_S - (loop.time() - start_s), IDLE_SHARE * found["took_s"], 0.01))
 
-    async def _looked(self, seen: dict[str, Any], now_s: float) -> dict[str, Any]:
-        watched = self._at(ImageSize(seen["width"], seen["height"]))
-        state = watched.update(seen["quad"], now_s)
+    async def _result(self, found: dict[str, Any], now_s: float) -> dict[str, Any]:
+        watched = self._at(ImageSize(found["width"], found["height"]))
+        state = watched.update(found["quad"], now_s)
         snapshot = None
-        if seen["quad"] is not None and (self._take or (self._automatic and state["still"] and state["new"])):
+        if found["quad"] is not None and (self._take or (self._automatic and state["still"] and state["new"])):
             if watched.is_full:
                 raise BadInput(f"{MAX_VIEWS} views are as many as a lens needs.", "Find the lens from them.",
                                reason="too-many-views")
-            snapshot = await self._taken()
-            watched.add_view(seen["quad"])
+            snapshot = await self._take_snapshot()
+            watched.add_view(found["quad"])
         self._take = False
-        return {**{name: seen[name] for name in ("seq", "time", "width", "height", "corners", "quad")}, **state,
+        return {**{name: found[name] for name in ("seq", "time", "width", "height", "corners", "quad")}, **state,
                 "automatic": self._automatic, "count": len(watched.poses), **watched.coverage.to_json(),
                 "taken": None if snapshot is None else snapshot.to_json()}
 
     def _at(self, size: ImageSize) -> BoardCapture:
-        """What was seen in pictures of that size; another size is another lens's beginning."""
+        """Return the views of pictures of that size; with another size another lens begins."""
         if self._watched is None or self._watched.size != size:
-            taken = self._first if self._watched is None else []
+            quads = self._earlier_views if self._watched is None else []
             self._watched = BoardCapture(self._board, size)
-            for quad in taken:
+            for quad in quads:
                 self._watched.add_view(quad)
         return self._watched
 
-    async def _taken(self) -> Snapshot:
-        head, png = await self._camera.still()
-        store, identity = self._socket.app.state.store, self._camera.identity
-
-        def keep() -> Snapshot:
-            kept = store.snapshots.add(png, ImageSize(head["width"], head["height"]), "png", self._camera.id, "board")
-            if identity is not None:
-                store.identities.confirm(kept.id, asdict(identity))
-            return kept
-        return await at_work(self._socket, keep)
+    async def _take_snapshot(self) -> Snapshot:
+        frame = TakenFrame(self._camera, *await self._camera.still())
+        return await self._services.run_in_thread(frame.save, self._services.store, "board")
 
 
-@contextmanager
-def _one_more(id: str) -> Any:
-    if _watched[id] >= MOST_AT_ONCE:
-        raise Busy("Others hold a board before this camera.", "Wait until they are done, or use another camera.",
-                   reason="board-watched")
-    _watched[id] += 1
+def _parse(text: str) -> BoardMessage:
     try:
-        yield
-    finally:
-        _watched[id] -= 1
-        if not _watched[id]:
-            del _watched[id]
-
-
-def _read(text: str) -> Wish:
-    try:
-        return Wish.model_validate(json.loads(text[:LONGEST_WORD]))
+        return BoardMessage.model_validate(json.loads(text[:MAX_MESSAGE]))
     except (ValidationError, ValueError):
         raise BadInput("This is not what can be said here.", 'Say {"board": {…}, "taken": [], "automatic": true} '
                        'first, later {"automatic": false} or {"take": true}.', reason="bad-request") from None

@@ -1,179 +1,134 @@
-"""/cameras: those that the settings name and those that operators added; how each is, and what can be set on it."""
+"""/cameras: those that the settings name and those that operators added; their status and their controls."""
 
 import asyncio
 import base64
-from typing import Annotated, Any
+from typing import Any
 
-from fastapi import APIRouter, Header, Request
+from fastapi import APIRouter
 from starlette.responses import Response
 
-from app.api.answers import Json
-from app.api.middleware.problems import problem, problem_of
-from app.api.operator import operator
-from app.api.routes.streams import live_camera
+from app.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep
+from app.api.responses import Json, created, page
 from app.api.schemas import requests, responses
 from app.api.schemas.requests import Id
-from app.api.work import at_work
-from app.core.errors import Busy, Conflict, Stale
+from app.core.errors import Busy, Conflict
 from app.images import encode
-from app.services.cameras import CameraShelf, tried
 from app.settings import CameraSettings
-from app.sources import SOURCES, without_password
+from app.sources import SOURCES
 from app.sources.discover import discover_cameras
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
 
 TESTS = asyncio.Semaphore(2)  # cameras that are tried out at once
-LOOKS = asyncio.Semaphore(1)  # each starts some processes
-IfMatch = Annotated[str | None, Header(max_length=200)]
+SEARCHES = asyncio.Semaphore(1)  # each starts some processes
 
 
 @router.get("", response_model=responses.Cameras)
-def list_cameras(request: Request) -> Json:
-    """Every camera: what it is called, and the field and region that it looks at."""
-    items = [_described(request, camera) for camera in _shelf(request).all()]
-    return Json({"items": items, "next_cursor": None})
+def list_cameras(services: ServicesDep) -> Json:
+    """List every camera with its name and the field and region that it looks at."""
+    return page(map(services.cameras.to_json, services.cameras.all()))
 
 
 @router.post("", status_code=201, response_model=responses.Camera)
-async def add_camera(request: Request, body: requests.NewCamera) -> Json:
+async def add_camera(services: ServicesDep, by: OperatorDep, body: requests.NewCamera) -> Json:
     """Add a camera. Its address is checked, not whether it answers: try that with POST /cameras/test."""
-    camera = await at_work(request, _added, request, body)
-    return Json(_described(request, camera), 201, headers={"Location": f"/api/v1/cameras/{camera.id}"})
-
-
-def _added(request: Request, body: requests.NewCamera) -> CameraSettings:
-    camera = CameraSettings(**body.model_dump())
-    _refuse_nonsense(request, camera)
-    return _shelf(request).add(camera, operator(request))
+    camera = await services.run_in_thread(services.cameras.add, CameraSettings(**body.model_dump()), by)
+    return created(services.cameras.to_json(camera), f"cameras/{camera.id}")
 
 
 @router.post("/test", response_model=responses.CameraTest)
-async def test_camera(request: Request, body: requests.CameraTest) -> Json:
-    """Open a source in a process of its own and take one picture: what was seen, or why not. Nothing is kept."""
+async def test_camera(services: ServicesDep, body: requests.CameraTest) -> Json:
+    """Open a source in a process of its own and return one picture, or why there is none. Nothing is saved."""
     if TESTS.locked():
         raise Busy("Two cameras are being tried out already.", "Wait some seconds.", reason="too-many-tests")
     async with TESTS:
-        status, png = await tried(_shelf(request), body.source)
-    frame = await at_work(request, request.app.state.decoder.frame_from_bytes, png)
-    jpeg = await at_work(request, lambda: encode(frame.pixels, "jpg", 85))
+        status, png = await services.cameras.try_source(body.source)
+    frame = await services.run_in_thread(services.decoder.frame_from_bytes, png)
+    jpeg = await services.run_in_thread(lambda: encode(frame.pixels, "jpg", 85))
     return Json({"width": frame.size.width, "height": frame.size.height, "fps": status["fps"],
                  "identity": status["identity"],
                  "picture": f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"})
 
 
 @router.get("/found", response_model=responses.FoundCameras)
-async def find_cameras(request: Request) -> Json:
-    """What is plugged in, with the address of each, as far as this machine can tell; takes up to five seconds."""
-    if LOOKS.locked():
+async def find_cameras(services: ServicesDep) -> Json:
+    """Find connected cameras and their addresses, as far as this machine can tell; takes up to five seconds."""
+    if SEARCHES.locked():
         raise Busy("Cameras are being looked for already.", "Wait some seconds.", reason="already-looking")
-    async with LOOKS:
-        return Json({"items": await at_work(request, discover_cameras, _shelf(request).surroundings())})
+    async with SEARCHES:
+        return Json({"items": await services.run_in_thread(discover_cameras, services.cameras.source_context())})
 
 
 @router.get("/sources", response_model=responses.Sources)
 def list_sources() -> Json:
-    """The kinds of source there are, with the options of their addresses."""
+    """List the kinds of source, with the options of their addresses."""
     return Json({"items": [_source(name) for name in SOURCES]})
 
 
 @router.get("/{id}", response_model=responses.Camera)
-def read_camera(request: Request, id: Id) -> Json:
-    """One camera. The ETag of one that was added goes into If-Match of PATCH and DELETE."""
-    etag = _shelf(request).etag(id)
-    return Json(_described(request, _shelf(request).get(id)), headers={"ETag": f'"{etag}"'} if etag else None)
+def read_camera(services: ServicesDep, id: Id) -> Json:
+    """Return one camera. The ETag of one that was added goes into If-Match of PATCH and DELETE."""
+    etag = services.cameras.etag(id)
+    return _camera(services, services.cameras.get(id), etag)
 
 
 @router.patch("/{id}", response_model=responses.Camera)
-async def change_camera(request: Request, id: Id, body: requests.CameraChanges, if_match: IfMatch = None) -> Response:
+async def change_camera(services: ServicesDep, by: OperatorDep, id: Id, body: requests.CameraChanges,
+                        if_match: IfMatch = None) -> Response:
     """Change a camera that was added; what is left out stays. Its process starts anew where its source changed."""
     if if_match is None:
-        return problem(428, "if-match-needed", "If-Match needed", "The request does not say which definition it was "
-                       "made from.", "Send the ETag of GET as If-Match.")
-    try:
-        camera = await at_work(request, _changed, request, id, body, _bare(if_match))
-    except Stale as error:
-        return problem_of(error)
-    if body.source is not None:
-        await request.app.state.live.forget(id)
-    etag = _shelf(request).etag(id)
-    return Json(_described(request, camera), headers={"ETag": f'"{etag}"'})
-
-
-def _changed(request: Request, id: str, body: requests.CameraChanges, etag: str) -> CameraSettings:
-    shelf = _shelf(request)
+        raise IfMatchNeeded("The request does not say which definition it was made from.")
     changes = {name: value for name, value in body.model_dump(exclude_unset=True).items() if name != "source" or value}
-    _refuse_nonsense(request, shelf.get(id).model_copy(update=changes))
-    return shelf.change(id, changes, etag, operator(request))
+    camera = await services.run_in_thread(services.cameras.change, id, changes, if_match, by)
+    if body.source is not None:
+        await services.live.forget(id)
+    return _camera(services, camera, services.cameras.etag(id))
 
 
 @router.delete("/{id}", status_code=204)
-async def remove_camera(request: Request, id: Id, if_match: IfMatch = None) -> Response:
+async def remove_camera(services: ServicesDep, id: Id, if_match: IfMatch = None) -> Response:
     """Remove a camera that was added. Its pictures and calibrations stay."""
-    await at_work(request, _shelf(request).remove, id, _bare(if_match) if if_match else None)
-    await request.app.state.live.forget(id)
+    await services.run_in_thread(services.cameras.remove, id, if_match)
+    await services.live.forget(id)
     return Response(status_code=204)
 
 
 @router.get("/{id}/status", response_model=responses.CameraStatus)
-async def camera_status(request: Request, id: Id) -> Json:
-    """How it is now, what is wrong and what to do; the first question wakes it."""
-    return Json((await live_camera(request, id)).status())
+async def camera_status(services: ServicesDep, id: Id) -> Json:
+    """Return the camera's state now, what is wrong and what to do; the first request starts it."""
+    return Json(services.live.get(id).status())
 
 
 @router.get("/{id}/controls", response_model=responses.Controls)
-async def camera_controls(request: Request, id: Id) -> Json:
-    """What can be set on it, read back from it now."""
-    return Json({"items": await (await live_camera(request, id)).controls()})
+async def camera_controls(services: ServicesDep, id: Id) -> Json:
+    """List what can be set on the camera, read back from it now."""
+    return Json({"items": await services.live.get(id).controls()})
 
 
 @router.patch("/{id}/controls", response_model=responses.Controls)
-async def set_controls(request: Request, id: Id, body: requests.ControlChanges) -> Json:
-    """Set some, in the order given; the answer is what the camera says they are afterwards."""
-    camera = await live_camera(request, id)
+async def set_controls(services: ServicesDep, id: Id, body: requests.ControlChanges) -> Json:
+    """Set some controls, in the order given; return what the camera reports afterwards."""
+    camera = services.live.get(id)
     return Json({"items": [await camera.set_control(name, value) for name, value in body.controls.items()]})
 
 
 @router.post("/{id}/confirm", response_model=responses.CameraStatus)
-async def confirm_camera(request: Request, id: Id) -> Json:
-    """This is the camera that was calibrated, although it looks like another: its calibration is applied again."""
-    camera = await live_camera(request, id)
+async def confirm_camera(services: ServicesDep, by: OperatorDep, id: Id) -> Json:
+    """Confirm that this is the calibrated camera, although it looks like another: apply its calibration again."""
+    camera = services.live.get(id)
     if camera.identity is None:
         raise Conflict("The camera has not been seen yet.", "Wait until it is live, then confirm it.",
                        reason="camera-silent")
     if camera.calibration is None:
         raise Conflict("This camera has no active calibration.", "There is nothing to confirm.",
                        reason="not-calibrated")
-    await at_work(request, _shelf(request).confirm, camera.calibration, camera.identity,
-                  operator(request))
-    request.app.state.live.refresh(id)
+    await services.run_in_thread(services.cameras.confirm, camera.calibration, camera.identity, by)
+    services.live.refresh(id)
     return Json(camera.status())
 
 
-def _shelf(request: Request) -> CameraShelf:
-    return request.app.state.camera_shelf
-
-
-def _described(request: Request, camera: CameraSettings) -> dict[str, Any]:
-    """Passwords in the source's address stay here."""
-    active = request.app.state.store.calibrations.active(camera.id)
-    ours = any(named.id == camera.id for named in request.app.state.settings.cameras)
-    return {"id": camera.id, "name": camera.title, "field": camera.field, "region": camera.region,
-            "source": without_password(camera.source), "editable": not ours,
-            "active_calibration": active.id if active else None, **_shelf(request).told(camera.id)}
-
-
-def _refuse_nonsense(request: Request, camera: CameraSettings) -> None:
-    """What can be known without opening it: the address' form, its kind and options, the field and the region."""
-    _shelf(request).check_address(camera.source)
-    if camera.field is not None:
-        field = request.app.state.fields[camera.field]
-        if camera.region is not None:
-            field.region(camera.region)
-
-
-def _bare(etag: str) -> str:
-    return etag.strip().removeprefix("W/").strip('"')
+def _camera(services: ServicesDep, camera: CameraSettings, etag: str | None) -> Json:
+    return Json(services.cameras.to_json(camera), headers={"ETag": f'"{etag}"'} if etag else None)
 
 
 def _source(name: str) -> dict[str, Any]:

@@ -15,7 +15,7 @@ PAGE = f"""<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Tou
 
 
 def docs_router(static: Path) -> APIRouter:
-    """The page, if the browser libraries were fetched when the package was built."""
+    """Return the route of the page; it needs the browser libraries fetched when the package was built."""
     router = APIRouter(include_in_schema=False)
 
     @router.get("/docs")

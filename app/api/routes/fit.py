@@ -2,14 +2,14 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Query
 
-from app.api.answers import Json
-from app.api.request_mapping import task_of
+from app.api.dependencies import ServicesDep
+from app.api.request_mapping import fit_task, image_size
+from app.api.responses import Json
 from app.api.schemas import responses
 from app.api.schemas.requests import BorderRequest, FitRequest
-from app.api.work import at_work
-from app.core.geometry import ImageSize, as_points
+from app.core.geometry import as_points
 from app.models import parameters_json
 from app.workflows import calibration
 from app.workflows.calibration_request import CalibrationRequest
@@ -20,25 +20,25 @@ FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once th
 
 
 @router.post("/border", response_model=responses.Border)
-async def fit_border(request: Request, body: BorderRequest) -> Json:
-    """One border's curve through its clicks: degree, coefficients, residuals, strays, distortion."""
-    size = ImageSize.of(body.image_size) if body.image_size else None
+async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
+    """Fit one border's curve to its clicks: degree, coefficients, residuals, outliers, distortion."""
     points = as_points(body.points, "The border's points")
+    arguments = points, body.axis, body.degree, image_size(body.image_size)
     if len(points) <= FEW_POINTS:
-        return Json(calibration.fit_border(points, body.axis, body.degree, size))
-    return Json(await at_work(request, calibration.fit_border, points, body.axis, body.degree, size))
+        return Json(calibration.fit_border(*arguments))
+    return Json(await services.run_in_thread(calibration.fit_border, *arguments))
 
 
 @router.post("/preview", response_model=responses.Preview)
-async def preview_calibration(request: Request, body: FitRequest,
-                  quick: Annotated[bool, Query(description="leave the cross-validation out")] = False) -> Json:
-    """What POST /calibrations would save for the same body: model, report and the field drawn into the picture."""
-    task = await at_work(request, task_of, request, body, (body.model,))
-    return Json(await at_work(request, _previewed, task, quick))
+async def preview_calibration(services: ServicesDep, body: FitRequest, quick: Annotated[bool, Query(
+        description="leave the cross-validation out")] = False) -> Json:
+    """Return what POST /calibrations would save for the same body: model, report and the field in the picture."""
+    task = await services.run_in_thread(fit_task, services, body, (body.model,))
+    return Json(await services.run_in_thread(_preview, task, quick))
 
 
-def _previewed(task: CalibrationRequest, quick: bool) -> dict[str, object]:
-    done = task.run(cross_validate=not quick)
-    return {"model": {"name": task.model, "parameters": parameters_json(done.model)}, "report": done.report,
-            "corrected_size": list(done.model.corrected_size),
-            "overlay": calibration.overlay(done.model, task.field, task.region)}
+def _preview(task: CalibrationRequest, quick: bool) -> dict[str, object]:
+    fitted = task.run(cross_validate=not quick)
+    return {"model": {"name": task.model, "parameters": parameters_json(fitted.model)}, "report": fitted.report,
+            "corrected_size": list(fitted.model.corrected_size),
+            "overlay": calibration.overlay(fitted.model, task.field, task.region)}

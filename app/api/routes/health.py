@@ -2,21 +2,20 @@
 
 import time
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 
 from app import __version__
-from app.api.answers import Json
-from app.api.schemas.responses import Health
+from app.api.dependencies import ServicesDep
+from app.api.responses import Json
+from app.api.schemas import responses
 
 router = APIRouter(tags=["health"])
 
 
-@router.get("/health", response_model=Health)
-def health(request: Request) -> Json:
-    """Whether the server is up, its version and uptime, s; what to know about disk and network; what was damaged."""
-    uptime_s = round(time.monotonic() - request.app.state.started, 3)
-    store = request.app.state.store
-    warnings = (*store.warnings, *request.app.state.publishing.warnings)
-    return Json({"status": "ok", "version": __version__, "uptime_s": uptime_s,
+@router.get("/health", response_model=responses.Health)
+def health(services: ServicesDep) -> Json:
+    """Return version, uptime in s, warnings about disk and network, and damaged records."""
+    warnings = (*services.store.warnings, *services.publishing.warnings)
+    return Json({"status": "ok", "version": __version__, "uptime_s": round(time.monotonic() - services.started_s, 3),
                  "warnings": [{"reason": w.reason, "text": w.text, "fix": w.fix} for w in warnings],
-                 "damaged": [damage.to_json() for damage in store.damaged]})
+                 "damaged": [damage.to_json() for damage in services.store.damaged]})

@@ -4,7 +4,7 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from app.api.answers import Json
+from app.api.responses import Json, page
 from app.api.schemas import responses
 from app.fitting import FITTERS
 from app.models import MODELS
@@ -14,11 +14,11 @@ router = APIRouter(tags=["models"])
 
 @router.get("/models", response_model=responses.Models)
 def list_models() -> Json:
-    """Every model with its options (name, type, default, range, unit, help) and how few points it needs."""
-    return Json({"items": [_described(name) for name in MODELS], "next_cursor": None})
+    """List every model with its options (name, type, default, range, unit, help) and how few points it needs."""
+    return page(map(_model_json, MODELS))
 
 
-def _described(name: str) -> dict[str, Any]:
+def _model_json(name: str) -> dict[str, Any]:
     model, fitter = MODELS[name], FITTERS[name]
     return {"name": name, "title": model.TITLE, "help": model.HELP, "points_needed": fitter.points_needed(),
             "options": [option.to_json() for option in fitter.OPTIONS]}

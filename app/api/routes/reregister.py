@@ -1,19 +1,19 @@
-"""POST /cameras/{id}/reregister: a knocked camera's pose anew, its lens kept; a version that nobody has activated."""
+"""POST /cameras/{id}/reregister: a moved camera's pose found anew with its lens held; nothing is activated."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Request
 from pydantic import Field
 
-from app.api.answers import Json
-from app.api.operator import operator
-from app.api.routes.jobs import accepted
-from app.api.routes.snapshots import take_snapshot
+from app.api.dependencies import OperatorDep, ServicesDep
+from app.api.responses import Json, accepted
 from app.api.schemas import responses
-from app.api.schemas.requests import CameraSnapshot, Id, Name, Strict
-from app.api.work import at_work
+from app.api.schemas.requests import Id
 from app.core.errors import Conflict
-from app.services.cameras import CameraShelf
+from app.jobs import Job
+from app.services.capture import take_snapshot
+from app.services.snapshots import job_picture
+from app.services.value_types import Name, Note, Strict
 from app.workflows.reregister import run_register
 
 router = APIRouter(prefix="/cameras", tags=["cameras"])
@@ -22,33 +22,31 @@ FRAMES = 13  # over four seconds: who walks by has left most of them
 
 
 class Reregister(Strict):
-    """Nothing has to be said: pictures are taken with the camera now."""
+    """By default pictures are taken with the camera now."""
 
     snapshot: Name | None = Field(None, description="of this camera, in place of pictures that are taken now")
     frames: Annotated[int, Field(ge=1, le=25)] = Field(FRAMES, description="taken now; what moves vanishes")
-    note: Annotated[str, Field(max_length=2000)] = "Pose registered anew"
+    note: Note = "Pose registered anew"
 
 
 @router.post("/{id}/reregister", status_code=202, response_model=responses.Job)
-async def reregister_camera(request: Request, id: Id, body: Reregister | None = None) -> Json:
-    """A job: the active calibration's lens, and the pose that the field's lines say now, as its new child.
+async def reregister_camera(request: Request, services: ServicesDep, by: OperatorDep, id: Id,
+                            body: Reregister | None = None) -> Json:
+    """Start a job: a child of the active calibration with its lens, and the pose by the field's lines now.
 
     Its result has the version's id as `calibration`, what moved, and a `sentence`. Nothing is activated.
     """
     body = body or Reregister()
-    shelf: CameraShelf = request.app.state.camera_shelf
-    calibration, _ = await at_work(request, lambda: (shelf.get(id), shelf.kept(id))[1])
+    await services.run_in_thread(services.cameras.get, id)
+    calibration, _ = await services.run_in_thread(services.cameras.active_calibration, id)
     if calibration is None:
         raise Conflict("This camera has no active calibration.", "Calibrate it, and activate that version.",
                        reason="not-calibrated")
-    taken = body.snapshot or (await take_snapshot(request, CameraSnapshot(camera=id, frames=body.frames))).id
+    snapshot = body.snapshot or (await take_snapshot(services, id, request.is_disconnected, body.frames)).id
 
-    def start() -> Any:
-        state = request.app.state
-        snapshot = state.store.snapshots.get(taken)
-        picture = {"name": "the picture", "path": str(state.store.snapshots.path(snapshot)),
-                   "sha256": snapshot.sha256}
-        spec = {"calibration": calibration.to_json(), "snapshot": snapshot.id, "note": body.note, "picture": picture,
-                "before": shelf.picture(calibration)}
-        return state.jobs.start("register", run_register, spec, "registered", {"by": operator(request)})
-    return accepted(await at_work(request, start))
+    def start() -> Job:
+        spec = {"calibration": calibration.to_json(), "snapshot": snapshot, "note": body.note,
+                "picture": job_picture(services.store, snapshot, "the picture"),
+                "before": services.cameras.calibration_picture(calibration)}
+        return services.jobs.start("register", run_register, spec, "registered", {"by": by})
+    return accepted(await services.run_in_thread(start))

@@ -2,84 +2,65 @@
 
 from typing import Annotated, Any
 
-import numpy as np
-from fastapi import APIRouter, Query, Request
-from numpy.typing import NDArray
+from fastapi import APIRouter, Query
 from starlette.responses import Response
 
-from app.api.answers import Json
+from app.api.dependencies import ServicesDep
+from app.api.responses import Json, picture
 from app.api.schemas import responses
+from app.api.schemas.media import files
 from app.api.schemas.requests import Id
-from app.api.work import at_work
-from app.core.field import Region
-from app.core.field_json import field_from_json
 from app.core.records import Calibration
-from app.images import encode
-from app.models import CameraModel, model_from_json
+from app.services.calibrations import field_and_region, model_of
 from app.workflows import calibration as workflow
 
 router = APIRouter(prefix="/calibrations", tags=["judging"])
 
 HeightMm = Annotated[float, Query(ge=0, le=5000, allow_inf_nan=False, description="height of the plane, mm")]
-PNG: dict[int | str, dict[str, Any]] = {
-    200: {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}}
+PNG = files("image/png")
 
 
 @router.get("/{id}/uncertainty.json", response_model=responses.Uncertainty)
-async def uncertainty_of(request: Request, id: Id, z_mm: HeightMm = 0.0) -> Json:
-    """Expected field error in mm on a grid over the region, in the plane at z_mm; 409 for a model that knows none."""
-    calibration = request.app.state.store.calibrations.get(id)
-    return Json(await at_work(request, _uncertainty, calibration, z_mm))
+async def uncertainty_of(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> Json:
+    """Return the expected error in mm on a grid over the region, in the plane at z_mm; 409 for a model without it."""
+    return Json(await services.run_in_thread(_uncertainty, services.store.calibrations.get(id), z_mm))
 
 
 @router.get("/{id}/uncertainty.png", response_class=Response, responses=PNG)
-async def uncertainty_picture(request: Request, id: Id, z_mm: HeightMm = 0.0) -> Response:
-    """The same as a heat map with a scale in mm, the worst place marked, standing as the corrected picture does."""
-    calibration = request.app.state.store.calibrations.get(id)
-    return await at_work(request, _uncertainty_picture, calibration, z_mm)
+async def uncertainty_picture(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> Response:
+    """Draw the same as a heat map with a scale in mm and the worst place marked, oriented as the corrected picture."""
+    calibration = services.store.calibrations.get(id)
+
+    def draw() -> Response:
+        grid = _uncertainty(calibration, z_mm)["grid"]
+        return _heat_map(grid["sigma_mm"], calibration, f"expected error at z = {z_mm:g} mm")
+    return await services.run_in_thread(draw)
 
 
 @router.get("/{id}/difference/{other}.json", response_model=responses.Difference)
-async def difference_between(request: Request, id: Id, other: Id) -> Json:
-    """How far two calibrations of one picture are apart over the region: in mm on the carpet and px in the picture."""
-    store = request.app.state.store
-    return Json(await at_work(request, _difference, store.calibrations.get(id), store.calibrations.get(other)))
+async def difference_between(services: ServicesDep, id: Id, other: Id) -> Json:
+    """Return how far two calibrations of one picture are apart over the region: mm on the carpet and px in it."""
+    pair = services.store.calibrations.get(id), services.store.calibrations.get(other)
+    return Json(await services.run_in_thread(_difference, *pair))
 
 
 @router.get("/{id}/difference/{other}.png", response_class=Response, responses=PNG)
-async def difference_picture(request: Request, id: Id, other: Id) -> Response:
-    """The same as a heat map with a scale in mm."""
-    store = request.app.state.store
-    return await at_work(request, _difference_picture, store.calibrations.get(id), store.calibrations.get(other))
+async def difference_picture(services: ServicesDep, id: Id, other: Id) -> Response:
+    """Draw the same as a heat map with a scale in mm."""
+    a, b = services.store.calibrations.get(id), services.store.calibrations.get(other)
 
-
-def _model(calibration: Calibration) -> CameraModel:
-    return model_from_json(calibration.model_name, calibration.model_parameters)
-
-
-def _region(calibration: Calibration) -> Region:
-    return field_from_json(calibration.field).region(calibration.region, calibration.rotate)
+    def draw() -> Response:
+        return _heat_map(_difference(a, b)["grid"]["mm"], a, f"version {b.version} from version {a.version}")
+    return await services.run_in_thread(draw)
 
 
 def _uncertainty(calibration: Calibration, z_mm: float) -> dict[str, Any]:
-    return workflow.uncertainty(_model(calibration), calibration.covariance, _region(calibration), z_mm)
+    return workflow.uncertainty(model_of(calibration), calibration.covariance, field_and_region(calibration)[1], z_mm)
 
 
-def _uncertainty_picture(calibration: Calibration, z_mm: float) -> Response:
-    found = _uncertainty(calibration, z_mm)
-    title = f"expected error at z = {z_mm:g} mm"
-    return _png(workflow.error_map_image(found["grid"]["sigma_mm"], _region(calibration), title))
+def _difference(a: Calibration, b: Calibration) -> dict[str, Any]:
+    return workflow.difference(model_of(a), model_of(b), field_and_region(a)[1])
 
 
-def _difference(one: Calibration, other: Calibration) -> dict[str, Any]:
-    return workflow.difference(_model(one), _model(other), _region(one))
-
-
-def _difference_picture(one: Calibration, other: Calibration) -> Response:
-    found = _difference(one, other)
-    title = f"version {other.version} from version {one.version}"
-    return _png(workflow.error_map_image(found["grid"]["mm"], _region(one), title))
-
-
-def _png(pixels: NDArray[np.uint8]) -> Response:
-    return Response(encode(pixels), media_type="image/png")
+def _heat_map(values_mm: Any, calibration: Calibration, title: str) -> Response:
+    return picture(workflow.error_map_image(values_mm, field_and_region(calibration)[1], title), "png")

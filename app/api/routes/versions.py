@@ -1,56 +1,43 @@
-"""What an operator does with versions besides making them: their history, a note, and a deletion taken back."""
+"""/calibrations: which versions were active when, a note beside a version, and a deletion undone."""
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query, Request
-from pydantic import Field
+from fastapi import APIRouter, Query
 
-from app.api.answers import Json
+from app.api.dependencies import ServicesDep
+from app.api.responses import Json
 from app.api.schemas import responses
-from app.api.schemas.requests import Id, IdQuery, Strict
-from app.api.schemas.responses.base import Answer
+from app.api.schemas.requests import Id, IdQuery
 from app.core.errors import TouchlineError
+from app.services.value_types import Note, Strict
 from app.store import Store
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
 
 
 class NoteChange(Strict):
-    note: Annotated[str, Field(max_length=2000)]
+    note: Note
 
 
-class Activation(Answer):
-    """version: null where the version was deleted since."""
-
-    calibration: str
-    version: int | None
-    at: str
-    by: str
-
-
-class Activations(Answer):
-    items: list[Activation]
-
-
-@router.get("/activations", response_model=Activations)
-def list_activations(request: Request, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
-    """What was activated for a camera, when and by whom, newest first; without a camera, for pictures from files."""
-    store: Store = request.app.state.store
+@router.get("/activations", response_model=responses.Activations)
+def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
+    """List activations of a camera, when and by whom, newest first; without a camera, for pictures from files."""
+    store = services.store
     history = store.calibrations.history(camera)
     versions = {id: _version(store, id) for id in {row["calibration"] for row in history}}
     return Json({"items": [{**row, "version": versions[row["calibration"]]} for row in history]})
 
 
 @router.patch("/{id}", response_model=responses.Calibration)
-def change_note(request: Request, id: Id, body: NoteChange) -> Json:
-    """Change the note beside a version: all that is ever changed of one."""
-    return Json(request.app.state.store.calibrations.annotate(id, body.note).to_json())
+def change_note(services: ServicesDep, id: Id, body: NoteChange) -> Json:
+    """Change the note beside a version: nothing else of it ever changes."""
+    return Json(services.store.calibrations.annotate(id, body.note).to_json())
 
 
 @router.post("/{id}/restore", response_model=responses.Calibration)
-def restore_calibration(request: Request, id: Id) -> Json:
-    """Take a deletion back, as often as you like: the version is there again under its number."""
-    return Json(request.app.state.store.calibrations.restore(id).to_json())
+def restore_calibration(services: ServicesDep, id: Id) -> Json:
+    """Undo a deletion: the version is there again under its number."""
+    return Json(services.store.calibrations.restore(id).to_json())
 
 
 def _version(store: Store, id: str) -> Any:

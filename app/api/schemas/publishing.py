@@ -1,10 +1,11 @@
-"""What is asked of and answered about the network: see publishing.py."""
+"""Requests about publishing to the league's network."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from app.api.schemas.requests import CameraId, Name, Number, Rotate, Size, Strict
+from app.api.schemas.requests import CameraId
+from app.services.value_types import Name, Number, Rotate, Size, Strict
 
 Text = Annotated[str, Field(max_length=64)]
 WireNumber = Annotated[int, Field(ge=0, le=2**32 - 1)]
@@ -28,8 +29,8 @@ class PublishingChanges(Strict):
         {}, description="calibrations, by camera, whose loss is accepted; cameras not named stay")
 
 
-class TakeOver(Strict):
-    """Which camera of a sender is kept as a calibration, and what the packet does not say of it."""
+class ImportBody(Strict):
+    """Which camera of a sender is saved as a calibration, and what its packet does not say."""
 
     camera_id: WireNumber
     camera: CameraId | None = None
@@ -38,69 +39,4 @@ class TakeOver(Strict):
     rotate: Rotate | None = None
     image_size: Size | None = None
     sha256: Annotated[str, Field(min_length=64, max_length=64)] | None = Field(
-        None, description="of the packet that was looked at: 409 where the sender has said something else since")
-
-
-class _Answer(BaseModel):
-    """Entries may be added, and are never renamed."""
-
-    model_config = ConfigDict(extra="allow")
-
-
-class PublishedCamera(_Answer):
-    camera: str
-    calibration: str
-    version: int
-    model: str
-    field: str
-    region: str
-    camera_id: int
-    published: bool
-    exact: bool
-    loss: dict[str, Any] | None
-    problem: dict[str, str] | None
-
-
-class Publishing(_Answer):
-    enabled: bool
-    absorb: bool
-    group: str
-    port: int
-    interface: str
-    ttl: int
-    interval_s: float
-    limit_mm: float
-    field: str | None
-    numbers: dict[str, int]
-    approved: dict[str, str]
-    state: Literal["off", "starting", "on-air", "silent", "failing"]
-    problem: dict[str, str] | None
-    said: dict[str, Any] | None
-    cameras: list[PublishedCamera]
-    interfaces: list[dict[str, Any]]
-
-
-class HeardSender(_Answer):
-    id: str
-    address: str
-    port: int
-    source: str
-    age_s: float
-    packets: int
-    geometries: int
-    refused: int
-    refusal: str | None
-    skipped: int
-    geometry_age_s: float | None
-    sha256: str | None
-    field: dict[str, Any] | None
-    problem: dict[str, str] | None
-    cameras: list[dict[str, Any]]
-
-
-class Heard(_Answer):
-    listening: bool
-    problem: dict[str, str] | None
-    datagrams: int
-    own: int
-    items: list[HeardSender]
+        None, description="of the packet that was looked at: 409 where the sender has sent another one since")

@@ -1,29 +1,30 @@
-"""What a request may look like. Strict: nothing unknown, no strings for numbers, nothing infinite.
-
-Sizes are bounded here, so that a body that passes is a small one; what the values mean is the business of the
-floors below, which check again.
-"""
+"""What requests look like: parameters in paths and queries, and bodies."""
 
 from typing import Annotated, Any, Literal
 
 from fastapi import Path, Query
 from pydantic import BaseModel, ConfigDict, Field
 
+from app.core.errors import BadInput
 from app.core.geometry import MAX_COORDINATE
+from app.services.value_types import (
+    Coordinate,
+    Name,
+    Note,
+    Number,
+    ObservationForm,
+    OptionText,
+    OptionValues,
+    Pair,
+    Rotate,
+    Size,
+    Strict,
+    Triple,
+)
 
 MAX_TRANSFORM_POINTS = 100_000
+MAX_PICTURES = 25  # of one camera; a background is made of no more
 
-Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
-Pair = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
-Triple = Annotated[list[Coordinate], Field(min_length=2, max_length=3)]
-Side = Annotated[int, Field(ge=2, le=65536)]
-Size = Annotated[list[Side], Field(min_length=2, max_length=2)]
-Name = Annotated[str, Field(min_length=1, max_length=64)]
-Rotate = Literal[0, 90, 180, 270]
-Number = Annotated[float, Field(allow_inf_nan=False)]
-OptionText = Annotated[str, Field(max_length=200)]
-OptionValue = (bool | int | Number | OptionText | Annotated[list[OptionText], Field(max_length=20)]
-               | Annotated[dict[OptionText, int | Number | OptionText], Field(max_length=8)] | None)
 FrameName = Literal["image", "corrected", "field"]
 
 # Ids and names in a path: short, and never a path of their own.
@@ -34,20 +35,6 @@ WidthPx = Annotated[int | None, Query(ge=16, le=8192, description="width of the 
 Limit = Annotated[int, Query(ge=1, le=200)]
 AsJob = Annotated[bool, Query(description="answer 202 with a job at once, and do it in the background")]
 Cursor = Annotated[str | None, Query(max_length=200)]
-
-
-class Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
-
-
-class Observation(Strict):
-    """Where one feature of the field was seen on one image."""
-
-    feature: Annotated[str, Field(min_length=1, max_length=200)] | Pair = Field(
-        description="a border, line, arc or landmark of the field by name, or a field position [x, y] in mm")
-    kind: Literal["line", "landmark"] = "line"
-    points: Annotated[list[Pair], Field(max_length=20_000)] = Field(description="[x, y] px in the raw picture")
-    z_mm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
 
 
 class BorderRequest(Strict):
@@ -69,13 +56,13 @@ class FitRequest(Strict):
     region: Name
     rotate: Rotate | None = None
     model: Name = "polynomial"
-    options: Annotated[dict[str, OptionValue], Field(max_length=50)] = {}
-    observations: Annotated[list[Observation], Field(max_length=500)]
-    note: Annotated[str, Field(max_length=2000)] = ""
+    options: OptionValues = Field({})
+    observations: Annotated[list[ObservationForm], Field(max_length=500)]
+    note: Note = ""
 
 
 class CompareRequest(FitRequest):
-    """The same, for several models; `model` is not looked at."""
+    """The same, for several models; `model` is ignored."""
 
     models: Annotated[list[Name], Field(min_length=1, max_length=20)] | None = None
 
@@ -104,7 +91,7 @@ class CameraChanges(Strict):
 
 
 class CameraTest(Strict):
-    """A source to try out."""
+    """A source to be tried out."""
 
     source: Address
 
@@ -115,7 +102,7 @@ class ControlChanges(Strict):
     controls: Annotated[dict[OptionText, bool | int | Number | OptionText], Field(min_length=1, max_length=20)]
 
 
-class SeenBoard(Strict):
+class BoardViewForm(Strict):
     """One view of a board: corners in the picture, and where they are on the board."""
 
     image_points: Annotated[list[Pair], Field(max_length=10_000)] = Field(description="[x, y] px in the raw picture")
@@ -127,15 +114,15 @@ class BoardRequest(Strict):
     """Pictures of a board, or views of it, from which a lens is found."""
 
     snapshots: Annotated[list[Name], Field(min_length=1, max_length=500)] | None = None
-    views: Annotated[list[SeenBoard], Field(min_length=1, max_length=1000)] | None = None
+    views: Annotated[list[BoardViewForm], Field(min_length=1, max_length=1000)] | None = None
     image_size: Size | None = None
     board: Annotated[dict[OptionText, bool | int | Number | OptionText], Field(max_length=10)] | None = Field(
         None, description='{"kind": "chessboard" or "charuco", "columns", "rows" (inner corners), "square_mm"}; a '
                           'charuco board has "marker_mm", "dictionary" and "legacy" too')
     model: Name = "brown-conrady"
-    options: Annotated[dict[str, OptionValue], Field(max_length=50)] = {}
+    options: OptionValues = Field({})
     camera: Name | None = None
-    note: Annotated[str, Field(max_length=2000)] = ""
+    note: Note = ""
 
 
 Height = Annotated[float, Field(ge=0, le=5000)]
@@ -155,12 +142,12 @@ class PairRequest(Strict):
 
 
 class PairLinesRequest(Strict):
-    """Points in one picture of a pair, whose lines in the other are wanted: by a matrix, or by two calibrations."""
+    """Points in the pictures of a pair, for their epipolar lines: by a matrix, or by two calibrations."""
 
     points_a: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture a")
     points_b: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture b")
     matrix: Annotated[list[Annotated[list[Number], Field(min_length=3, max_length=3)]],
-                      Field(min_length=3, max_length=3)] | None = Field(None, description="as `POST /pairs` tells it")
+                      Field(min_length=3, max_length=3)] | None = Field(None, description="as `POST /pairs` returns it")
     image_size_a: Size | None = Field(None, description="[width, height] px, with a matrix")
     image_size_b: Size | None = None
     calibration_a: Name | None = None
@@ -171,7 +158,7 @@ class PairLinesRequest(Strict):
 class StraightnessRequest(Strict):
     """Pictures of one camera, lines clicked in the first of them (or in none), or both."""
 
-    snapshots: Annotated[list[Name], Field(max_length=50)] = []
+    snapshots: Annotated[list[Name], Field(max_length=50)] = Field([])
     lines: Annotated[list[Annotated[list[Pair], Field(max_length=20_000)]], Field(max_length=2000)] = Field(
         [], description="[[x, y], …] px along one straight edge each")
     image_size: Size | None = Field(None, description="of the picture, where there are only lines")
@@ -181,8 +168,8 @@ class StraightnessRequest(Strict):
                           "default")
 
 
-class BentLens(Strict):
-    """A lens as `lens` of an answer on straightness gives it."""
+class PlumbLensForm(Strict):
+    """A lens as `lens` of a response on straightness."""
 
     name: Name
     terms: Annotated[dict[OptionText, Coordinate], Field(max_length=10)]
@@ -193,21 +180,21 @@ class BentLens(Strict):
 
 
 class StraightenedRequest(Strict):
-    """A picture, and the lens whose bend is taken out of it."""
+    """A picture, and the lens whose distortion is removed."""
 
     snapshot: Name
-    lens: BentLens
+    lens: PlumbLensForm
 
 
-class Draft(Strict):
+class DraftBody(Strict):
     """An operator's work in progress on one snapshot."""
 
     field: Name | None = None
     region: Name | None = None
     rotate: Rotate | None = None
     model: Name | None = None
-    options: Annotated[dict[str, OptionValue], Field(max_length=50)] = {}
-    observations: Annotated[list[Observation], Field(max_length=500)] = []
+    options: OptionValues = Field({})
+    observations: Annotated[list[ObservationForm], Field(max_length=500)] = Field([])
 
 
 class TransformRequest(Strict):
@@ -219,6 +206,26 @@ class TransformRequest(Strict):
     z_mm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
     image_size: Size | None = Field(None, description="size of the picture the points are from, checked against "
                                                       "the calibration's")
+
+
+class PictureChoice(Strict):
+    """Which pictures are meant: one of snapshot, snapshots and camera."""
+
+    snapshot: Name | None = None
+    snapshots: Annotated[list[Name], Field(min_length=1, max_length=MAX_PICTURES)] | None = Field(
+        None, description="several of one camera: what moves vanishes")
+    camera: Name | None = Field(None, description="take pictures with it now, and use what they have in common")
+
+    @property
+    def ids(self) -> list[str]:
+        return self.snapshots or ([self.snapshot] if self.snapshot else [])
+
+    def check_choice(self, required: bool) -> None:
+        """Refuse more than one, or none where one is required."""
+        count = sum(given is not None for given in (self.snapshot, self.snapshots, self.camera))
+        if count > 1 or (required and count == 0):
+            raise BadInput("It is not clear which picture is meant.", "Send one of snapshot, snapshots and camera.",
+                           reason="bad-request")
 
 
 Purpose = Literal["picture", "board", "straight", "rig", "seeing"]
@@ -233,7 +240,7 @@ class CameraSnapshot(Strict):
     over_s: Annotated[float, Field(ge=0, le=60)] | None = Field(
         None, description="over how long they are spread, s; a third of a second each when left out")
     purpose: Purpose = Field("picture", description="what it is taken for: a field, a board, straight edges,"
-                             " a rig's check, or a frame that is held while colours are clicked")
+                             " a rig's check, or a frame on which colours are clicked")
 
 
 class Problem(BaseModel):

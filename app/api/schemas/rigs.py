@@ -1,11 +1,11 @@
-"""What a rig looks like at the REST door, asked and answered."""
+"""Requests about rigs."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.api.schemas.requests import CameraId, Height, Name, Number, Pair, Rotate, Strict
-from app.api.schemas.responses.base import Answer, Points
+from app.api.schemas.requests import CameraId, Height
+from app.services.value_types import Name, Number, Pair, Rotate, Strict
 from app.workflows.rig import MAX_CAMERAS
 
 MAX_MATCHES = 5000
@@ -42,7 +42,7 @@ class RigMatches(Strict):
 
 
 class RigCheck(Strict):
-    """What to judge by."""
+    """What a rig is checked by."""
 
     snapshots: Annotated[dict[CameraId, Name], Field(max_length=MAX_CAMERAS)] = Field(
         {}, description="a kept picture by the camera that took it")
@@ -56,85 +56,3 @@ class RigRefit(Strict):
 
     cameras: Annotated[list[CameraId], Field(min_length=1, max_length=MAX_CAMERAS)] | None = Field(
         None, description="left out: all whose rectangles are not the rig's")
-
-
-class Trouble(Answer):
-    camera: str
-    reason: str
-    text: str
-    fix: str
-
-
-class CameraOfRig(Answer):
-    camera: str
-    title: str
-    region: str | None
-    rotate: int | None
-    calibration: str | None = Field(description="its active one")
-    version: int | None
-    model: str | None
-    rectangles: dict[str, Any] | None
-    troubles: list[Trouble]
-
-
-class Rig(Answer):
-    name: str
-    title: str
-    field: str
-    w_max_rectangle_px: float | None
-    h_max_rectangle_px: float | None
-    n_rectangles_x: int | None
-    n_rectangles_y: int | None
-    rectangles: dict[str, Any] | None = Field(description="the common ones")
-    rectangles_from: Literal["rig", "cameras"] | None
-    cameras: list[CameraOfRig]
-    updated_at: str
-    updated_by: str
-
-
-class Rigs(Answer):
-    items: list[Rig]
-    next_cursor: str | None
-
-
-class Verdict(Answer):
-    level: Literal["good", "fair", "poor"] | None
-    sentence: str
-    fix: str
-
-
-class RigPair(Answer):
-    """from: what the agreement was measured by. fundamental: foretold by the calibrations, in ideal pixels."""
-
-    a: str
-    b: str
-    agreement: dict[str, Any] | None
-    fundamental: dict[str, Any] | None
-    matches: dict[str, Any] | None
-    verdict: Verdict | None
-    notes: list[str]
-    failed: dict[str, str] | None
-
-
-class RigChecked(Answer):
-    cameras: list[CameraOfRig]
-    rectangles: dict[str, Any] | None
-    pairs: list[RigPair]
-    verdict: Verdict
-    missing: list[Trouble] = Field(description="cameras that gave no picture")
-
-
-class RigRefitted(Answer):
-    calibrations: list[str] = Field(description="new versions, none of them active")
-
-
-class Stitched(Answer):
-    """Where things lie in stitched.jpg of that width."""
-
-    width: int
-    height: int
-    px_per_mm: float
-    overlay: list[dict[str, Any]]
-    corner: Points
-    unseen: dict[str, Any]
-    cameras: list[dict[str, Any]]

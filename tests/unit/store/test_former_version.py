@@ -34,7 +34,7 @@ def test_everything_is_answered_as_the_version_before_answered_it(restored):
     for path, known in KNOWN["answers"].items():
         if path != "/jobs":
             assert client.get(API + path).json() == known, path
-    store = client.app.state.store
+    store = client.app.state.services.store
     assert store.damaged == () and store.identities.get(store.calibrations.active("west").id)["serial"] == "A1"
     assert [lens["lens"]["focal_px"] for lens in store.lenses.list().items] == [500.5]
     if origin == "folder":

@@ -1,4 +1,4 @@
-"""A stream of JPEGs as one answer that never ends: for <img>, VLC and OpenCV."""
+"""A stream of JPEGs as one response that never ends: for <img>, VLC and OpenCV."""
 
 import asyncio
 from contextlib import suppress
@@ -7,43 +7,36 @@ from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
 from app.api.middleware.connections import ABORT
+from app.api.responses import NO_STORE
+from app.api.sockets import SEND_TIMEOUT_S, run_until_first
 from app.core.errors import Unavailable
 from app.live import LiveCamera, StreamSpec
 from app.live.messages import parts
 
 BOUNDARY = "touchline-frame"
-TAKE_S = 10.0  # a viewer that takes nothing for so long is closed
-NO_STORE = {"Cache-Control": "no-store"}
 
 
-class Mjpeg(Response):
-    """Sends what its viewer's slot holds, as fast as the connection takes it; ends when the viewer or camera goes."""
+class MjpegResponse(Response):
+    """Send the newest frame as fast as the connection takes it, until the viewer or the camera has gone."""
 
     media_type = f"multipart/x-mixed-replace; boundary={BOUNDARY}"
 
-    def __init__(self, camera: LiveCamera, channel: StreamSpec, most_fps: float | None) -> None:
+    def __init__(self, camera: LiveCamera, channel: StreamSpec, max_fps: float | None) -> None:
         super().__init__(headers=NO_STORE)
         del self.headers["content-length"]
-        self._camera, self._channel, self._most_fps = camera, channel, most_fps
+        self._camera, self._channel, self._max_fps = camera, channel, max_fps
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        sending = asyncio.create_task(self._send(scope, send))
-        leaving = asyncio.create_task(_gone(receive))
-        try:
-            await asyncio.wait((sending, leaving), return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            for task in (sending, leaving):
-                task.cancel()
-            await asyncio.gather(sending, leaving, return_exceptions=True)
+        await run_until_first(self._send(scope, send), _until_disconnect(receive))
 
     async def _send(self, scope: Scope, send: Send) -> None:
-        with self._camera.watching(self._channel, self._most_fps) as viewer:
+        with self._camera.watching(self._channel, self._max_fps) as viewer:
             await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
             with suppress(Unavailable):  # the camera was changed or removed
                 async for body in viewer:
                     try:
                         await asyncio.wait_for(send({"type": "http.response.body", "body": _part(body),
-                                                     "more_body": True}), TAKE_S)
+                                                     "more_body": True}), SEND_TIMEOUT_S)
                     except TimeoutError:
                         scope.get(ABORT, lambda: None)()
                         return
@@ -56,6 +49,6 @@ def _part(body: bytes) -> bytes:
             f"X-Frame-Seq: {head['seq']}\r\nX-Frame-Time: {head['time']:.3f}\r\n\r\n").encode() + bytes(jpeg) + b"\r\n"
 
 
-async def _gone(receive: Receive) -> None:
+async def _until_disconnect(receive: Receive) -> None:
     while (await receive())["type"] != "http.disconnect":
         pass

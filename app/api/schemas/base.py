@@ -1,0 +1,29 @@
+"""How responses are described for the documentation: from a record, or as a table of names and types.
+
+Routes send their JSON as it is; tests hold it to these descriptions.
+"""
+
+from typing import Any, get_type_hints
+
+from pydantic import BaseModel, ConfigDict, create_model
+
+JsonObject = dict[str, Any]
+Point = list[float]
+Points = list[Point | None]  # null: out of reach
+
+
+class Answer(BaseModel):
+    """A JSON object to which entries may be added; none is ever renamed."""
+
+    model_config = ConfigDict(extra="allow")
+
+
+def response(name: str, base: type[Answer] = Answer, /, *, record: type | None = None, **types: Any) -> type[Answer]:
+    """Describe a response: the fields of its record, a dataclass, and others by name and type; all required."""
+    fields = {**(get_type_hints(record) if record is not None else {}), **types}
+    return create_model(name, __base__=base, **{field: (type, ...) for field, type in fields.items()})
+
+
+def page_of(name: str, item: type[Answer]) -> type[Answer]:
+    """Describe a page: items, newest first, and the cursor of those after them, null at the end."""
+    return response(name, items=list[item], next_cursor=str | None)

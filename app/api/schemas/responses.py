@@ -1,0 +1,168 @@
+"""What responses look like, one entry each, by resource."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from app import jobs, store
+from app.api.schemas.base import JsonObject, Point, Points, page_of, response
+from app.league.config import PublishingConfig
+
+Level = Literal["good", "fair", "poor"] | None
+Texts = dict[str, str] | None
+
+
+def described(type: Any, description: str) -> Any:
+    return Annotated[type, Field(description=description)]
+
+
+# --- the server
+Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, warnings=list[JsonObject],
+    damaged=list[JsonObject])
+Job = response("Job", record=jobs.Job)
+Jobs = page_of("Jobs", Job)
+# value: as it is now, "set" or null of a secret. change: null where only the settings file decides it
+SettingView = response("SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None)
+SettingsView = response("SettingsView", version=str, items=list[SettingView], storage=JsonObject)
+
+# --- what a fit starts from, and what it finds
+PlayingField = response("PlayingField", name=str, title=str, length_mm=float, width_mm=float, lines=list[JsonObject],
+    arcs=list[JsonObject], landmarks=dict[str, Point], hat_height_mm=float, regions=dict[str, JsonObject])
+PlayingFields = page_of("PlayingFields", PlayingField)
+Option = response("Option", name=str, type=str, default=Any, help=str, range=list[float] | None, unit=str | None,
+    choices=list[str])
+Model = response("Model", name=str, title=str, help=str, points_needed=str, options=list[Option])
+Models = page_of("Models", Model)
+Draft = response("Draft", field=str | None, region=str | None, rotate=int | None, model=str | None, options=JsonObject,
+    observations=list[JsonObject], updated_at=str | None)
+Border = response("Border", degree=int, degree_reason=str, coefficients=list[float], rms_px=float,
+    loo_rms_px=float | None, residuals_px=list[float], outliers=list[int], curve=list[Point], distortion_pct=float,
+    kind=str | None)
+FittedModel = response("FittedModel", name=str, parameters=JsonObject)
+Report = response("Report", rms_px=float | None, max_px=float | None, rms_mm=float | None, max_mm=float | None,
+    cv_rms_mm=float | None, inliers=int, outliers=int, distortion=JsonObject, per_feature=list[JsonObject],
+    verdict=JsonObject, warnings=list[JsonObject])
+Polyline = response("Polyline", feature=str, kind=Literal["border", "line", "arc", "landmark"], points=Points)
+Overlay = response("Overlay", features=list[Polyline])
+Arrows = response("Arrows", frame=Literal["raw", "corrected"], mm_per_px=float | None, arrows=list[JsonObject])
+Preview = response("Preview", model=FittedModel, report=Report, corrected_size=list[int], overlay=list[Polyline])
+SnappedPoint = response("SnappedPoint", state=Literal["snapped", "kept"], point=Point)
+SnappedPoints = response("SnappedPoints", points=list[SnappedPoint])
+
+# --- calibrations
+Calibration = response("Calibration", id=str, version=int, camera=str | None, field=str, region=str, rotate=int,
+    model=FittedModel, image_size=list[int], corrected_size=list[int], observations=list[JsonObject],
+    options=JsonObject, report=Report, created_at=str, software=str, snapshot=str | None, image_sha256=str | None,
+    parent=str | None, note=str, made_by=str, active=bool, field_definition=JsonObject)
+Calibrations = page_of("Calibrations", Calibration)
+# version: null where the version was deleted since
+Activation = response("Activation", calibration=str, version=int | None, at=str, by=str)
+Activations = response("Activations", items=list[Activation])
+Ranking = response("Ranking", ranking=list[JsonObject], recommended=str | None, reason=str, failed=list[JsonObject])
+# what an export can hold, whether it holds this calibration exactly, else what the nearest costs
+Format = response("Format", format=str, title=str, holds=str, suffix=str, reads=bool, exact=bool,
+    loss=JsonObject | None, problem=JsonObject | None)
+Formats = response("Formats", items=list[Format])
+Transformed = response("Transformed", points=Points)
+Uncertainty = response("Uncertainty", z_mm=float, median=float, rms=float, max=float, worst_place=Point,
+    grid=JsonObject)
+Difference = response("Difference", rms_mm=float | None, median_mm=float | None, max_mm=float | None,
+    worst_place=Point | None, rms_px=float | None, max_px=float | None, grid=JsonObject | None)
+CalibrationReport = response("CalibrationReport", format=Literal["touchline-report"], format_version=Literal[1],
+    calibration=JsonObject, field=JsonObject, model=JsonObject, picture=JsonObject, verdict=JsonObject,
+    figures=dict[str, JsonObject], distortion=JsonObject, per_feature=list[JsonObject], outliers=list[JsonObject],
+    uncertainty=JsonObject, warnings=list[JsonObject])
+CheckVerdict = response("CheckVerdict", level=described(Level, "null: the picture does not tell"), sentence=str,
+    fix=str, reason=described(str, "holds, moved, lens, as-made, elsewhere or not-seen"))
+# mm is across the marking on the carpet, and null where nothing was found
+CheckedLine = response("CheckedLine", feature=str, places=int, found=int, found_share=float, mean_mm=float | None,
+    rms_mm=float | None, worst_mm=float | None, rms_px=float | None)
+CheckedPlace = response("CheckedPlace", feature=str, expected=described(Point, "raw px, where the calibration has it"),
+    found=described(Point, "raw px"), off_mm=float)
+# how far the field's lines are today from where the calibration has them
+CalibrationCheck = response("CalibrationCheck", calibration=str, version=int | None, camera=str | None, snapshot=str,
+    model=str, field=str, region=str, image_size=list[int], verdict=CheckVerdict, lines=list[CheckedLine],
+    found_share=described(float, "of the length of the lines that should be seen"), lines_found=int,
+    others_share=described(float, "length of other long lines, as a share of what should be seen; 0 where most of "
+                                  "that was found"),
+    own_mm=described(float | None, "what the calibration said of itself when it was made"), rms_mm=float | None,
+    p95_mm=float | None, rms_px=float | None,
+    left_mm=described(float | None, "rms of what no motion of the camera explains"),
+    carpet=described(JsonObject | None, "z_mm, mean_mm, p95_mm, max_mm, where, and the map"), hat=JsonObject | None,
+    points=list[CheckedPlace])
+
+# --- lenses without a field: from boards, straight edges, or two cameras that see the same
+LensSummary = response("LensSummary", id=str, created_at=str, camera=str | None, note=str, model=str,
+    board=JsonObject | None, image_size=list[int])
+Lens = response("Lens", LensSummary, lens=JsonObject, report=JsonObject, snapshots=list[str] | None, software=str)
+Lenses = page_of("Lenses", LensSummary)
+Straightness = response("Straightness", lens=JsonObject, sigma=dict[str, float], straightness_px=dict[str, float],
+    bow=JsonObject, distortion=Literal["significant", "none", "unknown"], sentence=str, lines=list[JsonObject],
+    lines_used=int, objects=int, pictures=list[str], cannot_see=str)
+Pair = response("Pair", fundamental=JsonObject | None, pose=JsonObject | None, calibrated=JsonObject | None,
+    agreement=JsonObject | None, matches=int, failed=list[JsonObject])
+PairLines = response("PairLines", in_a=list[Points | None] | None, in_b=list[Points | None] | None,
+    place_in_a=Points | None, place_in_b=Points | None)
+
+# --- cameras and their pictures
+Snapshot = response("Snapshot", record=store.Snapshot)
+Snapshots = page_of("Snapshots", Snapshot)
+Camera = response("Camera", id=str, name=str, field=str | None, region=str | None, source=str, editable=bool,
+    active_calibration=str | None, updated_at=str | None, updated_by=str | None)
+Cameras = page_of("Cameras", Camera)
+CameraTest = response("CameraTest", width=int, height=int, fps=float, identity=Texts, picture=str)
+FoundCameras = response("FoundCameras", items=list[JsonObject])
+Sources = response("Sources", items=list[JsonObject])
+Controls = response("Controls", items=list[JsonObject])
+CameraStatus = response("CameraStatus", state=Literal["connecting", "live", "stalled", "offline", "mismatch"],
+    problem=JsonObject | None, fps=float, width=int | None, height=int | None, frame_age_s=float | None, reconnects=int,
+    light=JsonObject | None, sharpness=Any, active_calibration=str | None, drift_px=float | None,
+    drift=JsonObject | None)
+Clip = response("Clip", clip=str, camera=str, frames=int, seconds=float)
+Clips = page_of("Clips", Clip)
+# items: oldest first, each with what it says raw and corrected; report: what all say together
+Rolls = response("Rolls", items=list[JsonObject], report=JsonObject | None)
+
+# --- detection
+# learned: whether the colours were clicked or found in the camera's picture, null before that
+DetectionSettings = response("DetectionSettings", on=bool, plan=JsonObject, colours=str | None,
+    profile=JsonObject | None, learned=str | None, health=list[JsonObject], publish=bool, published=JsonObject)
+Colours = response("Colours", name=str, profile=JsonObject, health=list[JsonObject], used_by=list[str])
+ColoursList = page_of("ColoursList", Colours)
+LearnedColours = response("LearnedColours", profile=JsonObject, health=list[JsonObject], notes=list[str])
+# one frame. items: what was found; ms: of all stages, of processor time; fps: frames that are looked at
+FrameDetections = response("FrameDetections", seq=int, time_s=float, items=list[JsonObject], stages=list[JsonObject],
+    ms=float, notes=list[str], fps=float)
+# items: the tracks; seams: how far apart cameras see the same things; cameras: what each gives, or why not
+Tracks = response("Tracks", time_s=float, items=list[JsonObject], seams=JsonObject, cameras=list[JsonObject])
+
+# --- rigs
+RigTrouble = response("RigTrouble", camera=str, reason=str, text=str, fix=str)
+CameraOfRig = response("CameraOfRig", camera=str, title=str, region=str | None, rotate=int | None,
+    calibration=described(str | None, "its active one"), version=int | None, model=str | None,
+    rectangles=JsonObject | None, troubles=list[RigTrouble])
+Rig = response("Rig", name=str, title=str, field=str, w_max_rectangle_px=float | None, h_max_rectangle_px=float | None,
+    n_rectangles_x=int | None, n_rectangles_y=int | None, rectangles=described(JsonObject | None, "the common ones"),
+    rectangles_from=Literal["rig", "cameras"] | None, cameras=list[CameraOfRig], updated_at=str, updated_by=str)
+Rigs = page_of("Rigs", Rig)
+RigVerdict = response("RigVerdict", level=Level, sentence=str, fix=str)
+# fundamental: predicted by the calibrations, in ideal pixels
+RigPair = response("RigPair", a=str, b=str, agreement=JsonObject | None, fundamental=JsonObject | None,
+    matches=JsonObject | None, verdict=RigVerdict | None, notes=list[str], failed=Texts)
+RigCheck = response("RigCheck", cameras=list[CameraOfRig], rectangles=JsonObject | None, pairs=list[RigPair],
+    verdict=RigVerdict, missing=described(list[RigTrouble], "cameras that gave no picture"))
+# where things lie in stitched.jpg of that width
+StitchedView = response("StitchedView", width=int, height=int, px_per_mm=float, overlay=list[JsonObject], corner=Points,
+    unseen=JsonObject, cameras=list[JsonObject])
+
+# --- the network
+PublishedCamera = response("PublishedCamera", camera=str, calibration=str, version=int, model=str, field=str,
+    region=str, camera_id=int, published=bool, exact=bool, loss=JsonObject | None, problem=Texts)
+Publishing = response("Publishing", record=PublishingConfig, problem=Texts,
+    state=Literal["off", "starting", "on-air", "silent", "failing"], said=JsonObject | None,
+    cameras=list[PublishedCamera], interfaces=list[JsonObject])
+GeometrySender = response("GeometrySender", id=str, address=str, port=int, source=str, age_s=float, packets=int,
+    geometries=int, refused=int, refusal=str | None, skipped=int, geometry_age_s=float | None, sha256=str | None,
+    field=JsonObject | None, problem=Texts, cameras=list[JsonObject])
+GeometrySenders = response("GeometrySenders", listening=bool, problem=Texts, datagrams=int, own=int,
+    items=list[GeometrySender])

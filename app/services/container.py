@@ -1,0 +1,97 @@
+"""The parts of a running server in one object, which every route and socket receives as `services`."""
+
+import os
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import aclosing, asynccontextmanager, closing
+from typing import Any, ParamSpec, TypeVar
+
+import anyio
+from anyio import CapacityLimiter, to_thread
+
+from app.core.progress import Progress
+from app.core.records import Frame
+from app.images import ImageDecoder, ImageLimits
+from app.imaging.mosaic import Stitcher
+from app.jobs import Job, JobEngine
+from app.live import LiveCameras
+from app.live.track_fusion import TrackFusion
+from app.scene.scene_registry import SceneRegistry
+from app.services.cache import LruCache
+from app.services.cameras import CameraService
+from app.services.detection import DetectionService
+from app.services.live import start_live_cameras
+from app.services.presence import Presence
+from app.services.publishing import PublishingService
+from app.services.result_savers import result_savers
+from app.settings import Settings
+from app.store import Store
+from app.store.field_repository import FieldRepository
+
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
+MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is asked for many times in a row
+MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
+MAX_STITCHERS = 4
+POLL_S = 0.05  # how often a job that somebody waits for is looked at
+POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
+
+
+class Services:
+    """Made from the settings alone; decoder, live cameras and scenes exist while it is running()."""
+
+    decoder: ImageDecoder
+    live: LiveCameras
+    scenes: SceneRegistry
+    _threads: CapacityLimiter
+
+    def __init__(self, settings: Settings, store: Store, jobs: JobEngine, limits: ImageLimits) -> None:
+        self.settings, self.store, self.jobs = settings, store, jobs
+        self.started_s = time.monotonic()
+        self.fields = FieldRepository(settings.own_fields)
+        self.cameras = CameraService(settings, store, self.fields, limits)
+        self.publishing = PublishingService(settings, store, self.cameras)
+        self.detection = DetectionService(store, self.cameras, self.fields, self.publishing)
+        self.presence = Presence()
+        self.track_fusions: dict[str, TrackFusion] = {}  # by the rig's name
+        self.stitchers: LruCache[tuple[object, ...], tuple[Stitcher, list[str]]] = LruCache(MAX_STITCHERS)
+        self.scene_pages: LruCache[tuple[object, ...], bytes] = LruCache(MAX_SCENE_PAGES)
+        self._frames: LruCache[str, Frame] = LruCache(MAX_FRAME_BYTES, lambda frame: frame.pixels.nbytes)
+        self._limits = limits
+        jobs.result_savers.update(result_savers(store))
+
+    @asynccontextmanager
+    async def running(self) -> AsyncIterator[None]:
+        """Hold the store and start what has processes; jobs that a stop has cut short go on."""
+        with self.store, ImageDecoder(self._limits) as self.decoder, self.jobs:
+            self._threads = CapacityLimiter(max(4, os.cpu_count() or 4))
+            self.jobs.open(self.store.jobs)
+            live = start_live_cameras(self.cameras, self.detection)
+            async with aclosing(live) as self.live, aclosing(SceneRegistry()) as self.scenes:
+                with closing(self.publishing.publisher) as publisher:
+                    publisher.start()
+                    yield
+
+    def frame(self, snapshot: str) -> Frame:
+        """Return a snapshot decoded; NotFound."""
+        return self._frames.get_or_make(
+            snapshot, lambda: self.decoder.frame_from_bytes(self.store.snapshots.picture(snapshot)))
+
+    async def run_in_thread(self, work: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs) -> Result:
+        """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""
+        return await to_thread.run_sync(lambda: work(*args, **kwargs), limiter=self._threads)
+
+    async def run_as_job(self, kind: str, run: Callable[[Any, Progress], Any], spec: Any,
+                         is_abandoned: Callable[[], Awaitable[bool]]) -> Job:
+        """Run work of many seconds in a process and wait for its end; cancel it once its caller has gone."""
+        job = self.jobs.start(kind, run, spec, durable=False)
+        polls = 0
+        try:
+            while not self.jobs.get(job.id).ended:
+                await anyio.sleep(POLL_S)
+                polls += 1
+                if polls % POLLS_PER_CHECK == 0 and await is_abandoned():
+                    break
+            return self.jobs.get(job.id)
+        finally:
+            self.jobs.cancel(job.id)

@@ -1,0 +1,88 @@
+"""Live cameras of the server, and frames taken from one that may have been asleep."""
+
+import asyncio
+import logging
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import asdict, dataclass
+from typing import Any, TypeVar
+
+from app.core.errors import Unavailable
+from app.core.geometry import ImageSize
+from app.core.records import Calibration
+from app.live import LiveCamera, LiveCameras
+from app.services.cameras import CameraService
+from app.services.detection import DetectionService
+from app.sources import Identity
+from app.store import Snapshot, Store
+
+T = TypeVar("T")
+FIRST_FRAME_S = 5.0  # a camera that was asleep gets so long to show its first frame
+SNAPSHOT_S = 20.0  # the background of many frames of a slow camera, or several cameras that wake up at once
+log = logging.getLogger("touchline")
+
+
+@dataclass(frozen=True)
+class TakenFrame:
+    """One exact frame of a live camera. head: what its process says of it: seq, time, width, height."""
+
+    camera: LiveCamera
+    head: dict[str, Any]
+    png: bytes
+
+    def save(self, store: Store, purpose: str) -> Snapshot:
+        """Keep it with the evidence of which device took it, so that no other gets its calibration."""
+        size = ImageSize(self.head["width"], self.head["height"])
+        snapshot = store.snapshots.add(self.png, size, "png", self.camera.id, purpose)
+        if self.camera.identity is not None:
+            store.identities.confirm(snapshot.id, asdict(self.camera.identity))
+        return snapshot
+
+
+async def take_frame(camera: LiveCamera, timeout_s: float = SNAPSHOT_S, frames: int = 1,
+                     over_s: float = 0.0) -> TakenFrame:
+    """Take a frame, or the background of several spread over over_s; Unavailable says what is wrong."""
+    head, png = await when_awake(camera, lambda left_s: camera.still(frames, left_s, over_s), timeout_s)
+    return TakenFrame(camera, head, png)
+
+
+async def when_awake(camera: LiveCamera, take: Callable[[float], Awaitable[T]], timeout_s: float = FIRST_FRAME_S) -> T:
+    """Call take with the seconds left, on a camera that may have been asleep; Unavailable says what is wrong."""
+    end = time.monotonic() + timeout_s
+    while (status := camera.status())["seq"] in (None, 0) and time.monotonic() < end:
+        if status["state"] == "offline":  # it says itself what is wrong
+            raise _silent(camera)
+        await asyncio.sleep(0.05)
+    try:
+        return await take(max(1.0, end - time.monotonic()))
+    except (TimeoutError, Unavailable):
+        raise _silent(camera) from None
+
+
+def _silent(camera: LiveCamera) -> Unavailable:
+    problem = camera.status()["problem"] or {"what": "This camera has shown no picture yet.",
+                                             "fix": "Try again in a moment.", "reason": "camera-silent"}
+    return Unavailable(problem["what"], problem["fix"], reason=problem["reason"])
+
+
+def start_live_cameras(cameras: CameraService, detection: DetectionService) -> LiveCameras:
+    """Make the live cameras; those with an active calibration are woken at once."""
+    tasks: set[asyncio.Task[None]] = set()
+
+    async def save_identity(calibration: Calibration, identity: Identity) -> None:
+        try:
+            await asyncio.to_thread(cameras.confirm, calibration, identity)
+        except Exception:
+            log.exception("the camera's identity could not be saved; it is asked for again after a restart")
+
+    def trust(calibration: Calibration, identity: Identity) -> None:
+        task = asyncio.create_task(save_identity(calibration, identity))
+        tasks.add(task)
+        task.add_done_callback(tasks.discard)
+
+    live = LiveCameras(cameras.process_spec, cameras.active_calibration, trust, cameras.calibration_picture,
+                       detection.process_settings, detection.publish)
+    for camera in cameras.all():
+        if cameras.active_calibration(camera.id)[0] is not None:
+            live.get(camera.id)
+    return live

@@ -1,0 +1,59 @@
+"""Clicks moved to the middle of the painted line beside them, and points found along a line of the field."""
+
+import math
+from typing import Any
+
+from app.core.errors import Conflict
+from app.core.field import Field, Region
+from app.core.geometry import as_points
+from app.core.records import Frame
+from app.evaluate.fit.click_guides import line_hints, snap_along
+from app.models import CameraModel, model_from_json
+from app.services.container import Services
+from app.vision.lines.snap import REASONS, Hint, Snapped, Unsnapped, snap
+
+
+def snap_clicks(services: Services, snapshot: str, points: list[list[float]], reach_px: float, width_px: float | None,
+                direction_deg: float | None, feature: str | None, fit: Any) -> list[dict[str, Any]]:
+    """Return each click on its line, or where it is with the reason. fit: model, field, region and rotate."""
+    frame = services.frame(snapshot)
+    clicks = as_points(points, "The points").reshape(-1, 2)
+    angle = None if direction_deg is None else math.radians(direction_deg)
+    known = [Hint(reach_px, width_px, angle)] * len(clicks)
+    if fit is not None and feature is not None:
+        model, field, region = _fit(services, fit, frame)
+        known = line_hints(model, field.feature(feature, region), field, region, clicks, reach_px)
+    return [_json(click, _snap(frame, click, hint)) for click, hint in zip(clicks.tolist(), known, strict=True)]
+
+
+def points_along(services: Services, snapshot: str, fit: Any, feature: str, count: int,
+                 reach_px: float) -> list[dict[str, Any]]:
+    """Return points along one line of the field, found beside where a fit expects it; none where it is hidden."""
+    frame = services.frame(snapshot)
+    model, field, region = _fit(services, fit, frame)
+    snapped = snap_along(frame.pixels, model, feature, field, region, count, reach_px)
+    return [_json(list(one.point), one) for one in snapped]
+
+
+def _snap(frame: Frame, point: list[float], hint: Hint) -> Snapped | Unsnapped:
+    """Snap with what is known of the line, then without: a poor fit must not hide a line that is there."""
+    snapped = snap(frame.pixels, point, hint)
+    blank = Hint(hint.reach_px)
+    return snap(frame.pixels, point, blank) if isinstance(snapped, Unsnapped) and hint != blank else snapped
+
+
+def _fit(services: Services, fit: Any, frame: Frame) -> tuple[CameraModel, Field, Region]:
+    model = model_from_json(fit.model.name, fit.model.parameters)
+    if model.image_size != frame.size:
+        raise Conflict(f"The fit is for {model.image_size.width} × {model.image_size.height} px, the picture has "
+                       f"{frame.size.width} × {frame.size.height}.", "Fit this picture first.", reason="size-mismatch")
+    field = services.fields[fit.field]
+    return model, field, field.region(fit.region, fit.rotate)
+
+
+def _json(click: list[float], result: Snapped | Unsnapped) -> dict[str, Any]:
+    if isinstance(result, Unsnapped):
+        return {"state": "kept", "point": click, "reason": result.reason, "what": REASONS[result.reason]}
+    return {"state": "snapped", "point": list(result.point), "moved_px": result.moved_px, "width_px": result.width_px,
+            "direction_deg": math.degrees(result.angle_rad), "sigma_px": result.sigma_px,
+            "confidence": result.confidence}
