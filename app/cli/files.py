@@ -10,10 +10,10 @@ from app.cli.console import FileTrouble
 from app.core.errors import BadInput
 from app.core.geometry import Points, as_points
 from app.core.records import Calibration, Frame
-from app.fitting.ray_camera.distortion_prior import BentLens
+from app.fitting.ray_camera.distortion_prior import DistortionEstimate
 from app.formats import FORMATS
 from app.images import ImageLimits, encode, frame_from_bytes
-from app.models.pinhole_lens import PinholeLens
+from app.models.intrinsics import Intrinsics
 from app.store.files import write_atomically
 
 POINTS_KEYS = ("observations", "field", "region", "rotate", "model", "options", "image_size", "note")
@@ -71,9 +71,9 @@ def read_lens_option(path: Path) -> dict[str, Any]:
     value = strict_json(data, str(path))
     if isinstance(value, dict) and value.get("format") == LENS_FORMAT:
         if isinstance(value.get("lens"), dict) and "unit" in value["lens"]:  # from straight lines: no focal length
-            bent = BentLens.from_json(value["lens"])
-            return {"name": bent.bend.name, "lens": bent.to_json()}
-        lens = PinholeLens.from_json(value.get("lens"))
+            bent = DistortionEstimate.from_json(value["lens"])
+            return {"name": bent.distortion.name, "lens": bent.to_json()}
+        lens = Intrinsics.from_json(value.get("lens"))
         return {"name": lens.model, "lens": lens.to_json()}
     return FORMATS["json"].read(data).lens_option()
 

@@ -11,7 +11,7 @@ from app.cli import files
 from app.cli.progress import progress_bar
 from app.core.geometry import ImageSize
 from app.images import ImageDecoder
-from app.models.plumb_line import PlumbLens
+from app.models.distortion import Distortion
 from app.workflows.straight_lines import undistort
 from app.workflows.straight_lines_request import StraightLinesRequest
 
@@ -42,7 +42,7 @@ def straight(
 
         found = task.answer(((path.name, lambda path=path: read(path)) for path in pictures), len(pictures), progress)
         if corrected is not None:
-            files.write_picture(corrected, undistort(read(pictures[0]).pixels, PlumbLens.from_json(found["lens"])))
+            files.write_picture(corrected, undistort(read(pictures[0]).pixels, Distortion.from_json(found["lens"])))
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
 
 

@@ -1,4 +1,4 @@
-"""One border: a polynomial through clicked points, which names a stray click instead of bending to it.
+"""Fitting one border: a polynomial through clicked points that rejects outliers.
 
     value = Σ c_k t^k,   t = (position - centre) / scale            # Eq. (1), (2), (5), (6)
 
@@ -20,22 +20,22 @@ from app.models.border_curve import Curve
 Degree = int | Literal["auto"]
 
 MAX_AUTO_DEGREE = 6  # beyond it, a border of a dozen clicks follows the clicks' noise
-DUPLICATE_PX = 0.5  # nobody means two clicks this close, and they would count twice
+DUPLICATE_PX = 0.5  # two clicks closer than this are one that would count twice
 CLICK_NOISE_PX = 0.5  # what a careful hand leaves; the prior for the spread of few points
 PRIOR_CLICKS = 3  # how many points that prior weighs
-STRAY_PX = 1.5  # no click nearer than this to the others' curve is called a stray
-MAX_PAIRS = 60  # up to this many points, pairs are tried as well: two strays can hide each other
-MISS_PX = 4.0  # what a stray, or a point that nothing else checks, counts in choosing a degree
+MIN_OUTLIER_PX = 1.5  # no click nearer than this to the others' curve is an outlier
+MAX_PAIRS = 60  # up to this many points, pairs are tried as well: two outliers can hide each other
+MISS_PX = 4.0  # what an outlier, or a point that nothing else checks, counts in choosing a degree
 CHANCE_ERRORS = 1.0  # measured: with 1.5, a bend that nine clicks show is missed one time in four
 SAME_PX = 0.02  # leave-one-out errors closer than this are the same
 
 
 @dataclass(frozen=True, eq=False)
 class CurveFit:
-    """A curve, what each point says of it, and why it has its degree.
+    """A curve, its residuals, and why it has its degree.
 
-    residuals: signed, value minus curve, for every point, strays included.
-    held_out: the same against the curve fitted without that point; NaN where the others cannot say.
+    residuals: signed, value minus curve, for every point, outliers included.
+    held_out: the same against the curve fitted without that point; NaN where the others do not determine it.
     """
 
     curve: Curve
@@ -69,7 +69,7 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
     position, value: (n,) px. span: where the positions' axis begins and ends, px; t runs from -1 to 1 over it.
     label: "the left border", for messages. Raises FitFailed when the points do not determine the curve.
     """
-    _check(position, value, degree, label)
+    _check_points(position, value, degree, label)
     centre, scale = (span[0] + span[1]) / 2, (span[1] - span[0]) / 2
     t = (position - centre) / scale
     if degree == "auto":
@@ -79,15 +79,15 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
         reason = "Chosen by you."
     solved = _solve(t[inliers], value[inliers], degree)
     plain = chebyshev.cheb2poly(solved.coefficients)
-    plain = np.pad(plain, (0, degree + 1 - len(plain)))  # numpy drops coefficients that are exactly nought
+    plain = np.pad(plain, (0, degree + 1 - len(plain)))  # numpy drops coefficients that are exactly 0
     curve = Curve(tuple(float(c) for c in plain), float(centre), float(scale))
     residuals = value - curve(position)
-    held_out = residuals.copy()  # a stray is not in the fit: its residual is held out already
+    held_out = residuals.copy()  # an outlier is not in the fit: its residual is held out already
     held_out[inliers] = _held_out(solved)
     return CurveFit(curve, inliers, residuals, held_out, reason)
 
 
-def _check(position: Array, value: Array, degree: Degree, label: str) -> None:
+def _check_points(position: Array, value: Array, degree: Degree, label: str) -> None:
     least = 3 if degree == "auto" else degree + 1
     capital = label[0].upper() + label[1:]
     if position.size < least:
@@ -122,32 +122,32 @@ def _solve(t: Array, value: Array, degree: int) -> _Solved:
 
 
 def _held_out(solved: _Solved) -> Array:
-    """Leave-one-out residuals in closed form (PRESS): r_i / (1 - h_ii)."""
+    """Return leave-one-out residuals in closed form (PRESS): r_i / (1 - h_ii)."""
     free = 1 - solved.leverage
     return np.where(free > 1e-9, solved.residuals / np.maximum(free, 1e-9), np.nan)
 
 
 def _inliers(t: Array, value: Array, degree: int) -> NDArray[np.bool_]:
-    """Which points agree with the rest: strays are removed one or two at a time, worst first.
+    """Return which points agree with the rest: outliers are removed one or two at a time, worst first.
 
-    A point is a stray when the curve through the *others* misses it by more than STRAY_PX and by more than
+    A point is an outlier when the curve through the *others* misses it by more than STRAY_PX and by more than
     Student's t allows for the spread of the others (externally studentised residual), with a prior for that
-    spread because few points cannot tell it. One point that nothing else checks is never a stray.
+    spread because few points cannot tell it. One point that nothing else checks is never an outlier.
     """
     keep = np.ones(t.size, bool)
     spare = min(t.size // 4, t.size - degree - 2)
     while (~keep).sum() < spare:
         inside = np.flatnonzero(keep)
         solved = _solve(t[inside], value[inside], degree)
-        worst = _worst(solved, degree, pairs=inside.size <= MAX_PAIRS and spare - (~keep).sum() >= 2)
+        worst = _worst_outliers(solved, degree, pairs=inside.size <= MAX_PAIRS and spare - (~keep).sum() >= 2)
         if not len(worst):
             break
         keep[inside[worst]] = False
     return keep
 
 
-def _worst(solved: _Solved, degree: int, pairs: bool) -> Array:
-    """Indices of the one or two points whose removal explains most, if that is beyond chance."""
+def _worst_outliers(solved: _Solved, degree: int, pairs: bool) -> Array:
+    """Return indices of the one or two points whose removal explains most, if that is beyond chance."""
     n = solved.residuals.size
     free = 1 - solved.leverage
     gain = np.where(free > 1e-6, solved.residuals**2 / np.maximum(free, 1e-6), 0.0)  # RSS - RSS without i
@@ -155,7 +155,7 @@ def _worst(solved: _Solved, degree: int, pairs: bool) -> Array:
     best = int(np.argmax(gain))
     one = _beyond_chance(gain[best], abs(solved.residuals[best]) / max(free[best], 1e-6), rss, n - degree - 2)
     if n > MAX_PAIRS and one:  # many points: take all that are as bad at once
-        return np.flatnonzero((gain > 0.25 * gain[best]) & (np.abs(solved.residuals) > STRAY_PX))
+        return np.flatnonzero((gain > 0.25 * gain[best]) & (np.abs(solved.residuals) > MIN_OUTLIER_PX))
     if pairs:
         h = solved.hat @ solved.hat.T
         i, j = np.triu_indices(n, 1)
@@ -172,7 +172,7 @@ def _worst(solved: _Solved, degree: int, pairs: bool) -> Array:
 
 
 def _beyond_chance(gain: float, distance: float, rss: float, freedom: int) -> bool:
-    if freedom < 1 or distance < STRAY_PX:
+    if freedom < 1 or distance < MIN_OUTLIER_PX:
         return False
     freedom += PRIOR_CLICKS
     variance = (max(rss - gain, 0.0) + PRIOR_CLICKS * CLICK_NOISE_PX**2) / freedom
@@ -180,32 +180,32 @@ def _beyond_chance(gain: float, distance: float, rss: float, freedom: int) -> bo
     return gain > limit**2 * variance
 
 
-def _highest_degree(places: int) -> int:
-    """What so many points may be asked to carry: two for each coefficient, or two to spare for a quartic's lens."""
+def _max_degree(places: int) -> int:
+    """Return the highest degree to try: two points for each coefficient, or two to spare up to a quartic."""
     return max(1, min(4, places - 3), min(MAX_AUTO_DEGREE, (places + 1) // 2 - 1))
 
 
 def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, str, NDArray[np.bool_]]:
-    """The lowest degree that predicts left-out points as well as the best one, within chance.
+    """Choose the lowest degree that predicts left-out points as well as the best one, within chance.
 
-    Each degree is tried with its own strays, and those count MISS_PX each: otherwise a high degree would win by
-    bending to a stray at the border's end, or a low one by calling a bend a row of strays. Within chance means that
-    the mean of the paired differences of squared errors is less than CHANCE_ERRORS standard errors from nought.
+    Each degree is tried with its own outliers, which count MISS_PX each: otherwise a high degree would win by
+    bending to an outlier at the border's end, or a low one by calling a bend a row of outliers. Within chance means
+    that the mean of the paired differences of squared errors is less than CHANCE_ERRORS standard errors from 0.
     """
-    misses, strays = {}, {}
-    for degree in range(1, _highest_degree(np.unique(t).size) + 1):
+    errors_px, outliers = {}, {}
+    for degree in range(1, _max_degree(np.unique(t).size) + 1):
         inliers = _inliers(t, value, degree) if robust else np.ones(t.size, bool)
         missed = np.full(t.size, MISS_PX)
         missed[inliers] = _held_out(_solve(t[inliers], value[inliers], degree))
-        misses[degree], strays[degree] = np.nan_to_num(missed, nan=MISS_PX), inliers
-    rms = {d: float(np.sqrt(np.mean(m**2))) for d, m in misses.items()}
+        errors_px[degree], outliers[degree] = np.nan_to_num(missed, nan=MISS_PX), inliers
+    rms = {d: float(np.sqrt(np.mean(m**2))) for d, m in errors_px.items()}
     best = min(rms, key=rms.__getitem__)
 
     def as_good(d: int) -> bool:
-        worse = misses[d] ** 2 - misses[best] ** 2
+        worse = errors_px[d] ** 2 - errors_px[best] ** 2
         alike = rms[best] * (1 + 1 / np.sqrt(2 * t.size)) + SAME_PX  # an rms of n values is known no better
         return rms[d] <= alike or worse.mean() <= CHANCE_ERRORS * worse.std() / np.sqrt(worse.size)
 
     degree = next(d for d in rms if d == best or as_good(d))
-    told = ", ".join(f"degree {d} {error:.2f} px" for d, error in rms.items() if abs(d - degree) <= 1 or d == best)
-    return degree, f"Lowest degree within chance of the best leave-one-out error: {told}.", strays[degree]
+    listed = ", ".join(f"degree {d} {error:.2f} px" for d, error in rms.items() if abs(d - degree) <= 1 or d == best)
+    return degree, f"Lowest degree within chance of the best leave-one-out error: {listed}.", outliers[degree]

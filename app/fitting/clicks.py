@@ -8,7 +8,7 @@ from app.core.records import Observations, Warning
 
 
 def check_inside_picture(observations: Observations, image_size: ImageSize) -> None:
-    """Refuse, by name, a click that no picture of that size can have."""
+    """Raise FitFailed for a click that no picture of that size can have."""
     for o in observations:
         outside = np.flatnonzero(((o.points < -1) | (o.points > np.array(tuple(image_size)))).any(axis=1))
         if outside.size:
@@ -26,7 +26,7 @@ def inlier_masks(observations: Observations, owners: Array, inliers: Array) -> t
     return masks
 
 
-def name_strays(observations: Observations, owners: Array, inliers: Array, pixels: Array) -> list[Warning]:
+def outlier_warnings(observations: Observations, owners: Array, inliers: Array, pixels: Array) -> list[Warning]:
     """Return a warning for each click that was left out; pixels: how far off it is."""
     named = []
     for (i, k), fine, px in zip(owners, inliers, pixels, strict=True):
@@ -37,7 +37,7 @@ def name_strays(observations: Observations, owners: Array, inliers: Array, pixel
     return named
 
 
-def above_the_carpet(observations: Observations, who: str) -> list[Warning]:
+def elevated_point_warnings(observations: Observations, who: str) -> list[Warning]:
     """Return a warning for each observation that a model without rays cannot use; who: "a homography"."""
     return [Warning("above-the-carpet", f"The points on {o.label} are {o.z_mm:g} mm above the carpet; {who} knows only "
                     "the carpet, so they were left out.", "Fit a lens model to use them.", str(o.feature))

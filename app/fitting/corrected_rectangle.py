@@ -8,7 +8,7 @@ from app.core.field import Region
 from app.core.geometry import ImageSize
 from app.core.options import Option
 
-RECTANGLES = 10  # between the far apart borders, unless the rig says otherwise
+DEFAULT_RECTANGLES = 10  # between the far apart borders, unless the rig says otherwise
 MAX_CORRECTED_PX = 50e6
 
 RECTANGLE_OPTIONS: tuple[Option, ...] = (
@@ -20,15 +20,16 @@ RECTANGLE_OPTIONS: tuple[Option, ...] = (
 )
 
 
-def rectangles(settings: Mapping[str, Any], region: Region, image_size: ImageSize) -> tuple[float, float, int, int]:
-    """I_width and I_height with their numbers of rectangles, Eq. (3) and (7).
+def corrected_rectangle(settings: Mapping[str, Any], region: Region,
+                        image_size: ImageSize) -> tuple[float, float, int, int]:
+    """Return I_width and I_height with their numbers of rectangles, Eq. (3) and (7).
 
     Defaults depend on the field and the picture size alone, never on the clicks, so that cameras of one rig agree:
     the region, square-pixelled, as large as fits into the picture.
     """
     longer = max(region.width_mm, region.height_mm)
-    n_x = settings["n_rectangles_x"] or max(1, round(RECTANGLES * region.width_mm / longer))
-    n_y = settings["n_rectangles_y"] or max(1, round(RECTANGLES * region.height_mm / longer))
+    n_x = settings["n_rectangles_x"] or max(1, round(DEFAULT_RECTANGLES * region.width_mm / longer))
+    n_y = settings["n_rectangles_y"] or max(1, round(DEFAULT_RECTANGLES * region.height_mm / longer))
     px_per_mm = min(image_size.width / region.width_mm, image_size.height / region.height_mm)
     w_max, h_max = settings["w_max_rectangle_px"], settings["h_max_rectangle_px"]
     width = w_max * n_x if w_max else round(region.width_mm * px_per_mm)  # Eq. (3)

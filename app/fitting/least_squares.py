@@ -1,4 +1,4 @@
-"""The least squares that models share: Levenberg–Marquardt with a robust loss, on any state that can be moved.
+"""The least squares that fitters share: Levenberg–Marquardt with a robust loss, on any state with a retraction.
 
     minimise Σ ρ(r_i²),   ρ(s) = 2 (√(1 + s) - 1)   (soft L1) or s
 
@@ -18,7 +18,7 @@ State = TypeVar("State")
 
 FIRST_DAMPING = 1e-3
 MAX_DAMPING = 1e12
-QUICKEST = 0.1  # the share to which one good step lowers the damping; a third, as usual, needs twice the looks
+MIN_DAMPING_FACTOR = 0.1  # of one good step; the usual third needs twice the evaluations
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +61,8 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
             except np.linalg.LinAlgError:
                 delta = None
             if delta is not None and np.isfinite(delta).all():
-                moved = move(state, delta / scale)
-                new_residuals, new_jacobian = evaluate(moved)
+                candidate = move(state, delta / scale)
+                new_residuals, new_jacobian = evaluate(candidate)
                 new_cost = _cost(new_residuals, robust_rows)
                 if np.isfinite(new_cost) and np.isfinite(new_jacobian).all() and new_cost <= cost:
                     break
@@ -73,10 +73,10 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
         predicted = float(delta @ (damping * delta - gradient))
         ratio = (cost - new_cost) / predicted if predicted > 0 else 1.0
         still = cost - new_cost <= 0.1 * tolerance * cost + tolerance**2 or np.abs(delta).max() < tolerance
-        state, residuals, jacobian, cost = moved, new_residuals, new_jacobian, new_cost
+        state, residuals, jacobian, cost = candidate, new_residuals, new_jacobian, new_cost
         if still:
             return Minimum(state, cost, residuals, jacobian, step_number, True)
-        damping *= max(QUICKEST, 1 - (2 * ratio - 1) ** 3)
+        damping *= max(MIN_DAMPING_FACTOR, 1 - (2 * ratio - 1) ** 3)
         growth = 2.0
     return Minimum(state, cost, residuals, jacobian, max_steps, False)
 

@@ -1,4 +1,4 @@
-"""First values by linear methods, from points anywhere along the field's lines and from landmarks.
+"""Linear estimates from points anywhere along the field's lines and from landmarks.
 
 A click p on a field line l satisfies lᵀ G p = 0, where G = field_from_plane is a homography: one linear equation a
 click, wherever along the line it is; a landmark is two lines. Direct linear transformation, normalised after
@@ -28,7 +28,7 @@ class Incidences:
 
 
 @dataclass(frozen=True, eq=False)
-class PlaneStart:
+class PlaneEstimate:
     """field_from_plane (3, 3) for (undistorted) pixels about the picture's centre, bend in px⁻², rms in mm."""
 
     field_from_plane: Array
@@ -37,14 +37,14 @@ class PlaneStart:
 
 
 def line_through(start: Array, end: Array) -> Array:
-    """The line (a, b, c), a² + b² = 1, through two points: a x + b y + c = 0."""
+    """Return the line (a, b, c), a² + b² = 1, through two points: a x + b y + c = 0."""
     direction = (end - start) / np.linalg.norm(end - start)
     normal = np.array([-direction[1], direction[0]])
     return np.array([*normal, -normal @ start])
 
 
-def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = BENDS) -> PlaneStart:
-    """The homography and the one-term bend under which the clicks fall best on their lines.
+def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = BENDS) -> PlaneEstimate:
+    """Return the homography and the one-term bend under which the clicks fall best on their lines.
 
     bends: values of k r², r the distance to the picture's furthest click, that are tried; (0,) leaves the lens out.
     Raises FitFailed where the lines do not determine a homography (too few, or all parallel).
@@ -81,11 +81,11 @@ def homography_from_lines(incidences: Incidences, centre: Array, bends: Array = 
                         "Check which line each click belongs to, and the region.", reason="no-camera")
     field_from_plane = np.linalg.inv(unit) @ g[best] * np.sign(depth[best, 0])
     field_from_plane = field_from_plane @ np.diag([1 / reach, 1 / reach, 1.0])
-    return PlaneStart(field_from_plane, float(bends[best] / reach**2), float(error[best] * spots))
+    return PlaneEstimate(field_from_plane, float(bends[best] / reach**2), float(error[best] * spots))
 
 
 def _normaliser(lines: Array) -> tuple[float, Array]:
-    """A similarity that brings the lines' feet from the origin about (0, 0) at distance about 1, and its length."""
+    """Return a similarity that centres and scales the feet of the origin on the lines, and its length."""
     feet = -lines[:, :2] * lines[:, 2:]
     middle = feet.mean(axis=0)
     length = max(float(np.linalg.norm(feet - middle, axis=1).mean()), 1e-6)
@@ -93,10 +93,10 @@ def _normaliser(lines: Array) -> tuple[float, Array]:
 
 
 def focal_from_vanishing_points(plane_from_field: Array) -> float | None:
-    """Focal length, px, from the field's two orthogonal directions; None where they tell nothing.
+    """Return the focal length, px, from the field's two orthogonal directions; None where they do not determine it.
 
     Their images are vanishing points v, w about the principal point with v·w + f² = 0, and both directions have the
-    same length: two equations in 1/f². Straight from above both points lie at infinity and nothing is told.
+    same length: two equations in 1/f². Straight from above both points lie at infinity: undetermined.
     """
     h1, h2 = plane_from_field[:, 0], plane_from_field[:, 1]
     by = np.array([h1[0] * h2[0] + h1[1] * h2[1], h1[0] ** 2 + h1[1] ** 2 - h2[0] ** 2 - h2[1] ** 2])
@@ -108,7 +108,7 @@ def focal_from_vanishing_points(plane_from_field: Array) -> float | None:
 
 
 def pose_from_homography(plane_from_field: Array, focal_px: float) -> tuple[Array, Array]:
-    """camera_from_field (3, 3) and the position, mm, from a homography of the carpet about the principal point.
+    """Return camera_from_field (3, 3) and the position, mm, of a homography of the carpet about the principal point.
 
     The camera stands above the carpet and the field before it; a mirrored homography gives no such pose: FitFailed.
     """
@@ -127,12 +127,12 @@ def pose_from_homography(plane_from_field: Array, focal_px: float) -> tuple[Arra
 
 
 def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float, float]:
-    """Pose, focal length and k1 from landmarks on the carpet, after Tsai's radial alignment constraint.
+    """Estimate pose, focal length and k1 from landmarks on the carpet by Tsai's radial alignment constraint.
 
     pixels (n, 2) about the principal point, field_mm (n, 2), n ≥ 5. A radial lens moves a point along its radius, so
     the pixel's direction is that of the undistorted point: linear in the pose's first two rows (stage one); then
     f, the distance and k1 (stage two). Returns camera_from_field, position mm, focal_px, k1 (r_d = r (1 + k1 r²)).
-    Raises FitFailed straight from above, where stage two has no answer.
+    Raises FitFailed straight from above, where stage two is undetermined.
     """
     if len(pixels) < 5:
         raise FitFailed("The two-stage method needs five landmarks.", "Click more landmarks.", reason="too-few-points")

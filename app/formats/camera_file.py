@@ -9,7 +9,7 @@ from app.core.geometry import ImageSize
 from app.formats.metadata import CameraPose, Metadata
 from app.formats.numbers import format_error, integer, number
 from app.models import MODELS
-from app.models.pinhole_lens import PinholeLens
+from app.models.intrinsics import Intrinsics
 from app.models.ray_camera import RayCamera
 
 MAX_FOCAL_PX = 1e6
@@ -70,9 +70,9 @@ class CameraFile:
                        metadata=replace(self.metadata, rectangle=None),
                        notes=(*self.notes, f"It was for pictures of {sizes}; focal length and centre are scaled."))
 
-    def lens(self) -> PinholeLens:
+    def lens(self) -> Intrinsics:
         """Return the lens alone, to be held fixed in a fit; BadInput where it is none."""
-        return PinholeLens.from_json(PinholeLens(self.model, self.terms, self.focal_px[0], self.aspect, self.centre_px,
+        return Intrinsics.from_json(Intrinsics(self.model, self.terms, self.focal_px[0], self.aspect, self.centre_px,
                                                  self.image_size).to_json())
 
     def camera(self, view: dict[str, Any]) -> RayCamera:

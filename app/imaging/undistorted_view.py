@@ -11,7 +11,7 @@ import numpy as np
 
 from app.core.geometry import ImageSize, Points
 from app.models.contract import Rectification
-from app.models.plumb_line import PlumbLens
+from app.models.distortion import Distortion
 
 MIN_SCALE = 1 / 3  # a lens that sends its edges further is drawn without them
 
@@ -20,7 +20,7 @@ MIN_SCALE = 1 / 3  # a lens that sends its edges further is drawn without them
 class UndistortedView(Rectification):
     """The rectification that draws it."""
 
-    lens: PlumbLens
+    lens: Distortion
 
     @property
     def corrected_size(self) -> ImageSize:
@@ -31,16 +31,16 @@ class UndistortedView(Rectification):
         """Drawn pixels for one straight pixel: 1 at most from a pincushion, less from a barrel."""
         (width, height), (x, y) = self.lens.image_size, self.lens.image_size.centre
         raw = np.array([[0, y], [width - 1, y], [x, 0], [x, height - 1]], float)
-        away = np.abs(self.lens.straight_from_raw(raw) - (x, y)).max(axis=1) / np.array([x, x, y, y])
+        away = np.abs(self.lens.undistorted_from_raw(raw) - (x, y)).max(axis=1) / np.array([x, x, y, y])
         seen = away[np.isfinite(away) & (away > 0)]
         return float(np.clip(1 / seen.max(), MIN_SCALE, 1 / MIN_SCALE)) if seen.size else 1.0
 
     def corrected_from_raw(self, raw: Points) -> Points:
         """(..., 2) px; NaN beyond the lens' horizon."""
-        return (self.lens.straight_from_raw(raw) - self._middle) * self.scale + self._middle
+        return (self.lens.undistorted_from_raw(raw) - self._middle) * self.scale + self._middle
 
     def raw_from_corrected(self, corrected: Points) -> Points:
-        return self.lens.raw_from_straight((corrected - self._middle) / self.scale + self._middle)
+        return self.lens.raw_from_undistorted((corrected - self._middle) / self.scale + self._middle)
 
     @property
     def _middle(self) -> Points:

@@ -16,7 +16,7 @@ from app.formats.ssl_geometry import camera_from_wire, camera_number, camera_to_
 from app.formats.ssl_vision import SslVision
 from app.league.config import PublishingConfig
 from app.models import model_from_json
-from app.models.top_view import VIEW_FIELDS
+from app.models.top_view import RECTANGLE_FIELDS
 from app.ssl_protocol.messages import CameraCalibration, Geometry, Sender, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
 
@@ -92,7 +92,7 @@ def wire_camera(calibration: Calibration) -> WireCamera | TouchlineError:
         camera = export_camera(calibration, SslVision, approximate=True)
         sent = camera_to_wire(camera.camera, camera_number(field, region))
         read = camera_from_wire(decode(CameraCalibration, encode(sent)), field)
-        back = read.camera({name: getattr(camera.camera, name) for name in VIEW_FIELDS})
+        back = read.camera({name: getattr(camera.camera, name) for name in RECTANGLE_FIELDS})
         model = model_from_json(calibration.model_name, calibration.model_parameters)
         return WireCamera(sent, approximation_error(model, back, region, field.hat_height_mm), camera.loss is None)
     except TouchlineError as refused:

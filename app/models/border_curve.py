@@ -17,7 +17,7 @@ MAX_DEGREE = 8
 
 @dataclass(frozen=True)
 class Curve:
-    """A polynomial of a normalised position. coefficients ascend."""
+    """A polynomial of a normalised position; its coefficients ascend."""
 
     coefficients: tuple[float, ...]
     centre: float
@@ -36,7 +36,7 @@ class Curve:
         return len(self.coefficients) - 1
 
     def plain_coefficients(self) -> tuple[float, ...]:
-        """Ascending coefficients in the position itself, for readers who evaluate Σ a_k position^k."""
+        """Return ascending coefficients in the position itself: Σ a_k position^k."""
         result = np.zeros(1)
         for c in reversed(self.coefficients):  # Horner, with polynomials for numbers
             result = polynomial.polyadd(polynomial.polymul(result, (-self.centre / self.scale, 1 / self.scale)), (c,))

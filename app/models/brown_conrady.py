@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from app.models.lenses.brown_conrady import BrownConradyLens
-from app.models.ray_camera import RayCamera, example_fields
+from app.models.ray_camera import RayCamera, example_parameters
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class BrownConrady(RayCamera):
 
     @classmethod
     def examples(cls) -> Iterable[Self]:
-        """A strong barrel, a mild pincushion with tangential terms on a tilted camera, and a rational wide angle."""
+        """Yield a strong barrel, a tilted mild pincushion with tangential terms, and a rational wide angle."""
         lenses: list[tuple[float, ...]] = [(-0.28, 0.09, 0, 0, 0, 0, 0, 0), (0.06, 0.01, 0.001, -0.002, 0.003, 0, 0, 0),
                                          (0.35, 0.05, 0, 0, 0, 0.68, 0, 0)]
-        for terms, common in zip(lenses, example_fields(), strict=True):
+        for terms, common in zip(lenses, example_parameters(), strict=True):
             yield cls(lens_terms=tuple(float(t) for t in terms), **common)

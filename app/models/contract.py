@@ -46,7 +46,7 @@ class CameraModel(Rectification):
     NAME: ClassVar[str]
     TITLE: ClassVar[str]
     HELP: ClassVar[str]
-    INTERPOLATES: ClassVar[bool] = False  # nothing that holds where it was clicked need hold in between
+    INTERPOLATES: ClassVar[bool] = False  # a fit at the clicks says nothing of the places between them
 
     width_px: float
     height_px: float

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from app.models.lenses.division import DivisionLens
-from app.models.ray_camera import RayCamera, example_fields
+from app.models.ray_camera import RayCamera, example_parameters
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,6 @@ class Division(RayCamera):
 
     @classmethod
     def examples(cls) -> Iterable[Self]:
-        """A strong barrel, a pincushion, and nearly no lens at all."""
-        for k, common in zip((-0.25, 0.06, -1e-9), example_fields(), strict=True):
+        """Yield a strong barrel, a pincushion, and nearly no lens at all."""
+        for k, common in zip((-0.25, 0.06, -1e-9), example_parameters(), strict=True):
             yield cls(lens_terms=(k,), **common)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from app.models.lenses.kannala_brandt import KannalaBrandtLens
-from app.models.ray_camera import RayCamera, example_fields
+from app.models.ray_camera import RayCamera, example_parameters
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Fisheye(RayCamera):
 
     @classmethod
     def examples(cls) -> Iterable[Self]:
-        """A plain equidistant lens, a usual wide angle, and a strong one."""
+        """Yield a plain equidistant lens, a usual wide angle, and a strong one."""
         for terms, common in zip(((0.0, 0.0, 0.0, 0.0), (-0.02, 0.004, -0.001, 0.0), (0.08, -0.03, 0.01, -0.002)),
-                                 example_fields(), strict=True):
+                                 example_parameters(), strict=True):
             yield cls(lens_terms=terms, **common)

@@ -16,9 +16,9 @@ import numpy as np
 
 from app.core.field import Region
 from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
-from app.models.ray_camera import example_fields
+from app.models.ray_camera import example_parameters
 from app.models.rotation import matrix_from_vector
-from app.models.top_view import VIEW_FIELDS, TopView, parameters_read, read_view
+from app.models.top_view import RECTANGLE_FIELDS, TopView, read_rectangle, reading_parameters
 
 UNIT_DET = 1e-6  # how far a determinant may be from -1 after a trip through text
 
@@ -48,22 +48,22 @@ class Homography(TopView):
 
     @cached_property
     def raw_from_field(self) -> Array:
-        """The inverse matrix (3, 3)."""
+        """Return the inverse matrix (3, 3)."""
         return np.linalg.inv(self._matrix)
 
     def corrected_from_raw(self, points: Points) -> Points:
-        """Raw pixels to corrected ones; NaN on and beyond the horizon."""
-        return self.corrected_from_field(apply(self._matrix, points))
+        """Map raw pixels to corrected ones; NaN on and beyond the horizon."""
+        return self.corrected_from_field(apply_homography(self._matrix, points))
 
     def raw_from_corrected(self, points: Points) -> Points:
-        """Corrected pixels to raw ones; NaN for places behind the camera."""
+        """Map corrected pixels to raw ones; NaN for places behind the camera."""
         with np.errstate(invalid="ignore"):
-            return apply(self.raw_from_field, self.field_from_corrected(points))
+            return apply_homography(self.raw_from_field, self.field_from_corrected(points))
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         """Read what asdict() wrote; BadInput for anything else."""
-        with parameters_read(cls, parameters) as p:
+        with reading_parameters(cls, parameters) as p:
             matrix = tuple(tuple(map(float, row)) for row in p["field_from_raw"])
             if [len(row) for row in matrix] != [3, 3, 3]:
                 raise ValueError("field_from_raw is not 3 × 3")
@@ -71,29 +71,29 @@ class Homography(TopView):
                 unit = (np.abs(matrix) < MAX_COORDINATE).all() and abs(np.linalg.det(np.array(matrix)) + 1) < UNIT_DET
             if not unit:
                 raise ValueError("the determinant of field_from_raw is not -1")
-            return cls(field_from_raw=matrix, **read_view(p))
+            return cls(field_from_raw=matrix, **read_rectangle(p))
 
     @classmethod
     def examples(cls) -> Iterable[Self]:
-        """Pinhole cameras: straight down, tilted, and tilted over half a field."""
-        for common in example_fields():
+        """Yield pinhole cameras: straight down, tilted, and tilted over half a field."""
+        for common in example_parameters():
             rotation, position = matrix_from_vector(np.array(common["rotation"])), np.array(common["position_mm"])
             focal, (x, y) = common["focal_px"], common["centre_px"]
             camera = np.array([[focal, 0, x], [0, focal, y], [0, 0, 1.0]])
             raw_from_field = camera @ rotation @ np.array([[1, 0, -position[0]], [0, 1, -position[1]],
                                                            [0, 0, -position[2]]])
-            yield cls(field_from_raw=normalised(np.linalg.inv(raw_from_field)),
-                      **{name: common[name] for name in VIEW_FIELDS})
+            yield cls(field_from_raw=normalise(np.linalg.inv(raw_from_field)),
+                      **{name: common[name] for name in RECTANGLE_FIELDS})
 
 
-def normalised(matrix: Array) -> Matrix:
-    """The same homography with determinant -1, as nested tuples."""
+def normalise(matrix: Array) -> Matrix:
+    """Scale a homography to determinant -1; nested tuples."""
     scaled = matrix / np.cbrt(-np.linalg.det(matrix))
     return tuple(tuple(map(float, row)) for row in scaled)
 
 
-def apply(matrix: Array, points: Points) -> Points:
-    """Points (..., 2) through a homography; NaN where depth is not positive, or a coordinate beyond all fields."""
+def apply_homography(matrix: Array, points: Points) -> Points:
+    """Map points (..., 2) by a homography; NaN where depth is not positive, or a coordinate exceeds MAX_COORDINATE."""
     with np.errstate(all="ignore"):
         points = np.asarray(points, float)
         there = points @ matrix[:, :2].T + matrix[:, 2]

@@ -23,15 +23,15 @@ from app.core.field import Region
 from app.core.geometry import MAX_COORDINATE, ImageSize, Points, unreachable_where
 from app.models.border_curve import MAX_DEGREE, Curve
 from app.models.contract import CameraModel
-from app.models.top_view import parameters_read, read_view
+from app.models.top_view import read_rectangle, reading_parameters
 
-REACH = 1.0  # how far beyond the picture a border is still believed, as a share of the picture's extent
+REACH = 1.0  # how far beyond the picture a border is extrapolated, as a share of the picture's extent
 MIN_EXTENT_PX = 1.0  # borders nearer than this have met
 
 
 @dataclass(frozen=True)
 class Polynomial(CameraModel):
-    """Borders as polynomials, and the field's place behind them.
+    """Four borders as polynomials, and the relation from corrected pixels to the field.
 
     left, right: x of the raw row y. top, bottom: raw y of the *corrected* column x_c.
     width_px, height_px: I_width and I_height; the borders lie on columns 0 and I_width, rows 0 and I_height.
@@ -57,7 +57,7 @@ class Polynomial(CameraModel):
     image_size: ImageSize
 
     def corrected_from_raw(self, points: Points) -> Points:
-        """Raw pixels (..., 2) to corrected ones; NaN where the borders have met or far outside the picture."""
+        """Map raw pixels (..., 2) to corrected ones; NaN where borders have met or far outside the picture."""
         x, y = points[..., 0], points[..., 1]
         with np.errstate(all="ignore"):
             x_initial = self.left(y)
@@ -69,7 +69,7 @@ class Polynomial(CameraModel):
             return unreachable_where(self._beyond(y, x_c, extent_x, extent_y), np.stack([x_c, y_c], axis=-1))
 
     def raw_from_corrected(self, points: Points) -> Points:
-        """Corrected pixels (..., 2) to raw ones, in one pass; NaN as in corrected_from_raw."""
+        """Map corrected pixels (..., 2) to raw ones, in one pass; NaN as in corrected_from_raw."""
         return np.stack(self.raw_from_corrected_grid(points[..., 0], points[..., 1]), axis=-1)
 
     def raw_from_corrected_grid(self, x_c: np.ndarray, y_c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -87,7 +87,7 @@ class Polynomial(CameraModel):
             return x, y
 
     def _beyond(self, y, x_c, extent_x, extent_y):
-        """Where a border would have to be guessed: past its reach, or past the place where two borders meet.
+        """Return where a border would be extrapolated too far: past REACH, or where two borders meet.
 
         Both ways read each curve at the same place, so the test is the same both ways. NaN counts as beyond.
         """
@@ -96,7 +96,7 @@ class Polynomial(CameraModel):
         return ~(near_columns & (extent_x >= MIN_EXTENT_PX) & (np.abs(y - middle) <= (0.5 + REACH) * height))
 
     def field_from_corrected(self, points: Points) -> Points:
-        """Corrected pixels to field mm: the model relation; NaN where it turns back on itself."""
+        """Map corrected pixels to field mm by the model relation; NaN where it is not monotonic."""
         a, b = self.across_mm
         rows = points[..., 1] / self.height_px
         low, high = self._rising
@@ -105,7 +105,7 @@ class Polynomial(CameraModel):
             return self.region.field_from_region(unreachable_where(~((rows >= low) & (rows <= high)), region))
 
     def corrected_from_field(self, points: Points) -> Points:
-        """Field mm to corrected pixels, the exact inverse; NaN where no row has that place."""
+        """Map field mm to corrected pixels, the exact inverse; NaN where no row has that place."""
         a, b = self.across_mm
         region = self.region.region_from_field(points)
         rows = self._rows_from_down(region[..., 1])
@@ -114,9 +114,9 @@ class Polynomial(CameraModel):
 
     @cached_property
     def _rising(self) -> tuple[float, float]:
-        """The widest interval of y_c / I_height around the field on which the relation only rises."""
+        """Return the widest interval of y_c / I_height around the field on which the relation rises."""
         slope = polynomial.polyder(self.down_mm)
-        limits = (-1e3, 1e3)  # a linear relation rises for ever; nobody looks a thousand fields away
+        limits = (-1e3, 1e3)  # a linear relation rises for ever; a thousand fields are enough
         while len(slope) > 1 and abs(slope[-1]) < 1e-12 * np.abs(slope).max():
             slope = slope[:-1]
         if len(slope) < 2:
@@ -153,15 +153,15 @@ class Polynomial(CameraModel):
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         """Read what asdict() wrote; BadInput for anything else."""
-        with parameters_read(cls, parameters) as p:
+        with reading_parameters(cls, parameters) as p:
             model = cls(**{name: _curve(p[name]) for name in ("left", "right", "top", "bottom")},
                         across_mm=tuple(map(float, p["across_mm"])), down_mm=tuple(map(float, p["down_mm"])),
-                        **read_view(p))
+                        **read_rectangle(p))
         model._refuse_nonsense()
         return model
 
     def _refuse_nonsense(self) -> None:
-        """Parameters from outside may be any numbers; those that no fit makes are refused here."""
+        """Raise BadInput for parameters that no fit makes."""
         curves = (self.left, self.right, self.top, self.bottom)
         numbers = [*self.across_mm, *self.down_mm]
         for curve in curves:
@@ -175,7 +175,7 @@ class Polynomial(CameraModel):
 
     @classmethod
     def examples(cls) -> Iterable[Self]:
-        """A strong barrel lens over half a field, a mild pincushion, and a tilted camera with a cubic relation."""
+        """Yield a strong barrel over half a field, a mild pincushion, and a tilted camera with a cubic relation."""
         size = ImageSize(780, 580)
         half = Region("half", (0.0, 3025.0), (-2025.0, 2025.0), 90)
         full = Region("full", (-2000.0, 2000.0), (-1500.0, 1500.0), 0)

@@ -20,14 +20,14 @@ from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreacha
 from app.models.contract import RayModel
 from app.models.lenses import Lens
 from app.models.rotation import matrix_from_vector
-from app.models.top_view import TopView, parameters_read, read_view
+from app.models.top_view import TopView, read_rectangle, reading_parameters
 
-REACH = 1.0  # how far beyond the picture a lens is still believed, as a share of the picture's extent
+REACH = 1.0  # how far beyond the picture a lens is extrapolated, as a share of the picture's extent
 
 
 @dataclass(frozen=True)
 class RayCamera(TopView, RayModel):
-    """What all cameras with a lens have in common; naming its LENS makes one a model.
+    """What all cameras with a lens have in common; a subclass names its LENS.
 
     focal_px: in x; y has focal_px · aspect. centre_px: principal point. rotation: camera_from_field as a rotation
     vector (Rodrigues). position_mm: the centre of projection in the field frame; z is the height above the carpet.
@@ -58,7 +58,7 @@ class RayCamera(TopView, RayModel):
         return np.array(self.lens_terms)
 
     def project(self, points_field_xyz: Array) -> Points:
-        """Field mm (..., 3) to raw pixels (..., 2); NaN behind the camera, past the horizon, or far off the picture."""
+        """Map field mm (..., 3) to raw pixels; NaN behind the camera, past the horizon, or far outside the picture."""
         with np.errstate(all="ignore"):
             rays = (np.asarray(points_field_xyz, float) - np.array(self.position_mm)) @ self.camera_from_field.T
             plane = self.LENS.distort(self._terms, rays)
@@ -67,7 +67,7 @@ class RayCamera(TopView, RayModel):
         return unreachable_where(~near | self._beyond(pixels), pixels)
 
     def unproject(self, pixels: Points, z_mm: float | Array = 0.0) -> Points:
-        """Raw pixels (..., 2) to field mm (..., 2) in the plane at z_mm; NaN where the ray does not meet it ahead."""
+        """Map raw pixels to field mm (..., 2) in the plane at z_mm; NaN where the ray does not meet it ahead."""
         with np.errstate(all="ignore"):
             about = np.asarray(pixels, float) - np.array(self.centre_px)
             plane = about / (self.focal_px * np.array([1, self.aspect]))
@@ -79,33 +79,33 @@ class RayCamera(TopView, RayModel):
             return unreachable_where(~(reach > 0) | far | self._beyond(np.asarray(pixels, float)), field)
 
     def _beyond(self, pixels: Points) -> Array:
-        """Further outside the picture than a lens is believed, or not a number."""
+        """Return where pixels are further than REACH outside the picture, or not numbers."""
         extent = (0.5 + REACH) * np.array(tuple(self.image_size), float)
         return ~(np.abs(pixels - np.array(self.image_size.centre)) <= extent).all(axis=-1)
 
     def corrected_from_raw(self, points: Points) -> Points:
-        """Raw pixels to corrected ones, by way of the carpet."""
+        """Map raw pixels to corrected ones, by way of the carpet."""
         return self.corrected_from_field(self.unproject(points))
 
     def raw_from_corrected(self, points: Points) -> Points:
-        """Corrected pixels to raw ones, by way of the carpet."""
+        """Map corrected pixels to raw ones, by way of the carpet."""
         field = self.field_from_corrected(points)
         return self.project(np.concatenate([field, np.zeros((*field.shape[:-1], 1))], axis=-1))
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         """Read what asdict() wrote; BadInput for anything else."""
-        with parameters_read(cls, parameters) as p:
+        with reading_parameters(cls, parameters) as p:
             tuples = ("lens_terms", "centre_px", "rotation", "position_mm")
             model = cls(**{name: tuple(map(float, p[name])) for name in tuples}, focal_px=float(p["focal_px"]),
-                        aspect=float(p["aspect"]), **read_view(p))
+                        aspect=float(p["aspect"]), **read_rectangle(p))
         if not model.plausible():
             raise BadInput("These parameters describe no camera over a field.",
                            "Give what Touchline exported as json.", reason="bad-parameters")
         return model
 
     def plausible(self) -> bool:
-        """Whether this can be a camera above a field: finite, above the carpet, with a focal length somebody makes."""
+        """Return whether this can be a camera above a field: finite, above the carpet, with a usual focal length."""
         numbers = [*self.lens_terms, self.focal_px, self.aspect, *self.centre_px, *self.rotation, *self.position_mm]
         width = self.image_size.width
         lengths_ok = (len(self.lens_terms) == len(self.LENS.TERMS) and len(self.centre_px) == 2
@@ -115,8 +115,8 @@ class RayCamera(TopView, RayModel):
                     and self.position_mm[2] > 0 and np.linalg.norm(self.rotation) < 10)
 
 
-def example_fields() -> Iterator[dict[str, Any]]:
-    """What three example cameras have apart from their lenses: straight down, tilted, and tilted over half a field."""
+def example_parameters() -> Iterator[dict[str, Any]]:
+    """Yield the parameters of three cameras but for their lenses: straight down, tilted, tilted over half a field."""
     full = Region("full", (-2000.0, 2000.0), (-1500.0, 1500.0), 0)
     half = Region("half", (0.0, 3025.0), (-2025.0, 2025.0), 90)
     size = ImageSize(1280, 1024)

@@ -6,12 +6,12 @@ from app.core.geometry import Array
 
 
 def cross_matrix(v: Array) -> Array:
-    """[v]×: cross_matrix(v) @ w is v × w."""
+    """Return [v]×: cross_matrix(v) @ w is v × w."""
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
 def matrix_from_vector(v: Array) -> Array:
-    """The rotation matrix of a rotation vector."""
+    """Return the rotation matrix of a rotation vector."""
     angle = float(np.linalg.norm(v))
     k = cross_matrix(v)
     if angle < 1e-8:
@@ -20,7 +20,7 @@ def matrix_from_vector(v: Array) -> Array:
 
 
 def vector_from_matrix(matrix: Array) -> Array:
-    """The rotation vector of a rotation matrix, |v| ≤ π; by way of the quaternion, which is safe near π."""
+    """Return the rotation vector of a matrix, |v| ≤ π; by way of the quaternion, which is safe near π."""
     m = matrix
     candidates = np.array([m[0, 0] + m[1, 1] + m[2, 2], m[0, 0], m[1, 1], m[2, 2]])
     largest = int(np.argmax(candidates))
@@ -43,6 +43,6 @@ def vector_from_matrix(matrix: Array) -> Array:
 
 
 def nearest_rotation(matrix: Array) -> Array:
-    """The rotation nearest to a matrix (Frobenius); its determinant is +1."""
+    """Return the rotation nearest to a matrix (Frobenius); its determinant is +1."""
     u, _, vt = np.linalg.svd(matrix)
     return u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from app.models.lenses.ssl import SslLens
-from app.models.ray_camera import RayCamera, example_fields
+from app.models.ray_camera import RayCamera, example_parameters
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,6 @@ class Ssl(RayCamera):
 
     @classmethod
     def examples(cls) -> Iterable[Self]:
-        """A strong barrel, a pincushion (negative here), and nearly no lens at all."""
-        for a, common in zip((0.3, -0.05, 1e-9), example_fields(), strict=True):
+        """Yield a strong barrel, a pincushion (negative here), and nearly no lens at all."""
+        for a, common in zip((0.3, -0.05, 1e-9), example_parameters(), strict=True):
             yield cls(lens_terms=(a,), **common)

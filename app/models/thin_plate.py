@@ -1,4 +1,4 @@
-"""Thin-plate spline on top of another model: bends away, without a reason, what that model leaves.
+"""Thin-plate spline on top of another model: bends away what that model leaves.
 
     raw = base.raw_from_corrected(q + s(q)),   q corrected px, s a thin-plate spline (thin_plate_spline.py)
 
@@ -6,7 +6,7 @@ so the map that draws the corrected picture is explicit; the way back solves q +
 only around the field and must not fold the picture: on the box that the model reaches, I + ds/dq has a positive
 definite symmetric part, which makes q + s(q) one-to-one on a convex set. F. Bookstein, PAMI 11 (1989).
 
-It bends the carpet's picture and knows no rays: what stands above the carpet is beyond it.
+It bends the picture of the carpet and has no rays: it cannot place what is above the carpet.
 """
 
 from collections.abc import Iterable, Mapping
@@ -22,11 +22,11 @@ from app.models import CameraModel, model_from_json
 from app.models.division import Division
 from app.models.homography import Homography
 from app.models.thin_plate_spline import Spline
-from app.models.top_view import parameters_read
+from app.models.top_view import reading_parameters
 
 BASES = ("homography", "division", "brown-conrady")
 REACHES = (0.5, 0.25, 0.1, 0.05)  # of the field's extent on each side; the widest without a fold is kept
-LEAST_STRETCH = 0.05  # a picture squeezed to less than this share is folding
+MIN_STRETCH = 0.05  # a picture squeezed to less than this share is folding
 FOLD_GRID = 41
 NEWTON_STEPS = 40
 NEWTON_PX = 1e-11
@@ -38,7 +38,7 @@ class ThinPlate(CameraModel):
     """A base model and a displacement of its corrected pixels.
 
     knots: corrected px. weights, plane: px, of a Spline whose unit is half the corrected picture's longer side.
-    reach: how far around the field the spline is believed, as a share of the field's extent.
+    reach: how far around the field the spline is used, as a share of the field's extent.
     """
 
     NAME: ClassVar[str] = "thin-plate"
@@ -63,7 +63,7 @@ class ThinPlate(CameraModel):
 
     @classmethod
     def of(cls, base: CameraModel, spline: Spline, reach: float) -> Self:
-        middle, unit = frame(base)
+        middle, unit = spline_frame(base)
 
         def pairs(array: Array) -> tuple[Pair, ...]:
             return tuple((float(x), float(y)) for x, y in array)
@@ -72,7 +72,7 @@ class ThinPlate(CameraModel):
 
     @cached_property
     def _spline(self) -> Spline:
-        middle, unit = frame(self.base)
+        middle, unit = spline_frame(self.base)
         return Spline((np.array(self.knots).reshape(-1, 2) - middle) / unit, np.array(self.weights).reshape(-1, 2),
                       np.array(self.plane))
 
@@ -83,12 +83,12 @@ class ThinPlate(CameraModel):
         return self.base.corrected_from_field(points)
 
     def raw_from_corrected(self, points: Points) -> Points:
-        """Corrected pixels to raw ones; NaN beyond the box that the spline is believed in."""
+        """Map corrected pixels to raw ones; NaN outside the box of the spline's reach."""
         points = np.asarray(points, float)
         return self.base.raw_from_corrected(unreachable_where(~self._inside(points), self._bent(points)))
 
     def corrected_from_raw(self, points: Points) -> Points:
-        """Raw pixels to corrected ones, to 1e-9 px; NaN where no place in the box is seen there."""
+        """Map raw pixels to corrected ones, to 1e-9 px; NaN outside the box of the spline's reach."""
         wanted = self.base.corrected_from_raw(points)
         flat = wanted.reshape(-1, 2)
         found = np.full(flat.shape, np.nan)
@@ -98,14 +98,14 @@ class ThinPlate(CameraModel):
         return unreachable_where(~self._inside(found), found)
 
     def _bent(self, points: Points) -> Points:
-        middle, unit = frame(self.base)
+        middle, unit = spline_frame(self.base)
         with np.errstate(all="ignore"):
             near = np.where(self._inside(points)[..., None], points, np.nan)
             return near + self._spline(((near - middle) / unit).reshape(-1, 2)).reshape(points.shape)
 
     def _unbent(self, wanted: Points) -> Points:
         """Solve q + s(q) = wanted (n, 2) inside a slightly larger box; NaN where Newton's method does not end there."""
-        middle, unit = frame(self.base)
+        middle, unit = spline_frame(self.base)
         half = np.array([self.width_px, self.height_px]) * (0.5 + self.reach) + 1.0
         goal = (wanted - middle) / unit
         limit = half / unit
@@ -115,7 +115,7 @@ class ThinPlate(CameraModel):
             value, slope = self._spline.with_gradient(q[todo])
             error = goal[todo] - q[todo] - value / unit
             step = np.linalg.solve(np.eye(2) + slope / unit, error[..., None])[..., 0]
-            q[todo] = np.clip(q[todo] + step, -limit, limit)  # what leaves the box comes back, or stays at its edge
+            q[todo] = np.clip(q[todo] + step, -limit, limit)  # stay in the box
             todo = todo[np.abs(error).max(axis=1) * unit > NEWTON_PX]
             if not todo.size:
                 break
@@ -123,14 +123,14 @@ class ThinPlate(CameraModel):
         return np.where((left < 1e-9)[:, None], q * unit + middle, np.nan)
 
     def _inside(self, points: Points) -> Array:
-        middle, _ = frame(self.base)
+        middle, _ = spline_frame(self.base)
         half = np.array([self.width_px, self.height_px]) * (0.5 + self.reach)
         return (np.abs(points - middle) <= half).all(axis=-1)
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
         """Read what asdict() wrote; BadInput for anything else."""
-        with parameters_read(cls, parameters) as p:
+        with reading_parameters(cls, parameters) as p:
             if p["base_name"] not in BASES:
                 raise ValueError(f"the base is none of {', '.join(BASES)}")
             model = cls(p["base_name"], model_from_json(p["base_name"], p["base"]),
@@ -147,20 +147,20 @@ class ThinPlate(CameraModel):
 
     @classmethod
     def examples(cls) -> Iterable[Self]:
-        """Two that bend nothing."""
+        """Yield two that bend nothing."""
         flat = Spline(np.empty((0, 2)), np.empty((0, 2)), np.zeros((3, 2)))
         for base in (*list(Homography.examples())[1:2], *list(Division.examples())[2:]):
             yield cls.of(base, flat, REACHES[0])
 
 
-def frame(base: CameraModel) -> tuple[Array, float]:
-    """The middle of the corrected picture, px, and half its longer side: where a spline's own coordinates begin."""
+def spline_frame(base: CameraModel) -> tuple[Array, float]:
+    """Return origin and unit of a spline's coordinates, px: the corrected picture's middle, half its longer side."""
     return np.array([base.width_px, base.height_px]) / 2, max(base.width_px, base.height_px) / 2
 
 
 def unfolded_reach(base: CameraModel, spline: Spline) -> float:
-    """The widest of REACHES within which the spline does not fold the picture; 0 if it folds at the field itself."""
-    _, unit = frame(base)
+    """Return the widest of REACHES in which the spline does not fold the picture; 0 if it folds at the field."""
+    _, unit = spline_frame(base)
     extent = np.array([base.width_px, base.height_px]) / unit
     for reach in REACHES:
         x, y = (np.linspace(-1, 1, FOLD_GRID) * e * (0.5 + reach) for e in extent)
@@ -168,6 +168,6 @@ def unfolded_reach(base: CameraModel, spline: Spline) -> float:
         slope = spline.with_gradient(places)[1] / unit + np.eye(2)
         mean, half = (slope[:, 0, 0] + slope[:, 1, 1]) / 2, (slope[:, 0, 0] - slope[:, 1, 1]) / 2
         least = mean - np.hypot(half, (slope[:, 0, 1] + slope[:, 1, 0]) / 2)  # eigenvalue of the symmetric part
-        if least.min() > LEAST_STRETCH:
+        if least.min() > MIN_STRETCH:
             return reach
     return 0.0

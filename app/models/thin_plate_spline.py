@@ -23,11 +23,11 @@ class Spline:
     plane: Array
 
     def __call__(self, places: Array) -> Array:
-        """Displacement (m, 2) px at normalised places (m, 2)."""
+        """Return the displacement (m, 2) px at normalised places (m, 2)."""
         return self._sum(places, gradient=False)[0]
 
     def with_gradient(self, places: Array) -> tuple[Array, Array]:
-        """The displacement and its derivative (m, 2, 2) by the normalised place."""
+        """Return the displacement and its derivative (m, 2, 2) by the normalised place."""
         return self._sum(places, gradient=True)
 
     def _sum(self, places: Array, gradient: bool) -> tuple[Array, Array]:
@@ -48,13 +48,13 @@ class Spline:
 
 
 def kernel(places: Array, others: Array) -> Array:
-    """U (m, n)."""
+    """Return U (m, n) of the distances between places and others."""
     square = _squares(places, others)
     return 0.5 * square * np.log(square)
 
 
 def _squares(places: Array, knots: Array) -> Array:
-    """r² (m, n), kept off zero, where r² log r² is zero as well."""
+    """Return r² (m, n), at least 1e-300, so that r² log r² is 0 at 0."""
     square = np.subtract.outer(places[:, 0], knots[:, 0]) ** 2
     square += np.subtract.outer(places[:, 1], knots[:, 1]) ** 2
     return np.maximum(square, 1e-300)

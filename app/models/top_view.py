@@ -21,7 +21,7 @@ class TopView(CameraModel):
         return np.array([self.region.width_mm / self.width_px, self.region.height_mm / self.height_px])
 
     def field_from_corrected(self, points: Points) -> Points:
-        """Corrected pixels to field mm: a scale and the region's place."""
+        """Map corrected pixels to field mm: a scale and the region's place."""
         with np.errstate(invalid="ignore"):
             return self.region.field_from_region(np.asarray(points, float) * self._mm_per_px)
 
@@ -30,14 +30,14 @@ class TopView(CameraModel):
             return self.region.region_from_field(np.asarray(points, float)) / self._mm_per_px
 
 
-VIEW_FIELDS = ("width_px", "height_px", "n_rectangles_x", "n_rectangles_y", "region", "image_size")
+RECTANGLE_FIELDS = ("width_px", "height_px", "n_rectangles_x", "n_rectangles_y", "region", "image_size")
 
 
 @contextmanager
-def parameters_read(model: type, given: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """What asdict() wrote of a model, for reading it back: exactly its fields.
+def reading_parameters(model: type, given: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Read what asdict() wrote of a model: exactly its fields.
 
-    Whatever goes wrong while they are read is told as BadInput in the model's name.
+    Whatever goes wrong in the block is raised as BadInput that names the model.
     """
     try:
         parameters = dict(given)
@@ -50,11 +50,11 @@ def parameters_read(model: type, given: Mapping[str, Any]) -> Iterator[dict[str,
                        "Give what Touchline exported as json.", reason="bad-parameters") from None
 
 
-def read_view(p: Mapping[str, Any]) -> dict[str, Any]:
-    """The six fields of a TopView out of what asdict() wrote.
+def read_rectangle(p: Mapping[str, Any]) -> dict[str, Any]:
+    """Read the six fields of a TopView from what asdict() wrote.
 
     Raises BadInput where the numbers describe no rectangle, and KeyError, TypeError, ValueError, AttributeError or
-    OverflowError where they are no numbers; from_parameters tells both in the model's name.
+    OverflowError where they are no numbers.
     """
     region = Region(str(p["region"]["name"]), tuple(map(float, p["region"]["x_mm"])),
                     tuple(map(float, p["region"]["y_mm"])), int(p["region"]["rotate_deg"]))

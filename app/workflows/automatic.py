@@ -21,11 +21,11 @@ from app.core.progress import Progress, no_progress
 from app.core.records import Observation, Observations
 from app.evaluate.fit.verification import Verification
 from app.fitting import FITTERS
-from app.fitting.field_lines.expected_lines import Expected, fine_pattern, spread_out
+from app.fitting.field_lines.line_samples import LineSamples, fine_pattern, sample_lines_evenly
 from app.fitting.field_lines.pattern import FieldPattern
-from app.fitting.field_lines.refinement import FINER_PX, nearest_markings, refined, with_finer_lens
-from app.fitting.field_lines.search import FINE_STEPS, Candidate, PosePrior, Searched, described, search
-from app.fitting.ray_camera.parameters import RayState
+from app.fitting.field_lines.refinement import FINER_PX, nearest_markings, refine_camera, with_brown_conrady
+from app.fitting.field_lines.search import FINE_STEPS, CameraCandidate, PosePrior, SearchResult, candidate_json, search
+from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, parameters_json
 from app.models.brown_conrady import BrownConrady
 from app.models.ray_camera import RayCamera
@@ -75,9 +75,9 @@ class LineAssignment:
     """
 
     observations: Observations
-    state: RayState
-    searched: Searched
-    expected: Expected
+    state: RayCameraParameters
+    searched: SearchResult
+    expected: LineSamples
     hits: NDArray[np.bool_]
     pattern: FieldPattern
     rms_px: float
@@ -94,7 +94,7 @@ def detect_lines(pixels: NDArray[np.uint8]) -> DetectedLines:
 
 
 def assign_lines(seen: DetectedLines, field: Field, region: Region, rough: PosePrior = PosePrior(),  # noqa: B008
-                 progress: Progress = no_progress) -> tuple[LineAssignment | None, Searched]:
+                 progress: Progress = no_progress) -> tuple[LineAssignment | None, SearchResult]:
     """Find which line is which, and points on each; None where no camera fits."""
     size = seen.size
     searched = search(seen.chains, seen.along, field, region, size, rough, subprogress(progress, 0.0, 0.8))
@@ -103,7 +103,7 @@ def assign_lines(seen: DetectedLines, field: Field, region: Region, rough: PoseP
     progress(0.8, "Measuring the lines")
     state = searched.candidates[0].refined.state
     coarse = FieldPattern.of(field, field.length_mm / FINE_STEPS)
-    finer = refined(with_finer_lens(state, coarse, size), coarse, np.concatenate(seen.chains),
+    finer = refine_camera(with_brown_conrady(state, coarse, size), coarse, np.concatenate(seen.chains),
                     np.concatenate(seen.along), size, FINER_PX)
     if finer is not None:
         state = finer.state
@@ -111,11 +111,11 @@ def assign_lines(seen: DetectedLines, field: Field, region: Region, rough: PoseP
     return _measured(seen, state, pattern, region, searched), searched
 
 
-def _measured(seen: DetectedLines, state: RayState, pattern: FieldPattern, region: Region,
-              searched: Searched) -> LineAssignment | None:
+def _measured(seen: DetectedLines, state: RayCameraParameters, pattern: FieldPattern, region: Region,
+              searched: SearchResult) -> LineAssignment | None:
     size = seen.size
     scale = max(size.width / 1280, 0.8)
-    places = spread_out(state.project, pattern, size, POINTS, APART_PX, CLEAR_PX)
+    places = sample_lines_evenly(state.project, pattern, size, POINTS, APART_PX, CLEAR_PX)
     if not places.clear.any():
         return None
     profiles = across_lines(seen.gray, places.places, places.normals, places.width_px, places.marking,
@@ -161,7 +161,7 @@ def calibrate(found: LineAssignment, field: Field, region: Region, size: ImageSi
     return calibration.calibrate(found.observations, field, region, size, model, options, progress)
 
 
-def _start(state: RayState, name: str, region: Region, size: ImageSize) -> dict[str, Any] | None:
+def _start(state: RayCameraParameters, name: str, region: Region, size: ImageSize) -> dict[str, Any] | None:
     """Return the found camera as parameters of that model; None for a model without such a start."""
     model_class = MODELS[name]
     if not issubclass(model_class, RayCamera):
@@ -185,12 +185,12 @@ def verify(found: LineAssignment, seen: DetectedLines, field: Field, region: Reg
                         found.rms_px, _rival(best, others, region), float(np.hypot(*seen.size)))
 
 
-def _rival(best: Candidate, others: list[Candidate], region: Region) -> float:
+def _rival(best: CameraCandidate, others: list[CameraCandidate], region: Region) -> float:
     """Return the best rival's share, leaving out the same camera over the field turned by 180°."""
     return max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c, region)), default=0.0)
 
 
-def _twins(one: Candidate, other: Candidate, region: Region) -> bool:
+def _twins(one: CameraCandidate, other: CameraCandidate, region: Region) -> bool:
     """Whether the other is the same camera over the field turned by 180°."""
     corners = np.array([(x, y, 0.0) for x in region.x_mm for y in region.y_mm])
     apart = one.refined.state.project(corners) - other.refined.state.project(corners * (-1, -1, 1))
@@ -213,14 +213,14 @@ def _explained(found: LineAssignment, seen: DetectedLines, field: Field) -> tupl
     return float(EVERY * on_line.sum()), float(EVERY * (on_field & ~on_line).sum())
 
 
-def candidates_json(searched: Searched, region: Region) -> list[dict[str, Any]]:
+def candidates_json(searched: SearchResult, region: Region) -> list[dict[str, Any]]:
     """Each with its evidence; "turned": whether it is the first one with the field turned by 180°."""
     first = searched.candidates[0] if searched.candidates else None
-    return [{**described(c), "turned": first is not None and c is not first and _twins(first, c, region)}
+    return [{**candidate_json(c), "turned": first is not None and c is not first and _twins(first, c, region)}
             for c in searched.candidates]
 
 
-def no_match_error(seen: DetectedLines, searched: Searched) -> FitFailed:
+def no_match_error(seen: DetectedLines, searched: SearchResult) -> FitFailed:
     """Return the error that says why no camera was found."""
     lines = len(searched.lines)
     if lines < 3:

@@ -19,13 +19,13 @@ from app.core.geometry import ImageSize, inside_picture
 from app.core.records import Calibration, Fit, Observations, Warning
 from app.evaluate.fit.approximation import ApproximationError, approximation_error
 from app.evaluate.fit.report import report
-from app.fitting.corrected_rectangle import rectangles
+from app.fitting.corrected_rectangle import corrected_rectangle
 from app.formats import FORMATS
 from app.formats.approximation import exact_camera, export_camera
 from app.formats.camera_file import CameraFile
 from app.formats.ssl_field import field_from_wire, field_to_wire
 from app.models import model_from_json, parameters_json
-from app.models.top_view import VIEW_FIELDS
+from app.models.top_view import RECTANGLE_FIELDS
 from app.workflows.calibration_request import CalibrationRequest
 
 EXACT_MM = 1e-6  # less is rounding
@@ -66,7 +66,7 @@ def export(calibration: Calibration, format: str, approximate: bool = False,
     camera = export_camera(calibration, kind, approximate, camera_id)
     data = kind.write(calibration, camera)
     field = field_from_json(calibration.field)
-    back = kind.read(data).camera({name: getattr(camera.camera, name) for name in VIEW_FIELDS})
+    back = kind.read(data).camera({name: getattr(camera.camera, name) for name in RECTANGLE_FIELDS})
     loss = approximation_error(model_from_json(calibration.model_name, calibration.model_parameters), back,
                                field.region(calibration.region, calibration.rotate), field.hat_height_mm)
     exact = camera.loss is None and max(loss.worst_mm, loss.hat_worst_mm or 0.0) < EXACT_MM
@@ -215,8 +215,8 @@ def _view(found: CameraFile, region: Region) -> dict[str, Any]:
     if size is None:
         raise BadInput("The file does not say for which picture size it is.", "Say it: image_size.",
                        reason="no-image-size")
-    drawn = found.metadata.rectangle or rectangles(NO_OPTIONS, region, size)
-    return dict(zip(VIEW_FIELDS, (*drawn, region, size), strict=True))
+    drawn = found.metadata.rectangle or corrected_rectangle(NO_OPTIONS, region, size)
+    return dict(zip(RECTANGLE_FIELDS, (*drawn, region, size), strict=True))
 
 
 def size_from_text(text: str) -> ImageSize:

@@ -18,7 +18,7 @@ from app.core.records import Calibration, observations_from_json
 from app.evaluate.cameras import pair_verdict
 from app.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
 from app.evaluate.cameras.shared_area import overlap
-from app.fitting.two_view.epipolar_lines import bent_lines, straight_lines
+from app.fitting.two_view.epipolar_lines import epipolar_curves, epipolar_segments
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
 from app.fitting.two_view.relative_pose import calibrated_epipolar_px, pose_between, relative_pose
 from app.models import CameraModel, RayModel, field_from_raw, model_from_json, raw_from_field
@@ -197,8 +197,8 @@ def _agreement(a: Calibration, b: Calibration, model_a: CameraModel, model_b: Ca
 def lines_by_matrix(matrix: Any, points_a: Any, points_b: Any, size_a: ImageSize, size_b: ImageSize) -> dict[str, Any]:
     """Epipolar lines from a fundamental matrix: {"in_b": of points_a, "in_a": of points_b}, [[x, y], …] px or None."""
     fundamental, (a, b) = np.array(matrix, float), (np.array(p, float).reshape(-1, 2) for p in (points_a, points_b))
-    return {"in_b": _drawn(straight_lines(fundamental, a, size_b)),
-            "in_a": _drawn(straight_lines(fundamental.T, b, size_a)), "place_in_b": None, "place_in_a": None}
+    return {"in_b": _drawn(epipolar_segments(fundamental, a, size_b)),
+            "in_a": _drawn(epipolar_segments(fundamental.T, b, size_a)), "place_in_b": None, "place_in_a": None}
 
 
 def lines_by_calibrations(a: Calibration, b: Calibration, points_a: Any, points_b: Any,
@@ -213,7 +213,7 @@ def lines_by_calibrations(a: Calibration, b: Calibration, points_a: Any, points_
     result: dict[str, Any] = {}
     for other, points, here, there, size in (("b", ends[0], *models, b.image_size),
                                              ("a", ends[1], *models[::-1], a.image_size)):
-        result[f"in_{other}"] = _drawn(bent_lines(here, there, points)) if _have_rays(models) else None
+        result[f"in_{other}"] = _drawn(epipolar_curves(here, there, points)) if _have_rays(models) else None
         result[f"place_in_{other}"] = None if z_mm is None else _place(here, there, points, z_mm, size)
     return result
 

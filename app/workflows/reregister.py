@@ -20,7 +20,7 @@ from app.core.geometry import Array, ImageSize, Points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame, Observation, Observations, observations_from_json
 from app.evaluate.drift.line_tracking import SIGMA_PX, TrackedLines, track_lines
-from app.fitting.image_motion import motion_of
+from app.fitting.image_motion import estimate_motion
 from app.images import ImageDecoder
 from app.models import CameraModel, RayModel, field_from_raw, model_from_json, parameters_json, raw_from_field
 from app.store.snapshots import read_checked
@@ -99,7 +99,7 @@ def _moved_along(calibration: Calibration, found: TrackedLines, size: ImageSize)
                         reason="no-observations")
     across = np.einsum("ni,nik->nk", found.normals, _bending(found.places, size))
     off = np.sum((found.points - found.places) * found.normals, axis=1)
-    q = motion_of(across, off, np.full(len(off), SIGMA_PX)).q
+    q = estimate_motion(across, off, np.full(len(off), SIGMA_PX)).q
     moved = []
     for one in before:
         points = one.points + _bending(one.points, size) @ q

@@ -19,10 +19,10 @@ from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.evaluate.motion.roll_report import RecordedRoll, roll_report
-from app.fitting.ray_camera.distortion_prior import BentLens
+from app.fitting.ray_camera.distortion_prior import DistortionEstimate
 from app.images import frame_from_bytes
 from app.models import CameraModel, model_from_json
-from app.models.plumb_line import LENSES, PlumbLens
+from app.models.distortion import LINE_LENSES, Distortion
 from app.sources import SourceContext
 from app.sources.local.video import VideoSource
 from app.workflows.calibration import subprogress
@@ -149,9 +149,10 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
     border = found["bow"]["border"]
     by_lines, by_rolls = 100 * border["sigma_px"] / border["length_px"], figures["raw"]["border_sigma_pct"]
     wider = max(1.0, by_rolls / max(by_lines, 1e-9))
-    lens = BentLens(PlumbLens.from_json(found["lens"]), tuple(found["names"]), wider**2 * np.array(found["covariance"]))
+    lens = DistortionEstimate(Distortion.from_json(found["lens"]), tuple(found["names"]),
+                              wider**2 * np.array(found["covariance"]))
     level = {"significant": "good", "none": "good", "unknown": "fair"}[found["distortion"]]
-    return {"camera": camera, "note": note or f"From {len(used)} rolls", "model": lens.bend.name,
+    return {"camera": camera, "note": note or f"From {len(used)} rolls", "model": lens.distortion.name,
             "lens": lens.to_json(), "board": None, "image_size": list(size), "snapshots": None,
             "software": f"touchline {__version__}",
             "report": {"rms_px": found["straightness_px"]["after"], "views": [], "warnings": [],
@@ -164,9 +165,9 @@ def check_refinable(calibration: Calibration | None) -> str:
     """Return the name of the calibration's lens; Conflict where rolls cannot refine it."""
     if calibration is None:
         raise Conflict("There is no calibration to refine.", "Activate one, or name one.", reason="not-calibrated")
-    if calibration.model_name not in LENSES:
+    if calibration.model_name not in LINE_LENSES:
         raise Conflict(f"Straight rolls cannot refine {calibration.model_name}: it has no terms that they tell.",
-                       f"Fit one of {', '.join(LENSES)}; or make a lens of the rolls.", reason="not-refinable")
+                       f"Fit one of {', '.join(LINE_LENSES)}; or make a lens of the rolls.", reason="not-refinable")
     if calibration.options.get("lens"):
         raise Conflict("This calibration holds a lens from elsewhere, which it would lose.",
                        "Refine one whose own clicks told its lens, or make a lens of the rolls.",

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.geometry import ImageSize, Points, as_points
 from app.core.progress import Progress, no_progress
-from app.fitting.plumb_line.fit import PlumbFit, fit_plumb
-from app.fitting.plumb_line.line_sag import Bow, BowVerdict, bow_verdict
-from app.fitting.plumb_line.search import task_of
+from app.fitting.plumb_line.fit import PlumbLineFit, fit_plumb_lines
+from app.fitting.plumb_line.line_sag import LineSag, SagVerdict, sag_verdict
+from app.fitting.plumb_line.search import plumb_line_problem
 from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.undistorted_view import UndistortedView
-from app.models.plumb_line import LENSES, PlumbLens
+from app.models.distortion import LINE_LENSES, Distortion
 from app.vision.lines.edges import edge_chains
 
 LADDER = ("division", "division-even")  # what "auto" tries, simplest first
@@ -62,10 +62,10 @@ def straightness_of_edges(edges: Sequence[Sequence[Points]], lines: Sequence[Any
 
 def check_choice(lens: str, centre_sigma_px: float | None) -> None:
     """Refuse an impossible lens or σ before edges are looked for."""
-    task_of(LADDER[0] if lens == "auto" else lens, None, centre_sigma_px, ImageSize(2, 2))
+    plumb_line_problem(LADDER[0] if lens == "auto" else lens, None, centre_sigma_px, ImageSize(2, 2))
 
 
-def undistort(pixels: NDArray[np.uint8], lens: PlumbLens, width: int | None = None) -> NDArray[np.uint8]:
+def undistort(pixels: NDArray[np.uint8], lens: Distortion, width: int | None = None) -> NDArray[np.uint8]:
     """Undo a lens' distortion of a picture (h, w, 3), at its own size or `width` px wide; Conflict for another size."""
     seen = ImageSize(pixels.shape[1], pixels.shape[0])
     if seen != lens.image_size:
@@ -86,14 +86,15 @@ def _one_size(pictures: Sequence[NDArray[np.uint8]], image_size: ImageSize | Non
     return sizes.pop()
 
 
-def _fit(chains: list[Points], size: ImageSize, lens: str, where: list[int], centre_sigma_px: float | None) -> PlumbFit:
+def _fit(chains: list[Points], size: ImageSize, lens: str, where: list[int],
+         centre_sigma_px: float | None) -> PlumbLineFit:
     if lens != "auto":
-        return fit_plumb(chains, size, lens, pictures=where, centre_sigma_px=centre_sigma_px)
-    fits: list[PlumbFit] = []
+        return fit_plumb_lines(chains, size, lens, pictures=where, centre_sigma_px=centre_sigma_px)
+    fits: list[PlumbLineFit] = []
     refusals: list[FitFailed] = []
     for name in LADDER:
         try:
-            fits.append(fit_plumb(chains, size, name, pictures=where, centre_sigma_px=centre_sigma_px))
+            fits.append(fit_plumb_lines(chains, size, name, pictures=where, centre_sigma_px=centre_sigma_px))
         except FitFailed as refusal:
             refusals.append(refusal)
     if not fits:
@@ -105,15 +106,15 @@ def _fit(chains: list[Points], size: ImageSize, lens: str, where: list[int], cen
     return best
 
 
-def _misfit(fit: PlumbFit) -> float:
+def _misfit(fit: PlumbLineFit) -> float:
     """Of all chains, used or not, so that a lens gains nothing by leaving some out."""
     square = np.array([min(c.after_px, 1e6) ** 2 for c in fit.chains if np.isfinite(c.before_px)])
     counts = np.array([c.count for c in fit.chains if np.isfinite(c.before_px)])
     return float(np.sqrt(np.sum(counts * square / (square + TAU_PX**2)) / counts.sum()))
 
 
-def _report(fit: PlumbFit, chains: list[Points], clicked: int) -> dict[str, Any]:
-    verdict = bow_verdict(fit, chains)
+def _report(fit: PlumbLineFit, chains: list[Points], clicked: int) -> dict[str, Any]:
+    verdict = sag_verdict(fit, chains)
     used = sum(c.used for c in fit.chains)
     most = int(np.clip(MAX_DRAWN // max(len(chains), 1), 2, MAX_DRAWN_OF_ONE))
     straight = UndistortedView(fit.lens)
@@ -121,7 +122,7 @@ def _report(fit: PlumbFit, chains: list[Points], clicked: int) -> dict[str, Any]
     return {
         "lens": fit.lens.to_json(),
         "sigma": {name: float(s) for name, s in zip(fit.names, fit.sigma, strict=True)},
-        "sigma_chance": {name: float(s) for name, s in zip(fit.names, np.sqrt(np.diag(fit.chance)), strict=True)},
+        "sigma_chance": dict(zip(fit.names, map(float, np.sqrt(np.diag(fit.statistical_covariance))), strict=True)),
         "names": list(fit.names), "covariance": fit.covariance.tolist(),
         "straightness_px": {"before": fit.before_px, "after": fit.after_px},
         "bow": {"most": _bow(verdict.most), "longest": _bow(verdict.longest),
@@ -135,12 +136,12 @@ def _report(fit: PlumbFit, chains: list[Points], clicked: int) -> dict[str, Any]
                    "ends": [chains[c.index][i].tolist() for i in (0, -1)] if c.count else [],
                    "chain": _plain(drawn[c.index]), "straight": _plain(straight.corrected_from_raw(drawn[c.index]))}
                   for c in fit.chains],
-        "lenses": list(LENSES),
+        "lenses": list(LINE_LENSES),
         "cannot_see": "Straight edges tell how the picture bends, not its focal length and hardly its centre.",
     }
 
 
-def _sentence(fit: PlumbFit, verdict: BowVerdict) -> str:
+def _sentence(fit: PlumbLineFit, verdict: SagVerdict) -> str:
     bow = verdict.most
     if verdict.answer == "none":
         return (f"No significant distortion: the edge that bows most does so by {bow.px:.2f} ± {bow.sigma_px:.2f} px, "
@@ -153,7 +154,7 @@ def _sentence(fit: PlumbFit, verdict: BowVerdict) -> str:
             f"once that is taken out, edges are straight to {fit.after_px:.2f} px.")
 
 
-def _bow(bow: Bow) -> dict[str, float | None]:
+def _bow(bow: LineSag) -> dict[str, float | None]:
     return {"line": bow.index if bow.index >= 0 else None, "length_px": bow.length_px, "px": _number(bow.px),
             "sigma_px": _number(bow.sigma_px), "pct": _number(100 * bow.px / bow.length_px)}
 

@@ -15,8 +15,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.records import Fit
 from app.evaluate.fit.uncertainty import HAT_MM, at_height, expected_error, grid_over
 from app.fitting import FITTERS, sensitivity_of
-from app.fitting.ray_camera.parameters import RayState
-from app.fitting.ray_camera.problem import gather
+from app.fitting.ray_camera.parameters import RayCameraParameters
+from app.fitting.ray_camera.problem import gather_clicks
 from app.models import field_from_raw
 from tests.support.operator import FIELD, REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
 from tests.support.sim_clicks import border_observations, known_grid, landmark_observations, rms_mm
@@ -46,12 +46,12 @@ def bound(tilt: int, seeds: int = BOUND_SEEDS) -> np.ndarray:
 def knowable(camera, count: int, noise_px: float, seeds: int, lens=("k1", "k2")) -> list[Fit]:
     """The true camera with the least covariance that clicks on the borders, count on each, and a tape allow."""
     model, found = true_camera(camera), []
-    state = RayState.of(model)
+    state = RayCameraParameters.of(model)
     held = {"centre_x", "centre_y", "k1", "k2", *LENS_TERMS} - set(lens)
     names = tuple(n for n in state.names if n not in held)
     for seed in range(seeds):
         clicks = border_observations(camera, REGION, count, 0.0, np.random.default_rng(seed), anywhere=True)
-        _, jacobian = gather(clicks, FIELD, REGION, with_offsets=False).residuals(state)
+        _, jacobian = gather_clicks(clicks, FIELD, REGION, with_offsets=False).residuals(state)
         rows = jacobian[:, [state.names.index(n) for n in names]] / noise_px
         information = rows.T @ rows
         information[names.index("height"), names.index("height")] += 1 / 30.0**2

@@ -13,7 +13,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.geometry import ImageSize
-from app.fitting.plumb_line.fit import fit_plumb
+from app.fitting.plumb_line.fit import fit_plumb_lines
 from app.vision.lines.edges import edge_chains
 from app.workflows.straight_lines import straightness
 from tests.support.plumb_pictures import department, picture
@@ -34,11 +34,11 @@ def made_up(name: str) -> dict[str, float]:
     for seed in range(SEEDS):
         chains = lines_seen(lens, seed)
         start = time.perf_counter()
-        fit = fit_plumb(chains, SIZE, name)
+        fit = fit_plumb_lines(chains, SIZE, name)
         seconds.append(time.perf_counter() - start)
         rms.append(fit.after_px)
-        left.append(beyond_a_homography(fit.lens.straight_from_raw(grid), lens.straight_from_raw(grid)))
-        off = (fit.values - [*WORLDS[name], *lens.centre_px]) / np.sqrt(np.diag(fit.chance))
+        left.append(beyond_a_homography(fit.lens.undistorted_from_raw(grid), lens.undistorted_from_raw(grid)))
+        off = (fit.values - [*WORLDS[name], *lens.centre_px]) / np.sqrt(np.diag(fit.statistical_covariance))
         ratio.append(np.mean(off**2))
     return {"rms": float(np.median(rms)), "worst": max(rms), "left": float(np.median(left)),
             "ratio": float(np.sqrt(np.mean(ratio))), "seconds": float(np.median(seconds))}
@@ -63,11 +63,11 @@ def agreement(lens: str) -> tuple[list[str], np.ndarray]:
     sets = [edge_chains(p) for p in department()]
     numbers = np.repeat(range(len(sets)), [len(s) for s in sets])
     start = time.perf_counter()
-    joint = fit_plumb([c for s in sets for c in s], ImageSize(800, 600), lens, pictures=numbers)
+    joint = fit_plumb_lines([c for s in sets for c in s], ImageSize(800, 600), lens, pictures=numbers)
     seconds = time.perf_counter() - start
     told, off = [], []
     for number, chains in enumerate(sets):
-        fit = fit_plumb(chains, ImageSize(800, 600), lens)
+        fit = fit_plumb_lines(chains, ImageSize(800, 600), lens)
         off.append(np.abs(fit.values - joint.values)[:2] / fit.sigma[:2])
         told.append(f"  picture {number + 1}: {_terms(fit)}; {off[-1][0]:.1f} and {off[-1][1]:.1f} σ off; "
                     f"{fit.before_px:.2f} → {fit.after_px:.2f} px")
@@ -76,7 +76,7 @@ def agreement(lens: str) -> tuple[list[str], np.ndarray]:
 
 
 def _terms(fit) -> str:
-    chance = np.sqrt(np.diag(fit.chance))
+    chance = np.sqrt(np.diag(fit.statistical_covariance))
     return ", ".join(f"{n} {v:.3f} ± {s:.3f} (chance {c:.3f})"
                      for n, v, s, c in zip(fit.names[:2], fit.values, fit.sigma, chance, strict=False))
 

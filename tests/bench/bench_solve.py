@@ -14,8 +14,8 @@ from scipy.optimize import least_squares
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.fitting.least_squares import minimise
-from app.fitting.ray_camera.parameters import RayState
-from app.fitting.ray_camera.problem import gather
+from app.fitting.ray_camera.parameters import RayCameraParameters
+from app.fitting.ray_camera.problem import gather_clicks
 from tests.support.operator import FIELD, REGION, reference_camera, true_camera
 from tests.support.sim_clicks import border_observations
 
@@ -27,14 +27,14 @@ def one(seed: int, tilt: int) -> dict[str, tuple[float, float, int]]:
     rng = np.random.default_rng(seed)
     camera = reference_camera("strong", tilt)
     clicks = border_observations(camera, REGION, 9, 0.3, rng, anywhere=True)
-    truth = RayState.of(true_camera(camera))
+    truth = RayCameraParameters.of(true_camera(camera))
     free = np.array([name not in HELD for name in truth.names])
     poor = replace(truth, terms=truth.terms * 0, log_focal=truth.log_focal + rng.normal(0, 0.15),
-                   position_mm=truth.position_mm + rng.normal(0, 150, 3)).moved(
+                   position_mm=truth.position_mm + rng.normal(0, 150, 3)).retract(
                        np.concatenate([np.zeros(3), rng.normal(0, 0.03, 3), np.zeros(3)]), free)
     found = {}
     for name in ("ours", "scipy lm", "scipy trf"):
-        problem = gather(clicks, FIELD, REGION, with_offsets=False)
+        problem = gather_clicks(clicks, FIELD, REGION, with_offsets=False)
         looks = 0
 
         def evaluate(state, problem=problem):
@@ -48,14 +48,14 @@ def one(seed: int, tilt: int) -> dict[str, tuple[float, float, int]]:
 
         start = time.perf_counter()
         if name == "ours":
-            cost = minimise(poor, evaluate, lambda s, d: s.moved(d, free), tolerance=1e-8).cost
+            cost = minimise(poor, evaluate, lambda s, d: s.retract(d, free), tolerance=1e-8).cost
         else:
             last: dict[bytes, tuple] = {}
 
             def at(d, last=last, evaluate=evaluate):
                 if d.tobytes() not in last:
                     last.clear()
-                    last[d.tobytes()] = evaluate(poor.moved(d, free))
+                    last[d.tobytes()] = evaluate(poor.retract(d, free))
                 return last[d.tobytes()]
 
             answer = least_squares(lambda d, at=at: at(d)[0], np.zeros(int(free.sum())),

@@ -22,5 +22,5 @@ def bars_behind(lens=BENT, shade=210):
         one, other = ((np.array(end) + ROOM) * FINE for end in ends)
         cv2.line(world, one.tolist(), other.tolist(), (shade,) * 3, 9, cv2.LINE_AA, 4)
     y, x = np.mgrid[:SIZE.height, :SIZE.width].astype(float)
-    seen = (lens.straight_from_raw(np.stack([x, y], axis=-1)) + ROOM).astype(np.float32)
+    seen = (lens.undistorted_from_raw(np.stack([x, y], axis=-1)) + ROOM).astype(np.float32)
     return cv2.GaussianBlur(cv2.remap(world, seen[..., 0], seen[..., 1], cv2.INTER_CUBIC), (0, 0), 0.7)

@@ -12,12 +12,12 @@ import numpy as np
 
 from app.core.board import Board, BoardView
 from app.core.geometry import ImageSize
-from app.models.pinhole_lens import PinholeLens
+from app.models.intrinsics import Intrinsics
 
 MRCAL = shutil.which("mrcal-calibrate-cameras")
 
 
-def opencv(views: tuple[BoardView, ...], size: ImageSize) -> tuple[PinholeLens, float, float]:
+def opencv(views: tuple[BoardView, ...], size: ImageSize) -> tuple[Intrinsics, float, float]:
     """The lens with five terms, the rms, and the seconds."""
     places = [v.places_mm.astype(np.float32) for v in views]
     pixels = [v.pixels.astype(np.float32)[:, None] for v in views]
@@ -25,12 +25,12 @@ def opencv(views: tuple[BoardView, ...], size: ImageSize) -> tuple[PinholeLens, 
     rms, k, d, _, _ = cv2.calibrateCamera(places, pixels, tuple(size), None, None)
     seconds = time.perf_counter() - start
     terms = (*(float(v) for v in d.ravel()[:5]), 0.0, 0.0, 0.0)
-    return PinholeLens("brown-conrady", terms, float(k[0, 0]), float(k[1, 1] / k[0, 0]),
+    return Intrinsics("brown-conrady", terms, float(k[0, 0]), float(k[1, 1] / k[0, 0]),
                        (float(k[0, 2]), float(k[1, 2])), size), float(rms), seconds
 
 
 def mrcal(views: tuple[BoardView, ...], board: Board, size: ImageSize, focal_px: float,
-          ) -> tuple[PinholeLens, float] | None:
+          ) -> tuple[Intrinsics, float] | None:
     """mrcal's lens with five terms from the same corners, and the seconds its command took; None where it is absent."""
     if MRCAL is None:
         return None
@@ -54,4 +54,4 @@ def mrcal(views: tuple[BoardView, ...], board: Board, size: ImageSize, focal_px:
                          if not line.strip().startswith("#"))
     numbers = text[text.index("[", text.index("'intrinsics'")):]
     fx, fy, cx, cy, *terms = ast.literal_eval(numbers[:numbers.index("]") + 1])
-    return PinholeLens("brown-conrady", (*terms, *[0.0] * (8 - len(terms))), fx, fy / fx, (cx, cy), size), seconds
+    return Intrinsics("brown-conrady", (*terms, *[0.0] * (8 - len(terms))), fx, fy / fx, (cx, cy), size), seconds

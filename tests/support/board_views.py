@@ -6,12 +6,12 @@ import numpy as np
 from app.core.board import Board, BoardView
 from app.core.geometry import ImageSize
 from app.fitting.board.parameters import matrices_from_vectors
-from app.models.pinhole_lens import PinholeLens
+from app.models.intrinsics import Intrinsics
 
 SIZE = ImageSize(1280, 1024)
 BOARD = Board("chessboard", 10, 10, 100.0)  # nearly a metre: what the field's builders print on a stiff plate
-TRUTH = PinholeLens("brown-conrady", (-0.28, 0.09, 0.0006, -0.0004, 0, 0, 0, 0), 900.0, 1.0, (652.0, 498.0), SIZE)
-FISHEYE = PinholeLens("fisheye", (-0.02, 0.004, -0.001, 0.0), 420.0, 1.0, (645.0, 505.0), SIZE)
+TRUTH = Intrinsics("brown-conrady", (-0.28, 0.09, 0.0006, -0.0004, 0, 0, 0, 0), 900.0, 1.0, (652.0, 498.0), SIZE)
+FISHEYE = Intrinsics("fisheye", (-0.02, 0.004, -0.001, 0.0), 420.0, 1.0, (645.0, 505.0), SIZE)
 TRIES = 50  # poses at a time, of which those inside the picture stay
 PLAIN = ("k1", "k2", "p1", "p2", "k3")
 
@@ -25,7 +25,7 @@ def bowed(board: Board, bow_mm: tuple[float, float]) -> np.ndarray:
     return places
 
 
-def views_of(truth: PinholeLens = TRUTH, count: int = 40, *, seed: int = 0, noise_px: float = 0.2,
+def views_of(truth: Intrinsics = TRUTH, count: int = 40, *, seed: int = 0, noise_px: float = 0.2,
              bow_mm: tuple[float, float] = (1.0, 0.0), board: Board = BOARD, tilt_deg: float = 40.0,
              stray_share: float = 0.0) -> tuple[BoardView, ...]:
     """count views with every corner inside the picture, near and far, turned and tilted, all over the picture.

@@ -5,7 +5,7 @@ import numpy as np
 from app.core.field import BORDERS
 from app.models import raw_from_field
 from app.models.brown_conrady import BrownConrady
-from app.models.ray_camera import example_fields
+from app.models.ray_camera import example_parameters
 from tests.support.board_views import SIZE, TRUTH
 
 FIELD = {"name": "plain-4x3", "title": "Plain", "length_mm": 4000, "width_mm": 3000, "lines": [], "arcs": [],
@@ -14,7 +14,7 @@ FIELD = {"name": "plain-4x3", "title": "Plain", "length_mm": 4000, "width_mm": 3
 
 def clicks_through_the_lens() -> tuple[BrownConrady, dict]:
     """36 clicks on the borders of a plain field, seen through the board's camera a little tilted."""
-    where = {**list(example_fields())[1], "focal_px": TRUTH.focal_px, "centre_px": TRUTH.centre_px}
+    where = {**list(example_parameters())[1], "focal_px": TRUTH.focal_px, "centre_px": TRUTH.centre_px}
     model = BrownConrady(lens_terms=TRUTH.terms, **where)
     rng = np.random.default_rng(0)
     observations = []

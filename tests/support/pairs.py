@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.fitting.two_view.epipolar import lifted
+from app.fitting.two_view.epipolar import homogeneous
 from app.fitting.two_view.relative_pose import ideal_px
 from app.models.division import Division
 from app.models.rotation import vector_from_matrix
@@ -97,7 +97,7 @@ def _matrix_of_six_rows(data: bytes) -> np.ndarray:
 
 def epipolar_error_px(fundamental: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Written anew for the tests: distances of b from F a and of a from Fᵀ b, root mean square of the two."""
-    to_b, to_a = lifted(a) @ fundamental.T, lifted(b) @ fundamental
-    far_b = np.abs(np.sum(lifted(b) * to_b, axis=1)) / np.hypot(to_b[:, 0], to_b[:, 1])
-    far_a = np.abs(np.sum(lifted(a) * to_a, axis=1)) / np.hypot(to_a[:, 0], to_a[:, 1])
+    to_b, to_a = homogeneous(a) @ fundamental.T, homogeneous(b) @ fundamental
+    far_b = np.abs(np.sum(homogeneous(b) * to_b, axis=1)) / np.hypot(to_b[:, 0], to_b[:, 1])
+    far_a = np.abs(np.sum(homogeneous(a) * to_a, axis=1)) / np.hypot(to_a[:, 0], to_a[:, 1])
     return np.sqrt((far_a**2 + far_b**2) / 2)

@@ -4,21 +4,21 @@ import cv2
 import numpy as np
 
 from app.core.geometry import ImageSize
-from app.models.plumb_line import PlumbLens
+from app.models.distortion import Distortion
 
 SIZE = ImageSize(640, 480)
 FPS = 30.0
 
 
-def lens_of(k: float, size: ImageSize = SIZE) -> PlumbLens:
-    return PlumbLens("division", (k,), size.centre, size)
+def lens_of(k: float, size: ImageSize = SIZE) -> Distortion:
+    return Distortion("division", (k,), size.centre, size)
 
 
-def path(lens: PlumbLens, start, end, count: int) -> np.ndarray:
+def path(lens: Distortion, start, end, count: int) -> np.ndarray:
     """A straight roll from pixel to pixel of the raw picture, (count, 2), at even speed over the carpet."""
-    ends = lens.straight_from_raw(np.array([start, end], float))
+    ends = lens.undistorted_from_raw(np.array([start, end], float))
     t = np.linspace(0, 1, count)[:, None]
-    return lens.raw_from_straight(ends[:1] * (1 - t) + ends[1:] * t)
+    return lens.raw_from_undistorted(ends[:1] * (1 - t) + ends[1:] * t)
 
 
 def carpet(seed: int, size: ImageSize = SIZE) -> np.ndarray:
@@ -41,7 +41,7 @@ def frame(ground: np.ndarray, balls, rng: np.random.Generator, radius_px: float 
     return np.clip(picture + rng.normal(0, 2, picture.shape), 0, 255).astype(np.uint8)
 
 
-def film(lens: PlumbLens, rolls, seed: int = 0, still: int = 3):
+def film(lens: Distortion, rolls, seed: int = 0, still: int = 3):
     """Each frame as (seconds, pixels). rolls: (start, end, frames) one after the other, or a list of such at once."""
     rng, ground, number = np.random.default_rng(seed), carpet(seed), 0
     for _ in range(still):
@@ -55,7 +55,7 @@ def film(lens: PlumbLens, rolls, seed: int = 0, still: int = 3):
             number += 1
 
 
-def chords(rng: np.random.Generator, lens: PlumbLens, count: int, noise_px: float = 0.25):
+def chords(rng: np.random.Generator, lens: Distortion, count: int, noise_px: float = 0.25):
     """Random rolls as points with noise, and the seconds each took."""
     tracks, seconds, size = [], [], lens.image_size
     while len(tracks) < count:

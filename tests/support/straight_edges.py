@@ -3,7 +3,7 @@
 import numpy as np
 
 from app.core.geometry import ImageSize
-from app.models.plumb_line import LENSES, PlumbLens
+from app.models.distortion import LINE_LENSES, Distortion
 
 SIZE = ImageSize(1280, 1024)
 FLOOR_PX = 0.309  # noise of the points; no fit leaves less by much
@@ -11,10 +11,10 @@ FLOOR_PX = 0.309  # noise of the points; no fit leaves less by much
 
 def lens_of(name="brown-conrady", terms=(-0.28, 0.09), centre=(0.0, 0.0), size=SIZE):
     """terms per half diagonal; centre in px beside the picture's."""
-    full = np.zeros(len(LENSES[name][0].TERMS))
+    full = np.zeros(len(LINE_LENSES[name][0].TERMS))
     full[:len(terms)] = terms
     x, y = size.centre
-    return PlumbLens(name, tuple(full.tolist()), (x + centre[0], y + centre[1]), size)
+    return Distortion(name, tuple(full.tolist()), (x + centre[0], y + centre[1]), size)
 
 
 def lines_seen(lens, seed, lines=14, points=40, noise_px=FLOOR_PX):
@@ -22,9 +22,9 @@ def lines_seen(lens, seed, lines=14, points=40, noise_px=FLOOR_PX):
     rng, chains = np.random.default_rng(seed), []
     width, height = lens.image_size
     while len(chains) < lines:
-        ends = lens.straight_from_raw(rng.uniform((0, 0), (width - 1, height - 1), (2, 2)))
+        ends = lens.undistorted_from_raw(rng.uniform((0, 0), (width - 1, height - 1), (2, 2)))
         along = np.linspace(0, 1, points)[:, None]
-        raw = lens.raw_from_straight(ends[0] * (1 - along) + ends[1] * along)
+        raw = lens.raw_from_undistorted(ends[0] * (1 - along) + ends[1] * along)
         if np.linalg.norm(raw[-1] - raw[0]) > 0.3 * width:
             chains.append(raw + rng.normal(0, noise_px, raw.shape))
     return chains

@@ -13,7 +13,7 @@ from app.api.routes.pictures import Format
 from app.api.schemas import responses
 from app.api.schemas.media import PICTURE
 from app.api.schemas.requests import AsJob, StraightenedRequest, StraightnessRequest, WidthPx
-from app.models.plumb_line import PlumbLens
+from app.models.distortion import Distortion
 from app.services.container import Services
 from app.services.snapshots import check_one_size, job_pictures
 from app.workflows.straight_lines import undistort
@@ -38,7 +38,7 @@ async def straighten_picture(services: ServicesDep, format: Format, body: Straig
                              width: WidthPx = None) -> Response:
     """Return a snapshot without distortion, by the `lens` of a response; `straight` of its lines is in its px."""
     def draw() -> Response:
-        lens = PlumbLens.from_json(body.lens.model_dump())
+        lens = Distortion.from_json(body.lens.model_dump())
         return picture(undistort(services.frame(body.snapshot).pixels, lens, width), format)
     return await services.run_in_thread(draw)
 

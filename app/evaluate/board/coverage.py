@@ -10,7 +10,7 @@ from app.core.geometry import Array
 from app.evaluate.board.lens_difference import picture_grid
 from app.evaluate.board.lens_uncertainty import SURE_GRID, expected_px, lens_sensitivity
 from app.fitting.board.fit import BoardFit, shared_covariance
-from app.fitting.board.parameters import WARP, Sights, matrices_from_vectors
+from app.fitting.board.parameters import WARP, BoardObservations, matrices_from_vectors
 from app.fitting.board.problem import BoardProblem
 
 CELLS = (8, 6)  # of the picture, columns and rows
@@ -24,7 +24,7 @@ NEXT_CORNERS = 12  # fewer inside the picture are no view
 
 def cell_counts(fit: BoardFit) -> Array:
     """(rows, columns): how many corners lie in each cell of the picture."""
-    seen = fit.sights.pixels[fit.sights.present]
+    seen = fit.observations.pixels[fit.observations.present]
     size = fit.lens.image_size
     counts, *_ = np.histogram2d(seen[:, 1], seen[:, 0], bins=(CELLS[1], CELLS[0]),
                                 range=((-0.5, size.height - 0.5), (-0.5, size.width - 0.5)))
@@ -36,7 +36,7 @@ def tilts(fit: BoardFit) -> tuple[Array, tuple[str, ...]]:
 
     Edges as the picture shows them.
     """
-    middle = np.nanmean(np.where(fit.sights.present[..., None], fit.state.rays(fit.sights), np.nan), axis=1)
+    middle = np.nanmean(np.where(fit.observations.present[..., None], fit.state.rays(fit.observations), np.nan), axis=1)
     sight = middle / np.linalg.norm(middle, axis=1, keepdims=True)
     normal = fit.state.rotations[:, :, 2]
     normal = normal * np.sign(np.sum(normal * sight, axis=1, keepdims=True))  # away from the camera
@@ -68,12 +68,12 @@ class NextView:
 
 def next_view(fit: BoardFit) -> NextView | None:
     """Try a board at nine places of the picture, face on and tilted four ways: what would each tell?"""
-    names = fit.solved.names
+    names = fit.solution.names
     of_lens = np.array([name not in WARP for name in names])
     pixels = picture_grid(fit.lens.image_size, *SURE_GRID).reshape(-1, 2)
     sensitivity = np.zeros((len(pixels), 2, len(names)))
     sensitivity[..., of_lens] = lens_sensitivity(fit.lens, tuple(np.array(names)[of_lens]), pixels)
-    covariance = shared_covariance(fit.solved)
+    covariance = shared_covariance(fit.solution)
     before = _worst(sensitivity, covariance)
     information = np.linalg.pinv(covariance, rcond=1e-15, hermitian=True)
     tried, gains = _candidates(fit)
@@ -93,9 +93,9 @@ def _worst(sensitivity: Array, covariance: Array) -> float:
 def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
     """(place, its pixel, nearer edge) of every view that could be taken, and its information (k, n, n)."""
     size = np.array(tuple(fit.lens.image_size))
-    fullest = int(np.argmax(fit.sights.present.sum(axis=1)))
-    present = fit.sights.present[fullest]
-    places = fit.sights.places[fullest][present]
+    fullest = int(np.argmax(fit.observations.present.sum(axis=1)))
+    present = fit.observations.present[fullest]
+    places = fit.observations.places[fullest][present]
     middle = (places.min(axis=0) + places.max(axis=0)) / 2
     distance = np.ptp(places[:, 0]) * fit.lens.focal_px / (NEXT_SHARE * size[0])
     tried, rotations, shifts = [], [], []
@@ -111,14 +111,16 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
         shifts.append(ray * distance - rotation @ middle)
     k = len(tried)
     state = replace(fit.state, rotations=np.array(rotations), shifts_mm=np.array(shifts))
-    sights = Sights(np.zeros((k, len(places), 2)), np.tile(places, (k, 1, 1)), np.ones((k, len(places)), bool),
-                    np.tile(fit.sights.bow[fullest][present], (k, 1, 1)), fit.sights.size_mm, ("",) * k)
+    observations = BoardObservations(np.zeros((k, len(places), 2)), np.tile(places, (k, 1, 1)),
+                                     np.ones((k, len(places)), bool),
+                                     np.tile(fit.observations.bow[fullest][present], (k, 1, 1)),
+                                     fit.observations.size_mm, ("",) * k)
     with np.errstate(all="ignore"):
-        pixels = state.project(sights)
+        pixels = state.project(observations)
         inside = ((pixels > 0) & (pixels < size - 1)).all(axis=-1)
-    sights = replace(sights, pixels=np.nan_to_num(pixels), present=inside)
-    problem = BoardProblem(sights, fit.solved.problem.free, fit.lens.image_size, max(fit.sigma_px, 1e-6))
-    _, shared, own = problem.look(state)
+    observations = replace(observations, pixels=np.nan_to_num(pixels), present=inside)
+    problem = BoardProblem(observations, fit.solution.problem.free, fit.lens.image_size, max(fit.sigma_px, 1e-6))
+    _, shared, own = problem.linearise(state)
     shared, own = shared.reshape(k, -1, shared.shape[-1]), own.reshape(k, -1, 6)
     seen = inside.sum(axis=1) >= NEXT_CORNERS
     shared, own = shared[seen], own[seen]

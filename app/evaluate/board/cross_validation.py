@@ -12,8 +12,8 @@ import numpy as np
 from app.core.geometry import Array
 from app.evaluate.board.lens_difference import lens_difference
 from app.fitting.board.fit import BoardFit
-from app.fitting.board.outlier_rejection import Solved
-from app.models.pinhole_lens import PinholeLens
+from app.fitting.board.outlier_rejection import BoardSolution
+from app.models.intrinsics import Intrinsics
 
 FOLDS = 5
 MIN_VIEWS = 6  # views: halves of three are the least that make a lens
@@ -37,27 +37,27 @@ class CrossValidation:
 
 def cross_validate(fit: BoardFit) -> CrossValidation:
     """Fit again without some views; nothing is chosen anew."""
-    count = len(fit.sights.pixels)
+    count = len(fit.observations.pixels)
     if count < MIN_VIEWS:
         return CrossValidation(*[float("nan")] * 4)
     turn = np.arange(count)
     held = [_held_squares(fit, turn % FOLDS == fold) for fold in range(FOLDS)]
     squares, freedom = np.sum(held, axis=0)
     held_px = float(np.sqrt(squares / max(freedom, 1)))
-    first, second = (_lens(fit, fit.again(turn % 2 == half)) for half in (0, 1))
+    first, second = (_lens(fit, fit.refit(turn % 2 == half)) for half in (0, 1))
     halves_px = float(np.nanmedian(np.linalg.norm(lens_difference(first, second), axis=-1))) / 2
     sigma = max(fit.sigma_px, 1e-9)
     return CrossValidation(held_px, held_px / sigma, halves_px, halves_px / sigma)
 
 
-def _lens(fit: BoardFit, solved: Solved) -> PinholeLens:
+def _lens(fit: BoardFit, solved: BoardSolution) -> Intrinsics:
     return solved.minimum.state.lens_of(fit.lens.model, fit.lens.image_size)
 
 
 def _held_squares(fit: BoardFit, held: Array) -> tuple[float, float]:
     """Sum of squares, px², and degrees of freedom of views that the lens had not seen; only their poses are free."""
-    without = fit.again(~held).minimum.state
+    without = fit.refit(~held).minimum.state
     start = fit.state.only(held).with_shared(without.shared)
-    solved = fit.fitter.poses(fit.sights.only(held), start, fit.sigma_px)
+    solved = fit.solver.poses(fit.observations.only(held), start, fit.sigma_px)
     squares = float(np.sum(solved.residuals**2)) * fit.sigma_px**2
-    return squares, 2 * float(fit.sights.present[held].sum()) - 6 * float(held.sum())
+    return squares, 2 * float(fit.observations.present[held].sum()) - 6 * float(held.sum())

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.geometry import Array, ImageSize
 from app.fitting.board.parameters import matrices_from_vectors
-from app.models.pinhole_lens import PinholeLens
+from app.models.intrinsics import Intrinsics
 
 GRID = (24, 18)
 TURN_STEPS = 8
@@ -22,7 +22,7 @@ def picture_grid(size: ImageSize, columns: int = GRID[0], rows: int = GRID[1]) -
     return np.stack(np.meshgrid(x, y), axis=-1)
 
 
-def lens_difference(first: PinholeLens, second: PinholeLens, pixels: Array | None = None) -> Array:
+def lens_difference(first: Intrinsics, second: Intrinsics, pixels: Array | None = None) -> Array:
     """Vectors (…, 2) px at the given pixels of the first, or its grid; NaN where either lens sees nothing."""
     pixels = picture_grid(first.image_size) if pixels is None else pixels
     rays = first.rays(pixels)
@@ -43,6 +43,6 @@ def lens_difference(first: PinholeLens, second: PinholeLens, pixels: Array | Non
     return second.project(rays @ rotation.T) - pixels
 
 
-def median_difference(first: PinholeLens, second: PinholeLens) -> float:
+def median_difference(first: Intrinsics, second: Intrinsics) -> float:
     """Median length over the picture, px."""
     return float(np.nanmedian(np.linalg.norm(lens_difference(first, second), axis=-1)))

@@ -8,12 +8,12 @@ import numpy as np
 
 from app.core.geometry import Array
 from app.evaluate.board.lens_difference import picture_grid
-from app.models.pinhole_lens import PinholeLens
+from app.models.intrinsics import Intrinsics
 
 SURE_GRID = (24, 18)  # columns, rows over the picture: wherever its worst place is asked for, it is the same one
 
 
-def lens_sensitivity(lens: PinholeLens, names: tuple[str, ...], pixels: Array) -> Array:
+def lens_sensitivity(lens: Intrinsics, names: tuple[str, ...], pixels: Array) -> Array:
     """(n, 2, len(names)) px per unit of each named parameter at pixels (n, 2), rotations taken out; NaN afar."""
     rays = lens.rays(pixels)
     plane, by_ray, by_terms = lens.lens.distort_jacobian(np.array(lens.terms), rays)
@@ -43,7 +43,7 @@ def expected_px(sensitivity: Array, covariance: Array) -> Array:
         return np.sqrt(np.maximum(np.einsum("nij,jk,nik->n", sensitivity, covariance, sensitivity), 0))
 
 
-def expected_over_picture(lens: PinholeLens, columns: int = SURE_GRID[0], rows: int = SURE_GRID[1]) -> Array:
+def expected_over_picture(lens: Intrinsics, columns: int = SURE_GRID[0], rows: int = SURE_GRID[1]) -> Array:
     """(rows, columns) px over the picture."""
     pixels = picture_grid(lens.image_size, columns, rows).reshape(-1, 2)
     sensitivity = lens_sensitivity(lens, lens.estimated, pixels)

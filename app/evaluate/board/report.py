@@ -19,13 +19,13 @@ def board_report(fit: BoardFit) -> dict[str, Any]:
     lengths = np.linalg.norm(fit.residuals_px, axis=-1)
     degrees, leans = tilts(fit)
     counts, expected = cell_counts(fit), expected_over_picture(fit.lens)
-    cv, correlation = cross_validate(fit), neighbour_correlation(fit.residuals_px, fit.sights)
+    cv, correlation = cross_validate(fit), neighbour_correlation(fit.residuals_px, fit.observations)
     cover = float((counts > 0).mean())
     warnings = [w.to_json() for w in board_warnings(fit, cv, expected, cover, degrees, correlation)]
     following = next_view(fit)
     report = {
         "rms_px": fit.rms_px, "sigma_px": fit.sigma_px, "max_px": float(np.nanmax(lengths)),
-        "corners": int(fit.sights.present.sum()), "strays": int(fit.strays.sum()),
+        "corners": int(fit.observations.present.sum()), "strays": int(fit.outliers.sum()),
         "views": _views(fit, lengths, degrees, leans),
         "terms": {"chosen": list(fit.terms), "tried": dict(fit.tried)},
         "parameters": {name: {"value": value, "sigma": fit.lens.sigma.get(name)}
@@ -54,7 +54,7 @@ def _views(fit: BoardFit, lengths: np.ndarray, degrees: np.ndarray, leans: tuple
         entry: dict[str, Any] = {"name": view.name, "corners": len(view.pixels), "used": bool(fit.used[index])}
         if fit.used[index]:
             k = next(places)
-            entry |= {"rms_px": float(np.sqrt(np.nanmean(lengths[k] ** 2))), "strays": int(fit.strays[k].sum()),
+            entry |= {"rms_px": float(np.sqrt(np.nanmean(lengths[k] ** 2))), "strays": int(fit.outliers[k].sum()),
                       "tilt_deg": float(degrees[k]), "nearer": leans[k],
                       "distance_mm": float(np.linalg.norm(fit.state.shifts_mm[k])), "quad_mm": quads[k].tolist()}
         else:
@@ -65,17 +65,17 @@ def _views(fit: BoardFit, lengths: np.ndarray, degrees: np.ndarray, leans: tuple
 
 def _quads(fit: BoardFit) -> np.ndarray:
     """(used views, 4, 3) mm in the camera's frame: where the board's outermost corners were held, one way round."""
-    places = fit.sights.places[fit.sights.present]
+    places = fit.observations.places[fit.observations.present]
     (x0, y0), (x1, y1) = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
     outline = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
     return outline @ fit.state.rotations.transpose(0, 2, 1) + fit.state.shifts_mm[:, None]
 
 
 def _bow(fit: BoardFit) -> dict[str, Any] | None:
-    if not set(WARP) <= set(fit.solved.names):
+    if not set(WARP) <= set(fit.solution.names):
         return None
-    sigma = np.sqrt(np.diag(shared_covariance(fit.solved)))
-    at = [fit.solved.names.index(name) for name in WARP]
+    sigma = np.sqrt(np.diag(shared_covariance(fit.solution)))
+    at = [fit.solution.names.index(name) for name in WARP]
     return {"x": float(fit.state.warp_mm[0]), "y": float(fit.state.warp_mm[1]),
             "sigma": [float(sigma[i]) for i in at]}
 

@@ -6,12 +6,12 @@ Noise of one corner says nothing of the next one's; the error of a wrong model i
 import numpy as np
 
 from app.core.geometry import Array
-from app.fitting.board.parameters import Sights
+from app.fitting.board.parameters import BoardObservations
 
 SAME_ROW = 1e-3  # of the board's size
 
 
-def neighbour_correlation(residuals: Array, sights: Sights) -> float:
+def neighbour_correlation(residuals: Array, sights: BoardObservations) -> float:
     """Correlation of the residuals (v, m, 2) of corners that are neighbours in a row: about 0 for noise, towards 1 for
     shape."""
     fine = np.isfinite(residuals).all(axis=-1)

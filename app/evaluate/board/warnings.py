@@ -31,9 +31,10 @@ def board_warnings(fit: BoardFit, cv: CrossValidation, expected: Array, cover: f
     for out in fit.left_out:
         yield Warning("view-left-out", out.text, "Look at that picture: is it sharp, and is the whole board right?",
                       out.name, out.index)
-    strays = int(fit.strays.sum())
+    strays = int(fit.outliers.sum())
     if strays:
-        yield Warning("stray-corners", f"{strays} of {int(fit.sights.present.sum()) + strays} corners lie too far from "
+        corners = int(fit.observations.present.sum()) + strays
+        yield Warning("stray-corners", f"{strays} of {corners} corners lie too far from "
                       "where the lens sees them; they were left out.", "A few are usual: blur, glare, a finger.")
 
 
@@ -79,6 +80,6 @@ def _model(fit: BoardFit, cv: CrossValidation, correlation: float) -> Iterator[W
             yield Warning("term-not-supported", f"{name} = {format_with_sigma(value, sigma)} may as well be nought.",
                           'Leave it out, or choose terms "auto".', name)
     bow = float(np.abs(fit.state.warp_mm).max())
-    if bow > MAX_SAG * fit.sights.size_mm:
+    if bow > MAX_SAG * fit.observations.size_mm:
         yield Warning("board-bowed", f"The board seems bowed by {bow:.1f} mm.", "Mount it on something stiff; or the "
                       "model is wrong and the bow only hides it.")

@@ -11,7 +11,7 @@ import numpy as np
 
 from app.core.geometry import Array, Points
 from app.fitting.two_view.fundamental_matrix import fundamental_matrix
-from app.fitting.two_view.relative_pose import PoseState, ideal_px, pose_between
+from app.fitting.two_view.relative_pose import RelativePoseParameters, ideal_px, pose_between
 from app.models.ray_camera import RayCamera
 
 APART_MM = 1.0  # nearer, two cameras stand at one place and there is no such geometry
@@ -23,7 +23,7 @@ def geometry(a: RayCamera, b: RayCamera) -> dict[str, Any] | None:
     baseline = float(np.linalg.norm(centre))
     if not baseline > APART_MM:
         return None
-    matrix = _about_corner(b).T @ PoseState(rotation, centre / baseline, a.focal_px,
+    matrix = _about_corner(b).T @ RelativePoseParameters(rotation, centre / baseline, a.focal_px,
                                             b.focal_px).fundamental() @ _about_corner(a)
     angle = float(np.degrees(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1))))
     return {"matrix": (matrix / np.linalg.norm(matrix)).tolist(), "baseline_mm": baseline, "angle_deg": angle}

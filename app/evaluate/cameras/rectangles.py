@@ -14,7 +14,7 @@ from app.core.errors import BadInput
 from app.core.field import Region
 from app.core.geometry import ImageSize
 from app.core.options import read_options
-from app.fitting.corrected_rectangle import RECTANGLE_OPTIONS, rectangles
+from app.fitting.corrected_rectangle import RECTANGLE_OPTIONS, corrected_rectangle
 
 NAMES = ("w_max_rectangle_px", "h_max_rectangle_px", "n_rectangles_x", "n_rectangles_y")
 SAME = 1e-6  # relative: what a product and a quotient of doubles leave
@@ -52,7 +52,7 @@ class Rectangles:
 
     def check(self, region: Region, image_size: ImageSize) -> None:
         """BadInput where they make no corrected picture."""
-        rectangles(self.options(), region, image_size)
+        corrected_rectangle(self.options(), region, image_size)
 
     def options(self) -> dict[str, Any]:
         """As a fit takes them."""

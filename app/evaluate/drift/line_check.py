@@ -16,7 +16,7 @@ from app.core.field import Arc, Field, Line, Region
 from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
-from app.fitting.field_lines.expected_lines import Expected, fine_pattern, spread_out
+from app.fitting.field_lines.line_samples import LineSamples, fine_pattern, sample_lines_evenly
 from app.fitting.field_lines.pattern import FieldPattern
 from app.models import CameraModel, field_from_raw, raw_from_field
 from app.vision.lines.profiles import across_lines
@@ -126,19 +126,19 @@ class _Search:
         raw = start + np.where(hits, profiles.middle, np.nan)[:, None] * at.normals
         return self._measurements(pattern, at, raw)
 
-    def _expected(self, pattern: FieldPattern, clear_px: float) -> Expected:
+    def _expected(self, pattern: FieldPattern, clear_px: float) -> LineSamples:
         def project(points: Array) -> Points:
             raw = raw_from_field(self.model, points[:, :2])
             return np.where(self._of_region(points[:, :2])[:, None], raw, np.nan)
 
-        return spread_out(project, pattern, self.size, PLACES, APART_PX, clear_px)
+        return sample_lines_evenly(project, pattern, self.size, PLACES, APART_PX, clear_px)
 
     def _of_region(self, points: Points) -> NDArray[np.bool_]:
         (left, right), (low, high) = self.region.x_mm, self.region.y_mm
         return ((points[:, 0] >= left - EDGE_MM) & (points[:, 0] <= right + EDGE_MM)
                 & (points[:, 1] >= low - EDGE_MM) & (points[:, 1] <= high + EDGE_MM))
 
-    def _measurements(self, pattern: FieldPattern, at: Expected, raw: Points) -> LineMeasurements:
+    def _measurements(self, pattern: FieldPattern, at: LineSamples, raw: Points) -> LineMeasurements:
         clear = at.clear
         spot, there = field_from_raw(self.model, raw), field_from_raw(self.model, at.places)
         foot, normal = np.full_like(spot, np.nan), np.full_like(spot, np.nan)

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from app.core.field import Field
 from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.evaluate.drift.search import best_motion
-from app.fitting.field_lines.expected_lines import Expected, fine_pattern, spread_out
+from app.fitting.field_lines.line_samples import LineSamples, fine_pattern, sample_lines_evenly
 from app.fitting.field_lines.pattern import FieldPattern
-from app.fitting.image_motion import Flow, motion_of
+from app.fitting.image_motion import MotionField, estimate_motion
 from app.models import CameraModel, raw_from_field
 from app.vision.lines.patches import LinePatches
 from app.vision.lines.profiles import across_lines
@@ -49,7 +49,7 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
     size = ImageSize(gray.shape[1], gray.shape[0])
     pattern = fine_pattern(field)
     places = _places(model, pattern, size)
-    flow = Flow(model, tuple(size))
+    flow = MotionField(model, tuple(size))
     some = places.clear & np.isfinite(flow.at(places.places)).all(axis=(1, 2))
     if some.sum() < MIN_POINTS:
         return None
@@ -75,7 +75,7 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
         found, points, middle = look(q)
         if found.sum() < max(MIN_POINTS, MIN_SHARE * len(at)):
             return None
-        motion = motion_of(across[found], middle[found], np.full(int(found.sum()), SIGMA_PX)).after(q)
+        motion = estimate_motion(across[found], middle[found], np.full(int(found.sum()), SIGMA_PX)).compose(q)
         near = float(np.abs(motion.q - q).max()) < SIGMA_PX
         q = motion.q
         if near:
@@ -90,7 +90,7 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
                         float(np.nanpercentile(shift, 95)))
 
 
-def _places(model: CameraModel, pattern: FieldPattern, size: ImageSize) -> Expected:
+def _places(model: CameraModel, pattern: FieldPattern, size: ImageSize) -> LineSamples:
     def project(points: Array) -> Points:
         return raw_from_field(model, points[:, :2])
-    return spread_out(project, pattern, size, PLACES, APART_PX, CLEAR_PX)
+    return sample_lines_evenly(project, pattern, size, PLACES, APART_PX, CLEAR_PX)

@@ -17,8 +17,8 @@ from app.core import opencv
 from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.evaluate.drift.search import best_motion
-from app.fitting.field_lines.expected_lines import fine_pattern, spread_out
-from app.fitting.image_motion import Flow, Judged, PictureMotion, Yardstick, motion_of
+from app.fitting.field_lines.line_samples import fine_pattern, sample_lines_evenly
+from app.fitting.image_motion import ImageMotion, MotionField, MotionSize, RegionSamples, estimate_motion
 from app.models import CameraModel, raw_from_field
 from app.vision.lines.patches import LinePatches, LineShifts
 from app.vision.lines.profiles import across_lines
@@ -56,8 +56,8 @@ class DriftSample:
 
     kind: Kind
     seen: int
-    judged: Judged | None = None
-    motion: PictureMotion | None = None
+    judged: MotionSize | None = None
+    motion: ImageMotion | None = None
     sure: float = 0.0
     softer_px: float = 0.0
 
@@ -68,7 +68,7 @@ class DriftReference:
 
     patches: LinePatches
     across: Array
-    yardstick: Yardstick
+    yardstick: RegionSamples
     level: float
     thumb: NDArray[np.float64]
     size: ImageSize
@@ -78,8 +78,8 @@ class DriftReference:
            ) -> "DriftReference | None":
         """From one picture or several of the same scene; None where too few lines are where they are expected."""
         size = ImageSize(pictures[0].shape[1], pictures[0].shape[0])
-        flow = Flow(model, tuple(size))
-        measure = Yardstick.of(flow, _all_over(region))
+        flow = MotionField(model, tuple(size))
+        measure = RegionSamples.of(flow, _all_over(region))
         found = found_lines(opencv.to_grey(pictures[0]), model, field, size)
         if measure is None or found is None:
             return None
@@ -127,7 +127,8 @@ class DriftReference:
             if tried.count < self.least:
                 return None
             softer = self.patches.softness(tried.rows, seen)
-            motion = motion_of(self.across[seen], tried.offsets.px[seen], tried.offsets.sigma_px[seen]).after(tried.q)
+            motion = estimate_motion(self.across[seen], tried.offsets.px[seen],
+                                     tried.offsets.sigma_px[seen]).compose(tried.q)
             if not self._far(motion.q - tried.q):
                 break
             tried = self._tried(picture, motion.q, softer)
@@ -135,7 +136,7 @@ class DriftReference:
         if count < self.least:
             return None
         kind: Kind = "soft" if abs(softer) >= SOFTER_PX else "seen"
-        return DriftSample(kind, count, self.yardstick.judged(motion), motion, motion.sure, softer)
+        return DriftSample(kind, count, self.yardstick.measure(motion), motion, motion.sure, softer)
 
     def _unseen(self, picture: NDArray[np.uint8], tried: "_Tried") -> DriftSample:
         """Tell covered lines from lines that are gone."""
@@ -170,7 +171,7 @@ def found_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field, size:
 
     def project(points: Array) -> Points:
         return raw_from_field(model, points[:, :2])
-    places = spread_out(project, pattern, size, PLACES, APART_PX, CLEAR_PX)
+    places = sample_lines_evenly(project, pattern, size, PLACES, APART_PX, CLEAR_PX)
     if not places.clear.any():
         return None
     some = places.clear

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Array
-from app.fitting.image_motion import motion_of
+from app.fitting.image_motion import estimate_motion
 from app.vision.lines.patches import LinePatches
 from app.vision.lines.profiles import brightness_across
 
@@ -42,7 +42,7 @@ def best_motion(patches: LinePatches, across: Array, picture: NDArray[np.uint8])
     if found.sum() < MIN_PLACES:
         return None
     own_off = away[own.argmax(axis=1)].astype(float)
-    return motion_of(across[found], own_off[found], np.full(int(found.sum()), SIGMA_PX)).q
+    return estimate_motion(across[found], own_off[found], np.full(int(found.sum()), SIGMA_PX)).q
 
 
 def _likeness(patches: LinePatches, picture: NDArray[np.uint8], reach: int) -> NDArray[np.float64]:

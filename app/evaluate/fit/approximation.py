@@ -24,10 +24,10 @@ from app.fitting.linear import (
     homography_from_lines,
     pose_from_homography,
 )
-from app.fitting.ray_camera.parameters import RayState
+from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 from app.models.ray_camera import RayCamera
-from app.models.top_view import VIEW_FIELDS
+from app.models.top_view import RECTANGLE_FIELDS
 
 GRID = (25, 19)  # columns, rows over the region: the figures
 FIT_GRID = (15, 13)
@@ -88,8 +88,8 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
     prior = np.zeros(len(free)) if isinstance(model, RayCamera) else _guesses(starts[0], len(points))
     known = np.diag(prior)[prior > 0][:, free]
 
-    def evaluate_from(start: RayState) -> Callable[[RayState], tuple[Array, Array]]:
-        def evaluate(state: RayState) -> tuple[Array, Array]:
+    def evaluate_from(start: RayCameraParameters) -> Callable[[RayCameraParameters], tuple[Array, Array]]:
+        def evaluate(state: RayCameraParameters) -> tuple[Array, Array]:
             with np.errstate(all="ignore"):
                 found, _, by = state.project_jacobian(points)
                 residuals = np.einsum("nij,nj->ni", weights, found - pixels)
@@ -99,8 +99,8 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
                     np.concatenate([jacobian.reshape(-1, int(free.sum())), known]))
         return evaluate
 
-    def search(start: RayState, state: RayState, steps: int) -> Minimum[RayState]:
-        return minimise(state, evaluate_from(start), lambda s, delta: s.moved(delta, free), max_steps=steps,
+    def search(start: RayCameraParameters, state: RayCameraParameters, steps: int) -> Minimum[RayCameraParameters]:
+        return minimise(state, evaluate_from(start), lambda s, delta: s.retract(delta, free), max_steps=steps,
                         tolerance=1e-9)
 
     tried = [(search(start, start, FIRST_STEPS), start) for start in starts]
@@ -113,14 +113,14 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
     return found
 
 
-def _guesses(start: RayState, samples: int) -> Array:
+def _guesses(start: RayCameraParameters, samples: int) -> Array:
     """What one unit of each parameter away from its start costs, mm, where the carpet alone is known: see GUESS_MM."""
     sigma = {"log_focal": 0.3, "centre_x": 0.02 * np.exp(start.log_focal), "centre_y": 0.02 * np.exp(start.log_focal),
              **dict.fromkeys(start.lens.TERMS, 1.0)}
     return np.array([GUESS_MM * np.sqrt(samples) / sigma[name] if name in sigma else 0.0 for name in start.names])
 
 
-def _about(state: RayState) -> Array:
+def _about(state: RayCameraParameters) -> Array:
     """Return the parameters that the prior is about, in the order of names; the pose as zeros."""
     return np.concatenate([[state.log_focal], state.centre_px, state.terms, np.zeros(6)])
 
@@ -146,10 +146,11 @@ def _samples(model: CameraModel, region: Region, hat_height_mm: float) -> tuple[
     return np.concatenate(points), np.concatenate(seen), np.concatenate(weights)
 
 
-def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: Points, square: bool) -> list[RayState]:
+def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: Points,
+            square: bool) -> list[RayCameraParameters]:
     if not isinstance(model, RayCamera):
         return _seen_from(model, family, points, pixels)
-    own = RayState.of(model)
+    own = RayCameraParameters.of(model)
     if square:
         own = replace(own, aspect=1.0, log_focal=own.log_focal + float(np.log(own.aspect)) / 2)
     bends = [0.0]
@@ -160,7 +161,7 @@ def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: 
             for b in dict.fromkeys(bends) if np.isfinite(b)]
 
 
-def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixels: Points) -> list[RayState]:
+def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixels: Points) -> list[RayCameraParameters]:
     """Where a camera could stand that shows the carpet as a model without rays does, for some focal lengths."""
     one, zero = np.ones(len(points)), np.zeros(len(points))
     lines = np.concatenate([np.stack([one, zero, -points[:, 0]], 1), np.stack([zero, one, -points[:, 1]], 1)])
@@ -174,7 +175,7 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
             rotation, position = pose_from_homography(plane_from_field, focal)
             k1 = float(np.clip(found.bend * focal**2, -1.0, 0.5))
             terms = np.asarray(FITTERS[family.NAME].start_terms(k1), float)
-            states.append(RayState(family.LENS, float(np.log(focal)), 1.0, centre, terms, rotation, position,
+            states.append(RayCameraParameters(family.LENS, float(np.log(focal)), 1.0, centre, terms, rotation, position,
                                    np.empty(0)))
     if not states:
         raise Conflict("No camera shows the carpet as this calibration has it.",
@@ -184,7 +185,7 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
 
 def _view(model: CameraModel, region: Region) -> dict[str, Any]:
     """The corrected rectangle that the model makes, so that both make the same picture."""
-    return {**{name: getattr(model, name) for name in VIEW_FIELDS}, "region": region}
+    return {**{name: getattr(model, name) for name in RECTANGLE_FIELDS}, "region": region}
 
 
 def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float) -> tuple[Points, Points]:

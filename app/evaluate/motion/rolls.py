@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from app.core.geometry import ImageSize, Points
 from app.evaluate.fit.distortion import sag_pct
-from app.models.plumb_line import PlumbLens
+from app.models.distortion import Distortion
 
 SIDEWAYS = 1e-3  # of the picture's diagonal per s²: before rolls can be compared; slow balls on a pool table do 2e-3
 MIN_FOR_SIDEWAYS = 4  # rolls
@@ -61,7 +61,7 @@ class RollAnalysis:
     """Result of all rolls. border_pct ± border_sigma_pct: Eq. (9) along the picture's edge; lens: what undoes it."""
 
     rolls: tuple[Roll, ...]
-    lens: PlumbLens
+    lens: Distortion
     k_sigma: float
     border_pct: float
     border_sigma_pct: float
@@ -129,8 +129,8 @@ def border_pct(k: float, size: ImageSize) -> float:
     """Eq. (9) of the straight line along the picture's long edge, as a lens of that k shows it."""
     lens, along_x = _lens(k, size), size.width >= size.height
     ends = np.array([[0.0, 0.0], [size.width - 1, 0.0] if along_x else [0.0, size.height - 1]])
-    straight = lens.straight_from_raw(ends)
-    raw = lens.raw_from_straight(straight[:1] * (1 - ALONG) + straight[1:] * ALONG)
+    straight = lens.undistorted_from_raw(ends)
+    raw = lens.raw_from_undistorted(straight[:1] * (1 - ALONG) + straight[1:] * ALONG)
     return sag_pct(raw, np.array(size.centre))
 
 
@@ -146,8 +146,8 @@ def zones(rolls: Sequence[Roll]) -> list[list[dict[str, float] | None]]:
     return [[zone(row, column) for column in range(ZONES)] for row in range(ZONES)]
 
 
-def _lens(k: float, size: ImageSize) -> PlumbLens:
-    return PlumbLens("division", (k,), size.centre, size)
+def _lens(k: float, size: ImageSize) -> Distortion:
+    return Distortion("division", (k,), size.centre, size)
 
 
 class _Tracks:
@@ -177,7 +177,7 @@ class _Tracks:
 
     def under(self, k: float, size: ImageSize) -> NDArray[np.float64]:
         """Their bows, px, once a lens of that k is undone."""
-        return self.bows(_lens(k, size).straight_from_raw(self.points)).px
+        return self.bows(_lens(k, size).undistorted_from_raw(self.points)).px
 
     def _sums(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.add.reduceat(values, self.starts, axis=0)

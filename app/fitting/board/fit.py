@@ -13,22 +13,28 @@ from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.fitting import FITTERS
 from app.fitting.board.initial import start_states, state_with_poses
-from app.fitting.board.model_selection import chosen_rung, ladder_of
-from app.fitting.board.outlier_rejection import FIRST_SIGMA_PX, Fitter, Gated, Solved, put_back
-from app.fitting.board.parameters import WARP, BoardState, Sights
-from app.fitting.board.views import LeftOut, refuse_what_is_no_board, unusable_views
+from app.fitting.board.model_selection import select, term_sets_for
+from app.fitting.board.outlier_rejection import (
+    FIRST_SIGMA_PX,
+    BoardSolution,
+    BoardSolver,
+    OutlierRejection,
+    with_poses_of,
+)
+from app.fitting.board.parameters import WARP, BoardObservations, BoardParameters
+from app.fitting.board.views import RejectedView, refuse_bent_board, unusable_views
 from app.models import MODELS
-from app.models.pinhole_lens import PinholeLens
+from app.models.intrinsics import Intrinsics
 from app.models.ray_camera import RayCamera
 
 MIN_VIEWS = 3  # each view gives two numbers to the lens; three leave something to check it with
 MIN_WARP_VIEWS = 4
 SEARCH_STEPS = 15  # for each start; the best is then refined
 SEARCH_VIEWS = 24  # enough to find the lens from, spread over all
-LADDER_VIEWS = 120  # enough to choose its terms from
-NONSENSE = 0.02  # of the picture's width: a lens that misses the corners by more explains none of them
-NONSENSE_STRAYS = 0.4  # of the corners
-LADDER_STEPS = 20  # a set of terms that takes longer is hardly supported
+SELECTION_VIEWS = 120  # enough to choose its terms from
+MAX_SIGMA_SHARE = 0.02  # of the picture's width: a lens that misses the corners by more explains none of them
+MAX_OUTLIER_SHARE = 0.4  # of the corners
+SELECTION_STEPS = 20  # a set of terms that takes longer is hardly supported
 
 BOARD_OPTIONS: tuple[Option, ...] = (
     Option("warp", "bool", True, "Estimate how the board is bowed: two numbers for all views."),
@@ -40,55 +46,55 @@ BOARD_OPTIONS: tuple[Option, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class BoardFit:
-    """A lens, and all that it rests on.
+    """A lens and what it was fitted to.
 
     used (all views,) bool; left_out: why the others are not. strays (used views, m) bool: corners left out, in the
     order of the view's own. tried: σ in px by set of terms. solved: the last fit; its views are the used ones.
     """
 
-    lens: PinholeLens
+    lens: Intrinsics
     model: type[RayCamera]
-    fitter: Fitter
-    solved: Solved
+    solver: BoardSolver
+    solution: BoardSolution
     views: tuple[BoardView, ...]
     used: Array
-    left_out: tuple[LeftOut, ...]
-    strays: Array
+    left_out: tuple[RejectedView, ...]
+    outliers: Array
     tried: Mapping[str, float]
 
     @property
-    def state(self) -> BoardState:
-        return self.solved.minimum.state
+    def state(self) -> BoardParameters:
+        return self.solution.minimum.state
 
     @property
-    def sights(self) -> Sights:
-        return self.solved.problem.sights
+    def observations(self) -> BoardObservations:
+        return self.solution.problem.observations
 
     @property
     def terms(self) -> tuple[str, ...]:
-        return self.solved.terms
+        return self.solution.terms
 
     @property
     def sigma_px(self) -> float:
-        return self.solved.sigma_px
+        return self.solution.sigma_px
 
     @property
     def residuals_px(self) -> Array:
-        """(used views, m, 2) seen − projected of what was fitted; NaN elsewhere."""
-        return self.solved.problem.away(self.state)
+        """Return (used views, m, 2) observed − projected of what was fitted; NaN elsewhere."""
+        return self.solution.problem.residuals_px(self.state)
 
     @property
     def rms_px(self) -> float:
-        """Root of the mean squared distance of a corner: what OpenCV calls the reprojection error."""
+        """Return the rms distance of a corner: what OpenCV calls the reprojection error."""
         return float(np.sqrt(np.nanmean(np.sum(self.residuals_px**2, axis=-1))))
 
-    def again(self, keep: Array) -> Solved:
-        """The same fit on some of the used views alone, beginning at this one."""
-        return self.fitter.solve(self.sights.only(keep), self.state.only(keep), self.terms, self.sigma_px)
+    def refit(self, keep: Array) -> BoardSolution:
+        """Fit some of the used views alone, starting from this fit."""
+        return self.solver.solve(self.observations.only(keep), self.state.only(keep), self.terms, self.sigma_px)
 
 
 def board_model(name: str) -> type[RayCamera]:
-    """The model of that name; BadInput where it has no lens."""
+    """Return the model of that name; BadInput where it has no lens."""
     model = MODELS[name]
     if not (isinstance(model, type) and issubclass(model, RayCamera)):
         raise BadInput(f"The model {name} has no lens that a board could tell.",
@@ -97,7 +103,7 @@ def board_model(name: str) -> type[RayCamera]:
 
 
 def board_options(model: type[RayCamera]) -> tuple[Option, ...]:
-    """What a board calibration of that model can be told."""
+    """Return the options of a board calibration of that model."""
     return (*(option for option in FITTERS[model.NAME].OPTIONS if option.name == "terms"), *BOARD_OPTIONS)
 
 
@@ -105,47 +111,48 @@ def fit_board(views: tuple[BoardView, ...], image_size: ImageSize, model: type[R
               options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> BoardFit:
     """Fit the model's lens, the board's bow and every pose to the corners; FitFailed says what is missing."""
     settings = read_options(board_options(model), options)
-    refuse_what_is_no_board(views)
+    refuse_bent_board(views)
     left_out = list(unusable_views(views, image_size))
     usable = np.setdiff1d(np.arange(len(views)), [out.index for out in left_out])
-    _enough(len(usable), left_out)
+    _refuse_too_few_views(len(usable), left_out)
     settings["warp"] = settings["warp"] and len(usable) >= MIN_WARP_VIEWS
-    fitter, ladder = Fitter(image_size, settings), ladder_of(model, settings)
-    sights = Sights.of(tuple(views[i] for i in usable))
+    solver, term_sets = BoardSolver(image_size, settings), term_sets_for(model, settings)
+    observations = BoardObservations.of(tuple(views[i] for i in usable))
 
     progress(0.05, "Looking for the lens")
-    first = ladder[(len(ladder) + 1) // 2] if len(ladder) > 1 else ladder[0]
-    start = _search(fitter, model, sights, first)
+    first = term_sets[(len(term_sets) + 1) // 2] if len(term_sets) > 1 else term_sets[0]
+    start = _search(solver, model, observations, first)
     progress(0.3, "Leaving out what disagrees")
-    found = fitter.gate(sights, start, first, FIRST_SIGMA_PX, np.ones(len(usable), bool))
+    found = solver.reject_outliers(observations, start, first, FIRST_SIGMA_PX, np.ones(len(usable), bool))
     tried = {}
-    if len(ladder) > 1:
-        found, tried = _choose(fitter, found, sights, ladder, progress)
-    _enough(int(found.keep.sum()), left_out)
+    if len(term_sets) > 1:
+        found, tried = _select_terms(solver, found, observations, term_sets, progress)
+    _refuse_too_few_views(int(found.keep.sum()), left_out)
     progress(0.9, "Saying how sure it is")
-    solved = _finish(fitter, found, sights)
-    _refuse_nonsense(solved, found, sights)
+    solution = _final_solution(solver, found, observations)
+    _refuse_implausible(solution, found, observations)
     used = np.zeros(len(views), bool)
     used[usable[found.keep]] = True
-    left_out += [LeftOut(int(usable[i]), sights.names[i], "disagrees", f"{sights.names[i]} was left out: {why}.")
+    names = observations.names
+    left_out += [RejectedView(int(usable[i]), names[i], "disagrees", f"{names[i]} was left out: {why}.")
                  for i, why in enumerate(found.why) if why]
-    names, covariance = lens_covariance(solved)
-    return BoardFit(solved.minimum.state.lens_of(model.NAME, image_size, names, covariance), model, fitter, solved,
-                    views, used, tuple(sorted(left_out, key=lambda out: out.index)), found.strays[found.keep],
-                    tried or {" ".join(solved.terms): solved.sigma_px})
+    names, covariance = lens_covariance(solution)
+    return BoardFit(solution.minimum.state.lens_of(model.NAME, image_size, names, covariance), model, solver, solution,
+                    views, used, tuple(sorted(left_out, key=lambda out: out.index)), found.outliers[found.keep],
+                    tried or {" ".join(solution.terms): solution.sigma_px})
 
 
-def lens_covariance(solved: Solved) -> tuple[tuple[str, ...], Array]:
-    """Names and covariance of the lens's unknowns; poses and the board's bow are marginalised."""
-    of_lens = np.array([name not in WARP for name in solved.names])
-    covariance = shared_covariance(solved)[np.ix_(of_lens, of_lens)]
-    return tuple(np.array(solved.names)[of_lens].tolist()), covariance
+def lens_covariance(solution: BoardSolution) -> tuple[tuple[str, ...], Array]:
+    """Return names and covariance of the lens's unknowns; poses and the board's bow are marginalised."""
+    of_lens = np.array([name not in WARP for name in solution.names])
+    covariance = shared_covariance(solution)[np.ix_(of_lens, of_lens)]
+    return tuple(np.array(solution.names)[of_lens].tolist()), covariance
 
 
-def shared_covariance(solved: Solved) -> Array:
-    """Of all that is estimated and shared, by solved.names, at the σ that the residuals have."""
-    known = solved.prior
-    information = solved.minimum.information * (solved.problem.sigma_px / max(solved.sigma_px, 1e-12)) ** 2
+def shared_covariance(solution: BoardSolution) -> Array:
+    """Return the covariance of solution.names at the σ that the residuals have."""
+    known = solution.prior
+    information = solution.minimum.information * (solution.problem.sigma_px / max(solution.sigma_px, 1e-12)) ** 2
     information = information + np.diag(known**2)
     if not np.isfinite(information).all():  # numpy's eigenvalues would not end
         return np.full_like(information, np.nan)
@@ -153,64 +160,67 @@ def shared_covariance(solved: Solved) -> Array:
     return np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-15, hermitian=True) * np.outer(scale, scale)
 
 
-def _search(fitter: Fitter, model: type[RayCamera], sights: Sights, terms: tuple[str, ...]) -> BoardState:
-    """The best of several starts, on some of the views; then the poses of all."""
-    few = sights.only(_spread(len(sights.pixels), SEARCH_VIEWS))
-    tries = [fitter.solve(few, start, terms, FIRST_SIGMA_PX, robust=True, max_steps=SEARCH_STEPS)
-             for start in start_states(model, few, fitter.image_size, bend=bool(terms))]
+def _search(solver: BoardSolver, model: type[RayCamera], observations: BoardObservations,
+            terms: tuple[str, ...]) -> BoardParameters:
+    """Return the best of several starts, found on some of the views, with the poses of all."""
+    few = observations.only(_evenly_spaced(len(observations.pixels), SEARCH_VIEWS))
+    tries = [solver.solve(few, start, terms, FIRST_SIGMA_PX, robust=True, max_steps=SEARCH_STEPS)
+             for start in start_states(model, few, solver.image_size, bend=bool(terms))]
     best = min(tries, key=lambda t: t.minimum.cost)
     if not np.isfinite(best.minimum.cost):
-        raise _no_camera()
+        raise _no_camera_error()
     lens = best.minimum.state
-    posed = state_with_poses(lens.lens, lens.terms, float(np.exp(lens.log_focal)), lens.aspect, lens.centre_px, sights)
+    posed = state_with_poses(lens.lens, lens.terms, float(np.exp(lens.log_focal)), lens.aspect, lens.centre_px,
+                             observations)
     return replace(posed, warp_mm=lens.warp_mm)
 
 
-def _choose(fitter: Fitter, found: Gated, sights: Sights, ladder: tuple[tuple[str, ...], ...], progress: Progress,
-            ) -> tuple[Gated, dict[str, float]]:
-    """Every rung on the same corners; then what disagrees with the chosen one, found anew."""
-    some = np.flatnonzero(found.keep)[_spread(int(found.keep.sum()), LADDER_VIEWS)]
-    same, sigma = sights.only(some).without(found.strays[some]), found.solved.sigma_px
-    state, rungs = found.state.only(some), []
-    for number, terms in enumerate(ladder):
-        progress(0.4 + 0.4 * number / len(ladder), f"Trying {' '.join(terms) or 'no distortion'}")
-        rungs.append(fitter.solve(same, state, terms, sigma, max_steps=LADDER_STEPS))
-    chosen = chosen_rung(rungs)
-    best = rungs[chosen]
-    gated = fitter.gate(sights, put_back(found.state, best.minimum.state, some), ladder[chosen], best.sigma_px,
-                        found.keep)
-    why = tuple(a or b for a, b in zip(found.why, gated.why, strict=True))
-    return Gated(gated.solved, gated.state, gated.keep, gated.strays, why), \
-        {" ".join(r.terms): r.sigma_px for r in rungs}
+def _select_terms(solver: BoardSolver, found: OutlierRejection, observations: BoardObservations,
+                  term_sets: tuple[tuple[str, ...], ...], progress: Progress,
+                  ) -> tuple[OutlierRejection, dict[str, float]]:
+    """Fit every set of terms to the same corners; then reject anew what disagrees with the best."""
+    some = np.flatnonzero(found.keep)[_evenly_spaced(int(found.keep.sum()), SELECTION_VIEWS)]
+    same, sigma = observations.only(some).without(found.outliers[some]), found.solution.sigma_px
+    state, solutions = found.state.only(some), []
+    for number, terms in enumerate(term_sets):
+        progress(0.4 + 0.4 * number / len(term_sets), f"Trying {' '.join(terms) or 'no distortion'}")
+        solutions.append(solver.solve(same, state, terms, sigma, max_steps=SELECTION_STEPS))
+    chosen = select(solutions)
+    best = solutions[chosen]
+    start = with_poses_of(found.state, best.minimum.state, some)
+    rejection = solver.reject_outliers(observations, start, term_sets[chosen], best.sigma_px, found.keep)
+    why = tuple(a or b for a, b in zip(found.why, rejection.why, strict=True))
+    return OutlierRejection(rejection.solution, rejection.state, rejection.keep, rejection.outliers, why), \
+        {" ".join(r.terms): r.sigma_px for r in solutions}
 
 
-def _spread(count: int, most: int) -> Array:
-    """Indices of at most so many views, evenly over all."""
+def _evenly_spaced(count: int, most: int) -> Array:
+    """Return indices of at most `most` of `count` views, evenly spaced."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
 
 
-def _finish(fitter: Fitter, found: Gated, sights: Sights) -> Solved:
-    """The last fit, at the σ that the corners have, to the last digit."""
-    return fitter.solve(sights.only(found.keep).without(found.strays[found.keep]), found.state.only(found.keep),
-                        found.solved.terms, found.solved.sigma_px)
+def _final_solution(solver: BoardSolver, found: OutlierRejection, observations: BoardObservations) -> BoardSolution:
+    """Fit once more at the σ that the corners have."""
+    return solver.solve(observations.only(found.keep).without(found.outliers[found.keep]), found.state.only(found.keep),
+                        found.solution.terms, found.solution.sigma_px)
 
 
-def _refuse_nonsense(solved: Solved, found: Gated, sights: Sights) -> None:
-    """Corners that no camera could have seen give some minimum too; it is no lens."""
-    left = found.strays[found.keep].sum() / max(sights.present[found.keep].sum(), 1)
-    covariance = lens_covariance(solved)[1]
-    if not (solved.sigma_px < NONSENSE * solved.problem.image_size.width and left < NONSENSE_STRAYS
-            and np.isfinite(covariance).all() and np.isfinite(solved.minimum.state.shared).all()):
-        raise _no_camera()
+def _refuse_implausible(solution: BoardSolution, found: OutlierRejection, observations: BoardObservations) -> None:
+    """Raise FitFailed for a minimum that is no camera's: corners that no camera saw have a minimum too."""
+    left = found.outliers[found.keep].sum() / max(observations.present[found.keep].sum(), 1)
+    covariance = lens_covariance(solution)[1]
+    if not (solution.sigma_px < MAX_SIGMA_SHARE * solution.problem.image_size.width and left < MAX_OUTLIER_SHARE
+            and np.isfinite(covariance).all() and np.isfinite(solution.minimum.state.shared).all()):
+        raise _no_camera_error()
 
 
-def _no_camera() -> FitFailed:
+def _no_camera_error() -> FitFailed:
     return FitFailed("No camera was found that sees the board as these views show it.",
                      "Check the board's columns and rows, and that corners and places are in the same order.",
                      reason="no-camera")
 
 
-def _enough(count: int, left_out: list[LeftOut]) -> None:
+def _refuse_too_few_views(count: int, left_out: list[RejectedView]) -> None:
     if count < MIN_VIEWS:
         why = f" {left_out[0].text}" if left_out else ""
         raise FitFailed(f"{count} views can be used; a lens needs {MIN_VIEWS}.{why}",

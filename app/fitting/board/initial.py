@@ -2,7 +2,7 @@
 
 Z. Zhang, "A flexible new technique for camera calibration", PAMI 2000. His closed form supposes a lens without
 distortion; where the lens is strong, a scan over focal lengths, judged by how well poses fit along the rays, is what
-finds the right valley.
+finds the right minimum.
 """
 
 from itertools import product
@@ -11,27 +11,27 @@ import numpy as np
 
 from app.core.geometry import Array, ImageSize
 from app.fitting import FITTERS
-from app.fitting.board.parameters import BoardState, Sights
+from app.fitting.board.parameters import BoardObservations, BoardParameters
 from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
 
-SCAN_VIEWS = 12  # enough to tell one valley from another
+SCAN_VIEWS = 12  # enough to tell the local minima apart
 SCAN_FOCAL = np.geomspace(0.25, 6.0, 14)  # of the picture's width: 127° to 9.5° across
 SCAN_BEND = (0.0, -0.15, -0.35)  # k1 of the scanned lenses, r_d = r (1 + k1 r²): none, usual, strong barrel
 
 
-def homographies(sights: Sights) -> Array:
-    """pixel ~ H (x, y, 1) of every view, (v, 3, 3), by the normalised direct linear transform."""
-    flat = sights.places[..., :2]
-    to_unit_p, pixels = _normalised(sights.pixels, sights.present)
-    to_unit_b, places = _normalised(flat, sights.present)
-    h = _null_vectors(np.concatenate([pixels, np.ones((*pixels.shape[:2], 1))], -1), places, sights.present)
+def homographies(observations: BoardObservations) -> Array:
+    """Return H of every view, pixel ~ H (x, y, 1), (v, 3, 3), by the normalised direct linear transform."""
+    flat = observations.places[..., :2]
+    to_unit_p, pixels = _normalised(observations.pixels, observations.present)
+    to_unit_b, places = _normalised(flat, observations.present)
+    h = _null_vectors(np.concatenate([pixels, np.ones((*pixels.shape[:2], 1))], -1), places, observations.present)
     h = np.linalg.inv(to_unit_p) @ h @ to_unit_b
     return h / h[:, 2:, 2:]
 
 
 def zhang_intrinsics(h: Array, image_size: ImageSize) -> tuple[float, float]:
-    """(focal_px, aspect) from homographies, the principal point taken in the picture's middle; NaN if they tell none.
+    """Return (focal_px, aspect) of homographies, the principal point in the picture's middle; NaN where undetermined.
 
     Columns of K⁻¹ H are perpendicular and of one length: two linear equations in 1/fx² and 1/fy² a view.
     """
@@ -50,18 +50,19 @@ def zhang_intrinsics(h: Array, image_size: ImageSize) -> tuple[float, float]:
     return float(fx), float(fy / fx)
 
 
-def poses_from_rays(rays: Array, sights: Sights) -> tuple[Array, Array]:
-    """camera_from_board of every view, (v, 3, 3) and (v, 3) mm, from unit rays (v, m, 3); rays may look back past 90°.
+def poses_from_rays(rays: Array, observations: BoardObservations) -> tuple[Array, Array]:
+    """Return camera_from_board of every view, (v, 3, 3) and (v, 3) mm, from unit rays (v, m, 3), also past 90°.
 
     ray × (r1 x + r2 y + t) = 0 is linear in the columns; the rotation nearest to them follows.
     """
-    to_unit, places = _normalised(sights.places[..., :2], sights.present)
+    to_unit, places = _normalised(observations.places[..., :2], observations.present)
     rays = np.where(np.isfinite(rays), rays, np.nan)
-    m = _null_vectors(np.nan_to_num(rays), places, sights.present & np.isfinite(rays).all(axis=-1)) @ to_unit
+    m = _null_vectors(np.nan_to_num(rays), places, observations.present & np.isfinite(rays).all(axis=-1)) @ to_unit
     length = np.sqrt(np.linalg.norm(m[:, :, 0], axis=1) * np.linalg.norm(m[:, :, 1], axis=1))
     m = m / np.maximum(length, 1e-300)[:, None, None]
-    seen = np.concatenate([sights.places[..., :2], np.ones((*sights.places.shape[:2], 1))], -1) @ m.transpose(0, 2, 1)
-    ahead = np.sum(np.where(sights.present, np.sum(seen * np.nan_to_num(rays), -1), 0), axis=1)
+    flat = np.concatenate([observations.places[..., :2], np.ones((*observations.places.shape[:2], 1))], -1)
+    seen = flat @ m.transpose(0, 2, 1)
+    ahead = np.sum(np.where(observations.present, np.sum(seen * np.nan_to_num(rays), -1), 0), axis=1)
     m = m * np.where(ahead < 0, -1.0, 1.0)[:, None, None]
     columns = np.stack([m[:, :, 0], m[:, :, 1], np.cross(m[:, :, 0], m[:, :, 1])], axis=-1)
     u, _, vt = np.linalg.svd(np.where(np.isfinite(columns).all(axis=(1, 2), keepdims=True), columns, np.eye(3)))
@@ -70,30 +71,30 @@ def poses_from_rays(rays: Array, sights: Sights) -> tuple[Array, Array]:
 
 
 def state_with_poses(lens: type[Lens], terms: Array, focal_px: float, aspect: float, centre_px: Array,
-                     sights: Sights) -> BoardState:
-    """The state of a lens that is roughly known: every pose straight from its rays."""
+                     observations: BoardObservations) -> BoardParameters:
+    """Return the state of a roughly known lens, with every pose straight from its rays."""
     with np.errstate(all="ignore"):
-        plane = (sights.pixels - centre_px) / (focal_px * np.array([1.0, aspect]))
+        plane = (observations.pixels - centre_px) / (focal_px * np.array([1.0, aspect]))
         rays = lens.undistort(terms, plane)
         rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
-    rotations, shifts = poses_from_rays(rays, sights)
-    return BoardState(lens, float(np.log(focal_px)), aspect, np.array(centre_px, float), np.array(terms, float),
+    rotations, shifts = poses_from_rays(rays, observations)
+    return BoardParameters(lens, float(np.log(focal_px)), aspect, np.array(centre_px, float), np.array(terms, float),
                       np.zeros(2), rotations, shifts)
 
 
-def start_states(model: type[RayCamera], sights: Sights, image_size: ImageSize, bend: bool, best: int = 4,
-                 ) -> list[BoardState]:
-    """Zhang's lens and the best of the scan, each with all poses; bend: whether the lens may distort."""
+def start_states(model: type[RayCamera], observations: BoardObservations, image_size: ImageSize, bend: bool,
+                 best: int = 4) -> list[BoardParameters]:
+    """Return Zhang's lens and the best of the scan, each with all poses; bend: whether the lens may distort."""
     lens, centre = model.LENS, np.array(image_size.centre)
-    few = sights.only(np.unique(np.linspace(0, len(sights.pixels) - 1, SCAN_VIEWS).astype(int)))
+    few = observations.only(np.unique(np.linspace(0, len(observations.pixels) - 1, SCAN_VIEWS).astype(int)))
     tried = []
     for width, k1 in product(SCAN_FOCAL, SCAN_BEND if bend else (0.0,)):
         tried.append((width * image_size.width, 1.0, _terms(model, k1, bend)))
-    focal, aspect = zhang_intrinsics(homographies(sights), image_size)
+    focal, aspect = zhang_intrinsics(homographies(observations), image_size)
     if 0.05 * image_size.width < focal < 100 * image_size.width and 0.5 <= aspect <= 2:
         tried += [(focal, 1.0, _terms(model, k1, bend)) for k1 in (SCAN_BEND if bend else (0.0,))]
     order = np.argsort([_misfit(state_with_poses(lens, terms, f, a, centre, few), few) for f, a, terms in tried])
-    return [state_with_poses(lens, terms, f, a, centre, sights)
+    return [state_with_poses(lens, terms, f, a, centre, observations)
             for f, a, terms in (tried[i] for i in order[:best])]
 
 
@@ -101,15 +102,15 @@ def _terms(model: type[RayCamera], k1: float, bend: bool) -> Array:
     return FITTERS[model.NAME].start_terms(k1) if bend else np.zeros(len(model.LENS.TERMS))
 
 
-def _misfit(state: BoardState, sights: Sights) -> float:
-    """Median distance of the corners, px; what a lens cannot see counts as far."""
+def _misfit(state: BoardParameters, observations: BoardObservations) -> float:
+    """Return the median distance of the corners, px; what a lens cannot project counts as far."""
     with np.errstate(all="ignore"):
-        away = np.linalg.norm(state.project(sights) - sights.pixels, axis=-1)[sights.present]
+        away = np.linalg.norm(state.project(observations) - observations.pixels, axis=-1)[observations.present]
     return float(np.median(np.where(np.isfinite(away), away, 1e6)))
 
 
 def _normalised(points: Array, present: Array) -> tuple[Array, Array]:
-    """Transforms (v, 3, 3) that bring each view's points about nought and to length √2 (Hartley), and the points."""
+    """Return transforms (v, 3, 3) that centre each view's points and scale them to √2 (Hartley), and the points."""
     count = np.maximum(present.sum(axis=1), 1)[:, None]
     middle = np.sum(points * present[..., None], axis=1) / count
     away = np.linalg.norm(points - middle[:, None], axis=-1)
@@ -122,7 +123,7 @@ def _normalised(points: Array, present: Array) -> tuple[Array, Array]:
 
 
 def _null_vectors(rays: Array, places: Array, present: Array) -> Array:
-    """M (v, 3, 3) with ray × M (x, y, 1) = 0 in the least-squares sense, of unit size."""
+    """Return M (v, 3, 3) with ray × M (x, y, 1) = 0 in the least-squares sense, of unit size."""
     p = np.concatenate([places, np.ones((*places.shape[:2], 1))], axis=-1) * present[..., None]
     # Σ [ray]×ᵀ[ray]× ⊗ p pᵀ, 9 × 9 a view: all views in one product
     cross2 = np.sum(rays**2, -1)[..., None, None] * np.eye(3) - rays[..., :, None] * rays[..., None, :]

@@ -16,19 +16,19 @@ import numpy as np
 from app.core.geometry import Array
 
 State = TypeVar("State")
-Look = tuple[Array, Array, Array]  # residuals (v, m, 2), by shared (v, m, 2, n), by own (v, m, 2, k)
+BlockLinearisation = tuple[Array, Array, Array]  # residuals (v, m, 2), by shared (v, m, 2, n), by own (v, m, 2, k)
 
 FIRST_DAMPING = 1e-4
 MAX_DAMPING = 1e10
 
 
 @dataclass(frozen=True, eq=False)
-class Blocks(Generic[State]):
-    """Where the search ended, unweighted but for what was left out: residuals and derivatives in σ."""
+class BlockMinimum(Generic[State]):
+    """Where the search ended. residuals, shared, own: unweighted, in σ."""
 
     state: State
     cost: float
-    residuals: Array  # (v, m, 2), nought where nothing was seen
+    residuals: Array  # (v, m, 2), 0 where nothing was seen
     shared: Array
     own: Array
     steps: int
@@ -36,62 +36,63 @@ class Blocks(Generic[State]):
 
     @property
     def reduced(self) -> Array:
-        """Derivatives by the shared (v, 2 m, n) after each view's own unknowns have taken what they can."""
+        """Return derivatives by the shared (v, 2 m, n), each view's own unknowns eliminated."""
         v = len(self.residuals)
         shared, own = self.shared.reshape(v, -1, self.shared.shape[-1]), self.own.reshape(v, -1, self.own.shape[-1])
         own_t = own.transpose(0, 2, 1)
-        return shared - own @ np.linalg.solve(_firm(own_t @ own), own_t @ shared)
+        return shared - own @ np.linalg.solve(_regularised(own_t @ own), own_t @ shared)
 
     @property
     def information(self) -> Array:
-        """Of the shared unknowns, (n, n); poses are eliminated."""
+        """Return the information matrix (n, n) of the shared unknowns; poses are eliminated."""
         reduced = self.reduced
         return np.einsum("vij,vik->jk", reduced, reduced, optimize=True)
 
 
-def minimise_blocks(start: State, look: Callable[[State], Look], move: Callable[[State, Array, Array], State], *,
-                    prior: Array, prior_at: Callable[[State], Array], robust: bool = False, max_steps: int = 50,
-                    tolerance: float = 1e-7) -> Blocks[State]:
+def minimise_blocks(start: State, linearise: Callable[[State], BlockLinearisation],
+                    move: Callable[[State, Array, Array], State], *, prior: Array,
+                    prior_at: Callable[[State], Array], robust: bool = False, max_steps: int = 50,
+                    tolerance: float = 1e-7) -> BlockMinimum[State]:
     """Find the state of least cost near start.
 
-    look(state): residuals and derivatives in σ, noughts where nothing was seen. prior (n,): 1/σ of what is known of
-    each shared unknown, nought where nothing is; prior_at(state) (n,): how far each is from its value, in its units.
+linearise(state): residuals and derivatives in σ, 0 where nothing was seen. prior (n,): 1/σ of what is known of
+each shared unknown, 0 where nothing is; prior_at(state) (n,): how far each is from its value, in its units.
     robust: soft L1 on the length of each corner's residual. Converged when no step would lower the cost by more than
     `tolerance` of one residual's worth.
     """
     state = start
-    residuals, shared, own = look(state)
+    residuals, shared, own = linearise(state)
     cost = _cost(residuals, prior * prior_at(state), robust)
     damping, growth = FIRST_DAMPING, 2.0
     if not np.isfinite(cost):
-        return Blocks(state, np.inf, residuals, shared, own, 0, False)
+        return BlockMinimum(state, np.inf, residuals, shared, own, 0, False)
     for step in range(1, max_steps + 1):
         weight = (1 + np.sum(residuals**2, axis=-1)) ** -0.5 if robust else None
-        normal = _normal(residuals, shared, own, weight)
+        normal = _normal_equations(residuals, shared, own, weight)
         while True:
             delta, own_delta, gain = _step(normal, prior, prior * prior_at(state), damping)
             if np.isfinite(delta).all() and np.isfinite(own_delta).all():
                 if gain < tolerance:
-                    return Blocks(state, cost, residuals, shared, own, step, True)
-                moved = move(state, delta, own_delta)
-                new = look(moved)
-                new_cost = _cost(new[0], prior * prior_at(moved), robust)
+                    return BlockMinimum(state, cost, residuals, shared, own, step, True)
+                candidate = move(state, delta, own_delta)
+                new = linearise(candidate)
+                new_cost = _cost(new[0], prior * prior_at(candidate), robust)
                 if np.isfinite(new_cost) and new_cost < cost:
                     break
             damping, growth = damping * growth, growth * 2
             if damping > MAX_DAMPING:
-                return Blocks(state, cost, residuals, shared, own, step, True)
+                return BlockMinimum(state, cost, residuals, shared, own, step, True)
         ratio = (cost - new_cost) / gain
-        state, cost, (residuals, shared, own) = moved, new_cost, new
+        state, cost, (residuals, shared, own) = candidate, new_cost, new
         damping, growth = max(damping * max(1 / 5, 1 - (2 * ratio - 1) ** 3), 1e-12), 2.0
-    return Blocks(state, cost, residuals, shared, own, max_steps, False)
+    return BlockMinimum(state, cost, residuals, shared, own, max_steps, False)
 
 
-Normal = tuple[Array, Array, Array, Array, Array]
+NormalEquations = tuple[Array, Array, Array, Array, Array]
 
 
-def _normal(residuals: Array, shared: Array, own: Array, weight: Array | None) -> Normal:
-    """U (n, n), W (v, k, n), V (v, k, k), a (n,), b (v, k)."""
+def _normal_equations(residuals: Array, shared: Array, own: Array, weight: Array | None) -> NormalEquations:
+    """Return U (n, n), W (v, k, n), V (v, k, k), a (n,), b (v, k) of the normal equations."""
     v, rows, n, k = len(residuals), residuals[0].size, shared.shape[-1], own.shape[-1]
     r, s, o = residuals.reshape(v, rows), shared.reshape(v, rows, n), own.reshape(v, rows, k)
     if weight is None:
@@ -103,8 +104,8 @@ def _normal(residuals: Array, shared: Array, own: Array, weight: Array | None) -
     return np.sum(sw @ s, axis=0), ow @ s, ow @ o, np.sum(a, axis=0), b
 
 
-def _step(normal: Normal, prior: Array, prior_residual: Array, damping: float) -> tuple[Array, Array, float]:
-    """The step, and by how much the linear picture says it lowers the cost."""
+def _step(normal: NormalEquations, prior: Array, prior_residual: Array, damping: float) -> tuple[Array, Array, float]:
+    """Return the step, and how much the linear model predicts it to lower the cost."""
     u, w, v, a, b = normal
     u = u + np.diag(prior**2)
     a = a + prior * prior_residual
@@ -113,8 +114,8 @@ def _step(normal: Normal, prior: Array, prior_residual: Array, damping: float) -
     diag_v[diag_v <= 0] = 1.0
     try:
         damped = v + damping * np.einsum("vi,ij->vij", diag_v, np.eye(v.shape[-1]))
-        solved = np.linalg.solve(damped, np.concatenate([w, b[..., None]], axis=-1))
-        vw, vb = solved[..., :-1], solved[..., -1]
+        solution = np.linalg.solve(damped, np.concatenate([w, b[..., None]], axis=-1))
+        vw, vb = solution[..., :-1], solution[..., -1]
         schur = u + damping * np.diag(diag_u) - np.einsum("vkn,vkm->nm", w, vw, optimize=True)
         right = a - np.einsum("vkn,vk->n", w, vb)
         scale = 1 / np.sqrt(diag_u)
@@ -122,13 +123,13 @@ def _step(normal: Normal, prior: Array, prior_residual: Array, damping: float) -
     except np.linalg.LinAlgError:
         return np.full(len(a), np.nan), np.full_like(b, np.nan), np.nan
     own = -(vb + vw @ delta)
-    # (H + D) step = -gradient, so the linear picture's gain -2 gradientᵀ step - stepᵀ H step is
+    # (H + D) step = -gradient, so the linear model's gain -2 gradientᵀ step - stepᵀ H step is
     gain = -(a @ delta + np.sum(b * own)) + damping * (diag_u @ delta**2 + np.sum(diag_v * own**2))
     return delta, own, float(gain)
 
 
-def _firm(blocks: Array) -> Array:
-    """The blocks with a hair on the diagonal: a view with too few corners must not end everybody's fit."""
+def _regularised(blocks: Array) -> Array:
+    """Add a little to the diagonals, so that a view with too few corners does not make the system singular."""
     return blocks + np.einsum("vi,ij->vij", np.einsum("vii->vi", blocks) * 1e-13 + 1e-12, np.eye(blocks.shape[-1]))
 
 

@@ -7,34 +7,35 @@ import numpy as np
 
 from app.core.geometry import Array
 from app.fitting import FITTERS
-from app.fitting.board.outlier_rejection import Solved
+from app.fitting.board.outlier_rejection import BoardSolution
 from app.models.ray_camera import RayCamera
 
 # Terms of a fraction can hide errors of the board and bend wildly beyond the corners: they must earn a fifth of σ.
 RATIONAL_GAIN = 0.2
 
 
-def ladder_of(model: type[RayCamera], settings: Mapping[str, Any]) -> tuple[tuple[str, ...], ...]:
-    """Sets of terms to try, simplest first; one where they are given. A board may support all there are."""
+def term_sets_for(model: type[RayCamera], settings: Mapping[str, Any]) -> tuple[tuple[str, ...], ...]:
+    """Return the sets of terms to try, simplest first; one where they are given. A board may support all there are."""
     given = settings.get("terms", "auto")
     if given != "auto":
         return (tuple(given),)
-    ladder = FITTERS[model.NAME].term_sets()
-    return ladder if ladder[-1] == model.LENS.TERMS else (*ladder, model.LENS.TERMS)
+    term_sets = FITTERS[model.NAME].term_sets()
+    return term_sets if term_sets[-1] == model.LENS.TERMS else (*term_sets, model.LENS.TERMS)
 
 
-def chosen_rung(rungs: Sequence[Solved]) -> int:
-    """Index of the simplest rung that the richer ones, fitted to the same corners, do not beat."""
+def select(solutions: Sequence[BoardSolution]) -> int:
+    """Return the index of the simplest set that the richer ones, fitted to the same corners, do not beat."""
     best = 0
-    for number, rung in enumerate(rungs[1:], 1):
-        least_gain = RATIONAL_GAIN if {"k4", "k5", "k6"} <= set(rung.terms) else 0.0
-        if needed(rungs[best], rung) and rung.sigma_px < (1 - least_gain) * rungs[best].sigma_px:
+    for number, richer in enumerate(solutions[1:], 1):
+        least_gain = RATIONAL_GAIN if {"k4", "k5", "k6"} <= set(richer.terms) else 0.0
+        simple = solutions[best]
+        if significantly_better(simple, richer) and richer.sigma_px < (1 - least_gain) * simple.sigma_px:
             best = number
     return best
 
 
-def needed(simple: Solved, rich: Solved) -> bool:
-    """Whether the extra terms explain more than noise would let them: a likelihood ratio, at about 1 %.
+def significantly_better(simple: BoardSolution, rich: BoardSolution) -> bool:
+    """Return whether the extra terms explain more than noise would: a likelihood ratio test at about 1 %.
 
     The gain is measured against the noise of a corner, and against how much more than that the views scatter as wholes
     (J. Rao, A. Scott 1984): the errors of a finder and of a board come alike to all corners of a view.
@@ -44,14 +45,14 @@ def needed(simple: Solved, rich: Solved) -> bool:
     if not q or freedom < 1 or not (np.isfinite(rich.minimum.cost) and np.isfinite(rich.minimum.reduced).all()):
         return False
     gain = (simple.minimum.cost - rich.minimum.cost) / q
-    views = len(rich.problem.sights.pixels)
+    views = len(rich.problem.observations.pixels)
     limit = (4 + 3 / q) * (1 + 3 / max(views - q, 1))  # F at about 1 %
     noise = np.sum(rich.minimum.residuals**2) / freedom
     return bool(gain > limit * max(noise, _scatter_of_views(rich, extra)))
 
 
-def _scatter_of_views(rich: Solved, extra: Array) -> float:
-    """What one unknown gains by chance, given how each view pulls at the extra ones."""
+def _scatter_of_views(rich: BoardSolution, extra: Array) -> float:
+    """Return what one unknown gains by chance, given how each view alone would move the extra ones."""
     reduced = rich.minimum.reduced
     information = rich.minimum.information + np.diag(rich.prior**2)
     scale = 1 / np.sqrt(np.diag(information))

@@ -1,4 +1,4 @@
-"""A lens and the poses of a board while they are being fitted; all views side by side in padded arrays.
+"""A lens and the poses of a board as a fit moves them; all views side by side in padded arrays.
 
     point  = place + warp_x (1 - u²) ẑ + warp_y (1 - v²) ẑ      u, v from -1 to 1 across the board
     ray    = R_view point + shift_view
@@ -14,15 +14,15 @@ import numpy as np
 
 from app.core.board import BoardView
 from app.core.geometry import Array, ImageSize
+from app.models.intrinsics import PINHOLE_PARAMETERS, Intrinsics
 from app.models.lenses import Lens
-from app.models.pinhole_lens import HELD, PinholeLens
 
 WARP = ("warp_x", "warp_y")  # mm, at the middle against the edges
 
 
 @dataclass(frozen=True, eq=False)
-class Sights:
-    """What all views saw: v views, padded to m corners each. present (v, m) tells the corners from the padding."""
+class BoardObservations:
+    """The corners of v views, padded to m each; present (v, m) marks what is no padding."""
 
     pixels: Array  # (v, m, 2) raw
     places: Array  # (v, m, 3) mm
@@ -33,7 +33,7 @@ class Sights:
 
     @classmethod
     def of(cls, views: tuple[BoardView, ...]) -> Self:
-        """Padding repeats a view's first corner, so that it is as finite as the rest."""
+        """Pad with each view's first corner, so that padding is finite too."""
         most = max(len(view.pixels) for view in views)
         every = np.concatenate([view.places_mm[:, :2] for view in views])
         low, high = every.min(axis=0), every.max(axis=0)
@@ -49,19 +49,19 @@ class Sights:
                    tuple(view.name for view in views))
 
     def only(self, keep: Array) -> Self:
-        """The same with fewer views; keep: a mask or indices."""
+        """Return some of the views; keep: a mask or indices."""
         index = np.flatnonzero(keep) if np.asarray(keep).dtype == bool else np.asarray(keep)
         return replace(self, pixels=self.pixels[index], places=self.places[index], present=self.present[index],
                        bow=self.bow[index], names=tuple(self.names[i] for i in index))
 
-    def without(self, strays: Array) -> Self:
-        """The same with some corners (v, m) bool left out."""
-        return replace(self, present=self.present & ~strays)
+    def without(self, outliers: Array) -> Self:
+        """Return the same without some corners (v, m) bool."""
+        return replace(self, present=self.present & ~outliers)
 
 
 @dataclass(frozen=True, eq=False)
-class BoardState:
-    """The focal length as its logarithm, so that it stays positive; rotations as matrices that turns are put before."""
+class BoardParameters:
+    """Focal length as its logarithm, so that it stays positive; rotations as matrices, updated from the left."""
 
     lens: type[Lens]
     log_focal: float
@@ -74,12 +74,12 @@ class BoardState:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What all views share, in order: what a free mask refers to."""
-        return (*HELD, *self.lens.TERMS, *WARP)
+        """Return the names of the shared parameters in order: what a free mask refers to."""
+        return (*PINHOLE_PARAMETERS, *self.lens.TERMS, *WARP)
 
     @property
     def shared(self) -> Array:
-        """The values of names."""
+        """Return the values of names."""
         return np.array([self.log_focal, self.aspect, *self.centre_px, *self.terms, *self.warp_mm])
 
     def with_shared(self, values: Array) -> Self:
@@ -90,26 +90,25 @@ class BoardState:
     def only(self, keep: Array) -> Self:
         return replace(self, rotations=self.rotations[keep], shifts_mm=self.shifts_mm[keep])
 
-    def moved(self, delta: Array, free: Array, own: Array) -> Self:
-        """One step: delta for the free shared parameters, own (v, 6) a turn and a shift for every pose."""
+    def retract(self, delta: Array, free: Array, own: Array) -> Self:
+        """Apply a step: delta for the free shared parameters, own (v, 6) a rotation and a shift of every pose."""
         full = np.zeros(len(free))
         full[free] = delta
         full[0] = np.clip(full[0], -1, 1)
         turned = matrices_from_vectors(own[:, :3]) @ self.rotations
         return replace(self.with_shared(self.shared + full), rotations=turned, shifts_mm=self.shifts_mm + own[:, 3:])
 
-    def rays(self, sights: Sights) -> Array:
-        """Where the corners are in the camera's frame, mm (v, m, 3)."""
-        return self._points(sights) @ self.rotations.transpose(0, 2, 1) + self.shifts_mm[:, None]
+    def rays(self, observations: BoardObservations) -> Array:
+        """Return the corners in the camera's frame, mm (v, m, 3)."""
+        return self._points(observations) @ self.rotations.transpose(0, 2, 1) + self.shifts_mm[:, None]
 
-    def project(self, sights: Sights) -> Array:
-        """(v, m, 2) raw px."""
-        return self.lens.distort(self.terms, self.rays(sights)) * self._focal + self.centre_px
+    def project(self, observations: BoardObservations) -> Array:
+        """Return the corners' raw pixels (v, m, 2)."""
+        return self.lens.distort(self.terms, self.rays(observations)) * self._focal + self.centre_px
 
-    def project_jacobian(self, sights: Sights, free: Array) -> tuple[Array, Array, Array]:
-        """Pixels (v, m, 2), their derivative by the free ones of names (v, m, 2, n), and by turn and shift of the view
-        (v, m, 2, 6)."""
-        arms = self._points(sights) @ self.rotations.transpose(0, 2, 1)
+    def project_jacobian(self, observations: BoardObservations, free: Array) -> tuple[Array, Array, Array]:
+        """Return pixels (v, m, 2), derivatives by the free ones of names (v, m, 2, n), and by the pose (v, m, 2, 6)."""
+        arms = self._points(observations) @ self.rotations.transpose(0, 2, 1)
         plane, by_ray, by_terms = self.lens.distort_jacobian(self.terms, arms + self.shifts_mm[:, None])
         focal = self._focal
         by_ray = by_ray * focal[:, None]
@@ -124,7 +123,7 @@ class BoardState:
             elif name in ("centre_x", "centre_y"):
                 into[..., int(name == "centre_y")] = 1.0
             elif name in WARP:
-                into[...] = np.sum(by_ray * normal, axis=-1) * sights.bow[..., WARP.index(name), None]
+                into[...] = np.sum(by_ray * normal, axis=-1) * observations.bow[..., WARP.index(name), None]
             else:
                 into[...] = by_terms[..., index - 4] * focal
         own = np.empty((*plane.shape, 6), by_ray.dtype)
@@ -136,15 +135,15 @@ class BoardState:
         return plane * focal + self.centre_px, shared, own
 
     def lens_of(self, model: str, image_size: ImageSize, estimated: tuple[str, ...] = (),
-                covariance: Array | None = None) -> PinholeLens:
-        """The lens alone, as a record."""
+                covariance: Array | None = None) -> Intrinsics:
+        """Return the lens alone."""
         rows = () if covariance is None else tuple(tuple(map(float, row)) for row in covariance)
-        return PinholeLens(model, tuple(map(float, self.terms)), float(np.exp(self.log_focal)), float(self.aspect),
+        return Intrinsics(model, tuple(map(float, self.terms)), float(np.exp(self.log_focal)), float(self.aspect),
                            (float(self.centre_px[0]), float(self.centre_px[1])), image_size, estimated, rows)
 
-    def _points(self, sights: Sights) -> Array:
-        points = sights.places.astype(np.result_type(self.warp_mm, float))
-        points[..., 2] = points[..., 2] + sights.bow @ self.warp_mm
+    def _points(self, observations: BoardObservations) -> Array:
+        points = observations.places.astype(np.result_type(self.warp_mm, float))
+        points[..., 2] = points[..., 2] + observations.bow @ self.warp_mm
         return points
 
     @property
@@ -153,12 +152,12 @@ class BoardState:
 
 
 def matrices_from_vectors(vectors: Array) -> Array:
-    """Rotation vectors (v, 3) to matrices (v, 3, 3), Rodrigues."""
+    """Return the matrices (v, 3, 3) of rotation vectors (v, 3), Rodrigues."""
     angle = np.linalg.norm(vectors, axis=1)
     cross = np.zeros((len(vectors), 3, 3))
     x, y, z = vectors.T
     cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -z, y, -x
     cross[:, 1, 0], cross[:, 2, 0], cross[:, 2, 1] = z, -y, x
-    # sin a / a and (1 - cos a) / a² = 2 (sin(a/2) / a)², by numpy's sinc, which holds at nought
+    # sin a / a and (1 - cos a) / a² = 2 (sin(a/2) / a)², by numpy's sinc, which is defined at 0
     first, second = np.sinc(angle / np.pi), np.sinc(angle / (2 * np.pi)) ** 2 / 2
     return np.eye(3) + first[:, None, None] * cross + second[:, None, None] * (cross @ cross)

@@ -1,12 +1,12 @@
-"""What a board calibration minimises, and what it knows beforehand: corners against their projections, in σ."""
+"""What a board calibration minimises: distances of corners from their projections in σ, and wide priors."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from app.core.geometry import Array, ImageSize
-from app.fitting.board.least_squares import Blocks, minimise_blocks
-from app.fitting.board.parameters import WARP, BoardState, Sights
+from app.fitting.board.least_squares import BlockMinimum, minimise_blocks
+from app.fitting.board.parameters import WARP, BoardObservations, BoardParameters
 
 # So wide that corners decide, and narrow enough that no unknown runs off to infinity. Shares of the picture's width
 # and of the board's half diagonal where they are lengths.
@@ -17,46 +17,48 @@ WIDE_TERM = 10.0  # a rational lens has terms of a few units
 
 @dataclass(frozen=True, eq=False)
 class BoardProblem:
-    """Corners seen, their σ, and which shared unknowns are free (by BoardState.names)."""
+    """Corners, their σ, and which shared unknowns are free (by BoardParameters.names)."""
 
-    sights: Sights
+    observations: BoardObservations
     free: Array
     image_size: ImageSize
     sigma_px: float
 
-    def solve(self, start: BoardState, *, robust: bool = False, max_steps: int = 50) -> Blocks[BoardState]:
-        """The nearest minimum."""
+    def solve(self, start: BoardParameters, *, robust: bool = False,
+              max_steps: int = 50) -> BlockMinimum[BoardParameters]:
+        """Find the nearest minimum."""
         middle, _ = self._beforehand(start)
-        return minimise_blocks(start, self.look, lambda state, shared, own: state.moved(shared, self.free, own),
+        return minimise_blocks(start, self.linearise, lambda state, shared, own: state.retract(shared, self.free, own),
                                prior=self.prior_of(start), prior_at=lambda state: (state.shared - middle)[self.free],
                                robust=robust, max_steps=max_steps)
 
-    def prior_of(self, state: BoardState) -> Array:
-        """1/σ of what is known beforehand of each free unknown."""
+    def prior_of(self, state: BoardParameters) -> Array:
+        """Return 1/σ of the prior of each free unknown."""
         return self._beforehand(state)[1][self.free]
 
-    def look(self, state: BoardState) -> tuple[Array, Array, Array]:
-        """Residuals and derivatives in σ; nought where no corner was seen. A lost one costs much and pulls nowhere."""
+    def linearise(self, state: BoardParameters) -> tuple[Array, Array, Array]:
+        """Return residuals and derivatives in σ, 0 where there is no corner; beyond the horizon there is no slope."""
         with np.errstate(all="ignore"):
-            pixels, shared, own = state.project_jacobian(self.sights, self.free)
-            residuals = pixels - self.sights.pixels
+            pixels, shared, own = state.project_jacobian(self.observations, self.free)
+            residuals = pixels - self.observations.pixels
             lost = ~(np.isfinite(residuals).all(axis=-1) & np.isfinite(shared).all(axis=(-2, -1))
                      & np.isfinite(own).all(axis=(-2, -1)))
-        if lost.any():  # beyond this lens's horizon: as far off as can be, and nothing says which way is back
+        if lost.any():  # beyond this lens's horizon: a large residual without a direction
             residuals[lost], shared[lost], own[lost] = FAR * self.image_size.width, 0, 0
-        seen = np.where(self.sights.present, 1 / self.sigma_px, 0.0)[..., None]
+        seen = np.where(self.observations.present, 1 / self.sigma_px, 0.0)[..., None]
         residuals *= seen
         shared *= seen[..., None]
         own *= seen[..., None]
         return residuals, shared, own
 
-    def away(self, state: BoardState) -> Array:
-        """Residuals in px, (v, m, 2), seen − projected; NaN where no corner is, or none can be projected."""
+    def residuals_px(self, state: BoardParameters) -> Array:
+        """Return residuals (v, m, 2) px, observed − projected; NaN where no corner is, or it cannot be projected."""
         with np.errstate(all="ignore"):
-            return np.where(self.sights.present[..., None], self.sights.pixels - state.project(self.sights), np.nan)
+            residuals = self.observations.pixels - state.project(self.observations)
+            return np.where(self.observations.present[..., None], residuals, np.nan)
 
-    def _beforehand(self, state: BoardState) -> tuple[Array, Array]:
-        """The values that shared unknowns are thought to have, and 1/σ of that."""
+    def _beforehand(self, state: BoardParameters) -> tuple[Array, Array]:
+        """Return the mean and 1/σ of the shared unknowns' priors."""
         middle, loose = [], []
         for name in state.names:
             if name == "log_focal":
@@ -66,7 +68,7 @@ class BoardProblem:
             elif name.startswith("centre"):
                 known = self.image_size.centre[name == "centre_y"], WIDE["centre"] * self.image_size.width
             elif name in WARP:
-                known = 0.0, WIDE["warp"] * self.sights.size_mm
+                known = 0.0, WIDE["warp"] * self.observations.size_mm
             else:
                 known = 0.0, WIDE.get(name, WIDE_TERM)
             middle.append(known[0])
@@ -74,8 +76,8 @@ class BoardProblem:
         return np.array(middle), np.array(loose)
 
 
-def free_mask(state: BoardState, terms: tuple[str, ...], *, aspect: bool, centre: bool, warp: bool) -> Array:
-    """Which of state.names are estimated."""
+def free_mask(state: BoardParameters, terms: tuple[str, ...], *, aspect: bool, centre: bool, warp: bool) -> Array:
+    """Return which of state.names are estimated."""
     free = {"log_focal", *terms}
     free |= {"aspect"} if aspect else set()
     free |= {"centre_x", "centre_y"} if centre else set()

@@ -1,4 +1,4 @@
-"""Views that cannot help: too few corners, corners on one line, outside the picture, or a board that is not flat."""
+"""Views that cannot be used: too few corners, corners on one line, outside the picture, or a board that is not flat."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ from app.core.text_format import sentence
 MIN_CORNERS = 6  # a pose takes six of twelve numbers; with four corners, one wrong corner would go unseen
 THIN = 0.02  # corners narrower than this share of their length are on one line
 SAME_PX = 1e-3  # two pictures never agree so well; a picture given twice would seem to make the lens surer
-FLAT = 0.05  # of the board's half diagonal; a bow beyond it is no board
+MAX_BOW = 0.05  # of the board's half diagonal; a bow beyond it is no board
 
 
 @dataclass(frozen=True)
-class LeftOut:
-    """A view that the lens does not rest on. index: among all views, from 0."""
+class RejectedView:
+    """A view that is not used. index: among all views, from 0."""
 
     index: int
     name: str
@@ -33,33 +33,35 @@ class LeftOut:
         return {"index": self.index, "name": self.name, "reason": self.reason, "text": self.text}
 
 
-def unusable_views(views: tuple[BoardView, ...], image_size: ImageSize) -> Iterator[LeftOut]:
-    """The views that are left out before anything is computed, each with its reason."""
+def unusable_views(views: tuple[BoardView, ...], image_size: ImageSize) -> Iterator[RejectedView]:
+    """Yield the views that are rejected before anything is computed, each with its reason."""
     first: dict[bytes, str] = {}
     for index, view in enumerate(views):
         name = view.name or f"view {index + 1}"
         n = len(view.pixels)
         if n < MIN_CORNERS:
-            yield LeftOut(index, name, "too-few-corners", f"{name} shows {n} corners; {MIN_CORNERS} are the least.")
-        elif _thin(view.pixels) or _thin(view.places_mm[:, :2]):
-            yield LeftOut(index, name, "corners-on-a-line", f"The corners of {name} lie on one line: no pose follows.")
+            yield RejectedView(index, name, "too-few-corners",
+                               f"{name} shows {n} corners; {MIN_CORNERS} are the least.")
+        elif _collinear(view.pixels) or _collinear(view.places_mm[:, :2]):
+            yield RejectedView(index, name, "corners-on-a-line",
+                               f"The corners of {name} lie on one line: no pose follows.")
         elif ((view.pixels < -1) | (view.pixels > np.array(tuple(image_size)))).any():
-            yield LeftOut(index, name, "outside-picture", f"{name} has corners outside the picture of "
+            yield RejectedView(index, name, "outside-picture", f"{name} has corners outside the picture of "
                           f"{image_size.width} × {image_size.height} px.")
         elif (same := np.rint(view.pixels / SAME_PX).tobytes()) in first:
-            yield LeftOut(index, name, "seen-already", f"{name} is {first[same]} once more: it tells nothing new.")
+            yield RejectedView(index, name, "seen-already", f"{name} is {first[same]} once more: it tells nothing new.")
         else:
             first[same] = name
 
 
-def refuse_what_is_no_board(views: tuple[BoardView, ...]) -> None:
-    """FitFailed where the corners' places are not those of one flat board."""
+def refuse_bent_board(views: tuple[BoardView, ...]) -> None:
+    """Raise FitFailed where the corners' places are not those of one flat board."""
     places = np.concatenate([view.places_mm for view in views]) if views else np.zeros((0, 3))
-    if len(places) and np.ptp(places[:, 2]) > FLAT * max(np.ptp(places[:, 0]), np.ptp(places[:, 1])):
+    if len(places) and np.ptp(places[:, 2]) > MAX_BOW * max(np.ptp(places[:, 0]), np.ptp(places[:, 1])):
         raise FitFailed("The object points do not lie in one plane.", "Use a flat board, with z = 0 on its face.",
                         reason="board-not-flat")
 
 
-def _thin(points: Array) -> bool:
+def _collinear(points: Array) -> bool:
     across = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     return not across[1] > THIN * across[0]

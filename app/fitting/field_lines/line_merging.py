@@ -1,4 +1,4 @@
-"""Chains that are straight once the bend is undone, put together to long lines."""
+"""Merging edge chains that are straight once undistorted into long lines."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,39 +6,39 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.geometry import Array, Points
-from app.fitting.field_lines.blind_distortion import Plane
+from app.fitting.field_lines.blind_distortion import UndistortedPlane
 
 STRAIGHT_PX = 1.6  # rms of a chain that may be part of a line
-SAME_WAY = np.cos(np.radians(2.0))
-ASIDE_PX = 5.0
-SHORTEST = 0.03  # of the half diagonal, for a line that is kept
+MIN_COSINE = np.cos(np.radians(2.0))
+MAX_OFFSET_PX = 5.0
+MIN_LENGTH = 0.03  # of the half diagonal
 
 
 @dataclass(frozen=True, eq=False)
-class SeenLine:
-    """A line in the straight plane: homogeneous (3,) with unit normal, and how much of it was seen, half diagonals."""
+class DetectedLine:
+    """A line in the undistorted plane: homogeneous (3,) with unit normal, and its visible length, half diagonals."""
 
     line: Array
     length: float
 
 
-def seen_lines(chains: Sequence[Points], plane: Plane, most: int) -> list[SeenLine]:
-    """The longest lines that chains of raw px make up, longest first."""
+def merge_chains(chains: Sequence[Points], plane: UndistortedPlane, most: int) -> list[DetectedLine]:
+    """Merge chains of raw px to lines, the longest first."""
     groups: list[list[Points]] = []
     fitted: list[tuple[Array, Array, float]] = []
     lengths: list[float] = []
     for chain in chains:
-        points = plane.straight_from_raw(chain[:: max(1, len(chain) // 60)])
+        points = plane.undistorted_from_raw(chain[:: max(1, len(chain) // 60)])
         points = points[np.isfinite(points).all(axis=1)]
         if len(points) < 3:
             continue
         middle, along, rms = _fit(points)
         length = float(np.ptp(points @ along))
-        if rms * plane.unit_px > STRAIGHT_PX or length < SHORTEST:
+        if rms * plane.unit_px > STRAIGHT_PX or length < MIN_LENGTH:
             continue
         for i, (m, d, _) in enumerate(fitted):
             aside = np.abs((points - m) @ np.array([-d[1], d[0]])).max() * plane.unit_px
-            if abs(along @ d) > SAME_WAY and aside < ASIDE_PX:
+            if abs(along @ d) > MIN_COSINE and aside < MAX_OFFSET_PX:
                 groups[i].append(points)
                 fitted[i] = _fit(np.concatenate(groups[i]))
                 lengths[i] += length
@@ -48,7 +48,7 @@ def seen_lines(chains: Sequence[Points], plane: Plane, most: int) -> list[SeenLi
             fitted.append((middle, along, rms))
             lengths.append(length)
     order = np.argsort(-np.array(lengths), kind="stable")[:most] if lengths else []
-    return [SeenLine(_line(*fitted[i][:2]), lengths[i]) for i in order]
+    return [DetectedLine(_line(*fitted[i][:2]), lengths[i]) for i in order]
 
 
 def _fit(points: Points) -> tuple[Array, Array, float]:

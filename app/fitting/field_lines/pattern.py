@@ -1,4 +1,4 @@
-"""What is painted on a field, as places to look for: samples of every line and arc, with their directions."""
+"""The markings of a field as samples of every line and arc, with their directions."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -22,12 +22,12 @@ class FieldPattern:
     step_mm: Array
 
     @classmethod
-    def of(cls, field: Field, step_mm: float, least: int = 3) -> Self:
-        """About every step_mm, where nothing stands on the paint: corners may be filled."""
+    def of(cls, field: Field, step_mm: float, min_samples: int = 3) -> Self:
+        """Sample markings about every step_mm, but for corners that are cut off."""
         markings = (*field.lines.values(), *field.arcs.values())
         points, along, owner, step = [], [], [], []
         for number, marking in enumerate(markings):
-            count = max(least, round(marking.length_mm / step_mm))
+            count = max(min_samples, round(marking.length_mm / step_mm))
             fine = marking.sample(2 * count + 1)
             points.append(fine[1::2])  # the middles of equal pieces: ends are shared with others
             way = fine[2::2] - fine[:-1:2]
@@ -41,7 +41,7 @@ class FieldPattern:
 
 
 def levels(field: Field, region: Region) -> tuple[Array, Array]:
-    """The x of lines that run along y, and the y of those along x, near enough to the region to be seen with it; mm."""
+    """Return x of the lines along y, and y of those along x, near enough to the region to be seen with it; mm."""
     found: tuple[set[float], set[float]] = (set(), set())
     reach = [REACH * float(np.ptp(side)) for side in (region.x_mm, region.y_mm)]
     low = np.array([region.x_mm[0] - reach[0], region.y_mm[0] - reach[1]])
@@ -55,8 +55,8 @@ def levels(field: Field, region: Region) -> tuple[Array, Array]:
     return np.array(sorted(found[0])), np.array(sorted(found[1]))
 
 
-def turns_onto_itself(field: Field) -> bool:
-    """Whether the field, turned by 180°, is the same: then its markings cannot tell one from the other."""
+def is_half_turn_symmetric(field: Field) -> bool:
+    """Return whether the field's markings, turned by 180°, are the same."""
     def places(sign: int) -> set[tuple[float, ...]]:
         lines = {tuple(sorted(tuple(np.round(sign * np.array(p), 3) + 0.0) for p in (m.start, m.end)))
                  for m in field.lines.values()}

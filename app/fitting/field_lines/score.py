@@ -13,18 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Array, ImageSize, Points
-from app.fitting.field_lines.blind_distortion import Plane
+from app.fitting.field_lines.blind_distortion import UndistortedPlane
 from app.fitting.field_lines.pattern import FieldPattern
 
 LONG_SIDE = 420  # of the map of distances, px: finer than the bend is known
-WAYS = 4  # directions that are told apart
+DIRECTIONS = 4  # directions of ridges that are mapped apart
 REACH_PX = 5.0  # of the map: further off, nothing is found
 BATCH = 3000
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
-    """distances (WAYS, h, w): px of the map to the next ridge that runs roughly so; scale from raw px to the map's.
+class RidgeMaps:
+    """distances (DIRECTIONS, h, w): px to the nearest ridge of about that direction; scale from raw px to the map's.
 
     length_px: of all ridges, raw px.
     """
@@ -36,14 +36,15 @@ class Evidence:
 
     @classmethod
     def of(cls, points: Points, along: Array, size: ImageSize) -> Self:
-        """points (n, 2) raw px on ridges, along (n, 2) unit vectors."""
+        """Make maps of ridges: points (n, 2) raw px, along (n, 2) unit vectors."""
         scale = LONG_SIDE / max(size.width, size.height)
         shape = (int(np.ceil(size.height * scale)) + 1, int(np.ceil(size.width * scale)) + 1)
         x, y = np.rint(points * scale).astype(int).T
-        angle = np.arctan2(along[:, 1], along[:, 0]) % np.pi * (WAYS / np.pi)
+        angle = np.arctan2(along[:, 1], along[:, 0]) % np.pi * (DIRECTIONS / np.pi)
         maps = []
-        for way in range(WAYS):
-            off = np.abs((angle - way + WAYS / 2) % WAYS - WAYS / 2)  # in steps; a ridge between two counts for both
+        for way in range(DIRECTIONS):
+            # in steps; a ridge between two directions counts for both
+            off = np.abs((angle - way + DIRECTIONS / 2) % DIRECTIONS - DIRECTIONS / 2)
             empty = np.full(shape, 255, np.uint8)
             near = off < 0.8
             empty[y[near], x[near]] = 0
@@ -52,47 +53,49 @@ class Evidence:
         return cls(np.stack(maps), scale, size, float(len(points)))
 
     def found(self, raw: Points, along: Array) -> Array:
-        """(...,) 0 to 1: whether a ridge runs here so; 0 outside the picture."""
+        """Return (...,) 0 to 1: how near a ridge of that direction is; 0 outside the picture."""
         w, h = self.size
         with np.errstate(invalid="ignore"):
             inside = ((raw >= 2) & (raw <= (w - 3, h - 3))).all(axis=-1)
         at = np.rint(np.where(inside[..., None], raw, 0) * self.scale).astype(np.int32)
-        way = np.rint(np.arctan2(along[..., 1], along[..., 0]) % np.pi * (WAYS / np.pi)).astype(np.int32) % WAYS
+        angle = np.arctan2(along[..., 1], along[..., 0]) % np.pi
+        way = np.rint(angle * (DIRECTIONS / np.pi)).astype(np.int32) % DIRECTIONS
         away = self.distances[way, at[..., 1], at[..., 0]]
         return np.where(inside, np.maximum(1 - (away / REACH_PX) ** 2, 0), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """(n,) each: found of expected, found of seen, and their harmonic mean."""
+    """(n,) each: recall (found), precision (explained), and their harmonic mean."""
 
     found: Array
     explained: Array
     value: Array
 
 
-def scores(homographies: Array, plane: Plane, pattern: FieldPattern, evidence: Evidence) -> Scores:
-    """homographies (n, 3, 3) from field mm to the straight plane."""
-    parts = [_scored(homographies[k:k + BATCH], plane, pattern, evidence) for k in range(0, len(homographies), BATCH)]
+def score(homographies: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps) -> Scores:
+    """Score homographies (n, 3, 3) from field mm to the undistorted plane."""
+    parts = [_score_batch(homographies[k:k + BATCH], plane, pattern, ridges)
+             for k in range(0, len(homographies), BATCH)]
     found, explained = (np.concatenate([np.empty(0), *(p[i] for p in parts)]) for i in (0, 1))
     return Scores(found, explained, 2 * found * explained / np.maximum(found + explained, 1e-9))
 
 
-def _scored(maps: Array, plane: Plane, pattern: FieldPattern, evidence: Evidence) -> tuple[Array, Array]:
-    raw = projected(maps, pattern.points, plane)
-    ahead = projected(maps, pattern.points + pattern.along * (pattern.step_mm / 4)[:, None], plane) - raw
+def _score_batch(maps: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps) -> tuple[Array, Array]:
+    raw = project(maps, pattern.points, plane)
+    ahead = project(maps, pattern.points + pattern.along * (pattern.step_mm / 4)[:, None], plane) - raw
     step_px = np.linalg.norm(ahead, axis=-1) * 4
-    w, h = evidence.size
+    w, h = ridges.size
     with np.errstate(invalid="ignore"):
         inside = ((raw >= 2) & (raw <= (w - 3, h - 3))).all(axis=-1) & np.isfinite(step_px)
     length = np.where(inside, step_px, 0.0)
-    found = (evidence.found(np.where(inside[..., None], raw, -1.0), np.where(inside[..., None], ahead, 1.0))
+    found = (ridges.found(np.where(inside[..., None], raw, -1.0), np.where(inside[..., None], ahead, 1.0))
              * length).sum(axis=1)
-    return found / np.maximum(length.sum(axis=1), 1e-9), np.minimum(found / evidence.length_px, 1.0)
+    return found / np.maximum(length.sum(axis=1), 1e-9), np.minimum(found / ridges.length_px, 1.0)
 
 
-def projected(maps: Array, points: Points, plane: Plane) -> Array:
+def project(maps: Array, points: Points, plane: UndistortedPlane) -> Array:
     homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=1) @ maps.transpose(0, 2, 1)
     with np.errstate(all="ignore"):
         depth = np.where(homogeneous[..., 2:] > 0, homogeneous[..., 2:], np.nan)
-        return plane.raw_from_straight(homogeneous[..., :2] / depth)
+        return plane.raw_from_undistorted(homogeneous[..., :2] / depth)

@@ -1,4 +1,4 @@
-"""Where only three lines are seen, two of them parallel on the carpet: cameras for a ladder of focal lengths.
+"""Camera hypotheses from three lines, two of them parallel on the carpet, for a series of focal lengths.
 
 With a focal length f, a line in the picture is a plane through the camera. The two parallels' planes meet in their
 direction d₁; the third line runs square to it, along d₂ = n₃ × d₁. How far the parallels are apart on the field gives
@@ -10,17 +10,17 @@ from itertools import combinations
 import numpy as np
 
 from app.core.geometry import Array
-from app.fitting.field_lines.hypotheses import PARALLEL_REACH, Hypotheses
-from app.fitting.field_lines.line_merging import SeenLine
+from app.fitting.field_lines.four_lines import PARALLEL_REACH, Hypotheses
+from app.fitting.field_lines.line_merging import DetectedLine
 
 FOCALS = np.geomspace(0.55, 9.0, 18)  # half diagonals
-MOST_LINES = 5
-MOST = 60_000
+MAX_LINES = 5
+MAX_HYPOTHESES = 60_000
 
 
-def three_line_hypotheses(lines: list[SeenLine], levels_x: Array, levels_y: Array) -> Hypotheses:
-    """Cameras from two lines at different levels of one kind and one line at a level of the other."""
-    squares = _squares(lines[:MOST_LINES])
+def three_line_hypotheses(lines: list[DetectedLine], levels_x: Array, levels_y: Array) -> Hypotheses:
+    """Return cameras from two lines at different levels of one axis and one line at a level of the other."""
+    squares = _squares(lines[:MAX_LINES])
     rectangles = [_square_from_rectangle(corners) for corners in _field_squares(levels_x, levels_y)]
     rectangles += [_square_from_rectangle(corners[:, ::-1]) for corners in _field_squares(levels_y, levels_x)]
     if not squares or not rectangles:
@@ -29,20 +29,20 @@ def three_line_hypotheses(lines: list[SeenLine], levels_x: Array, levels_y: Arra
     from_field = np.array(rectangles)
     from_above = np.linalg.det(maps)[:, None] * np.linalg.det(from_field) < 0
     square, rectangle = np.nonzero(from_above)
-    if len(square) > MOST:
-        kept = np.linspace(0, len(square) - 1, MOST).astype(int)
+    if len(square) > MAX_HYPOTHESES:
+        kept = np.linspace(0, len(square) - 1, MAX_HYPOTHESES).astype(int)
         square, rectangle = square[kept], rectangle[kept]
     return Hypotheses(maps[square] @ from_field[rectangle], focal[square])
 
 
 def _field_squares(own: Array, other: Array) -> list[Array]:
-    """Corners (4, 2) mm of squares: along the third line, at level c, from level a to b; then on from c, either way."""
+    """Return corners (4, 2) mm of squares: along the third line, at level c, from level a to b, then on from c."""
     return [np.array([[a, c], [b, c], [b, c + side], [a, c + side]])
             for a in own for b in own[own != a] for c in other for side in (b - a, a - b)]
 
 
 def _square_from_rectangle(corners: Array) -> Array:
-    """(3, 3) from field mm to the unit square, for a rectangle's corners (4, 2) in the square's order."""
+    """Return (3, 3) from field mm to the unit square, for a rectangle's corners (4, 2) in the square's order."""
     origin, one, two = corners[0], corners[1] - corners[0], corners[3] - corners[0]
     linear = np.linalg.inv(np.stack([one, two], axis=1))
     result = np.eye(3)
@@ -50,8 +50,8 @@ def _square_from_rectangle(corners: Array) -> Array:
     return result
 
 
-def _squares(lines: list[SeenLine]) -> list[tuple[Array, float]]:
-    """(3, 3) from the unit square to the picture, with the focal length that it takes."""
+def _squares(lines: list[DetectedLine]) -> list[tuple[Array, float]]:
+    """Return each (3, 3) from the unit square to the picture, with its focal length."""
     squares = []
     for i, j in combinations(range(len(lines)), 2):
         meet = np.cross(lines[i].line, lines[j].line)

@@ -12,23 +12,23 @@ from app.core.geometry import Array, ImageSize
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations, Warning
-from app.fitting.clicks import above_the_carpet, check_inside_picture, inlier_masks, name_strays
+from app.fitting.clicks import check_inside_picture, elevated_point_warnings, inlier_masks, outlier_warnings
 from app.fitting.contract import Fitter, Sensitivity
-from app.fitting.corrected_rectangle import rectangles
-from app.fitting.homography.parameters import HomographyState
+from app.fitting.corrected_rectangle import corrected_rectangle
+from app.fitting.homography.parameters import HomographyParameters
 from app.fitting.linear import MIN_ROWS, Incidences, homography_from_lines
 from app.fitting.options import CLICK_SIGMA, COMMON_OPTIONS, LINE_SIGMA
-from app.fitting.ray_camera.problem import Prior, RayProblem, gather, incidences
-from app.fitting.ray_camera.search import MAX_STRAYS, Found, Task, rows_of, solve
+from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior, gather_clicks, line_incidences
+from app.fitting.ray_camera.search import MAX_OUTLIER_SHARE, RayFitProblem, RayFitResult, residual_count, solve
 from app.fitting.sensitivity import ParameterSensitivity
 from app.models import CameraModel, parameters_json
 from app.models.homography import Homography
 
-TRIALS, PER_TRIAL = 100, 10  # random tens of clicks: with four strays in 36, twenty-seven of them are clean
-SUSPECT_PX = 10.0  # a click this far off may have spoilt the linear start
+TRIALS, PER_TRIAL = 100, 10  # random tens of clicks: with four outliers in 36, 27 of the tens are clean
+SUSPECT_PX = 10.0  # a click this far off may have distorted the linear estimate
 MAX_SIGMA_SHARE = 0.1  # of the region's shorter side: a corner known no better is not known
 
-ENOUGH = "Click points on at least four lines, two in each direction, along their whole length."
+MORE_LINES = "Click points on at least four lines, two in each direction, along their whole length."
 
 
 class HomographyFitter(Fitter):
@@ -41,7 +41,7 @@ class HomographyFitter(Fitter):
 
     @classmethod
     def sensitivity(cls, model: Homography) -> Sensitivity:
-        return ParameterSensitivity(HomographyState.of(model))
+        return ParameterSensitivity(HomographyParameters.of(model))
 
     @classmethod
     def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
@@ -54,22 +54,22 @@ class HomographyFitter(Fitter):
         settings = read_options(cls.OPTIONS, given)
         check_inside_picture(observations, image_size)
         flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
-        problem = gather(flat, field, region, with_offsets=settings["line_sigma_mm"] > 0)
-        width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
+        problem = gather_clicks(flat, field, region, with_offsets=settings["line_sigma_mm"] > 0)
+        width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
         progress(0.1, "Looking for a view of the field")
         if start is None:
-            begin = _start(problem, incidences(flat, field, region), region, image_size)
+            begin = _initial_parameters(problem, line_incidences(flat, field, region), region, image_size)
         else:
-            begin = HomographyState.of(Homography.from_parameters(start), len(problem.line_names))
-        whole, seen = problem, _seen(problem, begin, settings["robust"])
+            begin = HomographyParameters.of(Homography.from_parameters(start), len(problem.line_names))
+        whole, seen = problem, _visible(problem, begin, settings["robust"])
         problem = whole.only(seen)
         _refuse_too_few(problem)
-        priors = tuple(Prior(f"line_{i}", 0.0, settings["line_sigma_mm"]) for i in range(len(problem.line_names)))
+        priors = tuple(ScalarPrior(f"line_{i}", 0.0, settings["line_sigma_mm"]) for i in range(len(problem.line_names)))
         names = begin.names
         progress(0.4, "Refining")
-        found = solve(Task(problem, priors, np.ones(len(names), bool), names), begin, settings)
+        found = solve(RayFitProblem(problem, priors, np.ones(len(names), bool), names), begin, settings)
         state = found.minimum.state
-        _refuse_what_cannot_be(found, region)
+        _refuse_impossible(found, region)
         model = Homography(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
                            n_rectangles_y=n_y, region=region, image_size=image_size)
         inlier = seen.copy()
@@ -78,14 +78,16 @@ class HomographyFitter(Fitter):
         notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": len(names),
                  "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
                  "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
-        warnings = (*name_strays(observations, problem.owners, found.inliers, found.pixels),
-                    *_beyond(observations, whole.owners[~seen]), *above_the_carpet(observations, "a homography"))
+        warnings = (*outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
+                    *_beyond_horizon_warnings(observations, whole.owners[~seen]),
+                    *elevated_point_warnings(observations, "a homography"))
         return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), warnings, notes,
                    covariance=found.covariance, parameter_names=names)
 
 
-def _start(problem: RayProblem, lines: Incidences, region: Region, image_size: ImageSize) -> HomographyState:
-    """The linear answer; where a click stands far out, the best of many from a dozen clicks each."""
+def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Region,
+                        image_size: ImageSize) -> HomographyParameters:
+    """Return the linear estimate; where a click is far off, the best of many estimates from ten random clicks each."""
     centre = np.array(image_size.centre)
     clicks = np.concatenate([lines.pixels, np.ones((len(lines.pixels), 1))], axis=1)
 
@@ -95,7 +97,7 @@ def _start(problem: RayProblem, lines: Incidences, region: Region, image_size: I
         return found.field_from_plane @ np.array([[1, 0, -centre[0]], [0, 1, -centre[1]], [0, 0, 1.0]])
 
     def misses(field_from_raw: Array) -> Array:
-        """Pixels (n,) from each click to the image of its line."""
+        """Return pixels (n,) from each click to the image of its line."""
         seen = lines.lines @ field_from_raw
         with np.errstate(all="ignore"):
             miss = np.abs(np.sum(seen * clicks, axis=1)) / np.linalg.norm(seen[:, :2], axis=1)
@@ -119,27 +121,27 @@ def _start(problem: RayProblem, lines: Incidences, region: Region, image_size: I
     if not views:
         raise refusal
     best = min(views, key=lambda view: float(np.sum(np.minimum(misses(view), SUSPECT_PX))))
-    return HomographyState.seeing(np.linalg.inv(best), region, len(problem.line_names))
+    return HomographyParameters.seeing(np.linalg.inv(best), region, len(problem.line_names))
 
 
-def _seen(problem: RayProblem, state: HomographyState, robust: bool) -> Array:
-    """Which clicks (n,) lie where this view sees carpet at all; the few that do not are strays."""
+def _visible(problem: ClickResiduals, state: HomographyParameters, robust: bool) -> Array:
+    """Return which clicks (n,) lie before this view's horizon; the few that do not are outliers."""
     problem.places = np.empty(0)
     r, _ = problem.residuals(state)
     finite = np.isfinite(r)
     seen = np.concatenate([finite[:problem.curves], finite[problem.curves:].reshape(-1, 2).all(axis=1)])
-    return seen if robust and (~seen).sum() <= MAX_STRAYS * seen.size else np.ones_like(seen)
+    return seen if robust and (~seen).sum() <= MAX_OUTLIER_SHARE * seen.size else np.ones_like(seen)
 
 
-def _refuse_too_few(problem: RayProblem) -> None:
-    rows = rows_of(problem)
+def _refuse_too_few(problem: ClickResiduals) -> None:
+    rows = residual_count(problem)
     if rows < MIN_ROWS:
         raise FitFailed(f"There are {rows} measurements; a view of the field has {MIN_ROWS} unknowns.",
                         f"Click at least {MIN_ROWS - rows} more points.", reason="too-few-points")
 
 
-def _refuse_what_cannot_be(found: Found, region: Region) -> None:
-    """A mirrored view, and one that the clicks leave open: both look fine by their residuals."""
+def _refuse_impossible(found: RayFitResult, region: Region) -> None:
+    """Raise FitFailed for a mirrored or an undetermined view: both have small residuals."""
     state = found.minimum.state
     corners = region.field_from_region(np.array([[0, 0], [1, 0], [0, 1], [1, 1.0]]) *
                                        [region.width_mm, region.height_mm])
@@ -155,20 +157,20 @@ def _refuse_what_cannot_be(found: Found, region: Region) -> None:
     sigma_mm = np.sqrt(np.where(np.isfinite(variance), variance, np.inf))
     worst = int(np.argmax(sigma_mm))
     if np.isinf(sigma_mm[worst]):
-        raise FitFailed("The clicked lines do not determine how the camera sees the field.", ENOUGH,
+        raise FitFailed("The clicked lines do not determine how the camera sees the field.", MORE_LINES,
                         reason="lines-not-enough")
     if not sigma_mm[worst] < MAX_SIGMA_SHARE * min(region.width_mm, region.height_mm):
         corner = f"{('top', 'bottom')[worst // 2]} {('left', 'right')[worst % 2]}"
         raise FitFailed("The clicked lines do not determine how the camera sees the field: its "
                         f"{corner} corner may lie anywhere within {sigma_mm[worst]:.3g} mm.",
-                        ENOUGH, reason="lines-not-enough")
+                        MORE_LINES, reason="lines-not-enough")
     if np.linalg.det(state.raw_from_unit) * np.linalg.det(state.unit_from_field) > 0:
         raise FitFailed("The field appears mirrored in the picture.",
                         "Check which border is left and which is right, or turn the region; a mirrored picture must "
                         "be flipped back first.", reason="mirrored")
 
 
-def _beyond(observations: Observations, owners: Array) -> list[Warning]:
+def _beyond_horizon_warnings(observations: Observations, owners: Array) -> list[Warning]:
     return [Warning("stray-click", f"Point {k + 1} of {observations[i].label} lies beyond the horizon of the others; "
                     "it was left out of the fit.", "Drag it onto the line, or remove it.",
                     str(observations[i].feature), int(k)) for i, k in owners]

@@ -1,4 +1,4 @@
-"""A homography while it is being fitted: eight small numbers that bend the field before the camera sees it.
+"""A homography as a fit moves it: by eight small numbers that deform the field before it is projected.
 
     raw ~ H (I + Δ) U (X, Y, 1),   U brings the region to about [-1, 1] × [-1, 1]
 
@@ -12,13 +12,13 @@ import numpy as np
 
 from app.core.field import Region
 from app.core.geometry import Array
-from app.models.homography import Homography, normalised
+from app.models.homography import Homography, normalise
 
 ENTRIES = tuple((i, j) for i in range(3) for j in range(3))[:8]
 
 
 @dataclass(frozen=True, eq=False)
-class HomographyState:
+class HomographyParameters:
     """raw_from_unit (3, 3) is H; unit_from_field (3, 3) is U."""
 
     raw_from_unit: Array
@@ -40,27 +40,27 @@ class HomographyState:
         return cls.seeing(model.raw_from_field, model.region, lines)
 
     def parameters(self) -> dict[str, Any]:
-        """The field of a Homography that a fit finds."""
-        return {"field_from_raw": normalised(np.linalg.inv(self.raw_from_unit @ self.unit_from_field))}
+        """Return the fields of a Homography that a fit finds."""
+        return {"field_from_raw": normalise(np.linalg.inv(self.raw_from_unit @ self.unit_from_field))}
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Every parameter in order: what a free mask refers to."""
+        """Return every parameter's name in order: what a free mask refers to."""
         return (*(f"h{i + 1}{j + 1}" for i, j in ENTRIES), *(f"line_{i}" for i in range(len(self.offsets_mm))))
 
     def values(self) -> dict[str, float]:
-        """Parameters by name, of those that a prior may speak about."""
+        """Return the values by name of the parameters that may have a prior."""
         return {f"line_{i}": o for i, o in enumerate(self.offsets_mm)}
 
-    def moved(self, delta: Array, free: Array) -> Self:
-        """One step: delta for the free parameters, in the order of names."""
+    def retract(self, delta: Array, free: Array) -> Self:
+        """Apply a step: delta for the free parameters, in the order of names."""
         full = np.zeros(len(free))
         full[free] = delta
         bent = self.raw_from_unit @ (np.eye(3) + np.append(full[:8], 0.0).reshape(3, 3))
         return replace(self, raw_from_unit=bent / np.linalg.norm(bent), offsets_mm=self.offsets_mm + full[8:])
 
     def project_jacobian(self, points: Array) -> tuple[Array, Array, Array]:
-        """Pixels (n, 2), their derivative by the field point (n, 2, 3), and by every named parameter but the lines.
+        """Return pixels (n, 2), their derivatives by the field point (n, 2, 3) and by all parameters but line offsets.
 
         points (n, 3) field mm, on the carpet: what stands above it a homography cannot see, so z is left alone.
         """
@@ -78,7 +78,7 @@ class HomographyState:
         return pixel, by_point, by
 
     def unproject(self, pixels: Array, z_mm: Array) -> Array:
-        """Raw px (n, 2) to field mm (n, 2), on the wrong side of the horizon too, for a start; z_mm is 0."""
+        """Map raw px (n, 2) to field mm (n, 2), also beyond the horizon; z_mm is 0."""
         seen = np.concatenate([pixels, np.ones((len(pixels), 1))], axis=1)
         field = seen @ np.linalg.inv(self.raw_from_unit @ self.unit_from_field).T
         return field[:, :2] / field[:, 2:]

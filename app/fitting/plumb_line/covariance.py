@@ -1,4 +1,4 @@
-"""How sure a lens from straight lines is: by whole groups of edges, and by what one more term would change.
+"""The covariance of a lens from straight lines: by a jackknife over groups of edges, and by one more term.
 
 Points of one edge err together (it is not quite straight, its light is uneven), and so do edges side by side (two
 sides of one bar). Thousands of points are worth far less than thousands. So:
@@ -15,17 +15,17 @@ import numpy as np
 
 from app.core.geometry import Array
 from app.fitting.least_squares import Minimum
-from app.fitting.plumb_line.problem import Bent, Chains
+from app.fitting.plumb_line.problem import Chains, LineFit
 
-SIDE_BY_SIDE = 0.03  # of the plane's unit: edges so near and as parallel as that are one object's
+ADJACENT = 0.03  # of the plane's unit: edges so near and as parallel as that are one object's
 PARALLEL = np.cos(np.radians(4))
 NEXT_TERM = 0.5  # of the last: series of lenses that are used as such fall off at least so quickly
-LEAST_NEXT = 0.01  # ... or to that, where the last is nought
+MIN_NEXT_TERM = 0.01  # ... or to that, where the last is 0
 Z = 1.96
 
 
-def groups_of(state: Bent, chains: Chains, pictures: Array) -> Array:
-    """A number for each chain (c,); edges of one picture that are one object's share it."""
+def groups_of(state: LineFit, chains: Chains, pictures: Array) -> Array:
+    """Number each chain (c,); edges of one picture that are one object's share a number."""
     normal = np.stack([np.cos(state.angle), np.sin(state.angle)], axis=1)
     along = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     low = np.minimum.reduceat(state.feet, chains.starts)
@@ -34,15 +34,15 @@ def groups_of(state: Bent, chains: Chains, pictures: Array) -> Array:
     group = np.arange(len(middle))
     for i in range(len(middle)):
         away = middle - middle[i]
-        near = np.maximum(np.abs(away @ normal[i]), np.abs(np.sum(away * normal, axis=1))) < SIDE_BY_SIDE
+        near = np.maximum(np.abs(away @ normal[i]), np.abs(np.sum(away * normal, axis=1))) < ADJACENT
         same = near & (pictures == pictures[i]) & (np.abs(normal @ normal[i]) > PARALLEL)
         for g in np.unique(group[same]):
             group[group == g] = group[i]
     return np.unique(group, return_inverse=True)[1]
 
 
-def covariance(minimum: Minimum[Bent], chains: Chains, groups: Array) -> Array:
-    """Of terms and centre, from what chains tell; never less than what independent points would give."""
+def covariance(minimum: Minimum[LineFit], chains: Chains, groups: Array) -> Array:
+    """Return the covariance of terms and centre by jackknife; never less than independent points would give."""
     n = len(chains.pixels)
     rows, residuals, prior = minimum.jacobian[:n], minimum.residuals[:n], minimum.jacobian[n:]
     weight = (1 + residuals**2) ** -0.5
@@ -58,16 +58,16 @@ def covariance(minimum: Minimum[Bent], chains: Chains, groups: Array) -> Array:
     count = len(scores)
     moved = np.stack([np.linalg.lstsq(total - own, score, rcond=1e-12)[0]
                       for own, score in zip(information, scores, strict=True)])
-    widen = np.sqrt([_student(float(np.sum(m**2) ** 2 / max(np.sum(m**4), 1e-300))) for m in moved.T])
+    widen = np.sqrt([_student_widening(float(np.sum(m**2) ** 2 / max(np.sum(m**4), 1e-300))) for m in moved.T])
     jackknife = (count - 1) / count * moved.T @ moved * np.outer(widen, widen)
-    # What was known of the centre is a piece of knowledge of its own, as sure as it says.
+    # The prior of the centre is independent of all groups.
     jackknife = jackknife + inverse @ prior.T @ prior @ inverse
     return jackknife * max(1.0, float(np.max(np.diag(plain) / np.diag(jackknife))))
 
 
-def with_spread(narrow: Array, wider: Minimum[Bent], chains: Chains, last: int, last_value: float,
+def with_next_term(narrow: Array, wider: Minimum[LineFit], chains: Chains, last: int, last_value: float,
                 added_value: float, groups: Array) -> Array:
-    """narrow (n, n), raised by what the term added in the wider fit after column `last` moves.
+    """Add to narrow (n, n) what the term moves that the wider fit added after column `last`.
 
     Before the edges are asked, that term is taken to be within NEXT_TERM of the one before it; they may know better.
     """
@@ -77,13 +77,13 @@ def with_spread(narrow: Array, wider: Minimum[Bent], chains: Chains, last: int, 
     weight[:n] = (1 + wider.residuals[:n] ** 2) ** -0.5
     information = wider.jacobian.T @ (wider.jacobian * weight[:, None])
     moves = np.linalg.lstsq(information[np.ix_(others, others)], information[others, added], rcond=1e-12)[0]
-    known, seen = max(NEXT_TERM * abs(last_value), LEAST_NEXT) ** 2, covariance(wider, chains, groups)[added, added]
+    known, seen = max(NEXT_TERM * abs(last_value), MIN_NEXT_TERM) ** 2, covariance(wider, chains, groups)[added, added]
     trust = known / (known + seen)
     return narrow + np.outer(moves, moves) * ((trust * added_value) ** 2 + trust * seen)
 
 
-def _student(freedom: float) -> float:
-    """The square of t's 97.5 % point over the normal one's, by Cornish and Fisher's series."""
+def _student_widening(freedom: float) -> float:
+    """Return the square of t's 97.5 % point over the normal one's, by Cornish and Fisher's series."""
     v = max(freedom - 1, 1.5)
     t = Z + (Z**3 + Z) / (4 * v) + (5 * Z**5 + 16 * Z**3 + 3 * Z) / (96 * v**2)
     return (t / Z) ** 2

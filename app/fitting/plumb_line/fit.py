@@ -1,4 +1,4 @@
-"""From chains of points, each on one straight edge of the world, to the lens that makes them straight.
+"""Fitting a lens to chains of points, each on one straight edge of the world.
 
 A first bend comes from trying many; then distances in raw pixels are minimised, chains that stay crooked are left out
 by name, those that turn out straight come back, until the choice stands still.
@@ -12,27 +12,34 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.geometry import Array, ImageSize, Points, as_points
 from app.fitting.plumb_line.covariance import covariance, groups_of
-from app.fitting.plumb_line.initial import chain_rms, first_bend
+from app.fitting.plumb_line.initial import chain_rms, initial_bend
 from app.fitting.plumb_line.problem import Chains
-from app.fitting.plumb_line.search import rms_under, solve, some_of, spread_covariance, start_of, task_of
-from app.models.plumb_line import PlumbLens, unit_px
+from app.fitting.plumb_line.search import (
+    chain_rms_px,
+    initial_fit,
+    plumb_line_problem,
+    select_chains,
+    solve,
+    spread_covariance,
+)
+from app.models.distortion import Distortion, half_diagonal_px
 
 MIN_POINTS = 3  # two make a line whatever the lens
 MIN_LENGTH = 0.02  # of half the diagonal: shorter ones are straight whatever the lens
 SPARE_CHAINS = 2  # beyond the terms: a lens that makes one chain straight has proved nothing
-MOST_POINTS = 8_000  # that are fitted; all are judged. Neighbours on an edge err alike and tell nothing new
-LEAST_OF_A_CHAIN, MOST_OF_A_CHAIN = 12, 64
+MAX_POINTS = 8_000  # that are fitted; all are evaluated. Neighbours on an edge have the same error
+MIN_CHAIN_POINTS, MAX_CHAIN_POINTS = 12, 64
 CLICK_PX = 0.3  # about what careful clicks and fair edges err
-LEAST_NOISE_PX = 0.01  # exact points must not make σ nought
-CROOKED = 2.5  # times what the straighter half errs: such a chain is no straight line
-CROOKED_PX = 0.35  # ... and no chain straighter than that is called crooked
-HOPELESS_PX = 3.0  # no click and no edge errs so much along a whole straight line
+MIN_NOISE_PX = 0.01  # exact points must not make σ 0
+CROOKED_RATIO = 2.5  # times what the straighter half errs: such a chain is no straight line
+MIN_CROOKED_PX = 0.35  # ... and no chain straighter than that is called crooked
+MAX_STRAIGHT_PX = 3.0  # no click and no edge is so far off along a whole straight line
 ROUNDS = 6
 
 
 @dataclass(frozen=True)
 class ChainFit:
-    """One chain by its place in the caller's list: points, length px, straightness rms px before and after."""
+    """One chain of the caller's list: points, length px, straightness rms px before and after."""
 
     index: int
     picture: int
@@ -45,17 +52,17 @@ class ChainFit:
 
 
 @dataclass(frozen=True, eq=False)
-class PlumbFit:
-    """The lens; values of names (terms per unit, then the centre in px); every chain.
+class PlumbLineFit:
+    """A lens; values of names (terms per unit, then the centre in px); every chain.
 
-    chance: their covariance if the lens is of exactly this kind; covariance: also as far as that is not known.
+    statistical_covariance: if the lens is of exactly this kind; covariance: also as far as that is not known.
     """
 
-    lens: PlumbLens
+    lens: Distortion
     names: tuple[str, ...]
     values: Array
     covariance: Array
-    chance: Array
+    statistical_covariance: Array
     chains: tuple[ChainFit, ...]
     before_px: float  # rms of all points of the chains used, each about its own best line
     after_px: float
@@ -68,41 +75,41 @@ class PlumbFit:
         return np.sqrt(np.diag(self.covariance))
 
 
-def fit_plumb(chains: Sequence[Points], image_size: ImageSize, lens: str = "division",
+def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str = "division",
               terms: tuple[str, ...] | None = None, *, pictures: Sequence[int] | None = None,
-              centre_sigma_px: float | None = None, noise_px: float = CLICK_PX) -> PlumbFit:
+              centre_sigma_px: float | None = None, noise_px: float = CLICK_PX) -> PlumbLineFit:
     """Fit a lens to chains (n, 2) px of one or more pictures of one camera; pictures: which each chain is in.
 
     terms: those that are free, the first two by default. centre_sigma_px: how well the picture's centre is known to
-    be the lens'; 0 holds it there, None takes 1 % of the diagonal. noise_px: a first guess; it is then measured.
+    be the lens's; 0 fixes it there, None takes 1 % of the diagonal. noise_px: a first guess; it is then measured.
     Raises FitFailed where there are too few lines, or no lens makes half of their points straight.
     """
-    task = task_of(lens, terms, centre_sigma_px, image_size)
+    problem = plumb_line_problem(lens, terms, centre_sigma_px, image_size)
     given = [as_points(c, f"The points of line {i + 1}").reshape(-1, 2) for i, c in enumerate(chains)]
     where = np.zeros(len(given), int) if pictures is None else np.asarray(pictures, int)
-    unit, centre, need = unit_px(image_size), np.array(image_size.centre), len(task.names) + SPARE_CHAINS
+    unit, centre, need = half_diagonal_px(image_size), np.array(image_size.centre), len(problem.names) + SPARE_CHAINS
     long = [_length(c) >= MIN_LENGTH * unit for c in given]
     usable = np.array([i for i, c in enumerate(given) if len(c) >= MIN_POINTS and long[i]], int)
     if len(usable) < need:
         raise FitFailed(f"There are {len(usable)} lines of {MIN_LENGTH * unit:.0f} px and {MIN_POINTS} points or more; "
                         f"{need} are needed.",
                         "Mark more straight edges, long ones, and near the picture's edge.", reason="too-few-lines")
-    most = int(np.clip(MOST_POINTS // len(usable), LEAST_OF_A_CHAIN, MOST_OF_A_CHAIN))
+    most = int(np.clip(MAX_POINTS // len(usable), MIN_CHAIN_POINTS, MAX_CHAIN_POINTS))
     thin = Chains.of([_thinned(given[i], most) for i in usable], unit, noise_px)
-    bend = first_bend(thin, centre)
+    bend = initial_bend(thin, centre)
     plane = (thin.pixels - centre) / unit
     picked = _straight(chain_rms(plane, thin, bend), thin.counts)
-    state, tried = start_of(thin, task, bend), []
+    state, tried = initial_fit(thin, problem, bend), []
     for _ in range(ROUNDS):
         if picked.sum() < need or thin.counts[picked].sum() < 0.5 * thin.counts.sum():
             raise FitFailed("No lens makes enough of the lines straight.",
                             "Mark edges that are straight in the world, each by itself.", reason="no-straight-lines")
         tried.append(picked)
-        part = replace(some_of(thin, picked), noise_px=noise_px)
-        minimum = solve(part, state, task)
+        part = replace(select_chains(thin, picked), noise_px=noise_px)
+        minimum = solve(part, state, problem)
         state = minimum.state
-        noise_px = max(1.4826 * float(np.median(np.abs(state.look(part).residuals))), LEAST_NOISE_PX)
-        picked = _straight(rms_under(state, thin), thin.counts)
+        noise_px = max(1.4826 * float(np.median(np.abs(state.linearise(part).residuals))), MIN_NOISE_PX)
+        picked = _straight(chain_rms_px(state, thin), thin.counts)
         if any((picked == t).all() for t in tried):
             break
     picked = tried[-1]  # the chains that the last fit is about
@@ -110,36 +117,36 @@ def fit_plumb(chains: Sequence[Points], image_size: ImageSize, lens: str = "divi
     if groups.max() == 0:
         raise FitFailed("All the straight lines are one edge, or sides of one.",
                         "Mark other edges too, elsewhere in the picture.", reason="one-edge")
-    chance = covariance(minimum, part, groups)
+    statistical = covariance(minimum, part, groups)
     full = Chains.of([given[i] for i in usable], unit, noise_px)
     before = chain_rms((full.pixels - centre) / unit, full, 0.0)
-    after = rms_under(state, full)
+    after = chain_rms_px(state, full)
     if not np.isfinite(after[picked]).all():
         raise FitFailed("The lens that fits best would end inside the picture.",
                         "Try a lens with fewer terms, or mark edges elsewhere in the picture.", reason="no-lens")
-    told = {int(i): ChainFit(int(i), int(where[i]), len(given[i]), _length(given[i]), float(b), float(a), bool(p),
+    fits = {int(i): ChainFit(int(i), int(where[i]), len(given[i]), _length(given[i]), float(b), float(a), bool(p),
                              "" if p else "not-straight")
             for i, b, a, p in zip(usable, before, after, picked, strict=True)}
-    every = tuple(told.get(i, ChainFit(i, int(where[i]), len(c), _length(c), np.nan, np.nan, False,
+    every = tuple(fits.get(i, ChainFit(i, int(where[i]), len(c), _length(c), np.nan, np.nan, False,
                                     "too-short" if len(c) >= MIN_POINTS else "too-few-points"))
                   for i, c in enumerate(given))
-    found = PlumbLens(lens, tuple(state.terms.tolist()), tuple(state.centre.tolist()), image_size)
-    held = task.centre_sigma == 0
-    return PlumbFit(found, (*task.names, *(() if held else ("centre_x", "centre_y"))),
-                    np.concatenate([state.terms[task.free], [] if held else state.centre]),
-                    spread_covariance(chance, minimum, part, task, groups), chance, every,
-                    _together(before[picked], full.counts[picked]), _together(after[picked], full.counts[picked]),
+    found = Distortion(lens, tuple(state.terms.tolist()), tuple(state.centre.tolist()), image_size)
+    held = problem.centre_sigma == 0
+    return PlumbLineFit(found, (*problem.names, *(() if held else ("centre_x", "centre_y"))),
+                    np.concatenate([state.terms[problem.free], [] if held else state.centre]),
+                    spread_covariance(statistical, minimum, part, problem, groups), statistical, every,
+                    _overall_rms(before[picked], full.counts[picked]), _overall_rms(after[picked], full.counts[picked]),
                     noise_px, int(groups.max()) + 1, minimum.converged)
 
 
 def _straight(rms: Array, counts: Array) -> Array:
-    """Which chains are straight: as good as the better half by points, or nearly."""
+    """Return which chains are straight: as good as the better half by points, or nearly."""
     order = np.argsort(rms)
     half = rms[order][np.searchsorted(np.cumsum(counts[order]), counts.sum() / 2)]
-    return rms <= min(max(CROOKED * half, CROOKED_PX), HOPELESS_PX)
+    return rms <= min(max(CROOKED_RATIO * half, MIN_CROOKED_PX), MAX_STRAIGHT_PX)
 
 
-def _together(rms: Array, counts: Array) -> float:
+def _overall_rms(rms: Array, counts: Array) -> float:
     return float(np.sqrt(np.sum(rms**2 * counts) / counts.sum()))
 
 

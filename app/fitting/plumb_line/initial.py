@@ -1,4 +1,4 @@
-"""A first bend from straight lines: many are tried, and the one that straightens most chains wins.
+"""A first bend from straight lines: the one of many that straightens most chains.
 
 Chains that are no straight lines in the world would bend the answer; each counts by s / (s + τ²) of its mean square s,
 so that beyond a few px it no longer matters how wrong it is (S. Geman and D. McClure 1987).
@@ -10,20 +10,20 @@ from app.core.geometry import Array
 from app.fitting.linear import BENDS
 from app.fitting.plumb_line.problem import Chains, lines_through
 
-TAU_PX = 1.0  # a chain that far off tells as much against a bend as one can
-NEAR_HORIZON = 0.05  # of the scale at the centre: beyond, the picture would be torn apart
-FINER = 9  # bends between the best and its neighbours, twice
+TAU_PX = 1.0  # beyond, a chain's cost hardly grows
+MIN_SCALE = 0.05  # of the scale at the centre: beyond, the picture would be torn apart
+REFINED_STEPS = 9  # bends between the best and its neighbours, twice
 
 
-def first_bend(chains: Chains, centre: Array) -> float:
-    """k of the division model per unit²."""
+def initial_bend(chains: Chains, centre: Array) -> float:
+    """Return k of the division model per unit²."""
     plane = (chains.pixels - centre) / chains.unit_px
     reach2 = float(np.max(np.sum(plane**2, axis=1)))
-    tried = np.sort(BENDS[1 + BENDS * 1.0 > NEAR_HORIZON]) / reach2
+    tried = np.sort(BENDS[1 + BENDS * 1.0 > MIN_SCALE]) / reach2
     for _ in range(3):
         best = int(np.argmin([chain_cost(plane, chains, k) for k in tried]))
         answer = tried[best]
-        tried = np.linspace(tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)], FINER)
+        tried = np.linspace(tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)], REFINED_STEPS)
     return float(answer)
 
 
@@ -33,7 +33,7 @@ def chain_cost(plane: Array, chains: Chains, k: float) -> float:
 
 
 def chain_rms(plane: Array, chains: Chains, k: float) -> Array:
-    """Of each chain (c,), px raw, to first order: off a line in the straightened plane, by how fast that moves."""
+    """Return the rms of each chain (c,), raw px, to first order: its distance from a line in the undistorted plane."""
     gain = 1 / (1 + k * np.sum(plane**2, axis=1))
     straight = plane * gain[:, None]
     angle, offset, _ = lines_through(straight, chains)
@@ -44,7 +44,7 @@ def chain_rms(plane: Array, chains: Chains, k: float) -> Array:
 
 
 def brown_from_division(k: float, reach: float, count: int) -> Array:
-    """k1, k2, … (count,) whose distortion is nearest to the division model's for distorted radii up to reach."""
+    """Return k1, k2, … (count,) whose distortion is nearest to the division model's for distorted radii up to reach."""
     distorted = np.linspace(0.02, 1, 60) * reach
     straight = distorted / (1 + k * distorted**2)
     powers = straight[:, None] ** (2 * np.arange(count) + 3)

@@ -17,10 +17,10 @@ import numpy as np
 from app.core.geometry import Array, Points
 from app.models.lenses.projection import rays_of
 
-SETTLE_STEPS = 8
-SETTLED_PX = 1e-5  # lines stand still to that: far less than clicks or edges can tell
-FEET_PX = 1e-2  # feet to that: a foot beside its place costs only by the square, through the line's bend
-TURN = 1e-12  # of a chain's own information: keeps two points on one spot from dividing by nought
+MAX_STEPS = 8
+LINE_TOLERANCE_PX = 1e-5  # far below the noise of clicks and edges
+FOOT_TOLERANCE_PX = 1e-2  # a foot beside its place has only a second-order effect
+REGULARISATION = 1e-12  # of a chain's own information: two points on one place must not divide by 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,17 +43,17 @@ class Chains:
 
     @property
     def owner(self) -> Array:
-        """Which chain each point belongs to, (n,)."""
+        """Return which chain each point belongs to, (n,)."""
         return np.repeat(np.arange(len(self.starts)), self.counts)
 
     def sums(self, values: Array) -> Array:
-        """Over each chain, (n, …) to (c, …)."""
+        """Sum over each chain, (n, …) to (c, …)."""
         return np.add.reduceat(values, self.starts, axis=0)
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
-    """At one state: residuals (n,) px, by terms (n, k) and centre (n, 2), by each chain's turn and shift (n, 2)."""
+class Linearisation:
+    """Residuals (n,) px, derivatives by terms (n, k) and centre (n, 2), by each chain's turn and shift (n, 2)."""
 
     residuals: Array
     by_lens: Array
@@ -61,7 +61,7 @@ class Look:
 
 
 @dataclass(frozen=True, eq=False)
-class Bent:
+class LineFit:
     """A lens, its centre (2,) px, and each chain's line: angle and offset (c,), feet (n,), in units of the plane."""
 
     lens: type
@@ -71,41 +71,42 @@ class Bent:
     offset: Array
     feet: Array
 
-    def look(self, chains: Chains) -> Look:
-        """Residuals and derivatives where the feet stand."""
-        return _look(self, chains)[0]
+    def linearise(self, chains: Chains) -> Linearisation:
+        """Return residuals and derivatives at the feet."""
+        return _linearise(self, chains)[0]
 
 
-def settled(state: Bent, chains: Chains) -> Bent:
-    """The same lens with every chain's line where the robust loss is least; NaN in feet where the lens cannot reach."""
-    for _ in range(SETTLE_STEPS):
-        look, onward = _look(state, chains)
-        if not np.isfinite(look.residuals).all():
+def fit_lines(state: LineFit, chains: Chains) -> LineFit:
+    """Fit every chain's line by the robust loss; NaN in feet where the lens cannot reach."""
+    for _ in range(MAX_STEPS):
+        linearisation, onward = _linearise(state, chains)
+        if not np.isfinite(linearisation.residuals).all():
             return replace(state, feet=np.full_like(state.feet, np.nan))
-        weight = robust_weight(look.residuals, chains.noise_px)
-        turn, shift = _line_steps(look.by_line, look.residuals, weight, chains).T
+        weight = robust_weight(linearisation.residuals, chains.noise_px)
+        turn, shift = _line_steps(linearisation.by_line, linearisation.residuals, weight, chains).T
         feet = state.feet + onward
         state = replace(state, angle=state.angle + turn, offset=state.offset + shift, feet=feet)
         across = np.abs(turn).max() * np.abs(feet).max() + np.abs(shift).max()
-        if across * chains.unit_px < SETTLED_PX and np.abs(onward).max() * chains.unit_px < FEET_PX:
+        if across * chains.unit_px < LINE_TOLERANCE_PX and np.abs(onward).max() * chains.unit_px < FOOT_TOLERANCE_PX:
             break
     return state
 
 
 def robust_weight(residuals: Array, noise_px: float) -> Array:
-    """ρ' of the soft L1 loss that solve.minimise takes."""
+    """Return ρ' of the soft L1 loss of least_squares.minimise."""
     return (1 + (residuals / noise_px) ** 2) ** -0.5
 
 
-def projected(look: Look, chains: Chains) -> Array:
-    """Derivatives by terms and centre (n, k + 2), px, after each chain's line has taken what it can."""
-    weight = robust_weight(look.residuals, chains.noise_px)
-    taken = np.stack([_line_steps(look.by_line, column, weight, chains) for column in look.by_lens.T], axis=-1)
-    return look.by_lens + np.einsum("nl,nlk->nk", look.by_line, taken[chains.owner])
+def project_out_lines(linearisation: Linearisation, chains: Chains) -> Array:
+    """Return derivatives by terms and centre (n, k + 2), px, each chain's line eliminated."""
+    weight = robust_weight(linearisation.residuals, chains.noise_px)
+    taken = np.stack([_line_steps(linearisation.by_line, column, weight, chains)
+                      for column in linearisation.by_lens.T], axis=-1)
+    return linearisation.by_lens + np.einsum("nl,nlk->nk", linearisation.by_line, taken[chains.owner])
 
 
 def lines_through(plane: Array, chains: Chains) -> tuple[Array, Array, Array]:
-    """The best line of each chain through (…, n, 2): angle and offset (…, c), feet (…, n)."""
+    """Return the best line of each chain through (…, n, 2): angle and offset (…, c), feet (…, n)."""
     count = chains.counts
     middle = np.add.reduceat(plane, chains.starts, axis=-2) / count[:, None]
     about = plane - np.repeat(middle, count, axis=-2)
@@ -117,8 +118,8 @@ def lines_through(plane: Array, chains: Chains) -> tuple[Array, Array, Array]:
     return angle, np.sum(normal * middle, axis=-1), plane[..., 1] * n[..., 0] - plane[..., 0] * n[..., 1]
 
 
-def _look(state: Bent, chains: Chains) -> tuple[Look, Array]:
-    """And how far each foot should go on to lie below its point, (n,) in units of the plane."""
+def _linearise(state: LineFit, chains: Chains) -> tuple[Linearisation, Array]:
+    """Linearise; also return how far each foot is from the nearest place to its point, (n,) in units of the plane."""
     owner = chains.owner
     n = np.stack([np.cos(state.angle), np.sin(state.angle)], axis=-1)[owner]
     d = np.stack([-n[:, 1], n[:, 0]], axis=-1)
@@ -135,14 +136,14 @@ def _look(state: Bent, chains: Chains) -> tuple[Look, Array]:
     residuals = np.sum(m * (seen - curve), axis=1) * chains.unit_px
     by_terms = -np.einsum("ni,nik->nk", m, by_terms) * chains.unit_px
     by_line = np.stack([state.feet * q, -q], axis=-1) * chains.unit_px
-    return Look(residuals, np.concatenate([by_terms, -m], axis=1), by_line), onward
+    return Linearisation(residuals, np.concatenate([by_terms, -m], axis=1), by_line), onward
 
 
 def _line_steps(by_line: Array, values: Array, weight: Array, chains: Chains) -> Array:
-    """For each chain the turn and shift (c, 2) that best undo values (n,)."""
+    """Return for each chain the turn and shift (c, 2) that best undo values (n,)."""
     a, b = by_line[:, 0], by_line[:, 1]
     aa, ab, bb, av, bv = chains.sums(np.stack([a * a, a * b, b * b, a * values, b * values], axis=1)
                                      * weight[:, None]).T
     det = aa * bb - ab * ab
-    det = det + TURN * aa * bb + np.finfo(float).tiny
+    det = det + REGULARISATION * aa * bb + np.finfo(float).tiny
     return -np.stack([bb * av - ab * bv, aa * bv - ab * av], axis=-1) / det[:, None]

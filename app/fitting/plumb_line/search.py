@@ -7,18 +7,18 @@ import numpy as np
 from app.core.errors import BadInput, FitFailed
 from app.core.geometry import Array, ImageSize
 from app.fitting.least_squares import Minimum, minimise
-from app.fitting.plumb_line.covariance import with_spread
+from app.fitting.plumb_line.covariance import with_next_term
 from app.fitting.plumb_line.initial import brown_from_division
-from app.fitting.plumb_line.problem import Bent, Chains, lines_through, projected, settled
-from app.models.plumb_line import LENSES, unit_px
+from app.fitting.plumb_line.problem import Chains, LineFit, fit_lines, lines_through, project_out_lines
+from app.models.distortion import LINE_LENSES, half_diagonal_px
 
 CENTRE_SIGMA = 0.01  # of the diagonal: how far lenses are commonly mounted beside the sensor's centre
-EASE = (1.0, 0.8, 0.6, 0.4, 0.2, 0.0)  # of a first bend, until every chain is within reach
+START_SHARES = (1.0, 0.8, 0.6, 0.4, 0.2, 0.0)  # of a first bend, until every chain is within reach
 
 
 @dataclass(frozen=True)
-class Task:
-    """Which terms are free in which lens, and how well the centre is known; 0 holds it."""
+class PlumbLineProblem:
+    """Which terms are free in which lens, and how well the centre is known; 0 fixes it."""
 
     lens: str
     names: tuple[str, ...]
@@ -27,69 +27,71 @@ class Task:
 
     @property
     def free(self) -> list[int]:
-        return [LENSES[self.lens][0].TERMS.index(n) for n in self.names]
+        return [LINE_LENSES[self.lens][0].TERMS.index(n) for n in self.names]
 
     @property
     def columns(self) -> list[int]:
         return [*self.free, *([-2, -1] if self.centre_sigma else [])]
 
     @property
-    def wider(self) -> "Task | None":
-        """The same with one more term."""
+    def wider(self) -> "PlumbLineProblem | None":
+        """Return the same with one more term."""
         if self.lens == "division":
             return replace(self, lens="division-even", names=("k1", "k2"))
-        terms = tuple(LENSES[self.lens][1])
+        terms = tuple(LINE_LENSES[self.lens][1])
         return replace(self, names=terms[:len(self.names) + 1]) if len(self.names) < len(terms) else None
 
 
-def task_of(lens: str, terms: tuple[str, ...] | None, centre_sigma_px: float | None, size: ImageSize) -> Task:
-    if lens not in LENSES:
-        raise BadInput(f"Straight lines know no lens {lens!r}.", f"Use one of: {', '.join(LENSES)}.",
+def plumb_line_problem(lens: str, terms: tuple[str, ...] | None, centre_sigma_px: float | None,
+                       size: ImageSize) -> PlumbLineProblem:
+    if lens not in LINE_LENSES:
+        raise BadInput(f"Straight lines know no lens {lens!r}.", f"Use one of: {', '.join(LINE_LENSES)}.",
                        reason="unknown-lens")
-    known = tuple(LENSES[lens][1])
+    known = tuple(LINE_LENSES[lens][1])
     names = known[:2] if terms is None else tuple(t for t in known if t in terms)
     if not names or names != known[:len(names)]:
         raise BadInput("The terms of a lens are freed in order.", f"Free the first or more of {', '.join(known)}.",
                        reason="bad-option")
     if centre_sigma_px is not None and not 0 <= centre_sigma_px < np.inf:
         raise BadInput("The centre's σ is no length.", "Give it in px, 0 to hold the centre.", reason="bad-option")
-    sigma = CENTRE_SIGMA * 2 * unit_px(size) if centre_sigma_px is None else float(centre_sigma_px)
-    return Task(lens, names, sigma, size)
+    sigma = CENTRE_SIGMA * 2 * half_diagonal_px(size) if centre_sigma_px is None else float(centre_sigma_px)
+    return PlumbLineProblem(lens, names, sigma, size)
 
 
-def start_of(chains: Chains, task: Task, bend: float) -> Bent:
-    lens = LENSES[task.lens][0]
-    terms, centre = np.zeros(len(lens.TERMS)), np.array(task.size.centre)
-    if task.lens == "brown-conrady":
+def initial_fit(chains: Chains, problem: PlumbLineProblem, bend: float) -> LineFit:
+    lens = LINE_LENSES[problem.lens][0]
+    terms, centre = np.zeros(len(lens.TERMS)), np.array(problem.size.centre)
+    if problem.lens == "brown-conrady":
         reach = float(np.linalg.norm(chains.pixels - centre, axis=1).max()) / chains.unit_px
-        terms[task.free] = brown_from_division(bend, reach, len(task.names))
+        terms[problem.free] = brown_from_division(bend, reach, len(problem.names))
     else:
         terms[0] = bend
     empty = np.empty(0)
-    return Bent(lens, terms, centre, empty, empty, empty)
+    return LineFit(lens, terms, centre, empty, empty, empty)
 
 
-def solve(chains: Chains, start: Bent, task: Task) -> Minimum[Bent]:
-    count, columns, free = len(task.names), task.columns, task.free
+def solve(chains: Chains, start: LineFit, problem: PlumbLineProblem) -> Minimum[LineFit]:
+    count, columns, free = len(problem.names), problem.columns, problem.free
     extra = len(columns) - count
     prior = np.zeros((extra, len(columns)))
-    prior[:, count:] = np.eye(extra) / (task.centre_sigma or 1.0)
+    prior[:, count:] = np.eye(extra) / (problem.centre_sigma or 1.0)
 
-    def evaluate(state: Bent) -> tuple[Array, Array]:
-        look = state.look(chains)
-        rows = projected(replace(look, by_lens=look.by_lens[:, columns]), chains)
-        off = (state.centre - task.size.centre)[:extra] / (task.centre_sigma or 1.0)
-        return np.concatenate([look.residuals / chains.noise_px, off]), np.concatenate([rows / chains.noise_px, prior])
+    def evaluate(state: LineFit) -> tuple[Array, Array]:
+        linearisation = state.linearise(chains)
+        rows = project_out_lines(replace(linearisation, by_lens=linearisation.by_lens[:, columns]), chains)
+        off = (state.centre - problem.size.centre)[:extra] / (problem.centre_sigma or 1.0)
+        return (np.concatenate([linearisation.residuals / chains.noise_px, off]),
+                np.concatenate([rows / chains.noise_px, prior]))
 
-    def move(state: Bent, delta: Array) -> Bent:
+    def move(state: LineFit, delta: Array) -> LineFit:
         terms = state.terms.copy()
         terms[free] += delta[:count]
         centre = state.centre + delta[count:] if extra else state.centre
-        return settled(replace(state, terms=terms, centre=centre), chains)
+        return fit_lines(replace(state, terms=terms, centre=centre), chains)
 
     # What the division model reaches, a polynomial may not: the bend is eased until every chain is within reach.
-    for ease in EASE:
-        first = with_lines(replace(start, terms=start.terms * ease), chains)
+    for ease in START_SHARES:
+        first = with_best_lines(replace(start, terms=start.terms * ease), chains)
         if np.isfinite(first.feet).all():
             break
     else:
@@ -98,39 +100,40 @@ def solve(chains: Chains, start: Bent, task: Task) -> Minimum[Bent]:
     return minimise(first, evaluate, move, robust_rows=len(chains.pixels), tolerance=1e-6)
 
 
-def spread_covariance(narrow: Array, minimum: Minimum[Bent], chains: Chains, task: Task, groups: Array) -> Array:
-    """Covariance of terms and centre, with what one more term would move."""
-    wider, state, count = task.wider, minimum.state, len(task.names)
+def spread_covariance(narrow: Array, minimum: Minimum[LineFit], chains: Chains, problem: PlumbLineProblem,
+                      groups: Array) -> Array:
+    """Return the covariance of terms and centre, with what one more term would move."""
+    wider, state, count = problem.wider, minimum.state, len(problem.names)
     if wider is None:
         return narrow
-    terms = np.zeros(len(LENSES[wider.lens][0].TERMS))
+    terms = np.zeros(len(LINE_LENSES[wider.lens][0].TERMS))
     terms[:len(state.terms)] = state.terms
     try:
-        more = solve(chains, replace(state, lens=LENSES[wider.lens][0], terms=terms), wider)
+        more = solve(chains, replace(state, lens=LINE_LENSES[wider.lens][0], terms=terms), wider)
     except FitFailed:
         return narrow
     added = float(more.state.terms[wider.free[-1]])
-    return with_spread(narrow, more, chains, count - 1, float(state.terms[task.free[-1]]), added, groups)
+    return with_next_term(narrow, more, chains, count - 1, float(state.terms[problem.free[-1]]), added, groups)
 
 
-def with_lines(state: Bent, chains: Chains) -> Bent:
-    """The lens with the best lines through these chains; NaN in feet where it does not reach one of them."""
+def with_best_lines(state: LineFit, chains: Chains) -> LineFit:
+    """Return the lens with the best lines through these chains; NaN in feet where it does not reach one of them."""
     plane = state.lens.undistort(state.terms, (chains.pixels - state.centre) / chains.unit_px)[..., :2]
     angle, offset, feet = lines_through(plane, chains)
-    return settled(replace(state, angle=angle, offset=offset, feet=feet), chains)
+    return fit_lines(replace(state, angle=angle, offset=offset, feet=feet), chains)
 
 
-def rms_under(state: Bent, chains: Chains) -> Array:
-    """Of each chain (c,), px, every one about its own best line; infinite where the lens does not reach."""
+def chain_rms_px(state: LineFit, chains: Chains) -> Array:
+    """Return the rms of each chain (c,), px, about its own best line; infinite where the lens does not reach."""
     plane = state.lens.undistort(state.terms, (chains.pixels - state.centre) / chains.unit_px)[..., :2]
     reached = chains.sums(np.isfinite(plane).all(axis=1).astype(int)) == chains.counts
-    part = some_of(chains, reached)
+    part = select_chains(chains, reached)
     rms = np.full(len(reached), np.inf)
     if reached.any():
-        rms[reached] = np.sqrt(part.sums(with_lines(state, part).look(part).residuals ** 2) / part.counts)
+        rms[reached] = np.sqrt(part.sums(with_best_lines(state, part).linearise(part).residuals ** 2) / part.counts)
     return np.where(np.isfinite(rms), rms, np.inf)
 
 
-def some_of(chains: Chains, which: Array) -> Chains:
+def select_chains(chains: Chains, which: Array) -> Chains:
     return replace(chains, pixels=chains.pixels[which[chains.owner]],
                    starts=np.concatenate([[0], np.cumsum(chains.counts[which])[:-1]]).astype(int))

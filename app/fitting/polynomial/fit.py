@@ -14,7 +14,7 @@ from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations, Warning
 from app.fitting.border import CurveFit, fit_curve
 from app.fitting.contract import Fitter
-from app.fitting.corrected_rectangle import rectangles
+from app.fitting.corrected_rectangle import corrected_rectangle
 from app.fitting.options import COMMON_OPTIONS
 from app.fitting.polynomial.relation import relate
 from app.models import CameraModel
@@ -22,7 +22,7 @@ from app.models.border_curve import MAX_DEGREE
 from app.models.polynomial import Polynomial
 
 MIN_HULL_SHARE = 0.01  # of the picture; clicks that enclose less are on one line
-EXTRAPOLATED_SHARE = 0.08  # of a border's length; a curve is not believed further past its last click
+EXTRAPOLATED_SHARE = 0.08  # of a border's length; a curve past its last click is not accepted further
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,14 +55,14 @@ class PolynomialFitter(Fitter):
     @classmethod
     def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
             options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
-        """Fit Polynomial to clicks on the four borders, and to known points inside where there are any.
+        """Fit to clicks on the four borders, and to known points inside where there are any.
 
         "degree" may also be a mapping with one entry a border. Landmarks and lines parallel to a border refine the
         relation to millimetres when there are enough of them; arcs and other lines only check.
         """
         degrees = _degrees(options)
         settings = read_options(cls.OPTIONS, {k: v for k, v in (options or {}).items() if k != "degree"})
-        borders = {name: _gather(name, observations) for name in BORDERS}
+        borders = {name: _border_clicks(name, observations) for name in BORDERS}
         _check_clicks(borders, image_size)
         robust = settings["robust"]
         progress(0.1, "Fitting the left and right borders")
@@ -70,7 +70,7 @@ class PolynomialFitter(Fitter):
         fits = {name: fit_curve(borders[name].points[:, 1], borders[name].points[:, 0], degrees[name], rows,
                                 f"the {name} border", robust=robust) for name in ("left", "right")}
         _refuse_crossing("left", "right", fits, _span_of_clicks(borders, 1))
-        width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
+        width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
 
         progress(0.4, "Fitting the top and bottom borders")
         for name in ("top", "bottom"):  # clicked on the raw picture, carried over to the horizontally corrected one
@@ -84,11 +84,12 @@ class PolynomialFitter(Fitter):
                               (0.0, region.width_mm / width_px), (0.0, region.height_mm), region, image_size)
         _refuse_crossing("left", "right", fits, _rows_of_the_field(straight))
         progress(0.7, "Relating pixels to millimetres")
-        across, down, relation, used, stray_known = relate(straight, observations, field, settings["relation_degree"])
+        across, down, relation, used, mistaken = relate(straight, observations, field, settings["relation_degree"])
         model = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
                            across, down, region, image_size)
-        inliers = _inliers(observations, borders, fits, stray_known)
-        warnings = (*_strays(observations, borders, fits, inliers), *_extrapolations(borders, fits, straight))
+        inliers = _inliers(observations, borders, fits, mistaken)
+        warnings = (*_outlier_warnings(observations, borders, fits, inliers),
+                    *_extrapolation_warnings(borders, fits, straight))
         notes = {"degree": {n: {"degree": f.curve.degree, "reason": f.reason} for n, f in fits.items()},
                  "held_out_px": {n: f.held_out_rms for n, f in fits.items()}, "relation": relation,
                  "choices": {"degree": {n: f.curve.degree for n, f in fits.items()},
@@ -108,7 +109,7 @@ def _degrees(options: Mapping[str, Any] | None) -> dict[str, Any]:
     return dict.fromkeys(BORDERS, option.read(degree))
 
 
-def _gather(name: str, observations: Observations) -> _Border:
+def _border_clicks(name: str, observations: Observations) -> _Border:
     chosen = [(i, o) for i, o in enumerate(observations) if o.feature == name]
     points = np.concatenate([np.empty((0, 2)), *(o.points for _, o in chosen)])
     return _Border(name, points, tuple((i, k) for i, o in chosen for k in range(len(o.points))))
@@ -159,17 +160,17 @@ def _refuse_crossing(first: str, second: str, fits: Mapping[str, CurveFit], span
 
 
 def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
-             stray_known: set) -> tuple[np.ndarray, ...]:
+             mistaken: set) -> tuple[np.ndarray, ...]:
     result = tuple(np.ones(len(o.points), bool) for o in observations)
     for name, border in borders.items():
         for (i, k), fine in zip(border.owners, fits[name].inliers, strict=True):
             result[i][k] = fine
-    for i, k in stray_known:
+    for i, k in mistaken:
         result[i][k] = False
     return result
 
 
-def _strays(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
+def _outlier_warnings(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
             inliers: tuple[np.ndarray, ...]) -> list[Warning]:
     found = []
     for name, border in borders.items():
@@ -189,8 +190,9 @@ def _strays(observations: Observations, borders: Mapping[str, _Border], fits: Ma
     return found
 
 
-def _extrapolations(borders: Mapping[str, _Border], fits: Mapping[str, CurveFit], model: Polynomial) -> list[Warning]:
-    """A curve past its last click is a guess; say so where the field goes on there."""
+def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
+                            model: Polynomial) -> list[Warning]:
+    """Return a warning for each curve that is extrapolated within the field."""
     found = []
     rows = {"left": (float(model.top(0.0)), float(model.bottom(0.0))),
             "right": (float(model.top(model.width_px)), float(model.bottom(model.width_px))),

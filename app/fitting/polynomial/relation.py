@@ -24,14 +24,14 @@ class Relation(NamedTuple):
     down_mm: tuple[float, ...]
     notes: dict[str, Any]
     used: tuple[bool, ...]
-    strays: set[Place]
+    outliers: set[Place]
 
 
 def relate(model: Polynomial, observations: Observations, field: Field, wanted: int | Literal["auto"]) -> Relation:
-    """Fit the relation behind a model whose borders stand.
+    """Fit the relation of a model whose borders are fitted.
 
-    Landmarks tell both coordinates; a line along or across the region tells one; arcs, slanted lines and points above
-    the carpet tell none and only check. wanted: the polynomial's degree; "auto" takes what the known rows carry.
+    Landmarks give both coordinates; a line along or across the region gives one; arcs, slanted lines and points above
+    the carpet give none and only check. wanted: the polynomial's degree; "auto" takes what the known rows support.
     """
     region = model.region
     used, across, down = [], [], []  # rows of (corrected, mm, observation, point)
@@ -40,7 +40,7 @@ def relate(model: Polynomial, observations: Observations, field: Field, wanted: 
             used.append(True)
             continue
         feature = field.feature(observation.feature, region)
-        knows_u, knows_v, u, v = _known(feature, observation, region)
+        knows_u, knows_v, u, v = _known_coordinates(feature, observation, region)
         corrected = model.corrected_from_raw(observation.points)
         for k, (x_c, y_c) in enumerate(corrected):
             if knows_u and np.isfinite(x_c):
@@ -54,8 +54,8 @@ def relate(model: Polynomial, observations: Observations, field: Field, wanted: 
         raise FitFailed(f"A relation of degree {degree} needs known points at {degree - 1} heights inside the field; "
                         f"there are {levels - 2}.", "Click landmarks or lines across the field, or choose degree 1.",
                         reason="too-few-points")
-    (a, b), stray_across = _curve_through(across, 1)
-    down_coefficients, stray_down = _curve_through(down, degree)
+    (a, b), outliers_across = _fit_curve(across, 1)
+    down_coefficients, outliers_down = _fit_curve(down, degree)
     slope = polynomial.polyval(np.linspace(0, 1, 64), polynomial.polyder(down_coefficients))
     if not (b > 0 and np.all(slope > 0)):
         raise FitFailed("The known points are not in order down the picture.",
@@ -66,11 +66,12 @@ def relate(model: Polynomial, observations: Observations, field: Field, wanted: 
     scale = region.width_mm / model.width_px
     return Relation((float(a * region.width_mm), float(b * scale)),
                     tuple(float(c * region.height_mm) for c in down_coefficients),
-                    notes, tuple(used), stray_across | stray_down)
+                    notes, tuple(used), outliers_across | outliers_down)
 
 
-def _known(feature: Line | Arc | Landmark, observation: Observation, region: Region) -> tuple[bool, bool, float, float]:
-    """Whether a feature tells u, v or both of the points on it, and which."""
+def _known_coordinates(feature: Line | Arc | Landmark, observation: Observation,
+                       region: Region) -> tuple[bool, bool, float, float]:
+    """Return whether a feature fixes u and v of the points on it, and their values."""
     if observation.z_mm != 0 or isinstance(feature, Arc):
         return False, False, 0.0, 0.0
     if isinstance(feature, Landmark):
@@ -80,10 +81,10 @@ def _known(feature: Line | Arc | Landmark, observation: Observation, region: Reg
     return abs(u1 - u0) < 1e-6, abs(v1 - v0) < 1e-6, float(u0), float(v0)
 
 
-def _curve_through(rows: list[_Known], degree: int) -> tuple[np.ndarray, set[Place]]:
-    """Least squares of mm share over pixel share, the two borders known; gross mistakes are named.
+def _fit_curve(rows: list[_Known], degree: int) -> tuple[np.ndarray, set[Place]]:
+    """Fit mm share over pixel share by least squares, the two borders known; return gross mistakes too.
 
-    Each border counts as one point: enough to hold the ends when little else is known, too little to bend the
+    Each border counts as one point: enough to fix the ends when little else is known, too little to bend the
     relation away from many known points (measured under a strong lens: 25 mm so, 31 mm with heavy borders).
     """
     if not rows:

@@ -10,17 +10,25 @@ from app.core.geometry import Array, ImageSize
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
-from app.fitting.clicks import check_inside_picture, inlier_masks, name_strays
+from app.fitting.clicks import check_inside_picture, inlier_masks, outlier_warnings
 from app.fitting.contract import Fitter, Sensitivity
-from app.fitting.corrected_rectangle import rectangles
-from app.fitting.ray_camera.distortion_prior import bent_lens, with_bend
+from app.fitting.corrected_rectangle import corrected_rectangle
+from app.fitting.ray_camera.distortion_prior import read_distortion, with_distortion
 from app.fitting.ray_camera.initial import start_states
-from app.fitting.ray_camera.lens_prior import held_lens, with_lens
+from app.fitting.ray_camera.lens_prior import read_lens, with_lens
 from app.fitting.ray_camera.options import RAY_OPTIONS
-from app.fitting.ray_camera.parameters import RayState
-from app.fitting.ray_camera.problem import gather, incidences
-from app.fitting.ray_camera.search import Found, Task, best_start, cleared, first_bend, significantly_better, solve
-from app.fitting.ray_camera.setup import ladder_of, leanings_for, read_leanings, task_of
+from app.fitting.ray_camera.parameters import RayCameraParameters
+from app.fitting.ray_camera.problem import gather_clicks, line_incidences
+from app.fitting.ray_camera.search import (
+    RayFitProblem,
+    RayFitResult,
+    best_start,
+    significantly_better,
+    simplest_distortion,
+    solve,
+    with_only_terms,
+)
+from app.fitting.ray_camera.setup import fit_problem, read_shrinkage, shrinkage_for, term_sets_for
 from app.fitting.sensitivity import ParameterSensitivity
 from app.models import parameters_json
 from app.models.ray_camera import RayCamera
@@ -49,7 +57,7 @@ class RayFitter(Fitter):
 
     @classmethod
     def sensitivity(cls, model: RayCamera) -> Sensitivity:
-        return ParameterSensitivity(RayState.of(model))
+        return ParameterSensitivity(RayCameraParameters.of(model))
 
     @classmethod
     def fit(cls, observations: Observations, field: Field, region: Region, image_size: ImageSize,
@@ -60,32 +68,33 @@ class RayFitter(Fitter):
         an earlier fit chose.
         """
         given = dict(options or {})
-        start, leanings = given.pop("start", None), read_leanings(cls.MODEL.LENS, given.pop("leanings", None))
+        start, shrinkage_sigmas = given.pop("start", None), read_shrinkage(cls.MODEL.LENS, given.pop("leanings", None))
         settings = read_options(cls.OPTIONS, given)
         check_inside_picture(observations, image_size)
-        problem = gather(observations, field, region, with_offsets=settings["line_sigma_mm"] > 0)
-        bent = bent_lens(cls.MODEL.NAME, settings, image_size)
-        held = None if bent else held_lens(cls.MODEL.NAME, settings, image_size)
-        width_px, height_px, n_x, n_y = rectangles(settings, region, image_size)
+        problem = gather_clicks(observations, field, region, with_offsets=settings["line_sigma_mm"] > 0)
+        distortion = read_distortion(cls.MODEL.NAME, settings, image_size)
+        intrinsics = None if distortion else read_lens(cls.MODEL.NAME, settings, image_size)
+        width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
         if start is None:
             height = settings["height_mm"]["value"] if settings["height_mm"] else None
-            starts = start_states(cls.MODEL.LENS, cls.start_terms, problem, incidences(observations, field, region),
-                                  image_size, height)
+            starts = start_states(cls.MODEL.LENS, cls.start_terms, problem,
+                                  line_incidences(observations, field, region), image_size, height)
         else:
-            starts = [RayState.of(cls.MODEL.from_parameters(start), len(problem.line_names))]
-        if held is not None:
-            starts = [with_lens(state, held) for state in starts]
-        if bent is not None:
-            starts = [with_bend(state, bent) for state in starts]
-        ladder = ladder_of(cls.MODEL.LENS, cls.term_sets(), settings, held, bent)
-        best, refusal, tried, leant = None, None, {}, {}
-        first = task_of(starts[0], problem, first_bend(ladder), settings, image_size, held, bent)
+            starts = [RayCameraParameters.of(cls.MODEL.from_parameters(start), len(problem.line_names))]
+        if intrinsics is not None:
+            starts = [with_lens(state, intrinsics) for state in starts]
+        if distortion is not None:
+            starts = [with_distortion(state, distortion) for state in starts]
+        term_sets = term_sets_for(cls.MODEL.LENS, cls.term_sets(), settings, intrinsics, distortion)
+        best, refusal, tried, chosen_shrinkage = None, None, {}, {}
+        first = fit_problem(starts[0], problem, simplest_distortion(term_sets), settings, image_size, intrinsics,
+                            distortion)
         # a known answer is only spoilt by a rough search
         begin = best_start(first, starts) if start is None else starts[0]
-        for rung, terms in enumerate(ladder):
-            progress(0.1 + 0.8 * rung / len(ladder), f"Fitting {' '.join(terms) or 'without distortion'}")
-            lean = leanings or leanings_for(best, terms)
-            task = task_of(starts[0], problem, terms, settings, image_size, held, bent, lean)
+        for rung, terms in enumerate(term_sets):
+            progress(0.1 + 0.8 * rung / len(term_sets), f"Fitting {' '.join(terms) or 'without distortion'}")
+            shrinkage = shrinkage_sigmas or shrinkage_for(best, terms)
+            task = fit_problem(starts[0], problem, terms, settings, image_size, intrinsics, distortion, shrinkage)
             near = begin if best is None or not best.terms else best.minimum.state
             try:
                 found = _first_solved(task, [near, begin, *starts], terms, settings)
@@ -93,8 +102,8 @@ class RayFitter(Fitter):
                 refusal = refused
                 continue
             tried[" ".join(terms)] = found
-            if best is None or (lean and not leanings) or significantly_better(best, found):
-                best, leant = found, lean
+            if best is None or (shrinkage and not shrinkage_sigmas) or significantly_better(best, found):
+                best, chosen_shrinkage = found, shrinkage
         if best is None:
             raise refusal
         state = best.minimum.state
@@ -109,7 +118,7 @@ class RayFitter(Fitter):
         inliers = inlier_masks(observations, problem.owners, best.inliers)
         choices = {"start": parameters_json(model), "click_sigma_px": best.sigma_px}
         if "terms" in {o.name for o in cls.OPTIONS}:
-            choices = {"terms": list(best.terms), **choices, "leanings": leant}
+            choices = {"terms": list(best.terms), **choices, "leanings": chosen_shrinkage}
         notes = {
             "terms": {"chosen": best.terms, "tried": {
                 t: {"rms_px": f.rms_px, "parameters": int(f.task.free.sum())} for t, f in tried.items()}},
@@ -118,17 +127,18 @@ class RayFitter(Fitter):
             "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
             "choices": choices,
         }
-        warnings = tuple(name_strays(observations, problem.owners, best.inliers, best.pixels))
+        warnings = tuple(outlier_warnings(observations, problem.owners, best.inliers, best.pixels))
         names = tuple(name for name, free in zip(best.task.names, best.task.free, strict=True) if free)
         return Fit(model, inliers, (True,) * len(observations), warnings, notes, covariance=best.covariance,
                    parameter_names=names)
 
 
-def _first_solved(task: Task, starts: Iterable[RayState], terms: tuple[str, ...], settings: Mapping[str, Any]) -> Found:
-    """From the first start that leads anywhere: some see no click at all once their lens is another."""
+def _first_solved(task: RayFitProblem, starts: Iterable[RayCameraParameters], terms: tuple[str, ...],
+                  settings: Mapping[str, Any]) -> RayFitResult:
+    """Solve from the first start that leads anywhere: some see no click at all once their lens is another."""
     for start in starts:
         try:
-            return solve(task, start if task.held else cleared(start, terms), settings)
+            return solve(task, start if task.lens_given else with_only_terms(start, terms), settings)
         except FitFailed as refused:
             refusal = refused
     raise refusal

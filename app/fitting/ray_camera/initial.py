@@ -7,37 +7,38 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.geometry import Array, ImageSize
 from app.fitting.linear import (
-    PlaneStart,
+    PlaneEstimate,
     focal_from_vanishing_points,
     homography_from_lines,
     pose_from_homography,
     tsai_two_stage,
 )
-from app.fitting.ray_camera.parameters import RayState
-from app.fitting.ray_camera.problem import Incidences, RayProblem
+from app.fitting.ray_camera.parameters import RayCameraParameters
+from app.fitting.ray_camera.problem import ClickResiduals, Incidences
 from app.models.lenses import Lens
 
 FOCAL_GUESSES = (0.55, 0.8, 1.1, 1.6)  # of the picture's width: what field cameras have
 PLAUSIBLE_FOCAL = (0.2, 20.0)  # of the picture's width
 
 
-def start_states(lens: type[Lens], start_terms: Callable[[float], Array], problem: RayProblem,
-                 incidences: Incidences, image_size: ImageSize, height_mm: float | None) -> list[RayState]:
+def start_states(lens: type[Lens], start_terms: Callable[[float], Array], problem: ClickResiduals,
+                 incidences: Incidences, image_size: ImageSize, height_mm: float | None) -> list[RayCameraParameters]:
     """Return candidates for the refinement. Raises FitFailed where no linear method sees a camera."""
     centre, offsets_mm = np.array(image_size.centre), np.zeros(len(problem.line_names))
 
-    def state(focal: float, k1: float, rotation: Array, position: Array) -> RayState:
-        return RayState(lens, float(np.log(focal)), 1.0, centre, start_terms(k1), rotation, position, offsets_mm)
+    def state(focal: float, k1: float, rotation: Array, position: Array) -> RayCameraParameters:
+        return RayCameraParameters(lens, float(np.log(focal)), 1.0, centre, start_terms(k1), rotation, position,
+                                   offsets_mm)
 
     found = homography_from_lines(incidences, centre)
     plane_from_field = np.linalg.inv(found.field_from_plane)
     states = [state(focal, float(np.clip(found.bend * focal**2, -1.0, 0.5)),
                     *pose_from_homography(plane_from_field, focal)) for focal in _focals(found, image_size, height_mm)]
-    flat = problem.spots[:, 2] == 0
+    flat = problem.marks[:, 2] == 0
     if flat.sum() >= 6:  # landmarks alone allow Tsai's two stages as well
         spots = problem.pixels[problem.curves:][flat]
         try:
-            rotation, position, focal, k1 = tsai_two_stage(spots - centre, problem.spots[flat, :2])
+            rotation, position, focal, k1 = tsai_two_stage(spots - centre, problem.marks[flat, :2])
             if PLAUSIBLE_FOCAL[0] < focal / image_size.width < PLAUSIBLE_FOCAL[1] and position[2] > 0:
                 states.append(state(focal, float(np.clip(k1, -0.5, 0.5)), rotation, position))
         except FitFailed:
@@ -45,12 +46,12 @@ def start_states(lens: type[Lens], start_terms: Callable[[float], Array], proble
     return states
 
 
-def _focals(found: PlaneStart, image_size: ImageSize, height_mm: float | None) -> list[float]:
+def _focals(found: PlaneEstimate, image_size: ImageSize, height_mm: float | None) -> list[float]:
     plane_from_field = np.linalg.inv(found.field_from_plane)
-    told = focal_from_vanishing_points(plane_from_field)
+    estimate = focal_from_vanishing_points(plane_from_field)
     focals = [f * image_size.width for f in FOCAL_GUESSES]
-    if told is not None and PLAUSIBLE_FOCAL[0] < told / image_size.width < PLAUSIBLE_FOCAL[1]:
-        focals.insert(0, told)
+    if estimate is not None and PLAUSIBLE_FOCAL[0] < estimate / image_size.width < PLAUSIBLE_FOCAL[1]:
+        focals.insert(0, estimate)
     if height_mm is not None:  # the focal length under which the pose comes out at the taped height
         trial = np.geomspace(*PLAUSIBLE_FOCAL, 60) * image_size.width
         heights = np.array([pose_from_homography(plane_from_field, f)[1][2] for f in trial])

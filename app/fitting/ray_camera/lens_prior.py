@@ -1,7 +1,7 @@
-"""A lens that is known before the field is clicked: held fast, or as well as it was known.
+"""A lens as a prior, known before the field is clicked: fixed, or with its covariance.
 
 From a board ({"name", "lens"}, a PinholeLens with its covariance), or taken over from another calibration ({"name",
-"parameters"}, and the "covariance" of its report, whose part on the lens holds wherever the camera hung). The field
+"parameters"}, and the "covariance" of its report, whose part on the lens is independent of the pose). The field
 then fixes the pose.
 """
 
@@ -13,17 +13,17 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.geometry import Array, ImageSize
-from app.fitting.ray_camera.parameters import RayState
+from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import model_from_json
-from app.models.pinhole_lens import HELD, PinholeLens
+from app.models.intrinsics import PINHOLE_PARAMETERS, Intrinsics
 from app.models.ray_camera import RayCamera
 
-FAST = 1e-9  # of its scale: a direction in which the lens is surer than that is held fast all the same
+MIN_VARIANCE = 1e-9  # of its scale: a lower bound of the variance in every direction
 
 
 @dataclass(frozen=True, eq=False)
-class JointPrior:
-    """Parameters by name, their values, and what whitens their errors: rows (k, k), rows @ (x - values) has σ 1."""
+class GaussianPrior:
+    """Parameters by name, their mean, and the whitening of their errors: rows (k, k), rows @ (x - values) has σ 1."""
 
     names: tuple[str, ...]
     values: Array
@@ -38,16 +38,16 @@ class JointPrior:
         return by
 
 
-def held_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) -> PinholeLens | None:
-    """The lens that the options hand over; BadInput if it is not this model's, or of another picture."""
+def read_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) -> Intrinsics | None:
+    """Read the lens in the options; BadInput if it is not this model's, or of another picture size."""
     given = settings.get("lens")
     if given is None:
         return None
     if "lens" in given:
-        lens = PinholeLens.from_json(given["lens"])
+        lens = Intrinsics.from_json(given["lens"])
     else:
         camera = model_from_json(given["name"], given["parameters"])
-        lens = camera_lens(camera, given.get("covariance")) if isinstance(camera, RayCamera) else None
+        lens = camera_intrinsics(camera, given.get("covariance")) if isinstance(camera, RayCamera) else None
     name = lens.model if lens else given["name"]
     if name != model:
         raise BadInput(f"The held lens is {name}, the model to fit is {model}.",
@@ -64,19 +64,19 @@ def held_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) ->
     return lens
 
 
-def camera_lens(camera: RayCamera, covariance: Mapping[str, Any] | None = None) -> PinholeLens:
-    """A camera's lens without its pose. covariance: of its fit, {"names", "matrix"}, as a report has it."""
-    estimated, part = _of_the_lens(camera, covariance) if covariance is not None else ((), np.empty((0, 0)))
-    return PinholeLens(camera.NAME, camera.lens_terms, camera.focal_px, camera.aspect, camera.centre_px,
+def camera_intrinsics(camera: RayCamera, covariance: Mapping[str, Any] | None = None) -> Intrinsics:
+    """Return a camera's lens without its pose. covariance: of its fit, {"names", "matrix"}, as a report has it."""
+    estimated, part = _lens_covariance(camera, covariance) if covariance is not None else ((), np.empty((0, 0)))
+    return Intrinsics(camera.NAME, camera.lens_terms, camera.focal_px, camera.aspect, camera.centre_px,
                        camera.image_size, estimated, tuple(tuple(map(float, row)) for row in part))
 
 
-def _of_the_lens(camera: RayCamera, covariance: Mapping[str, Any]) -> tuple[tuple[str, ...], Array]:
-    """The names and the part (k, k) of a fit's covariance that are the lens's own, whatever the pose; BadInput."""
+def _lens_covariance(camera: RayCamera, covariance: Mapping[str, Any]) -> tuple[tuple[str, ...], Array]:
+    """Return names and part (k, k) of a fit's covariance that are the lens's own; BadInput for no covariance."""
     try:
         names, matrix = tuple(covariance["names"]), np.array(covariance["matrix"], float)
         fine = matrix.shape == (len(names), len(names)) and np.isfinite(matrix).all() and len(set(names)) == len(names)
-        own = [i for i, name in enumerate(names) if name in (*HELD, *camera.LENS.TERMS)]
+        own = [i for i, name in enumerate(names) if name in (*PINHOLE_PARAMETERS, *camera.LENS.TERMS)]
         part = (matrix[np.ix_(own, own)] + matrix[np.ix_(own, own)].T) / 2 if fine else None
         if part is None or (np.diag(part) < 0).any():
             raise ValueError
@@ -86,14 +86,14 @@ def _of_the_lens(camera: RayCamera, covariance: Mapping[str, Any]) -> tuple[tupl
     return tuple(names[i] for i in own), part
 
 
-def with_lens(state: RayState, lens: PinholeLens) -> RayState:
-    """The state with that lens, its pose as it was."""
+def with_lens(state: RayCameraParameters, lens: Intrinsics) -> RayCameraParameters:
+    """Return the state with that lens and the same pose."""
     return replace(state, log_focal=float(np.log(lens.focal_px)), aspect=lens.aspect,
                    centre_px=np.array(lens.centre_px), terms=np.array(lens.terms))
 
 
-def lens_prior(lens: PinholeLens, settings: Mapping[str, Any]) -> JointPrior | None:
-    """What is known of a lens that is not held fast, all its parameters together; the aspect stays held."""
+def lens_prior(lens: Intrinsics, settings: Mapping[str, Any]) -> GaussianPrior | None:
+    """Return the joint prior of a lens that is not fixed; the aspect is always fixed."""
     if settings.get("lens_sigma") != "own":
         return None
     chosen = [i for i, name in enumerate(lens.estimated) if name != "aspect"]
@@ -102,5 +102,5 @@ def lens_prior(lens: PinholeLens, settings: Mapping[str, Any]) -> JointPrior | N
     # unit diagonal first: focal lengths and k3 are known to very different digits
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    rows = (vectors / np.sqrt(np.maximum(values, FAST))).T / scale
-    return JointPrior(names, np.array([lens.values[name] for name in names]), rows)
+    rows = (vectors / np.sqrt(np.maximum(values, MIN_VARIANCE))).T / scale
+    return GaussianPrior(names, np.array([lens.values[name] for name in names]), rows)

@@ -1,4 +1,4 @@
-"""A ray camera's parameters while they are being fitted: free numbers, how they move, and what they do to pixels."""
+"""A ray camera's parameters as a fit moves them, with the derivatives of its pixels."""
 
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -12,8 +12,8 @@ from app.models.rotation import matrix_from_vector, vector_from_matrix
 
 
 @dataclass(frozen=True, eq=False)
-class RayState:
-    """focal as its logarithm, so that it stays positive; the rotation as a matrix that small turns are put before."""
+class RayCameraParameters:
+    """Focal length as its logarithm, so that it stays positive; the rotation as a matrix, updated from the left."""
 
     lens: type[Lens]
     log_focal: float
@@ -31,7 +31,7 @@ class RayState:
                    np.zeros(lines))
 
     def parameters(self) -> dict[str, Any]:
-        """The fields of a RayCamera that a fit finds."""
+        """Return the fields of a RayCamera that a fit finds."""
         return {"lens_terms": tuple(map(float, self.terms)), "focal_px": float(np.exp(self.log_focal)),
                 "aspect": float(self.aspect), "centre_px": tuple(map(float, self.centre_px)),
                 "rotation": tuple(map(float, vector_from_matrix(self.camera_from_field))),
@@ -39,14 +39,14 @@ class RayState:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Every parameter in order: what a free mask refers to."""
+        """Return every parameter's name in order: what a free mask refers to."""
         return ("log_focal", "centre_x", "centre_y", *self.lens.TERMS, "turn_x", "turn_y", "turn_z", "x", "y",
                 "height", *(f"line_{i}" for i in range(len(self.offsets_mm))))
 
-    def moved(self, delta: Array, free: Array) -> Self:
-        """One step: delta for the free parameters, in the order of names.
+    def retract(self, delta: Array, free: Array) -> Self:
+        """Apply a step: delta for the free parameters, in the order of names.
 
-        Focal length and height are moved by factors: looking straight down they trade one against the other, and a step
+        Focal length and height move by factors: straight from above they compensate each other, and a step
         that adds to one and multiplies the other leaves that valley.
         """
         full = np.zeros(len(free))
@@ -59,28 +59,28 @@ class RayState:
                        offsets_mm=self.offsets_mm + full[n + 6:])
 
     def _stretch(self, rise_mm: float) -> float:
-        """(eˢ - 1) / s with s = rise / height: the whole step grows with it, so that it keeps its direction."""
+        """Return (eˢ - 1) / s, s = rise / height: the whole shift is scaled by it, so that it keeps its direction."""
         share = float(np.clip(rise_mm / self.position_mm[2], -1, 1)) if self.position_mm[2] else 0.0
         return float(np.expm1(share) / share) if share else 1.0
 
     @property
     def lens_names(self) -> tuple[str, ...]:
-        """The parameters that are the lens's own."""
+        """Return the names of the lens's terms."""
         return self.lens.TERMS
 
     def values(self) -> dict[str, float]:
-        """Parameters by name, of those that a prior may speak about."""
+        """Return the values by name of the parameters that may have a prior."""
         return {"log_focal": self.log_focal, "centre_x": self.centre_px[0], "centre_y": self.centre_px[1],
                 "height": self.position_mm[2], **dict(zip(self.lens.TERMS, self.terms, strict=True)),
                 **{f"line_{i}": o for i, o in enumerate(self.offsets_mm)}}
 
     def project(self, points: Array) -> Array:
-        """Field mm (n, 3) to raw px (n, 2)."""
+        """Map field mm (n, 3) to raw px (n, 2)."""
         plane = self.lens.distort(self.terms, (points - self.position_mm) @ self.camera_from_field.T)
         return plane * self._focal + self.centre_px
 
     def project_jacobian(self, points: Array) -> tuple[Array, Array, Array]:
-        """Pixels (n, 2), their derivative by the field point (n, 2, 3), and by every named parameter but the lines."""
+        """Return pixels (n, 2), their derivatives by the field point (n, 2, 3) and by all names but line offsets."""
         rays = (points - self.position_mm) @ self.camera_from_field.T
         plane, by_ray, by_terms = self.lens.distort_jacobian(self.terms, rays)
         focal = self._focal
@@ -100,7 +100,7 @@ class RayState:
         return plane * focal + self.centre_px, by_point, by
 
     def unproject(self, pixels: Array, z_mm: Array) -> Array:
-        """Raw px (n, 2) to field mm (n, 2) at heights z_mm (n,); on the wrong side of the camera too, for a start."""
+        """Map raw px (n, 2) to field mm (n, 2) at heights z_mm (n,), also behind the camera."""
         rays = self.lens.undistort(self.terms, (pixels - self.centre_px) / self._focal) @ self.camera_from_field
         return self.position_mm[:2] + rays[:, :2] * ((z_mm - self.position_mm[2]) / rays[:, 2])[:, None]
 

@@ -1,8 +1,8 @@
-"""What is to be minimised: how far clicks lie from the curves they were made on, in pixels, and what is known besides.
+"""Residuals of clicks: how far they lie, in pixels, from the curves and points they were made on.
 
 A click on a line or arc has one residual: its distance, across, from the projected curve at the nearest place. Where
-along the curve it was made is found anew at every look and costs no unknown: at the nearest place, moving along the
-curve changes the distance by nothing (orthogonal distance regression, P. Boggs and J. Rogers 1990).
+along the curve it was made is found anew at every evaluation and costs no unknown: at the nearest place, moving along
+the curve changes the distance by nothing (orthogonal distance regression, P. Boggs and J. Rogers 1990).
 """
 
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ from app.core.field import Arc, Field, Landmark, Line, Region
 from app.core.geometry import Array
 from app.core.records import Observations
 from app.fitting.linear import Incidences, line_through
-from app.fitting.ray_camera.parameters import RayState
+from app.fitting.ray_camera.parameters import RayCameraParameters
 
-FOOT_STEPS = 1  # from the last look's place, which was nearly right; the first look gets more
+FOOT_STEPS = 1  # from the last evaluation's place, which was nearly right; the first one takes more
 FIRST_FOOT_STEPS = 12
 
 
 @dataclass(frozen=True, eq=False)
-class Prior:
-    """A parameter by name, its value and σ: one more residual. wide: it only keeps an unknown from running off."""
+class ScalarPrior:
+    """A parameter by name, its value and σ: one more residual. wide: it only keeps an unknown from diverging."""
 
     name: str
     value: float
@@ -31,16 +31,16 @@ class Prior:
 
 
 @dataclass(eq=False)
-class RayProblem:
-    """Clicks on curves and on spots, gathered for vector arithmetic. Places along the curves are kept between looks."""
+class ClickResiduals:
+    """Clicks on curves and on marks as arrays. Places along the curves are carried over between evaluations."""
 
     pixels: Array  # (n, 2), curves first, then spots
     owners: Array  # (n, 2) observation, point
     base: Array  # curves (c, 3): a place on the line, or the arc's centre
     along: Array  # curves (c, 2): the line's direction; an arc's is found from its angle
-    radius: Array  # curves (c,): nought for a line
+    radius: Array  # curves (c,): 0 for a line
     line_of: Array  # curves (c,): which offset moves it, -1 none
-    spots: Array  # (s, 3) field mm
+    marks: Array  # (s, 3) field mm
     line_names: tuple[str, ...]
     places: Array = member(default_factory=lambda: np.empty(0))  # along each curve: mm or radians
 
@@ -48,15 +48,15 @@ class RayProblem:
     def curves(self) -> int:
         return len(self.base)
 
-    def only(self, keep: Array) -> "RayProblem":
-        """The same with some clicks left out; keep (n,) bool."""
+    def only(self, keep: Array) -> "ClickResiduals":
+        """Return some of the clicks; keep (n,) bool."""
         curves, spots = keep[:self.curves], keep[self.curves:]
-        return RayProblem(self.pixels[keep], self.owners[keep], self.base[curves], self.along[curves],
-                          self.radius[curves], self.line_of[curves], self.spots[spots], self.line_names,
+        return ClickResiduals(self.pixels[keep], self.owners[keep], self.base[curves], self.along[curves],
+                          self.radius[curves], self.line_of[curves], self.marks[spots], self.line_names,
                           self.places[curves] if len(self.places) else self.places)
 
-    def residuals(self, state: RayState) -> tuple[Array, Array]:
-        """Pixels: (c + 2 s,) signed distances, and their derivatives by every parameter of the state."""
+    def residuals(self, state: RayCameraParameters) -> tuple[Array, Array]:
+        """Return signed distances (c + 2 s,) px and their derivatives by every parameter of the state."""
         parameters = len(state.names)
         lines = len(state.offsets_mm)
         with np.errstate(all="ignore"):
@@ -72,16 +72,16 @@ class RayProblem:
             if lines and moved.size:
                 j[moved, parameters - lines + self.line_of[moved]] = -np.einsum(
                     "ni,nij,nj->n", across[moved], by_point[moved], normals[moved])
-            if len(self.spots):
-                pixel, _, by = state.project_jacobian(self.spots)
+            if len(self.marks):
+                pixel, _, by = state.project_jacobian(self.marks)
                 r = np.concatenate([r, (self.pixels[self.curves:] - pixel).ravel()])
-                spots = np.zeros((2 * len(self.spots), parameters))
-                spots[:, :parameters - lines] = -by.reshape(2 * len(self.spots), -1)
+                spots = np.zeros((2 * len(self.marks), parameters))
+                spots[:, :parameters - lines] = -by.reshape(2 * len(self.marks), -1)
                 j = np.concatenate([j, spots])
         return r, j
 
-    def _nearest(self, state: RayState) -> tuple[Array, Array, Array]:
-        """Curve places nearest to the clicks: points, unit tangents and normals in the field, each (c, 3)."""
+    def _nearest(self, state: RayCameraParameters) -> tuple[Array, Array, Array]:
+        """Return the places on the curves nearest to the clicks: points, unit tangents and normals, (c, 3) each."""
         first = len(self.places) != self.curves
         places = begin = self._first_places(state) if first else self.places
         clicks = self.pixels[:self.curves]
@@ -94,17 +94,17 @@ class RayProblem:
             places = places + np.where(self.radius > 0, step / np.where(self.radius > 0, self.radius, 1), step)
             if np.abs(step).max(initial=0.0) < 1e-7:
                 break
-        # A look from where a curve cannot be seen must not spoil the next one.
+        # A state from which a curve cannot be seen must not change the next start.
         self.places = np.where(np.isfinite(pixel).all(axis=1), places, begin)
         return self._curve(places, state)
 
-    def _first_places(self, state: RayState) -> Array:
-        """Where the clicks fall on the carpet, along each curve."""
+    def _first_places(self, state: RayCameraParameters) -> Array:
+        """Return where the clicks fall on the carpet, along each curve."""
         arm = state.unproject(self.pixels[:self.curves], self.base[:, 2]) - self.base[:, :2]
         places = np.where(self.radius > 0, np.arctan2(arm[:, 1], arm[:, 0]), np.einsum("ni,ni->n", arm, self.along))
         return np.where(np.isfinite(places), places, 0.0)
 
-    def _curve(self, places: Array, state: RayState) -> tuple[Array, Array, Array]:
+    def _curve(self, places: Array, state: RayCameraParameters) -> tuple[Array, Array, Array]:
         arc = (self.radius > 0)[:, None]
         cos_sin = np.stack([np.cos(places), np.sin(places)], axis=1)
         tangent = np.where(arc, np.stack([-cos_sin[:, 1], cos_sin[:, 0]], axis=1), self.along)
@@ -117,8 +117,8 @@ class RayProblem:
                 np.concatenate([normal, flat], axis=1))
 
 
-def gather(observations: Observations, field: Field, region: Region, with_offsets: bool) -> RayProblem:
-    """The problem that observations pose. with_offsets: each line may lie beside its place, by its own unknown."""
+def gather_clicks(observations: Observations, field: Field, region: Region, with_offsets: bool) -> ClickResiduals:
+    """Gather observations into arrays. with_offsets: each line may lie beside its place, by its own unknown."""
     curves, spots = [], []
     names: list[str] = []
     for i, observation in enumerate(observations):
@@ -140,14 +140,14 @@ def gather(observations: Observations, field: Field, region: Region, with_offset
     def column(rows: list, index: int, width: int, kind: type = float) -> Array:
         return np.array([row[index] for row in rows], kind).reshape(len(rows), *([width] if width else []))
 
-    return RayProblem(np.concatenate([column(curves, 0, 2), column(spots, 0, 2)]),
+    return ClickResiduals(np.concatenate([column(curves, 0, 2), column(spots, 0, 2)]),
                       np.concatenate([column(curves, 1, 2, int), column(spots, 1, 2, int)]),
                       column(curves, 2, 3), column(curves, 3, 2), column(curves, 4, 0), column(curves, 5, 0, int),
                       column(spots, 2, 3), tuple(names))
 
 
-def incidences(observations: Observations, field: Field, region: Region) -> Incidences:
-    """Clicks on the carpet's straight lines and landmarks, for the linear methods; arcs wait for the refinement."""
+def line_incidences(observations: Observations, field: Field, region: Region) -> Incidences:
+    """Return clicks on the carpet's straight lines and landmarks, for the linear methods, which know no arcs."""
     pixels, lines = [], []
     for observation in observations:
         feature = field.feature(observation.feature, region)

@@ -13,22 +13,22 @@ from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations, Warning
 from app.fitting import FITTERS
-from app.fitting.clicks import above_the_carpet, check_inside_picture, inlier_masks
+from app.fitting.clicks import check_inside_picture, elevated_point_warnings, inlier_masks
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.options import CLICK_SIGMA, COMMON_OPTIONS
-from app.fitting.ray_camera.search import MAX_STRAYS, STRAY_PX, STRAY_SIGMAS
+from app.fitting.ray_camera.search import MAX_OUTLIER_SHARE, MIN_OUTLIER_PX, OUTLIER_SIGMAS
 from app.fitting.thin_plate.sensitivity import LatticeSensitivity
-from app.fitting.thin_plate.smoothing import Knowledge, Smoother, spline_through
-from app.fitting.thin_plate.uncertainty import BEND_NAMES, bend_covariance
+from app.fitting.thin_plate.smoothing import Constraints, SmoothingSplines, spline_through
+from app.fitting.thin_plate.uncertainty import NODE_NAMES, node_covariance
 from app.models import CameraModel
-from app.models.thin_plate import BASES, ThinPlate, frame, unfolded_reach
+from app.models.thin_plate import BASES, ThinPlate, spline_frame, unfolded_reach
 from app.models.thin_plate_spline import Spline
 
-MAX_CLICKS = 400  # a spline through n clicks solves n × n equations, and every drawn pixel looks at n knots
+MAX_CLICKS = 400  # a spline through n clicks solves n × n equations, and every drawn pixel sums over n knots
 ROUNDS, CHOOSING = 40, 2  # of finding where along its line each click lies; the first choose the smoothing anew
 STILL_PX = 1e-10
 HALF_PX = 0.5  # step of the derivative that tells how raw pixels are stretched
-HAND_PX = 0.3  # nobody clicks better; points that agree better than that do not make a stray of the next
+MIN_SPREAD_PX = 0.3  # of clicks; points that agree better by chance must not make an outlier of the next
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +48,13 @@ class _Clicks:
 
 
 @dataclass(frozen=True, eq=False)
-class _Settled:
-    """A spline and the last rows that it was made from; index (n,): which click each row is of."""
+class _FittedSpline:
+    """A spline and the constraints that it was made from; index (n,): which click each row is of."""
 
     spline: Spline
-    smoother: Smoother
+    smoother: SmoothingSplines
     smoothing: float
-    known: Knowledge
+    constraints: Constraints
     index: Array
 
 
@@ -89,31 +89,31 @@ class ThinPlateFitter(Fitter):
         check_inside_picture(observations, image_size)
         flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
         base_fitter = FITTERS[settings["base"]]
-        known = {o.name for o in base_fitter.OPTIONS}
+        base_options = {o.name for o in base_fitter.OPTIONS}
         base_fit = base_fitter.fit(flat, field, region, image_size,
-                                   {**{k: v for k, v in settings.items() if k in known}, **base_choices},
+                                   {**{k: v for k, v in settings.items() if k in base_options}, **base_choices},
                                    lambda fraction, message: progress(0.6 * fraction, message))
         base = base_fit.model
-        clicks = _gather(flat, field, region, base)
+        clicks = _gather_clicks(flat, field, region, base)
         progress(0.7, "Bending what is left")
         reachable = np.isfinite(clicks.base).all(axis=1) & np.isfinite(clicks.stretch).all(axis=(1, 2))
-        if reachable.mean() < 1 - MAX_STRAYS or (not settings["robust"] and not reachable.all()):
+        if reachable.mean() < 1 - MAX_OUTLIER_SHARE or (not settings["robust"] and not reachable.all()):
             raise FitFailed("Clicks lie beyond the horizon of the model underneath.",
                             "Check which line each click belongs to, or choose another base.", reason="no-camera")
         fine = reachable.copy()
         smoothing = settings["smoothing"]
         if settings["robust"]:
-            fine[reachable] = _not_strays(clicks.only(reachable), base, smoothing)
-        settled = _settle(clicks.only(fine), base, smoothing)
-        spline, smoother, smoothing = settled.spline, settled.smoother, settled.smoothing
+            fine[reachable] = _inliers(clicks.only(reachable), base, smoothing)
+        fitted = _fit_spline(clicks.only(fine), base, smoothing)
+        spline, smoother, smoothing = fitted.spline, fitted.smoother, fitted.smoothing
         reach = unfolded_reach(base, spline)
         if not reach:
-            raise _folds()
+            raise _folding_error()
         model = ThinPlate.of(base, spline, reach)
         inliers = inlier_masks(observations, clicks.owners, fine)
-        warnings = [_stray(observations, i, k, pixel, model, clicks.features)
+        warnings = [_outlier_warning(observations, i, k, pixel, model, clicks.features)
                     for (i, k), ok, pixel in zip(clicks.owners, fine, clicks.raw, strict=True) if not ok]
-        warnings += above_the_carpet(observations, "a thin-plate spline")
+        warnings += elevated_point_warnings(observations, "a thin-plate spline")
         base_choices = {k: v for k, v in base_fit.notes.get("choices", {}).items() if k != "click_sigma_px"}
         found = len(base_fit.parameter_names) or int(base_fit.notes.get("parameters", 0))
         notes = {"parameters": found + round(smoother.effective_parameters(smoothing)),
@@ -122,26 +122,26 @@ class ThinPlateFitter(Fitter):
                                "chosen": settings["smoothing"] is None},
                  "click_sigma_px": settings["click_sigma_px"] or smoother.sigma_px(smoothing),
                  "choices": {"base": base.NAME, "smoothing": smoothing, "base_choices": base_choices}}
-        covariance = _covariance(base_fit, clicks.only(fine), settled, settings["click_sigma_px"])
+        covariance = _covariance(base_fit, clicks.only(fine), fitted, settings["click_sigma_px"])
         return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), tuple(warnings), notes,
-                   covariance=covariance, parameter_names=BEND_NAMES)
+                   covariance=covariance, parameter_names=NODE_NAMES)
 
 
-def _covariance(base_fit: Fit, clicks: _Clicks, settled: _Settled, sigma_px: float | None,
+def _covariance(base_fit: Fit, clicks: _Clicks, fitted: _FittedSpline, sigma_px: float | None,
                 *, unseen: bool = True) -> Array:
-    """Of the displacement at the lattice; see uncertainty.py."""
-    trusted = np.array([base_fit.inliers[i][k] for i, k in clicks.owners])[settled.index]
-    return bend_covariance(base_fit, clicks.base[settled.index], trusted, settled.known, settled.smoother,
-                           settled.smoothing, settled.spline, sigma_px, unseen=unseen)
+    """Return the covariance of the displacement at the lattice; see uncertainty.py."""
+    trusted = np.array([base_fit.inliers[i][k] for i, k in clicks.owners])[fitted.index]
+    return node_covariance(base_fit, clicks.base[fitted.index], trusted, fitted.constraints, fitted.smoother,
+                           fitted.smoothing, fitted.spline, sigma_px, unseen=unseen)
 
 
-def _folds() -> FitFailed:
+def _folding_error() -> FitFailed:
     return FitFailed("The spline would fold the picture.", "Raise the smoothing, check the clicks for strays, or "
                      "choose a base that comes nearer.", reason="folds")
 
 
-def _gather(observations: Observations, field: Field, region: Region, base: CameraModel) -> _Clicks:
-    """All clicks on the carpet, evenly thinned where there are more than a spline can carry."""
+def _gather_clicks(observations: Observations, field: Field, region: Region, base: CameraModel) -> _Clicks:
+    """Gather the clicks on the carpet, evenly thinned to MAX_CLICKS."""
     total = sum(len(o.points) for o in observations)
     every = max(1, -(-total // MAX_CLICKS))
     features = tuple(field.feature(o.feature, region) for o in observations)
@@ -154,12 +154,12 @@ def _gather(observations: Observations, field: Field, region: Region, base: Came
     return _Clicks(raw, base.corrected_from_raw(raw), stretch, owners_array[:, 0], owners_array, features)
 
 
-def _knowledge(clicks: _Clicks, base: CameraModel, guess: Points) -> tuple[Knowledge, Points, Array]:
-    """Rows for a spline, if the clicks were made near guess (n, 2) corrected px: on the nearest place of their line.
+def _constraints(clicks: _Clicks, base: CameraModel, guess: Points) -> tuple[Constraints, Points, Array]:
+    """Return a spline's constraints from clicks near guess (n, 2) corrected px, each on the nearest place of its line.
 
     Also those places (n, 2), and which click each row is of.
     """
-    middle, unit = frame(base)
+    middle, unit = spline_frame(base)
     places = np.empty_like(guess)
     rows: list[tuple[int, Array]] = []
     for i in np.unique(clicks.feature):
@@ -178,77 +178,77 @@ def _knowledge(clicks: _Clicks, base: CameraModel, guess: Points) -> tuple[Knowl
     directions = np.array([d for _, d in rows]).reshape(-1, 2)
     values = np.einsum("ni,ni->n", directions, (clicks.base - places)[index])
     stretched = np.linalg.norm(np.einsum("ni,nij->nj", directions, clicks.stretch[index]), axis=1)
-    return Knowledge((places[index] - middle) / unit, directions, values, 1 / stretched), places, index
+    return Constraints((places[index] - middle) / unit, directions, values, 1 / stretched), places, index
 
 
 def _tangents(feature: Line | Arc, foot: Points) -> Points:
-    """A millimetre along the feature from each foot (n, 2)."""
+    """Return unit tangents of the feature at each foot (n, 2)."""
     if isinstance(feature, Line):
         return np.broadcast_to((np.array(feature.end) - feature.start) / feature.length_mm, foot.shape)
     arm = (foot - np.array(feature.centre)) / feature.radius_mm
     return np.stack([-arm[:, 1], arm[:, 0]], axis=1)
 
 
-def _not_strays(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> Array:
-    """(n,) bool: without the clicks that the spline through the others does not explain, the worst taken out first."""
+def _inliers(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> Array:
+    """Return (n,) bool: clicks that the spline through the others explains; the worst are taken out first."""
     fine = np.ones(len(clicks.raw), bool)
     while True:
         left = clicks.only(fine)
-        known, _, index = _knowledge(left, base, left.base)
-        smoother = Smoother(known)
-        chosen = smoother.cautious() if smoothing is None else max(smoothing, 1e-9)
-        leeway = smoother.leeway(chosen)
+        constraints, _, index = _constraints(left, base, left.base)
+        smoother = SmoothingSplines(constraints)
+        chosen = smoother.robust_cross_validated() if smoothing is None else max(smoothing, 1e-9)
+        free_share = smoother.free_share(chosen)
         residual = smoother.residuals(chosen)
-        off = _per_click(residual / leeway, index, len(left.raw))  # px, if it were left out
-        student = _per_click(residual / np.sqrt(leeway), index, len(left.raw))  # px, of equal σ
-        sigma = max(1.4826 * float(np.median(student)), HAND_PX)
-        bad = (student > STRAY_SIGMAS * sigma) & (off > STRAY_PX)
+        off = _per_click(residual / free_share, index, len(left.raw))  # px, if it were left out
+        student = _per_click(residual / np.sqrt(free_share), index, len(left.raw))  # px, of equal σ
+        sigma = max(1.4826 * float(np.median(student)), MIN_SPREAD_PX)
+        bad = (student > OUTLIER_SIGMAS * sigma) & (off > MIN_OUTLIER_PX)
         if not bad.any():
             break
-        bad &= student > 0.5 * student.max()  # lesser ones may only have been pulled by the worst
+        bad &= student > 0.5 * student.max()  # lesser ones may only be pulled by the worst
         fine[np.flatnonzero(fine)[bad]] = False
-        if (~fine).sum() > MAX_STRAYS * fine.size:
-            return np.ones_like(fine)  # that many are no strays
+        if (~fine).sum() > MAX_OUTLIER_SHARE * fine.size:
+            return np.ones_like(fine)  # that many are no outliers
     out = np.flatnonzero(~fine)
-    if out.size:  # a click beside a stray may have gone with it; what the others foretell comes back
-        known, _, index = _knowledge(clicks, base, clicks.base)
-        displaced = smoother.spline(chosen)(known.places)
-        error = (known.values - np.einsum("ni,ni->n", known.directions, displaced)) * known.weights
-        fine[out] = _per_click(error, index, len(fine))[out] <= max(STRAY_SIGMAS * sigma, STRAY_PX)
+    if out.size:  # a click beside an outlier may have gone with it; what the others predict comes back
+        constraints, _, index = _constraints(clicks, base, clicks.base)
+        displaced = smoother.spline(chosen)(constraints.places)
+        error = (constraints.values - np.einsum("ni,ni->n", constraints.directions, displaced)) * constraints.weights
+        fine[out] = _per_click(error, index, len(fine))[out] <= max(OUTLIER_SIGMAS * sigma, MIN_OUTLIER_PX)
     return fine
 
 
 def _per_click(rows: Array, index: Array, clicks: int) -> Array:
-    """The largest magnitude among a click's rows."""
+    """Return the largest magnitude among each click's rows."""
     found = np.zeros(clicks)
     np.maximum.at(found, index, np.abs(rows))
     return found
 
 
-def _settle(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> _Settled:
-    """Where along its line a click lies depends on the spline, and the spline on that; a few rounds agree."""
+def _fit_spline(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> _FittedSpline:
+    """Fit the spline and the clicks' places along their lines in turn, until both stand still."""
     guess, smoother, chosen = clicks.base, None, smoothing
-    middle, unit = frame(base)
+    middle, unit = spline_frame(base)
     for round_number in range(ROUNDS):
-        known, places, index = _knowledge(clicks, base, guess)
+        constraints, places, index = _constraints(clicks, base, guess)
         if round_number < CHOOSING:
-            smoother = Smoother(known)
+            smoother = SmoothingSplines(constraints)
             chosen = smoother.cross_validated() if smoothing is None else smoothing
             spline = smoother.spline(chosen)
         else:
-            spline = spline_through(known, smoother.strength(chosen))
+            spline = spline_through(constraints, smoother.strength(chosen))
         with np.errstate(all="ignore"):
             following = clicks.base - spline((places - middle) / unit)
         if not (np.abs(following) < MAX_COORDINATE).all():
-            raise _folds()
+            raise _folding_error()
         moved = np.abs(following - guess).max()
         guess = following
         if moved < STILL_PX:
             break
-    return _Settled(spline, smoother, float(chosen), known, index)
+    return _FittedSpline(spline, smoother, float(chosen), constraints, index)
 
 
-def _stray(observations: Observations, i: int, k: int, pixel: Points, model: ThinPlate,
+def _outlier_warning(observations: Observations, i: int, k: int, pixel: Points, model: ThinPlate,
            features: tuple[Feature, ...]) -> Warning:
     place = model.field_from_corrected(model.corrected_from_raw(pixel))
     foot = model.raw_from_corrected(model.corrected_from_field(features[i].nearest(place)))

@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 
 from app.core.geometry import Array, Points
-from app.fitting.thin_plate.uncertainty import BEND_NAMES, lattice, lattice_weights
+from app.fitting.thin_plate.uncertainty import NODE_NAMES, lattice, lattice_weights
 from app.models import raw_from_field
-from app.models.thin_plate import ThinPlate, frame
+from app.models.thin_plate import ThinPlate, spline_frame
 
 HALF_MM = 0.5  # step of the derivative of the pixel by the place
 
@@ -18,17 +18,17 @@ class LatticeSensitivity:
     """contract.Sensitivity: its parameters are the displacements at the lattice's nodes, px."""
 
     model: ThinPlate
-    names: ClassVar[tuple[str, ...]] = BEND_NAMES
+    names: ClassVar[tuple[str, ...]] = NODE_NAMES
 
     def field_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> Array:
         model = self.model
         places = model.corrected_from_field(np.asarray(points_field_xyz, float)[:, :2])
         mm_per_px = model.field_from_corrected(np.eye(2)) - model.field_from_corrected(np.zeros((2, 2)))
-        middle, unit = frame(model.base)
+        middle, unit = spline_frame(model.base)
         reads = lattice_weights((lattice(model.width_px, model.height_px) - middle) / unit, (places - middle) / unit)
         by = (reads[:, None, :, None] * mm_per_px.T[None, :, None, :]).reshape(len(places), 2, -1)
         by[~np.isfinite(model.raw_from_corrected(places)).all(axis=1)] = np.nan
-        return by[:, :, [BEND_NAMES.index(name) for name in names]]
+        return by[:, :, [NODE_NAMES.index(name) for name in names]]
 
     def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
         flat = np.zeros((len(places), 1))

@@ -1,13 +1,13 @@
-"""How far off a thin-plate model may be: the error of its displacement at a lattice of places, and between them.
+"""The uncertainty of a thin-plate model: the covariance of its displacement at a lattice of places.
 
     (I + ds/dq) δq = z(q) + B(q) δθ - A (ε + W z + H δθ),     δθ = -C Hᵀ ε / σ_b² + what priors leave
 
-A: the hat matrix; at fixed smoothing the spline is linear in what the clicks tell. ε: their noise. δθ: the base's
+A: the hat matrix; at fixed smoothing the spline is linear in the clicks. ε: their noise. δθ: the base's
 parameters, found from the same clicks, so that the spline undoes most of their error (B, H: what they do to corrected
-places, over the field and at the clicks). z: what may be bent without a click telling, as much as the clicks let
+places, over the field and at the clicks). z: the displacement between the clicks, as large as the clicks let
 expect; its size is σ² / λ at the cross-validated smoothing λ (G. Wahba, JRSS B 45 (1983)).
 
-Kept is the covariance of δq at the lattice; a thin-plate spline through the lattice reads it off between.
+Stored is the covariance of δq at the lattice; a thin-plate spline through the lattice interpolates.
 """
 
 import numpy as np
@@ -15,34 +15,35 @@ import numpy as np
 from app.core.geometry import Array, Points
 from app.core.records import Fit
 from app.fitting import sensitivity_of
-from app.fitting.thin_plate.smoothing import Knowledge, Smoother, equations, hat_matrix, pull
+from app.fitting.thin_plate.smoothing import Constraints, SmoothingSplines, design, hat_matrix, kernel_columns
 from app.models.thin_plate_spline import Spline, kernel
 
 LATTICE = (7, 5)  # columns, rows: finer bends than these can follow are known no better than their clicks
 MARGIN = 0.05  # of the field's extent: how far outside it the lattice begins
 DIGITS = 7  # of px²; every preview carries these 4,900 numbers
-BEND_NAMES = tuple(f"bend_{axis}_{node}" for node in range(LATTICE[0] * LATTICE[1]) for axis in "xy")
+NODE_NAMES = tuple(f"bend_{axis}_{node}" for node in range(LATTICE[0] * LATTICE[1]) for axis in "xy")
 
 
 def lattice(width_px: float, height_px: float) -> Points:
-    """(35, 2) corrected px, over the field and a little further."""
+    """Return the nodes (35, 2), corrected px, over the field and a little further."""
     u, v = (np.linspace(-MARGIN, 1 + MARGIN, n) * extent
             for n, extent in zip(LATTICE, (width_px, height_px), strict=True))
     return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
 
 
 def lattice_weights(nodes: Array, places: Array) -> Array:
-    """(m, k): how a thin-plate spline through the nodes (k, 2) reads off places (m, 2), both normalised."""
-    every = Knowledge(nodes, np.tile([1.0, 0.0], (len(nodes), 1)), np.zeros(len(nodes)), np.ones(len(nodes)))
-    plane = equations(every)[1][:, :3]
+    """Return (m, k): the interpolation from nodes (k, 2) to places (m, 2), both normalised, by a thin-plate spline."""
+    every = Constraints(nodes, np.tile([1.0, 0.0], (len(nodes), 1)), np.zeros(len(nodes)), np.ones(len(nodes)))
+    plane = design(every)[1][:, :3]
     system = np.block([[kernel(nodes, nodes), plane], [plane.T, np.zeros((3, 3))]])
     reads = np.concatenate([kernel(places, nodes), np.ones((len(places), 1)), places], axis=1)
     return np.linalg.solve(system, reads.T)[:len(nodes)].T
 
 
-def bend_covariance(base_fit: Fit, clicked: Points, trusted: Array, known: Knowledge, smoother: Smoother,
-                    smoothing: float, spline: Spline, sigma_px: float | None, *, unseen: bool = True) -> Array:
-    """(70, 70) covariance of δq at the lattice, corrected px; x and y of each node in turn.
+def node_covariance(base_fit: Fit, clicked: Points, trusted: Array, constraints: Constraints,
+                    smoother: SmoothingSplines, smoothing: float, spline: Spline, sigma_px: float | None, *,
+                    unseen: bool = True) -> Array:
+    """Return the (70, 70) covariance of δq at the lattice, corrected px; x and y of each node in turn.
 
     clicked (n, 2): where the base sees the click of each row of known, corrected px. trusted (n,): whether the base
     rests on it. sigma_px: the noise of a click, where it is given. unseen=False leaves z out: what noise alone does, as
@@ -54,27 +55,28 @@ def bend_covariance(base_fit: Fit, clicked: Points, trusted: Array, known: Knowl
     middle, unit = np.array([base.width_px, base.height_px]) / 2, max(base.width_px, base.height_px) / 2
     nodes = (lattice(base.width_px, base.height_px) - middle) / unit
     value, slope = spline.with_gradient(nodes)
-    hat = hat_matrix(known, smoother.strength(smoothing), nodes)
-    at_nodes = _by_base(base_fit, nodes * unit + middle + value).reshape(2 * len(nodes), -1)
-    at_clicks = np.einsum("ni,nik->nk", known.directions * known.weights[:, None], _by_base(base_fit, clicked))
+    hat = hat_matrix(constraints, smoother.strength(smoothing), nodes)
+    at_nodes = _base_jacobian(base_fit, nodes * unit + middle + value).reshape(2 * len(nodes), -1)
+    at_clicks = np.einsum("ni,nik->nk", constraints.directions * constraints.weights[:, None],
+                          _base_jacobian(base_fit, clicked))
     by_base = at_nodes - hat @ at_clicks
     covariance, base_sigma = base_fit.covariance, base_fit.notes["click_sigma_px"]
     from_noise = -covariance @ (at_clicks * trusted[:, None]).T / base_sigma**2
-    told = from_noise @ from_noise.T * base_sigma**2
+    values = from_noise @ from_noise.T * base_sigma**2
     noise = by_base @ from_noise - hat
-    total = sigma_px**2 * noise @ noise.T + by_base @ _positive(covariance - told) @ by_base.T
+    total = sigma_px**2 * noise @ noise.T + by_base @ _positive_semidefinite(covariance - values) @ by_base.T
     if unseen:
         size = sigma_px**2 / smoother.strength(likely)
         own = np.kron(kernel(nodes, nodes), np.eye(2))
-        shared = hat @ pull(known, nodes).T
-        total += size * _positive(own - shared - shared.T + hat @ equations(known)[0] @ hat.T)
+        shared = hat @ kernel_columns(constraints, nodes).T
+        total += size * _positive_semidefinite(own - shared - shared.T + hat @ design(constraints)[0] @ hat.T)
     turned = np.linalg.inv(slope / unit + np.eye(2))
     blocks = np.einsum("aij,ajbk,blk->aibl", turned, total.reshape(len(nodes), 2, len(nodes), 2), turned)
-    return np.round(_positive(blocks.reshape(total.shape)), DIGITS)
+    return np.round(_positive_semidefinite(blocks.reshape(total.shape)), DIGITS)
 
 
-def _by_base(base_fit: Fit, corrected: Points) -> Array:
-    """How a pixel's corrected place (n, 2) moves with the base's parameters: (n, 2, p) px; 0 beyond its horizon."""
+def _base_jacobian(base_fit: Fit, corrected: Points) -> Array:
+    """Differentiate a pixel's corrected place (n, 2) by the base's parameters: (n, 2, p) px; 0 beyond its horizon."""
     base = base_fit.model
     place = np.concatenate([base.field_from_corrected(corrected), np.zeros((len(corrected), 1))], axis=1)
     px_per_mm = base.corrected_from_field(np.eye(2)) - base.corrected_from_field(np.zeros((2, 2)))
@@ -82,7 +84,7 @@ def _by_base(base_fit: Fit, corrected: Points) -> Array:
     return np.where(np.isfinite(by), by, 0.0)
 
 
-def _positive(covariance: Array) -> Array:
-    """Symmetric, and without the negative variances that rounding leaves."""
+def _positive_semidefinite(covariance: Array) -> Array:
+    """Return it symmetric, without the negative variances that rounding leaves."""
     values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
     return (vectors * np.maximum(values, 0.0)) @ vectors.T

@@ -1,4 +1,4 @@
-"""Which matches belong together: many trials from seven each, judged by likelihood without a threshold.
+"""Robust estimation of two-view geometry: trials from seven matches each, compared by likelihood.
 
 A match is good, its distance spread about zero with an unknown σ, or a mistake, its distance anything up to the
 picture's size:
@@ -17,15 +17,15 @@ import numpy as np
 
 from app.core.geometry import Array, Points
 from app.fitting.least_squares import minimise
-from app.fitting.two_view.epipolar import EpipolarState, lifted, normaliser, sampson_px, seven_point
+from app.fitting.two_view.epipolar import FundamentalParameters, homogeneous, normaliser, sampson_px, seven_point
 
 SIGMAS_PX = np.geomspace(0.08, 2.0, 5)
 SHARES = (0.2, 0.5, 0.8, 0.97)
 BATCH, MAX_TRIALS = 400, 6000
-SURE = 1e-4  # chance to have missed every clean seven
-JUDGED = 400  # matches that judge a trial; all of them judge the refined
+MISS_CHANCE = 1e-4  # chance to have missed every clean seven
+MAX_SCORING_MATCHES = 400  # matches that judge a trial; all of them judge the refined
 REFINED, FINISHED = 12, 3  # of the best trials: improved by a few rounds; then of those, to the end
-GLANCE, ROUNDS = 4, 40
+FIRST_ROUNDS, ROUNDS = 4, 40
 PARAMETERS = 7
 TAIL = 2.0  # degrees of freedom; of 1, 2, 4 and 30 the best or nearly so on simulated pairs of every kind
 T_AT_ZERO = 1 / (2 * sqrt(2))  # Student's density at 0 for two degrees of freedom
@@ -35,7 +35,7 @@ MAX_LOG_SIGMA = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Consensus:
-    """fundamental (3, 3); good (n,): the probability that a match is one; sigma_px of the good ones."""
+    """fundamental (3, 3); good (n,): the probability that a match is an inlier; sigma_px of the inliers."""
 
     fundamental: Array
     good: Array
@@ -45,56 +45,56 @@ class Consensus:
 
 
 def consensus(a: Points, b: Points, seed: int = 0) -> Consensus:
-    """The likeliest geometry of matches (n, 2), n ≥ 8; the same seed gives the same answer."""
+    """Return the likeliest geometry of matches (n, 2), n ≥ 8; the same seed gives the same result."""
     rng = np.random.default_rng(seed)
     extent = float(np.hypot(*np.ptp(b, axis=0)) + np.hypot(*np.ptp(a, axis=0))) / 2
     t_a, t_b = normaliser(a), normaliser(b)
-    near_a, near_b = lifted(a) @ t_a[:2].T, lifted(b) @ t_b[:2].T
-    jury = rng.permutation(len(a))[:JUDGED]
+    near_a, near_b = homogeneous(a) @ t_a[:2].T, homogeneous(b) @ t_b[:2].T
+    jury = rng.permutation(len(a))[:MAX_SCORING_MATCHES]
     best: list[tuple[float, Array]] = []
     tried, enough = 0, BATCH
     while tried < enough:
         sevens = np.argsort(rng.random((BATCH, len(a))), axis=1)[:, :PARAMETERS]
         found = t_b.T @ seven_point(near_a[sevens], near_b[sevens]) @ t_a
-        likelihoods, shares = _judged(sampson_px(found, a[jury], b[jury]), extent)
+        likelihoods, shares = _best_likelihoods(sampson_px(found, a[jury], b[jury]), extent)
         order = np.argsort(-likelihoods, kind="stable")[:REFINED]
         best = sorted([*best, *((float(likelihoods[i]), found[i]) for i in order)], key=lambda t: -t[0])[:REFINED]
         clean = float(np.clip(shares[order[0]], 0.05, 0.999)) ** PARAMETERS
         tried += BATCH
-        enough = min(MAX_TRIALS, max(enough, int(np.ceil(np.log(SURE) / np.log1p(-clean)))))
-    glimpses = sorted((refine(f, a, b, extent, GLANCE) for _, f in best), key=lambda c: -c.likelihood)
+        enough = min(MAX_TRIALS, max(enough, int(np.ceil(np.log(MISS_CHANCE) / np.log1p(-clean)))))
+    glimpses = sorted((refine(f, a, b, extent, FIRST_ROUNDS) for _, f in best), key=lambda c: -c.likelihood)
     finished = [refine(c.fundamental, a, b, extent, ROUNDS) for c in glimpses[:FINISHED]]
     return max(finished, key=lambda c: c.likelihood)
 
 
-def _judged(residuals: Array, extent: float) -> tuple[Array, Array]:
-    """(m,) best likelihood of each trial over a grid of σ and γ, and the γ it has it with."""
+def _best_likelihoods(residuals: Array, extent: float) -> tuple[Array, Array]:
+    """Return the best likelihood of each trial (m,) over a grid of σ and γ, and its γ."""
     square = np.where(np.isfinite(residuals), residuals**2, np.inf)
     value = np.full(len(square), -np.inf)
     share = np.zeros(len(square))
     for sigma in SIGMAS_PX:
         density = _density(square, sigma)
         for gamma in SHARES:
-            likelihood = np.log(gamma * density + (1 - gamma) / extent).sum(axis=1) + _prior(sigma)
+            likelihood = np.log(gamma * density + (1 - gamma) / extent).sum(axis=1) + _log_prior(sigma)
             better = likelihood > value
             value, share = np.where(better, likelihood, value), np.where(better, gamma, share)
     return value, share
 
 
 def _density(square: Array, sigma: float) -> Array:
-    """Student's t with TAIL = 2 degrees of freedom: (1 + z²/2)^(-3/2) / (2 √2 σ)."""
+    """Return Student's t density with TAIL = 2 degrees of freedom: (1 + z²/2)^(-3/2) / (2 √2 σ)."""
     spread = 1 + square / (TAIL * sigma**2)
     return T_AT_ZERO / sigma / (spread * np.sqrt(spread))
 
 
-def _prior(sigma: float) -> float:
-    """Without it, seven matches seen exactly would be all the likelihood wants."""
+def _log_prior(sigma: float) -> float:
+    """Return the log prior of σ: without it, seven exact matches would maximise the likelihood."""
     return -0.5 * (np.log(sigma / USUAL_PX) / USUAL_SPREAD) ** 2
 
 
 def refine(fundamental: Array, a: Points, b: Points, extent: float, rounds: int) -> Consensus:
-    """Expectation and maximisation from a first F: who is good, then F from the good, then σ and γ."""
-    state = EpipolarState.of(fundamental, a, b)
+    """Refine F by expectation and maximisation: the inliers' probabilities, then F from them, then σ and γ."""
+    state = FundamentalParameters.of(fundamental, a, b)
     r = state.residuals(a, b)[0]
     sigma, share = float(np.clip(1.4826 * np.median(np.abs(r)), SIGMAS_PX[0], SIGMAS_PX[-1])), 0.5
     likelihood = -np.inf
@@ -104,22 +104,22 @@ def refine(fundamental: Array, a: Points, b: Points, extent: float, rounds: int)
         pull = good * (TAIL + 1) / (TAIL + (r / sigma) ** 2)
         root = np.sqrt(pull)[:, None] / sigma
 
-        def weighted(s: EpipolarState, root: Array = root) -> tuple[Array, Array]:
+        def weighted(s: FundamentalParameters, root: Array = root) -> tuple[Array, Array]:
             value, by = s.residuals(a, b)
             return value * root[:, 0], by * root
-        state = minimise(state, weighted, lambda s, d: s.moved(d), max_steps=4).state
+        state = minimise(state, weighted, lambda s, d: s.retract(d), max_steps=4).state
         r = state.residuals(a, b)[0]
-        sigma = _sigma(float(np.sum(pull * r**2)), max(float(good.sum()) - PARAMETERS, 1.0))
+        sigma = _likeliest_sigma(float(np.sum(pull * r**2)), max(float(good.sum()) - PARAMETERS, 1.0))
         share = float(np.clip(good.mean(), 0.02, 0.99))
         before, likelihood = likelihood, float(np.sum(np.log(
-            share * _density(r**2, sigma) + (1 - share) / extent))) + _prior(sigma)
+            share * _density(r**2, sigma) + (1 - share) / extent))) + _log_prior(sigma)
         if abs(likelihood - before) < 1e-6:
             break
     return Consensus(state.fundamental(), good, sigma, share, likelihood)
 
 
-def _sigma(square: float, freedom: float) -> float:
-    """The σ of greatest likelihood for a weighted sum of squares, with the prior; Newton's method on its logarithm."""
+def _likeliest_sigma(square: float, freedom: float) -> float:
+    """Return the likeliest σ for a weighted sum of squares and the prior; Newton's method on its logarithm."""
     x = np.log(USUAL_PX)
     for _ in range(40):
         misfit = square * np.exp(-2 * x)

@@ -15,14 +15,14 @@ from app.core.geometry import Array, Points
 from app.models.rotation import cross_matrix, matrix_from_vector
 
 
-def lifted(points: Points) -> Array:
-    """(n, 2) to (n, 3), with a last 1."""
+def homogeneous(points: Points) -> Array:
+    """Append a 1: (n, 2) to (n, 3)."""
     return np.concatenate([points, np.ones((len(points), 1))], axis=1)
 
 
 def sampson_px(fundamental: Array, a: Points, b: Points) -> Array:
-    """Signed first-order distance, px, of matches (n, 2) from fundamental (…, 3, 3): (…, n)."""
-    xa, xb = lifted(a), lifted(b)
+    """Return the signed first-order distance, px, of matches (n, 2) from fundamental (…, 3, 3): (…, n)."""
+    xa, xb = homogeneous(a), homogeneous(b)
     in_b = xa @ np.swapaxes(fundamental, -1, -2)  # (…, n, 3): the line of each a in view b
     in_a = xb @ fundamental
     with np.errstate(all="ignore"):
@@ -31,22 +31,22 @@ def sampson_px(fundamental: Array, a: Points, b: Points) -> Array:
 
 
 def epipolar_px(fundamental: Array, a: Points, b: Points) -> Array:
-    """(n,) px: root mean square of a match's distances from its two epipolar lines."""
-    in_b, in_a = lifted(a) @ fundamental.T, lifted(b) @ fundamental
+    """Return (n,) px: the rms of a match's distances from its two epipolar lines."""
+    in_b, in_a = homogeneous(a) @ fundamental.T, homogeneous(b) @ fundamental
     with np.errstate(all="ignore"):
-        miss = np.sum(lifted(b) * in_b, axis=1) ** 2
+        miss = np.sum(homogeneous(b) * in_b, axis=1) ** 2
         return np.sqrt((miss / np.sum(in_b[:, :2] ** 2, axis=1) + miss / np.sum(in_a[:, :2] ** 2, axis=1)) / 2)
 
 
 def normaliser(points: Points) -> Array:
-    """The similarity (3, 3) that brings points about the origin, √2 away in the mean."""
+    """Return the similarity (3, 3) that centres points and scales them to a mean distance of √2."""
     middle = points.mean(axis=0)
     scale = np.sqrt(2) / max(float(np.linalg.norm(points - middle, axis=1).mean()), 1e-12)
     return np.array([[scale, 0, -scale * middle[0]], [0, scale, -scale * middle[1]], [0, 0, 1.0]])
 
 
 def eight_point(a: Points, b: Points, weights: Array | None = None) -> Array:
-    """F (3, 3) from eight matches or more, normalised; rank 2, Frobenius norm 1."""
+    """Return F (3, 3) from eight matches or more, normalised; rank 2, Frobenius norm 1."""
     t_a, t_b = normaliser(a), normaliser(b)
     design = _design(a @ t_a[:2, :2].T + t_a[:2, 2], b @ t_b[:2, :2].T + t_b[:2, 2])
     if weights is not None:
@@ -57,10 +57,10 @@ def eight_point(a: Points, b: Points, weights: Array | None = None) -> Array:
 
 
 def seven_point(a: Points, b: Points) -> Array:
-    """Every F (m, 3, 3) through seven matches: (…, 7, 2) each, up to three of each seven, in one list."""
+    """Return every F (m, 3, 3) through seven matches (…, 7, 2), up to three of each seven, in one list."""
     null = np.linalg.svd(_design(a, b), full_matrices=True)[2][..., -2:, :]
     first, second = (null[..., i, :].reshape(-1, 3, 3) for i in (0, 1))
-    # det(α F1 + (1 - α) F2) is a cubic: four values tell it
+    # det(α F1 + (1 - α) F2) is a cubic: four values determine it
     at = np.array([-1.0, 0.0, 1.0, 2.0])
     values = np.linalg.det(at[:, None, None, None] * first + (1 - at[:, None, None, None]) * second)
     cubic = np.linalg.solve(np.vander(at, 4), values)  # (4, m), highest power first
@@ -85,8 +85,8 @@ def _unit(f: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class EpipolarState:
-    """F while it is refined, in normalised coordinates: F = t_bᵀ U diag(cos α, sin α, 0) Vᵀ t_a, always of rank 2."""
+class FundamentalParameters:
+    """F as a fit moves it, in normalised coordinates: F = t_bᵀ U diag(cos α, sin α, 0) Vᵀ t_a, always of rank 2."""
 
     u: Array
     angle: float
@@ -108,13 +108,13 @@ class EpipolarState:
     def _inner(self) -> Array:
         return self.u @ np.diag([np.cos(self.angle), np.sin(self.angle), 0.0]) @ self.v.T
 
-    def moved(self, delta: Array) -> Self:
-        """delta (7,): turns of U and V, and the angle."""
+    def retract(self, delta: Array) -> Self:
+        """Apply delta (7,): turns of U and V, and the angle."""
         return replace(self, u=self.u @ matrix_from_vector(delta[:3]), v=self.v @ matrix_from_vector(delta[3:6]),
                        angle=self.angle + float(delta[6]))
 
     def residuals(self, a: Points, b: Points) -> tuple[Array, Array]:
-        """Sampson's distance (n,) px and its derivatives (n, 7)."""
+        """Return Sampson's distance (n,) px and its derivatives (n, 7)."""
         c, s = np.cos(self.angle), np.sin(self.angle)
         middle = np.diag([c, s, 0.0])
         turns = [cross_matrix(e) for e in np.eye(3)]
@@ -127,8 +127,8 @@ class EpipolarState:
 
 
 def sampson_jacobian(f: Array, by: Array, a: Points, b: Points) -> tuple[Array, Array]:
-    """Sampson's distance (n,) and its derivatives (n, p) where dF = by (p, 3, 3)."""
-    xa, xb = lifted(a), lifted(b)
+    """Return Sampson's distance (n,) and its derivatives (n, p) where dF = by (p, 3, 3)."""
+    xa, xb = homogeneous(a), homogeneous(b)
     in_b, in_a = xa @ f.T, xb @ f
     value = np.sum(xb * in_b, axis=1)
     steep = np.sum(in_b[:, :2] ** 2, axis=1) + np.sum(in_a[:, :2] ** 2, axis=1)

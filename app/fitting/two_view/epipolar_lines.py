@@ -1,4 +1,4 @@
-"""Where a point of one picture can lie in the other, as it is drawn: straight by a matrix, bent by lenses.
+"""Epipolar lines as they are drawn: straight by a matrix, curved by lenses.
 
     straight:  (x', y', 1) F (x, y, 1)ᵀ = 0, cut to the picture
     bent:      the plane through both cameras and the one's ray, as the other sees it
@@ -10,22 +10,22 @@ other camera's own place by way of the ray, and on past where the ray ends, or i
 import numpy as np
 
 from app.core.geometry import Array, ImageSize, Points
-from app.fitting.two_view.epipolar import lifted
+from app.fitting.two_view.epipolar import homogeneous
 from app.models.ray_camera import RayCamera
 
 COARSE, FINE = 181, 65  # steps of a degree at most find the part in the picture, which is then walked finely
 AHEAD_MM = 1000.0  # how far along a direction it is looked at; any length gives the same pixel
 
 
-def straight_lines(fundamental: Array, points_a: Points, size_b: ImageSize) -> Array:
-    """(n, 2, 2) px: where the lines of points_a (n, 2) enter and leave picture b; NaN for one that misses it.
+def epipolar_segments(fundamental: Array, points_a: Points, size_b: ImageSize) -> Array:
+    """Return (n, 2, 2) px: where the lines of points_a (n, 2) enter and leave picture b; NaN for one that misses it.
 
     For lines in picture a give the transposed matrix and points of b.
     """
     low, high = np.full(2, -0.5), np.array(tuple(size_b)) - 0.5
     middle = (low + high) / 2
     with np.errstate(all="ignore"):
-        lines = lifted(points_a) @ np.asarray(fundamental, float).T
+        lines = homogeneous(points_a) @ np.asarray(fundamental, float).T
         lines = lines / np.linalg.norm(lines[:, :2], axis=1, keepdims=True)
         normal = lines[:, :2]
         foot = middle - (normal @ middle + lines[:, 2])[:, None] * normal
@@ -38,8 +38,8 @@ def straight_lines(fundamental: Array, points_a: Points, size_b: ImageSize) -> A
         return np.where((first < last)[:, None, None], ends, np.nan)
 
 
-def bent_lines(camera_a: RayCamera, camera_b: RayCamera, points_a: Points) -> Array:
-    """(n, FINE, 2) px: where picture b can show what is at points_a (n, 2) raw px; NaN beyond the lens.
+def epipolar_curves(camera_a: RayCamera, camera_b: RayCamera, points_a: Points) -> Array:
+    """Return (n, FINE, 2) px: where picture b can show what is at points_a (n, 2) raw px; NaN beyond the lens.
 
     The ends lie a step outside the picture where the line goes on; a line that is nowhere in it is all NaN.
     """
@@ -64,7 +64,7 @@ def bent_lines(camera_a: RayCamera, camera_b: RayCamera, points_a: Points) -> Ar
 
 
 def directions(camera: RayCamera, raw: Points) -> Array:
-    """(n, 3): the directions in which raw px (n, 2) are seen, in the field frame, of length 1; NaN beyond the lens."""
+    """Return unit rays (n, 3) of raw px (n, 2) in the field frame; NaN beyond the lens."""
     with np.errstate(all="ignore"):
         plane = (np.asarray(raw, float) - np.array(camera.centre_px)) / (camera.focal_px * np.array([1, camera.aspect]))
         rays = camera.LENS.undistort(np.array(camera.lens_terms), plane) @ camera.camera_from_field

@@ -13,13 +13,13 @@ import numpy as np
 from app.core.errors import BadInput, FitFailed
 from app.core.geometry import Array, Points, as_points
 from app.fitting.two_view.consensus import PARAMETERS, Consensus, consensus
-from app.fitting.two_view.epipolar import EpipolarState, epipolar_px, lifted, normaliser, sampson_px
+from app.fitting.two_view.epipolar import FundamentalParameters, epipolar_px, homogeneous, normaliser, sampson_px
 
 MIN_MATCHES = 12  # seven are used up by the answer; the rest must bear it out
 MAX_MATCHES = 20_000
 SAME_PX = 0.1
 GOOD_SIGMAS = 4.0
-LEAST_SPREAD_PX = 2.0  # matches within such a strip are on one line
+MIN_SPREAD_PX = 2.0  # matches within such a strip are on one line
 OFF_PLANE_SIGMAS = 10.0  # of Student's scale, two thirds of a σ, and of a distance in two directions from both views
 MAX_SIGMA_PX = 4.0  # who matches no better than that has matched nothing
 MIN_OFF_PLANE = 4  # two beside the plane make the geometry, two more bear it out
@@ -42,27 +42,27 @@ class TwoViews:
 
     @property
     def rms_px(self) -> float:
-        """Of the good matches."""
+        """Return the rms of the good matches."""
         return float(np.sqrt(np.mean(self.epipolar_px[self.good] ** 2)))
 
     @property
     def epipoles(self) -> tuple[Array, Array]:
-        """Homogeneous (3,): each camera's centre as the other view sees it, first in view a, then in view b."""
+        """Return both epipoles, homogeneous (3,): the one in view a, then the one in view b."""
         u, _, vt = np.linalg.svd(self.fundamental)
         return vt[2], u[:, 2]
 
 
 def fundamental_matrix(a: Points, b: Points, seed: int = 0) -> TwoViews:
-    """F from matches a, b (n, 2) px, some of which may be mistakes.
+    """Estimate F from matches a, b (n, 2) px, some of which may be mistakes.
 
     Raises FitFailed: too-few-points, collinear-points, no-consensus, one-plane, not-determined; BadInput for what are
     no matches. The same seed gives the same answer.
     """
     a, b = as_matches(a, b)
-    once = _one_of_each(a, b)
-    _refuse_unfit(a[once], b[once])
+    once = _distinct_matches(a, b)
+    _refuse_too_few(a[once], b[once])
     found = consensus(a[once], b[once], seed)
-    good = _good(found, a[once], b[once])
+    good = _inliers(found, a[once], b[once])
     _refuse_chance(found, good, a[once], b[once])
     _refuse_plane(found, good, a[once], b[once])
     _refuse_weak(found, a[once][good], b[once][good])
@@ -72,7 +72,7 @@ def fundamental_matrix(a: Points, b: Points, seed: int = 0) -> TwoViews:
 
 
 def as_matches(a: Points, b: Points) -> tuple[Points, Points]:
-    """Both as (n, 2), finite, and as many; BadInput otherwise."""
+    """Return both as (n, 2), finite, and as many; BadInput otherwise."""
     a = as_points(a, "The points of the first view").reshape(-1, 2)
     b = as_points(b, "The points of the second view").reshape(-1, 2)
     if len(a) != len(b):
@@ -84,7 +84,7 @@ def as_matches(a: Points, b: Points) -> tuple[Points, Points]:
     return a, b
 
 
-def _one_of_each(a: Points, b: Points) -> Array:
+def _distinct_matches(a: Points, b: Points) -> Array:
     """Indices of matches that share no point, in either view, with an earlier one.
 
     One point is seen at one place: of matches that say otherwise at most one is right. All of them would agree, for
@@ -97,38 +97,38 @@ def _one_of_each(a: Points, b: Points) -> Array:
     return keep
 
 
-def _refuse_unfit(a: Points, b: Points) -> None:
-    """FitFailed for matches that are too few, or all on one line."""
+def _refuse_too_few(a: Points, b: Points) -> None:
+    """Raise FitFailed for matches that are too few, or all on one line."""
     if len(a) < MIN_MATCHES:
         raise FitFailed(f"There are {len(a)} different matches; two views need {MIN_MATCHES}.",
                         f"Match at least {MIN_MATCHES - len(a)} more points.", reason="too-few-points")
     for points, which in ((a, "first"), (b, "second")):
         spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(len(points))
-        if spread[-1] < LEAST_SPREAD_PX:
+        if spread[-1] < MIN_SPREAD_PX:
             raise FitFailed(f"The matches lie on one line in the {which} view.",
                             "Match points all over the part that both views see.", reason="collinear-points")
 
 
-def _good(found: Consensus, a: Points, b: Points) -> Array:
+def _inliers(found: Consensus, a: Points, b: Points) -> Array:
     return (found.good > 0.5) & (np.abs(sampson_px(found.fundamental, a, b)) <= GOOD_SIGMAS * found.sigma_px)
 
 
 def _refuse_chance(found: Consensus, good: Array, a: Points, b: Points) -> None:
-    """FitFailed where as many matches at random would agree as well."""
+    """Raise FitFailed where as many random matches would agree as well."""
     n, k = len(good), int(good.sum())
     if found.sigma_px > MAX_SIGMA_PX:
         raise FitFailed(f"The matches agree only to {found.sigma_px:.0f} px.", "Check that both pictures show the same "
                         "scene, and that points are given in pixels of their own picture.", reason="no-consensus")
-    if log_chance(n, k, PARAMETERS, _strip(found, a, b)) >= log(CHANCE):
+    if log_chance(n, k, PARAMETERS, _chance_share(found, a, b)) >= log(CHANCE):
         raise FitFailed(f"Only {k} of {n} matches agree with each other, no more than chance would give.",
                         "Check that both pictures show the same scene; match more points, and more carefully.",
                         reason="no-consensus")
 
 
 def log_chance(matches: int, agreeing: int, making: int, strip: float) -> float:
-    """Logarithm of the expected number of agreements as good as this among random matches.
+    """Return the logarithm of the expected number of agreements as good as this among random matches.
 
-    making: how many matches made the geometry and so agree for nothing; strip: the share of the picture in which
+    making: how many matches made the geometry and so agree anyway; strip: the share of the picture in which
     another one agrees by chance.
     """
     if agreeing <= making:
@@ -137,7 +137,7 @@ def log_chance(matches: int, agreeing: int, making: int, strip: float) -> float:
             + (agreeing - making) * log(strip))
 
 
-def _strip(found: Consensus, a: Points, b: Points) -> float:
+def _chance_share(found: Consensus, a: Points, b: Points) -> float:
     extent = min(float(np.hypot(*np.ptp(points, axis=0))) for points in (a, b))
     return min(1.0, 2 * GOOD_SIGMAS * found.sigma_px / extent)
 
@@ -147,13 +147,13 @@ def _log_choose(n: int, k: int) -> float:
 
 
 def _refuse_plane(found: Consensus, good: Array, a: Points, b: Points) -> None:
-    """FitFailed where a homography explains all but a few: a flat scene, or a camera that only turned.
+    """Raise FitFailed where a homography explains all but a few: a flat scene, or a camera that only turned.
 
     Geometries that agree with a plane have two numbers left, so any two mistakes fit one of them, and others by chance.
     """
     off = off_plane(a[good], b[good], found.sigma_px)
     aside = off + int((~good).sum())
-    if off < MIN_OFF_PLANE or log_chance(aside, off, 2, _strip(found, a, b)) >= log(CHANCE):
+    if off < MIN_OFF_PLANE or log_chance(aside, off, 2, _chance_share(found, a, b)) >= log(CHANCE):
         raise FitFailed("The matches lie on one plane, or one camera only turned: such matches fit many geometries. "
                         f"{off} stand off the plane.",
                         "Match more points that stand off that plane, such as robots' hats or goal posts; for the "
@@ -161,10 +161,10 @@ def _refuse_plane(found: Consensus, good: Array, a: Points, b: Points) -> None:
 
 
 def off_plane(a: Points, b: Points, sigma_px: float) -> int:
-    """How many matches the best homography does not explain."""
+    """Return how many matches the best homography does not explain."""
     rng = np.random.default_rng(0)
     t_a, t_b = normaliser(a), normaliser(b)
-    near_a, near_b = lifted(a) @ t_a[:2].T, lifted(b) @ t_b[:2].T
+    near_a, near_b = homogeneous(a) @ t_a[:2].T, homogeneous(b) @ t_b[:2].T
     limit = OFF_PLANE_SIGMAS * sigma_px
     fours = np.argsort(rng.random((PLANE_TRIALS, len(a))), axis=1)[:, :4]
     trials = np.concatenate([_homographies(near_a[fours], near_b[fours]), _homographies(near_a[None], near_b[None])])
@@ -182,7 +182,7 @@ def off_plane(a: Points, b: Points, sigma_px: float) -> int:
 
 
 def _homographies(a: Array, b: Array) -> Array:
-    """DLT: (…, n, 2) each to (…, 3, 3)."""
+    """Return homographies (…, 3, 3) of points (…, n, 2) by DLT."""
     xa = np.concatenate([a, np.ones((*a.shape[:-1], 1))], axis=-1)
     zero = np.zeros_like(xa)
     rows = np.concatenate([np.concatenate([xa, zero, -b[..., :1] * xa], axis=-1),
@@ -191,15 +191,15 @@ def _homographies(a: Array, b: Array) -> Array:
 
 
 def _transfer_px(homographies: Array, a: Points, b: Points) -> Array:
-    """(m, n): how far each match is from each homography (m, 3, 3), in view b."""
+    """Return (m, n): how far each match is from each homography (m, 3, 3), in view b."""
     with np.errstate(all="ignore"):
-        there = lifted(a) @ np.swapaxes(homographies, -1, -2)
+        there = homogeneous(a) @ np.swapaxes(homographies, -1, -2)
         far = np.linalg.norm(there[..., :2] / there[..., 2:] - b, axis=-1)
     return np.where(np.isfinite(far), far, np.inf)
 
 
 def _refuse_weak(found: Consensus, a: Points, b: Points) -> None:
-    jacobian = EpipolarState.of(found.fundamental, a, b).residuals(a, b)[1]
+    jacobian = FundamentalParameters.of(found.fundamental, a, b).residuals(a, b)[1]
     length = np.linalg.norm(jacobian, axis=0)
     spread = np.linalg.svd(jacobian / np.where(length > 0, length, 1.0), compute_uv=False)
     if not (np.isfinite(found.fundamental).all() and np.isfinite(spread).all() and spread[-1] > WEAK * spread[0]):

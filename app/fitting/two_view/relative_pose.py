@@ -1,6 +1,6 @@
-"""How one camera stands to another, from matches, where both lenses are known: a rotation and a direction.
+"""The relative pose of two cameras with known lenses, from matches: a rotation and a direction.
 
-    E = [t]× R,   x_b = R x_a + t in the cameras' frames; the length of t is not told by pictures
+    E = [t]× R,   x_b = R x_a + t in the cameras' frames; pictures do not determine the length of t
 
 First from F by way of the focal lengths, the four answers told apart by which puts the points before both cameras
 (cheirality: H. Longuet-Higgins 1981); then R and the direction of t alone are refined on Sampson's distances. Between
@@ -16,7 +16,7 @@ from app.core.errors import FitFailed
 from app.core.geometry import Array, Points
 from app.fitting.least_squares import minimise
 from app.fitting.two_view.consensus import TAIL
-from app.fitting.two_view.epipolar import epipolar_px, lifted, sampson_jacobian
+from app.fitting.two_view.epipolar import epipolar_px, homogeneous, sampson_jacobian
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
 from app.models.ray_camera import RayCamera
 from app.models.rotation import cross_matrix, matrix_from_vector, nearest_rotation
@@ -48,7 +48,7 @@ class RelativePose:
 
 
 def relative_pose(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points, seed: int = 0) -> RelativePose:
-    """The pose of camera_a in camera_b's frame from matches (n, 2) raw px; only the lenses of the cameras are used.
+    """Estimate camera_a's pose in camera_b's frame from matches (n, 2) raw px; only the cameras' lenses are used.
 
     Raises FitFailed as fundamental_matrix does, and cheirality where no pose puts the points before both cameras.
     """
@@ -58,7 +58,7 @@ def relative_pose(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points
     found = fundamental_matrix(ideal_a[seen], ideal_b[seen], seed)
     good_a, good_b = ideal_a[seen][found.good], ideal_b[seen][found.good]
     start = _in_front(found.fundamental, camera_a.focal_px, camera_b.focal_px, good_a, good_b)
-    state = _refined(start, good_a, good_b, found.sigma_px)
+    state = _refine(start, good_a, good_b, found.sigma_px)
     fundamental = state.fundamental()
     residuals, jacobian = state.residuals(good_a, good_b)
     sigma = float(np.sqrt(np.sum(residuals**2) / max(len(residuals) - 5, 1)))
@@ -77,13 +77,13 @@ def relative_pose(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points
 
 
 def pose_between(camera_a: RayCamera, camera_b: RayCamera) -> tuple[Array, Array]:
-    """b_from_a (3, 3) and camera a's centre in b's frame, mm, from their calibrations."""
+    """Return b_from_a (3, 3) and camera a's centre in b's frame, mm, from their calibrations."""
     b_from_a = camera_b.camera_from_field @ camera_a.camera_from_field.T
     return b_from_a, camera_b.camera_from_field @ (np.array(camera_a.position_mm) - np.array(camera_b.position_mm))
 
 
 def calibrated_epipolar_px(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points) -> Array:
-    """(n,) ideal px: how far matches (n, 2) raw px are from the epipolar lines that two calibrations foretell.
+    """Return (n,) ideal px: how far matches (n, 2) raw px are from the epipolar lines of two calibrations.
 
     It sees only errors across those lines: two cameras that err alike, or along them, pass. NaN beyond a lens.
     Raises FitFailed no-baseline where both cameras stand at the same place.
@@ -93,12 +93,12 @@ def calibrated_epipolar_px(camera_a: RayCamera, camera_b: RayCamera, a: Points, 
     if not np.linalg.norm(centre) > 1.0:  # mm
         raise FitFailed("Both calibrations have their camera at the same place.", "Compare two different cameras.",
                         reason="no-baseline")
-    state = PoseState(rotation, centre / np.linalg.norm(centre), camera_a.focal_px, camera_b.focal_px)
+    state = RelativePoseParameters(rotation, centre / np.linalg.norm(centre), camera_a.focal_px, camera_b.focal_px)
     return epipolar_px(state.fundamental(), ideal_px(camera_a, a), ideal_px(camera_b, b))
 
 
 def ideal_px(camera: RayCamera, raw: Points) -> Points:
-    """Raw px (n, 2) to where a pinhole of the same focal length would see them, about its centre; NaN out of reach."""
+    """Map raw px (n, 2) to the pixels of a pinhole of the same focal length, about its centre; NaN out of reach."""
     with np.errstate(all="ignore"):
         plane = (np.asarray(raw, float) - np.array(camera.centre_px)) / (camera.focal_px * np.array([1, camera.aspect]))
         rays = camera.LENS.undistort(np.array(camera.lens_terms), plane)
@@ -107,8 +107,8 @@ def ideal_px(camera: RayCamera, raw: Points) -> Points:
 
 
 @dataclass(frozen=True, eq=False)
-class PoseState:
-    """R and the direction of t while they are refined; pixels about the centre."""
+class RelativePoseParameters:
+    """R and the direction of t as a fit moves them; pixels about the centre."""
 
     rotation: Array
     direction: Array
@@ -124,25 +124,25 @@ class PoseState:
             [1 / self.focal_a, 1 / self.focal_a, 1])
 
     def _sideways(self) -> Array:
-        """(2, 3): two unit vectors across the direction."""
+        """Return (2, 3): two unit vectors across the direction."""
         return np.linalg.svd(self.direction[None])[2][1:]
 
-    def moved(self, delta: Array) -> Self:
-        """delta (5,): a turn before R, and two angles of the direction."""
+    def retract(self, delta: Array) -> Self:
+        """Apply delta (5,): a turn before R, and two angles of the direction."""
         ahead = self.direction + delta[3:] @ self._sideways()
         return replace(self, rotation=matrix_from_vector(delta[:3]) @ self.rotation,
                        direction=ahead / np.linalg.norm(ahead))
 
     def residuals(self, a: Points, b: Points) -> tuple[Array, Array]:
-        """Sampson's distance (n,) px and its derivatives (n, 5)."""
+        """Return Sampson's distance (n,) px and its derivatives (n, 5)."""
         across = cross_matrix(self.direction)
         by = [self._pixels(across @ cross_matrix(e) @ self.rotation) for e in np.eye(3)]
         by += [self._pixels(cross_matrix(side) @ self.rotation) for side in self._sideways()]
         return sampson_jacobian(self._pixels(across @ self.rotation), np.stack(by), a, b)
 
 
-def _in_front(fundamental: Array, focal_a: float, focal_b: float, a: Points, b: Points) -> PoseState:
-    """The one of four poses that puts most points before both cameras."""
+def _in_front(fundamental: Array, focal_a: float, focal_b: float, a: Points, b: Points) -> RelativePoseParameters:
+    """Return the one of four poses that puts most points before both cameras."""
     u, _, vt = np.linalg.svd(np.diag([focal_b, focal_b, 1]) @ fundamental @ np.diag([focal_a, focal_a, 1]))
     turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     best, most = None, -1.0
@@ -150,7 +150,7 @@ def _in_front(fundamental: Array, focal_a: float, focal_b: float, a: Points, b: 
         rotation = u @ quarter @ vt
         rotation = nearest_rotation(rotation * np.sign(np.linalg.det(rotation)))
         for direction in (u[:, 2], -u[:, 2]):
-            state = PoseState(rotation, direction, focal_a, focal_b)
+            state = RelativePoseParameters(rotation, direction, focal_a, focal_b)
             share = float(np.mean(_both_ahead(state, a, b)))
             if share > most:
                 best, most = state, share
@@ -160,10 +160,10 @@ def _in_front(fundamental: Array, focal_a: float, focal_b: float, a: Points, b: 
     return best
 
 
-def _both_ahead(state: PoseState, a: Points, b: Points) -> Array:
-    """(n,) bool: does the point where a match's rays pass nearest lie ahead of both cameras?"""
-    ray_a = lifted(a / state.focal_a) @ state.rotation.T  # in b's frame, from `direction`
-    ray_b = lifted(b / state.focal_b)
+def _both_ahead(state: RelativePoseParameters, a: Points, b: Points) -> Array:
+    """Return (n,) bool: whether the point where a match's rays pass nearest is ahead of both cameras."""
+    ray_a = homogeneous(a / state.focal_a) @ state.rotation.T  # in b's frame, from `direction`
+    ray_b = homogeneous(b / state.focal_b)
     # least squares of  direction + α ray_a = β ray_b
     aa, bb, ab = (np.sum(p * q, axis=1) for p, q in ((ray_a, ray_a), (ray_b, ray_b), (ray_a, ray_b)))
     at, bt = ray_a @ state.direction, ray_b @ state.direction
@@ -172,15 +172,15 @@ def _both_ahead(state: PoseState, a: Points, b: Points) -> Array:
         return ((bt * ab - at * bb) / slope > 0) & ((bt * aa - at * ab) / slope > 0)
 
 
-def _refined(start: PoseState, a: Points, b: Points, sigma: float) -> PoseState:
-    """Student-weighted least squares, reweighted until it rests."""
+def _refine(start: RelativePoseParameters, a: Points, b: Points, sigma: float) -> RelativePoseParameters:
+    """Refine by Student-weighted least squares."""
     state = start
     for _ in range(ROUNDS):
         r = state.residuals(a, b)[0]
         root = np.sqrt((TAIL + 1) / (TAIL + (r / sigma) ** 2))[:, None] / sigma
 
-        def weighted(s: PoseState, root: Array = root) -> tuple[Array, Array]:
+        def weighted(s: RelativePoseParameters, root: Array = root) -> tuple[Array, Array]:
             value, by = s.residuals(a, b)
             return value * root[:, 0], by * root
-        state = minimise(state, weighted, lambda s, d: s.moved(d), max_steps=10).state
+        state = minimise(state, weighted, lambda s, d: s.retract(d), max_steps=10).state
     return state

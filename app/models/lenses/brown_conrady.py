@@ -54,7 +54,7 @@ class BrownConradyLens:
         plane = radial(xy, gain)
         plane[..., 0] += 2 * p1 * x * y + p2 * (rr + 2 * x * x)
         plane[..., 1] += p1 * (rr + 2 * y * y) + 2 * p2 * x * y
-        # The radius must rise here; whether it rose all the way is distort's to say, too slow for each step of a fit.
+        # The radius must rise here; whether it rose from the centre on only distort checks: too slow for a fit.
         plane = np.where((np.real(gain + 2 * rr * slope) > 0)[..., None], plane, np.nan)
         by_xy = radial_jacobian(xy, gain, slope)
         by_xy[..., 0, 0] += 2 * p1 * y + 6 * p2 * x
@@ -72,7 +72,7 @@ class BrownConradyLens:
 
     @staticmethod
     def undistort(terms: Array, plane: Array) -> Array:
-        """Radially first, in one dimension; then Newton's method for the tangential part."""
+        """Invert the radial part in one dimension, then the tangential part by Newton's method."""
         limit = _horizon(tuple(terms))
 
         def distorted_radius(r: Array) -> tuple[Array, Array]:
@@ -115,7 +115,7 @@ def _gain_slope(terms: Array, rr: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def _horizon(terms: tuple[float, ...]) -> float:
-    """The r at which the radial part stops rising; infinity if never."""
+    """Return the r at which the radial part stops rising; infinity if never."""
     k1, k2, _, _, k3, k4, k5, k6 = terms
     above, below = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])
     s = np.polynomial.Polynomial([0, 1])  # r²

@@ -1,8 +1,8 @@
-"""Even division model: two numbers or three, counted on the picture as it is, not as it would be.
+"""Even division model: two or three radial terms in the distorted radius.
 
     r_u = r_d / (1 + k1 r_d² + k2 r_d⁴ + k3 r_d⁶)
 
-With k1 alone it is the division model. Its terms belong to radii in the picture, which end at its corner, while those
+With k1 alone it is the division model. Its terms belong to distorted radii, which end at the picture's corner; those
 of Brown–Conrady belong to straight radii, which a wide lens sends far out: there a few terms of a series are no lens
 any more, and each picture finds others. After M. Alemán-Flores et al., "Automatic lens distortion correction using
 one-parameter division models", IPOL 2014, and A. Fitzgibbon 2001.
@@ -30,7 +30,7 @@ class EvenDivisionLens:
 
     @staticmethod
     def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
-        """From the inverse function's: D = U⁻¹, so D' = (U')⁻¹ and ∂D/∂k = -(U')⁻¹ ∂U/∂k."""
+        """Differentiate by way of the inverse U = D⁻¹: D' = (U')⁻¹ and ∂D/∂k = -(U')⁻¹ ∂U/∂k."""
         _, by_ray = pinhole_jacobian(rays)
         plane = EvenDivisionLens.distort(terms, rays)
         rr = np.sum(plane * plane, axis=-1)
@@ -63,7 +63,7 @@ def _radius(terms: Array, r: Array) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=256)
 def _horizon(terms: tuple[float, ...]) -> float:
-    """The distorted radius at which the ray lies flat or the picture turns back; infinity if never."""
+    """Return the distorted radius at which the ray is at 90° or the picture folds back; infinity if never."""
     k1, k2, k3 = terms
     ends = []
     for factor in ([1.0, k1, k2, k3], [1.0, -k1, -3 * k2, -5 * k3]):  # the divisor; the slope times its square

@@ -49,7 +49,7 @@ class KannalaBrandtLens:
 
     @staticmethod
     def undistort(terms: Array, plane: Array) -> Array:
-        """Rays of unit length: past 90° there is no unit depth."""
+        """Return rays of unit length: past 90° there is no unit depth."""
         with np.errstate(all="ignore"):
             rd = np.linalg.norm(plane, axis=-1)
 
@@ -64,7 +64,7 @@ class KannalaBrandtLens:
 
 
 def _gain(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
-    """r_d / ρ, θ and ρ; NaN past the angle at which the picture would turn back."""
+    """Return r_d / ρ, θ and ρ; NaN past the angle at which the picture would fold back."""
     with np.errstate(all="ignore"):
         rho = np.sqrt(rays[..., 0] ** 2 + rays[..., 1] ** 2)
         z = rays[..., 2]
@@ -76,7 +76,7 @@ def _gain(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
 
 
 def _angle(rho: Array, z: Array) -> Array:
-    """atan2(ρ, z) for ρ ≥ 0; complex input keeps its derivative."""
+    """Return atan2(ρ, z) for ρ ≥ 0, also of complex input (for derivative checks)."""
     if not (np.iscomplexobj(rho) or np.iscomplexobj(z)):
         return np.arctan2(rho, z)
     real = np.arctan2(rho.real, z.real)
@@ -86,5 +86,5 @@ def _angle(rho: Array, z: Array) -> Array:
 
 @lru_cache(maxsize=256)
 def _end(terms: tuple[float, ...]) -> float:
-    """The largest angle used: where the radius stops rising, and never past 180°."""
+    """Return the largest angle used: where the radius stops rising, and never past 180°."""
     return min(first_turn(np.array([1.0, *terms])), np.pi)

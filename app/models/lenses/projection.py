@@ -11,14 +11,14 @@ UNDISTORT_TOLERANCE = 1e-13  # focal lengths: 1e-10 px
 
 
 def pinhole(rays: Array) -> Array:
-    """(X/Z, Y/Z); NaN behind the camera."""
+    """Return (X/Z, Y/Z); NaN behind the camera."""
     with np.errstate(all="ignore"):
         z = np.where(rays[..., 2:].real > 0, rays[..., 2:], np.nan)
         return rays[..., :2] / z
 
 
 def pinhole_jacobian(rays: Array) -> tuple[Array, Array]:
-    """pinhole and its derivative by the ray, (…, 2) and (…, 2, 3)."""
+    """Return pinhole(rays) and its derivative by the ray, (…, 2) and (…, 2, 3)."""
     plane = pinhole(rays)
     derivative = np.zeros((*plane.shape, 3), plane.dtype)
     with np.errstate(all="ignore"):
@@ -29,17 +29,17 @@ def pinhole_jacobian(rays: Array) -> tuple[Array, Array]:
 
 
 def rays_of(plane: Array) -> Array:
-    """(x, y) to (x, y, 1)."""
+    """Append a coordinate of 1: (x, y) to (x, y, 1)."""
     return np.concatenate([plane, np.ones((*plane.shape[:-1], 1))], axis=-1)
 
 
 def radial(xy: Array, gain: Array) -> Array:
-    """xy · gain, where gain belongs to r² = x² + y²."""
+    """Return xy · gain, where gain is a function of r² = x² + y²."""
     return xy * gain[..., None]
 
 
 def radial_jacobian(xy: Array, gain: Array, slope: Array) -> Array:
-    """d(xy · gain)/d(xy) (…, 2, 2), where slope = d gain / d r²."""
+    """Return d(xy · gain)/d(xy) (…, 2, 2), where slope = d gain / d r²."""
     return gain[..., None, None] * np.eye(2) + 2 * slope[..., None, None] * xy[..., :, None] * xy[..., None, :]
 
 
@@ -69,7 +69,7 @@ def invert_radius(value: Array, function: Callable[[Array], tuple[Array, Array]]
 
 
 def first_turn(coefficients: Array) -> float:
-    """The smallest positive r at which Σ c_k r^(2k) r stops rising; infinity if never. coefficients from r^1 up."""
+    """Return the smallest positive r at which Σ c_k r^(2k+1) stops rising; infinity if never."""
     powers = (2 * np.arange(len(coefficients)) + 1) * coefficients  # derivative as a polynomial in r²
     powers = np.trim_zeros(powers, "b")
     if len(powers) < 2:

@@ -30,7 +30,7 @@ class SslLens:
 
     @staticmethod
     def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
-        """With g = r_d / r_u:  g (1 + a g² r_u²) = 1, differentiated."""
+        """Differentiate g (1 + a g² r_u²) = 1, where g = r_d / r_u."""
         a = terms[0]
         xy, by_ray = pinhole_jacobian(rays)
         rr = np.sum(xy * xy, axis=-1)
@@ -50,7 +50,7 @@ class SslLens:
 
 
 def _gain(a: float, rr: Array) -> Array:
-    """r_d / r_u at r_u² = rr; complex input (for derivative checks) takes Newton steps from its real part's root."""
+    """Return r_d / r_u at r_u² = rr; complex input (for derivative checks) takes Newton steps from the real root."""
     real_a = float(np.real(a))
     r_u = np.sqrt(np.fmax(np.real(rr), 0.0))  # fmax: NaN, behind the camera, is put back below
     limit = 1 / np.sqrt(-3 * real_a) if real_a < 0 else np.inf

@@ -12,7 +12,7 @@ from app.evaluate.board.coverage import NEXT_SHARE, cell_counts, lean_vector, ne
 from app.evaluate.board.lens_uncertainty import expected_over_picture
 from app.evaluate.board.residual_structure import neighbour_correlation
 from app.fitting.board.fit import fit_board
-from app.fitting.board.parameters import Sights, matrices_from_vectors
+from app.fitting.board.parameters import BoardObservations, matrices_from_vectors
 from app.models import MODELS
 from app.workflows.board import calibrate_board, find
 from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, picture_of, views_of
@@ -91,7 +91,7 @@ def test_tilts_and_cells_are_those_of_the_views():
     degrees, nearer = tilts(fit)
     assert cell_counts(fit).sum() == 1200
     for k, (deg, edge) in enumerate(zip(degrees, nearer, strict=True)):
-        rays, pixels = fit.state.rays(fit.sights)[k], fit.sights.pixels[k]
+        rays, pixels = fit.state.rays(fit.observations)[k], fit.observations.pixels[k]
         if not edge:
             assert deg <= 12
             continue
@@ -103,13 +103,13 @@ def test_tilts_and_cells_are_those_of_the_views():
 
 
 def test_noise_has_no_neighbours_and_a_shape_has():
-    sights, rng = Sights.of(views_of(count=6)), np.random.default_rng(0)
+    sights, rng = BoardObservations.of(views_of(count=6)), np.random.default_rng(0)
     noise = rng.normal(0, 1, sights.pixels.shape)
     assert abs(neighbour_correlation(noise, sights)) < 0.1
     rows = np.repeat(rng.normal(0, 1, (6, 10, 2)), 10, axis=1)  # alike along each row, and rows know nothing of others
     assert neighbour_correlation(rows, sights) == pytest.approx(1.0)
     shuffled = rng.permutation(100)  # the order in which corners are listed is nobody's business
-    mixed = Sights.of(tuple(v.only(shuffled) for v in views_of(count=6)))
+    mixed = BoardObservations.of(tuple(v.only(shuffled) for v in views_of(count=6)))
     assert neighbour_correlation(rows[:, shuffled], mixed) == pytest.approx(1.0)
 
 

@@ -11,7 +11,7 @@ from app.core.geometry import ImageSize
 from app.core.records import observations_from_json
 from app.evaluate.drift.alarm import ALARMS, DriftWatch, sentence, state_of
 from app.evaluate.drift.monitor import DriftReference, DriftSample
-from app.fitting.image_motion import Flow, Judged, motion_of
+from app.fitting.image_motion import MotionField, MotionSize, estimate_motion
 from app.sources.sim.render import Rendering
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.drifting_cameras import bumped, fitted, followed, knocked, moved_by
@@ -168,7 +168,7 @@ def test_a_picture_without_lines_gives_nothing_to_follow(half):
 
 
 def seen(px: float = 0.0, **more) -> DriftSample:
-    return DriftSample("seen", 90, Judged(px, 5 * px, 0.01, 0.05), None, 100 * px, **more)
+    return DriftSample("seen", 90, MotionSize(px, 5 * px, 0.01, 0.05), None, 100 * px, **more)
 
 
 def test_one_strange_look_is_no_alarm_and_two_are():
@@ -206,20 +206,20 @@ def test_strays_have_no_say_in_the_motion():
     places = rng.uniform((40, 40), (600, 440), (80, 2))
     angle = rng.uniform(0, np.pi, 80)
     normals = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    flow = Flow(model, (640, 480))
+    flow = MotionField(model, (640, 480))
     across = np.einsum("ni,nik->nk", normals, flow.at(places))
     q = np.array([0.7, -0.4, 0.3, 0.1])
     off = np.sum(flow.shifts(places, q) * normals, axis=1) + rng.normal(0, 0.02, 80)
     off[:20] += rng.uniform(-1.2, 1.2, 20)
-    found = motion_of(across, off, np.full(80, 0.02))
+    found = estimate_motion(across, off, np.full(80, 0.02))
     assert found.q == pytest.approx(q, abs=0.05)
     assert found.agreeing[20:].mean() > 0.9 and found.agreeing[:20].mean() < 0.3
 
 
 def test_lines_of_one_direction_tell_only_across_them():
-    flow = Flow(object(), (640, 480))  # no rays: shift, turn and growth
+    flow = MotionField(object(), (640, 480))  # no rays: shift, turn and growth
     places = np.stack([np.linspace(50, 590, 30), np.full(30, 200.0)], axis=1)
     across = flow.at(places)[:, 1]  # all run along the picture: they show only what goes up or down
-    found = motion_of(across, np.full(30, 0.8), np.full(30, 0.05))
+    found = estimate_motion(across, np.full(30, 0.8), np.full(30, 0.05))
     assert found.sure > 6
     assert np.sqrt(found.covariance[0, 0]) > 100  # px: nobody knows how far along

@@ -9,7 +9,7 @@ from app.core.geometry import ImageSize
 from app.evaluate.board.lens_difference import lens_difference, median_difference
 from app.evaluate.board.lens_uncertainty import expected_px, lens_sensitivity
 from app.fitting.board.fit import board_model, fit_board
-from app.fitting.board.model_selection import ladder_of
+from app.fitting.board.model_selection import term_sets_for
 from app.models import MODELS
 from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, views_of
 
@@ -25,7 +25,7 @@ def test_exact_corners_of_a_bowed_board_give_the_lens_and_the_bow(truth):
     fit = fitted(views_of(truth, 8, noise_px=0, bow_mm=(1.0, -0.4)), MODELS[truth.model])
     assert np.nanmax(np.abs(lens_difference(truth, fit.lens))) < 1e-4
     np.testing.assert_allclose(fit.state.warp_mm, [1.0, -0.4], atol=1e-4)
-    assert not fit.strays.any() and fit.used.all()
+    assert not fit.outliers.any() and fit.used.all()
 
 
 def test_forty_noisy_views_of_a_bowed_board_reach_the_published_best():
@@ -39,7 +39,7 @@ def test_forty_noisy_views_of_a_bowed_board_reach_the_published_best():
 def test_strays_are_left_out_and_cost_little():
     clean, dirty = (fitted(views_of(seed=1, stray_share=s)) for s in (0.0, 0.02))
     assert dirty.sigma_px == pytest.approx(0.2, abs=0.01)
-    assert 0.015 < dirty.strays.mean() < 0.025 and clean.strays.mean() < 0.001
+    assert 0.015 < dirty.outliers.mean() < 0.025 and clean.outliers.mean() < 0.001
     assert median_difference(TRUTH, dirty.lens) < 0.1
     kept = fitted(views_of(seed=1, stray_share=0.02), robust=False)
     assert median_difference(TRUTH, kept.lens) > 3 * median_difference(TRUTH, dirty.lens)
@@ -132,7 +132,7 @@ def test_a_model_without_a_lens_is_refused():
 
 def test_every_ladder_begins_simple_and_ends_with_all_terms():
     for model in (BROWN, FISH):
-        ladder = ladder_of(model, {"terms": "auto"})
+        ladder = term_sets_for(model, {"terms": "auto"})
         assert ladder[0] == () and ladder[-1] == model.LENS.TERMS
 
 

@@ -6,36 +6,36 @@ import numpy as np
 import pytest
 
 from app.fitting.board.initial import homographies, poses_from_rays, start_states, zhang_intrinsics
-from app.fitting.board.least_squares import _normal, _step
-from app.fitting.board.outlier_rejection import Fitter
-from app.fitting.board.parameters import BoardState, Sights, matrices_from_vectors
+from app.fitting.board.least_squares import _normal_equations, _step
+from app.fitting.board.outlier_rejection import BoardSolver
+from app.fitting.board.parameters import BoardObservations, BoardParameters, matrices_from_vectors
 from app.fitting.board.problem import BoardProblem, free_mask
 from app.models import MODELS
-from app.models.pinhole_lens import PinholeLens
+from app.models.intrinsics import Intrinsics
 from app.models.rotation import matrix_from_vector
 from tests.support.board_views import FISHEYE, PLAIN, SIZE, TRUTH, views_of
 
-BARE = PinholeLens("brown-conrady", (0.0,) * 8, 900.0, 1.02, SIZE.centre, SIZE)
+BARE = Intrinsics("brown-conrady", (0.0,) * 8, 900.0, 1.02, SIZE.centre, SIZE)
 ALL = {"aspect": True, "centre": True, "warp": True}
 
 
 def a_state(truth=TRUTH, count=4, noise_px=0.0):
-    sights = Sights.of(views_of(truth, count, noise_px=noise_px))
+    sights = BoardObservations.of(views_of(truth, count, noise_px=noise_px))
     rays = truth.rays(sights.pixels)
     rotations, shifts = poses_from_rays(rays, sights)
-    return BoardState(truth.lens, np.log(truth.focal_px), truth.aspect, np.array(truth.centre_px),
+    return BoardParameters(truth.lens, np.log(truth.focal_px), truth.aspect, np.array(truth.centre_px),
                       np.array(truth.terms, float), np.array([1.0, 0.0]), rotations, shifts), sights
 
 
 def test_homographies_map_a_flat_board_exactly():
-    sights = Sights.of(views_of(BARE, 5, noise_px=0, bow_mm=(0, 0)))
+    sights = BoardObservations.of(views_of(BARE, 5, noise_px=0, bow_mm=(0, 0)))
     flat = np.concatenate([sights.places[..., :2], np.ones((*sights.places.shape[:2], 1))], -1)
     seen = flat @ homographies(sights).transpose(0, 2, 1)
     np.testing.assert_allclose(seen[..., :2] / seen[..., 2:], sights.pixels, atol=1e-7)
 
 
 def test_zhangs_intrinsics_are_exact_without_distortion():
-    sights = Sights.of(views_of(BARE, 6, noise_px=0, bow_mm=(0, 0)))
+    sights = BoardObservations.of(views_of(BARE, 6, noise_px=0, bow_mm=(0, 0)))
     focal, aspect = zhang_intrinsics(homographies(sights), SIZE)
     assert focal == pytest.approx(900.0, rel=1e-7) and aspect == pytest.approx(1.02, rel=1e-7)
 
@@ -48,7 +48,7 @@ def test_zhang_says_nan_where_views_tell_no_focal_length():
 
 @pytest.mark.parametrize("truth", [TRUTH, FISHEYE], ids=lambda t: t.model)
 def test_poses_come_straight_from_rays(truth):
-    sights = Sights.of(views_of(truth, 6, noise_px=0, bow_mm=(0, 0)))
+    sights = BoardObservations.of(views_of(truth, 6, noise_px=0, bow_mm=(0, 0)))
     rotations, shifts = poses_from_rays(truth.rays(sights.pixels), sights)
     seen = truth.project(sights.places @ rotations.transpose(0, 2, 1) + shifts[:, None])
     np.testing.assert_allclose(seen, sights.pixels, atol=1e-6)
@@ -61,7 +61,8 @@ def test_poses_hold_for_rays_past_ninety_degrees():
     points = board @ rotation.T + np.array([500.0, -20.0, -60.0])
     assert (points[:, 2] < 0).any()
     rays = points / np.linalg.norm(points, axis=1, keepdims=True)
-    sights = Sights(np.zeros((1, 12, 2)), board[None], np.ones((1, 12), bool), np.zeros((1, 12, 2)), 200.0, ("",))
+    sights = BoardObservations(np.zeros((1, 12, 2)), board[None], np.ones((1, 12), bool),
+                               np.zeros((1, 12, 2)), 200.0, ("",))
     rotations, shifts = poses_from_rays(rays[None], sights)
     np.testing.assert_allclose(rotations[0], rotation, atol=1e-9)
     np.testing.assert_allclose(shifts[0], [500, -20, -60], atol=1e-6)
@@ -69,7 +70,7 @@ def test_poses_hold_for_rays_past_ninety_degrees():
 
 @pytest.mark.parametrize("truth", [TRUTH, FISHEYE], ids=lambda t: t.model)
 def test_one_of_the_starts_is_near_the_truth(truth):
-    sights = Sights.of(views_of(truth, 20))
+    sights = BoardObservations.of(views_of(truth, 20))
     starts = start_states(MODELS[truth.model], sights, SIZE, bend=True)
     assert min(abs(np.exp(s.log_focal) / truth.focal_px - 1) for s in starts) < 0.1
 
@@ -91,21 +92,21 @@ def test_derivatives_agree_with_complex_step(truth):
     for i in range(6):
         step = np.zeros((len(state.rotations), 6))
         step[:, i] = 1e-6 if i < 3 else 1e-3
-        ahead, behind = (state.moved(np.zeros(len(free)), free, s).project(sights) for s in (step, -step))
+        ahead, behind = (state.retract(np.zeros(len(free)), free, s).project(sights) for s in (step, -step))
         np.testing.assert_allclose(own[..., i], (ahead - behind) / (2 * step[0, i]), rtol=1e-5, atol=1e-5)
 
 
-class _Complex(BoardState):
+class _Complex(BoardParameters):
     """A state whose numbers may be complex."""
 
 
 def test_eliminating_poses_gives_the_step_of_the_whole_system():
     state, sights = a_state(noise_px=0.3)
     problem = BoardProblem(sights, free_mask(state, PLAIN, **ALL), SIZE, 0.2)
-    residuals, shared, own = problem.look(state)
+    residuals, shared, own = problem.linearise(state)
     v, n = len(residuals), shared.shape[-1]
     prior, offset, damping = np.full(n, 0.01), np.linspace(0, 1, n), 1e-3
-    delta, own_delta, gain = _step(_normal(residuals, shared, own, None), prior, prior * offset, damping)
+    delta, own_delta, gain = _step(_normal_equations(residuals, shared, own, None), prior, prior * offset, damping)
     whole = np.zeros((residuals.size + n, n + 6 * v))
     rows = residuals[0].size
     for i in range(v):
@@ -124,14 +125,14 @@ def test_padding_does_not_pull():
     """Views of unequal size: ever so much padding, which repeats a corner with its noise, changes nothing."""
     views = [v.only(np.random.default_rng(i).random(len(v.pixels)) < 0.5 + 0.1 * i)
              for i, v in enumerate(views_of(count=5, noise_px=0.3))]
-    sights = Sights.of(tuple(views))
+    sights = BoardObservations.of(tuple(views))
     assert len({int(p.sum()) for p in sights.present}) > 1
     more = [np.concatenate([a, np.repeat(a[:, :1], 150, axis=1)], axis=1)
             for a in (sights.pixels, sights.places, sights.present & False, sights.bow)]
     wider = replace(sights, pixels=more[0], places=more[1], bow=more[3],
                     present=np.concatenate([sights.present, more[2][:, sights.present.shape[1]:]], axis=1))
     state, _ = a_state(count=5, noise_px=0.3)
-    found = [Fitter(SIZE, ALL).solve(s, state, PLAIN, 0.2).minimum.state.shared for s in (sights, wider)]
+    found = [BoardSolver(SIZE, ALL).solve(s, state, PLAIN, 0.2).minimum.state.shared for s in (sights, wider)]
     np.testing.assert_allclose(found[0], found[1], rtol=1e-5, atol=1e-4)  # mm; where each search stops
 
 

@@ -8,7 +8,7 @@ import pytest
 from app.core.geometry import ImageSize
 from app.evaluate.cameras.pair_agreement import PointAgreement
 from app.evaluate.cameras.pair_verdict import of_agreement, of_calibrated, of_fundamental, of_pose
-from app.fitting.two_view.epipolar_lines import bent_lines, straight_lines
+from app.fitting.two_view.epipolar_lines import epipolar_curves, epipolar_segments
 from app.fitting.two_view.fundamental_matrix import fundamental_matrix
 from tests.support.pairs import simulated
 
@@ -25,13 +25,13 @@ def away(points, lines):
 def test_a_match_lies_on_the_straight_line_of_its_fellow_both_ways():
     pair = simulated(0, mistakes=0.0, noise_px=0.01)
     found = fundamental_matrix(pair.a, pair.b).fundamental
-    assert away(pair.b, straight_lines(found, pair.a, SIZE)).max() < 0.2
-    assert away(pair.a, straight_lines(found.T, pair.b, SIZE)).max() < 0.2
+    assert away(pair.b, epipolar_segments(found, pair.a, SIZE)).max() < 0.2
+    assert away(pair.a, epipolar_segments(found.T, pair.b, SIZE)).max() < 0.2
 
 
 def test_straight_lines_end_at_the_picture_and_one_that_misses_it_is_nan():
     upright, level, aside = [1.0, 0, -300], [0.0, 1, -200], [1.0, 0, -5000]
-    lines = [straight_lines(np.column_stack([np.zeros((3, 2)), line]), np.zeros((1, 2)), SIZE)[0]
+    lines = [epipolar_segments(np.column_stack([np.zeros((3, 2)), line]), np.zeros((1, 2)), SIZE)[0]
              for line in (upright, level, aside)]
     assert sorted(map(tuple, lines[0])) == [(300, -0.5), (300, 1023.5)]
     assert sorted(map(tuple, lines[1])) == [(-0.5, 200), (1279.5, 200)]
@@ -41,7 +41,7 @@ def test_straight_lines_end_at_the_picture_and_one_that_misses_it_is_nan():
 @pytest.mark.parametrize("k", [0.0, -0.25])
 def test_a_lens_bends_the_line_and_the_match_stays_on_it(k):
     pair = simulated(1, mistakes=0.0, noise_px=0.0, k=k)
-    lines = bent_lines(pair.camera_a, pair.camera_b, pair.a)
+    lines = epipolar_curves(pair.camera_a, pair.camera_b, pair.a)
     assert away(pair.b, np.where(np.isfinite(lines), lines, 1e9)).max() < 0.05  # px, of steps that are straight
     ends = lines[:, [0, -1]]
     bow = away(lines[:, 32], ends)
@@ -51,7 +51,7 @@ def test_a_lens_bends_the_line_and_the_match_stays_on_it(k):
 def test_a_line_that_is_nowhere_in_the_other_picture_is_nan():
     pair = simulated(0, mistakes=0.0)
     turned = replace(pair.camera_b, rotation=(0.0, 0.0, 0.0))  # looks up
-    assert np.isnan(bent_lines(pair.camera_a, turned, pair.a[:3])).all()
+    assert np.isnan(epipolar_curves(pair.camera_a, turned, pair.a[:3])).all()
 
 
 def agreement(offsets):

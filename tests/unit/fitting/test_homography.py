@@ -10,7 +10,7 @@ from app.core.field import BORDERS
 from app.core.geometry import ImageSize
 from app.core.records import Observation
 from app.fitting.homography.fit import HomographyFitter
-from app.fitting.homography.parameters import HomographyState
+from app.fitting.homography.parameters import HomographyParameters
 from app.models import field_from_raw, parameters_json, raw_from_field
 from app.models.homography import Homography
 from tests.support.fields import FULL, plain_field, seen
@@ -50,7 +50,7 @@ def test_the_stated_sigma_is_the_one_that_is_seen():
     for seed in range(60):
         fit = HomographyFitter.fit(clicks(TILTED, seed=seed), FIELD, FULL, SIZE, {"click_sigma_px": NOISE_PX})
         moved.append(field_from_raw(fit.model, raw_from_field(TILTED, corners)) - corners)
-        _, by_point, by = HomographyState.of(fit.model).project_jacobian(np.hstack([corners, np.zeros((4, 1))]))
+        _, by_point, by = HomographyParameters.of(fit.model).project_jacobian(np.hstack([corners, np.zeros((4, 1))]))
         by_field = np.linalg.solve(by_point[:, :, :2], by)
         told.append(np.einsum("nij,jk,nik->ni", by_field, fit.covariance, by_field))
     seen_sigma = np.sqrt(np.mean(np.square(moved), axis=0))
@@ -59,12 +59,12 @@ def test_the_stated_sigma_is_the_one_that_is_seen():
 
 def test_the_derivatives_are_those_of_the_projection():
     """Central differences: the step's square and the digits it eats balance near 1e-5."""
-    state = HomographyState.of(TILTED)
+    state = HomographyParameters.of(TILTED)
     points = np.array([[100.0, -900.0, 0.0], [-1800.0, 1200.0, 0.0]])
     _, by_point, by = state.project_jacobian(points)
     step = 1e-5
     for n in range(8):
-        ahead, behind = (state.moved(s * np.eye(8)[n], np.ones(8, bool)).project_jacobian(points)[0]
+        ahead, behind = (state.retract(s * np.eye(8)[n], np.ones(8, bool)).project_jacobian(points)[0]
                          for s in (step, -step))
         np.testing.assert_allclose(by[:, :, n], (ahead - behind) / (2 * step), atol=1e-5)
     for axis in range(2):

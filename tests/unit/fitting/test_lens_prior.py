@@ -9,9 +9,9 @@ import pytest
 from app.core.errors import BadInput
 from app.evaluate.fit.uncertainty import HAT_MM, expected_error, grid_over
 from app.fitting.board.fit import fit_board
-from app.fitting.ray_camera.lens_prior import camera_lens, held_lens, lens_prior
+from app.fitting.ray_camera.lens_prior import camera_intrinsics, lens_prior, read_lens
 from app.models import MODELS, parameters_json
-from app.models.pinhole_lens import PinholeLens
+from app.models.intrinsics import Intrinsics
 from tests.support.board_views import SIZE as BOARD_SIZE
 from tests.support.board_views import TRUTH, views_of
 from tests.support.operator import REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
@@ -20,14 +20,14 @@ CAMERA = reference_camera("strong", 0)
 
 
 @pytest.fixture(scope="module")
-def board_lens() -> PinholeLens:
+def board_lens() -> Intrinsics:
     """The reference camera's lens, from twenty views of a board."""
-    truth = camera_lens(true_camera(CAMERA))
+    truth = camera_intrinsics(true_camera(CAMERA))
     assert truth.image_size == SIZE == BOARD_SIZE
     return fit_board(views_of(truth, 20, seed=5), SIZE, MODELS["brown-conrady"]).lens
 
 
-def option(lens: PinholeLens, sigma: str = "0") -> dict:
+def option(lens: Intrinsics, sigma: str = "0") -> dict:
     return {"lens": {"name": lens.model, "lens": json.loads(json.dumps(lens.to_json()))}, "lens_sigma": sigma}
 
 
@@ -102,7 +102,7 @@ def test_a_lens_calibrated_at_one_pose_is_held_at_another_with_an_honest_error()
 
 def test_of_a_calibrations_covariance_only_the_lenss_part_is_held():
     fit = fitted(CAMERA, 0, terms=("k1",))
-    lens = held_lens(fit.model.NAME, taken_over(fit), SIZE)
+    lens = read_lens(fit.model.NAME, taken_over(fit), SIZE)
     assert lens.estimated == ("log_focal", "k1")
     assert lens.sigma["k1"] == pytest.approx(np.sqrt(fit.covariance[fit.parameter_names.index("k1")][
         fit.parameter_names.index("k1")]))
@@ -143,8 +143,8 @@ def test_what_does_not_fit_the_picture_or_the_model_is_refused(board_lens):
 
 
 def test_a_lens_survives_its_json_exactly(board_lens):
-    assert PinholeLens.from_json(json.loads(json.dumps(board_lens.to_json()))) == board_lens
-    assert PinholeLens.from_json(TRUTH.to_json()) == TRUTH
+    assert Intrinsics.from_json(json.loads(json.dumps(board_lens.to_json()))) == board_lens
+    assert Intrinsics.from_json(TRUTH.to_json()) == TRUTH
 
 
 @pytest.mark.parametrize("change", [
@@ -156,7 +156,7 @@ def test_a_lens_survives_its_json_exactly(board_lens):
 def test_what_is_no_lens_is_refused(change):
     from app.core.errors import TouchlineError
     with pytest.raises(TouchlineError):
-        PinholeLens.from_json({**TRUTH.to_json(), **change})
+        Intrinsics.from_json({**TRUTH.to_json(), **change})
 
 
 def test_a_lens_projects_and_looks_back():

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput, FitFailed
-from app.fitting.plumb_line.fit import fit_plumb
-from app.fitting.plumb_line.line_sag import bow_px, bow_verdict
-from app.fitting.plumb_line.problem import Bent, Chains
-from app.fitting.plumb_line.search import with_lines
+from app.fitting.plumb_line.fit import fit_plumb_lines
+from app.fitting.plumb_line.line_sag import sag_px, sag_verdict
+from app.fitting.plumb_line.problem import Chains, LineFit
+from app.fitting.plumb_line.search import with_best_lines
+from app.models.distortion import LINE_LENSES, Distortion
 from app.models.lenses.even_division import EvenDivisionLens
 from app.models.lenses.projection import rays_of
-from app.models.plumb_line import LENSES, PlumbLens
 from app.workflows.straight_lines import straightness
 from tests.support.straight_edges import FLOOR_PX, SIZE, arc, lens_of, lines_seen
 
@@ -25,7 +25,7 @@ WORLDS = [("division", (-0.25,)), ("division", (0.08,)), ("division-even", (-0.3
 @pytest.mark.parametrize(("name", "terms"), WORLDS)
 def test_exact_points_give_the_lens_back(name, terms):
     lens = lens_of(name, terms, centre=(8, -5))
-    fit = fit_plumb(lines_seen(lens, 0, noise_px=0), SIZE, name, centre_sigma_px=50)
+    fit = fit_plumb_lines(lines_seen(lens, 0, noise_px=0), SIZE, name, centre_sigma_px=50)
     assert fit.after_px < 1e-3
     np.testing.assert_allclose(fit.values, [*terms, *lens.centre_px], atol=0.2)  # the prior pulls the centre
     np.testing.assert_allclose(fit.values[:len(terms)], terms, atol=2e-4)
@@ -33,7 +33,7 @@ def test_exact_points_give_the_lens_back(name, terms):
 
 @pytest.mark.parametrize(("name", "terms"), WORLDS)
 def test_lines_become_straight_to_the_noise_of_their_points(name, terms):
-    after = [fit_plumb(lines_seen(lens_of(name, terms), seed), SIZE, name).after_px for seed in SEEDS]
+    after = [fit_plumb_lines(lines_seen(lens_of(name, terms), seed), SIZE, name).after_px for seed in SEEDS]
     assert max(after) <= 0.32  # px; the points err by 0.309
     assert min(after) > 0.9 * FLOOR_PX  # less would be following the noise
 
@@ -42,18 +42,20 @@ def test_lines_become_straight_to_the_noise_of_their_points(name, terms):
 def test_the_truth_lies_within_what_sigma_promises(name, terms):
     lens = lens_of(name, terms, centre=(8, -5))
     truth = np.array([*terms, *lens.centre_px])
-    fits = [fit_plumb(lines_seen(lens, seed), SIZE, name) for seed in SEEDS]
-    chance = np.array([np.abs(f.values - truth) / np.sqrt(np.diag(f.chance)) for f in fits])
+    fits = [fit_plumb_lines(lines_seen(lens, seed), SIZE, name) for seed in SEEDS]
+    chance = np.array([np.abs(f.values - truth) / np.sqrt(np.diag(f.statistical_covariance)) for f in fits])
     assert 0.3 < np.sqrt(np.mean(chance**2)) < 1.1  # a σ that is far too large is no answer either
     assert chance.max() < 3
-    assert all((f.sigma >= np.sqrt(np.diag(f.chance))).all() for f in fits)
+    assert all((f.sigma >= np.sqrt(np.diag(f.statistical_covariance))).all() for f in fits)
 
 
 def test_a_lens_of_another_kind_lies_within_the_sigma_that_allows_for_it():
     """The world is a division lens of two terms; its leading term must be within σ of what one term finds."""
-    fits = [fit_plumb(lines_seen(lens_of("division-even", (-0.4, -0.14)), seed), SIZE, "division") for seed in SEEDS]
+    fits = [fit_plumb_lines(lines_seen(lens_of("division-even", (-0.4, -0.14)), seed), SIZE, "division")
+            for seed in SEEDS]
     off = np.array([abs(f.values[0] + 0.4) for f in fits])
-    assert (off > 4 * np.sqrt([f.chance[0, 0] for f in fits])).mean() > 0.5  # chance alone does not explain it
+    sigma = np.sqrt([f.statistical_covariance[0, 0] for f in fits])
+    assert (off > 4 * sigma).mean() > 0.5  # chance alone does not explain it
     assert (off < 2 * np.array([f.sigma[0] for f in fits])).all()
 
 
@@ -62,17 +64,17 @@ def test_the_derivatives_are_those_of_the_distances(name, terms):
     lens = lens_of(name, terms, centre=(8, -5))
     chains = Chains.of(lines_seen(lens, 1, lines=5), lens.unit_px, 0.3)
     empty = np.empty(0)
-    state = Bent(LENSES[name][0], np.array(lens.terms), np.array(lens.centre_px), empty, empty, empty)
-    state = with_lines(state, chains)
+    state = LineFit(LINE_LENSES[name][0], np.array(lens.terms), np.array(lens.centre_px), empty, empty, empty)
+    state = with_best_lines(state, chains)
 
     def residuals(moved):
         for _ in range(4):  # the feet must follow: the distance is to the curve, not to a place on it
             moved = replace(moved, feet=feet_below(moved, chains))
-        return moved.look(chains).residuals
+        return moved.linearise(chains).residuals
 
-    look, step = state.look(chains), 1e-6
+    look, step = state.linearise(chains), 1e-6
     for i in range(len(terms)):
-        column = list(LENSES[name][0].TERMS).index(list(LENSES[name][1])[i])
+        column = list(LINE_LENSES[name][0].TERMS).index(list(LINE_LENSES[name][1])[i])
         up, down = (replace(state, terms=state.terms + s * np.eye(len(state.terms))[column]) for s in (step, -step))
         np.testing.assert_allclose((residuals(up) - residuals(down)) / (2 * step), look.by_lens[:, column],
                                    atol=1e-3 * np.abs(look.by_lens[:, column]).max())
@@ -116,7 +118,7 @@ def test_an_edge_that_is_no_straight_line_is_named_and_left_out():
     lens = lens_of("division", (-0.25,))
     chains = lines_seen(lens, 2)
     crooked = [*chains[:3], arc((300, 300), 250, 0.2, 1.2), *chains[3:], arc((900, 500), 200, 2.0, 1.5)]
-    fit = fit_plumb(crooked, SIZE, "division")
+    fit = fit_plumb_lines(crooked, SIZE, "division")
     assert [(c.index, c.reason) for c in fit.chains if not c.used] == [(3, "not-straight"), (15, "not-straight")]
     assert abs(fit.values[0] + 0.25) < 3 * fit.sigma[0]
 
@@ -126,7 +128,7 @@ def test_an_edge_that_bows_by_four_pixels_of_its_own_is_left_out_too():
     way = chains[5][-1] - chains[5][0]
     side = np.array([-way[1], way[0]]) / np.linalg.norm(way)
     chains[5] = chains[5] + 4 * np.sin(np.linspace(0, np.pi, len(chains[5])))[:, None] * side
-    fit = fit_plumb(chains, SIZE, "division")
+    fit = fit_plumb_lines(chains, SIZE, "division")
     assert [c.index for c in fit.chains if not c.used] == [5]
 
 
@@ -134,7 +136,7 @@ def test_a_stray_point_bends_nothing():
     lens = lens_of("division", (-0.25,))
     chains = lines_seen(lens, 4)
     chains[0][5] += (6, 6)
-    fit = fit_plumb(chains, SIZE, "division")
+    fit = fit_plumb_lines(chains, SIZE, "division")
     assert abs(fit.values[0] + 0.25) < 3 * fit.sigma[0]
 
 
@@ -142,7 +144,7 @@ def test_two_sides_of_one_bar_count_as_one_object():
     lens = lens_of("division", (-0.25,))
     chains = lines_seen(lens, 5)
     twice = [*chains, *(c + 2.0 for c in chains)]
-    alone, both = fit_plumb(chains, SIZE, "division"), fit_plumb(twice, SIZE, "division")
+    alone, both = fit_plumb_lines(chains, SIZE, "division"), fit_plumb_lines(twice, SIZE, "division")
     assert both.groups == alone.groups
     assert both.sigma[0] > 0.8 * alone.sigma[0]  # nothing new was seen
 
@@ -150,15 +152,15 @@ def test_two_sides_of_one_bar_count_as_one_object():
 def test_several_pictures_tell_more_than_one():
     lens = lens_of("division", (-0.25,))
     sets = [lines_seen(lens, seed) for seed in range(4)]
-    one = fit_plumb(sets[0], SIZE, "division")
-    four = fit_plumb([c for s in sets for c in s], SIZE, "division", pictures=np.repeat(range(4), 14))
+    one = fit_plumb_lines(sets[0], SIZE, "division")
+    four = fit_plumb_lines([c for s in sets for c in s], SIZE, "division", pictures=np.repeat(range(4), 14))
     assert four.sigma[0] < 0.8 * one.sigma[0]
 
 
 def test_what_the_centre_is_known_to_counts():
     lens = lens_of("division", (-0.25,), centre=(12, 0))
     chains = lines_seen(lens, 6)
-    held, known, free = (fit_plumb(chains, SIZE, "division", centre_sigma_px=s) for s in (0, 0.01, 30))
+    held, known, free = (fit_plumb_lines(chains, SIZE, "division", centre_sigma_px=s) for s in (0, 0.01, 30))
     assert held.names == ("k",) and held.lens.centre_px == SIZE.centre
     np.testing.assert_allclose(known.lens.centre_px, SIZE.centre, atol=0.1)
     assert abs(free.lens.centre_px[0] - lens.centre_px[0]) < 3 * free.sigma[1] < 30
@@ -170,15 +172,15 @@ def test_terms_are_those_of_a_camera_of_any_focal_length():
     terms = np.zeros(8)
     terms[[0, 1, 4]] = list(lens.terms_for(900.0).values())
     rays = lens.lens.undistort(terms, (raw - lens.centre_px) / 900.0)
-    np.testing.assert_allclose(rays[:, :2] * 900.0 + lens.centre_px, lens.straight_from_raw(raw), atol=1e-8)
+    np.testing.assert_allclose(rays[:, :2] * 900.0 + lens.centre_px, lens.undistorted_from_raw(raw), atol=1e-8)
 
 
 def test_the_lens_survives_json_exactly():
     lens = lens_of("brown-conrady", (-0.28, 0.09), centre=(1 / 3, 0.1))
-    assert PlumbLens.from_json(json.loads(json.dumps(lens.to_json()))) == lens
+    assert Distortion.from_json(json.loads(json.dumps(lens.to_json()))) == lens
     for broken in (None, {}, {**lens.to_json(), "name": "wide"}, {**lens.to_json(), "centre_px": [float("nan"), 0]}):
         with pytest.raises(BadInput):
-            PlumbLens.from_json(broken)
+            Distortion.from_json(broken)
 
 
 def test_the_bow_of_a_known_lens_is_known():
@@ -188,19 +190,19 @@ def test_the_bow_of_a_known_lens_is_known():
     straight = np.array([[-0.5, 0.4], [0.0, 0.4], [0.5, 0.4]])
     gain = 2 / (1 + np.sqrt(1 + 0.8 * np.sum(straight**2, axis=1)))
     raw = straight * gain[:, None] * unit + (x, y)
-    assert bow_px(lens, raw[[0, 2]]) == pytest.approx(raw[1, 1] - raw[0, 1], abs=1e-6)
+    assert sag_px(lens, raw[[0, 2]]) == pytest.approx(raw[1, 1] - raw[0, 1], abs=1e-6)
 
 
 def test_a_straight_picture_has_no_significant_distortion():
     for seed in SEEDS:
         chains = lines_seen(lens_of("division", (0.0,)), seed)
-        assert bow_verdict(fit_plumb(chains, SIZE, "division"), chains).answer == "none"
+        assert sag_verdict(fit_plumb_lines(chains, SIZE, "division"), chains).answer == "none"
 
 
 def test_thousands_of_points_do_not_make_a_bow_of_a_tenth_of_a_pixel_significant():
     lens = lens_of("division", (-0.001,))
     chains = lines_seen(lens, 1, lines=60, points=200)
-    verdict = bow_verdict(fit_plumb(chains, SIZE, "division"), chains)
+    verdict = sag_verdict(fit_plumb_lines(chains, SIZE, "division"), chains)
     assert verdict.answer == "none"
     assert verdict.most.px > 2 * verdict.most.sigma_px  # a bare test of significance would have cried out
 
@@ -229,7 +231,7 @@ def test_the_report_names_lines_and_is_plain_json():
     assert report["lines"][14]["name"] == "line 15" and report["lines"][14]["reason"] == "not-straight"
     assert report["lines"][15]["reason"] == "too-few-points"
     assert report["straightness_px"]["after"] < 0.35 < report["straightness_px"]["before"]
-    assert PlumbLens.from_json(report["lens"]).name == "division"
+    assert Distortion.from_json(report["lens"]).name == "division"
 
 
 @pytest.mark.parametrize(("lines", "reason"), [
@@ -255,8 +257,9 @@ def test_pictures_of_different_sizes_and_unknown_lenses_are_refused():
     blank = np.zeros((40, 60, 3), np.uint8)
     for bad in (lambda: straightness([blank, blank[:30]]), lambda: straightness(),
                 lambda: straightness(lines=[[[0, 0]]], image_size=SIZE, lens="fisheye"),
-                lambda: fit_plumb([], SIZE, "division", ("k9",)), lambda: fit_plumb([], SIZE, "division-even", ("k2",)),
-                lambda: fit_plumb([], SIZE, "division", centre_sigma_px=float("nan"))):
+                lambda: fit_plumb_lines([], SIZE, "division", ("k9",)),
+                lambda: fit_plumb_lines([], SIZE, "division-even", ("k2",)),
+                lambda: fit_plumb_lines([], SIZE, "division", centre_sigma_px=float("nan"))):
         with pytest.raises(BadInput):
             bad()
     with pytest.raises(FitFailed, match="There are 0 lines"):

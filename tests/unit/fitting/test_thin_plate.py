@@ -13,12 +13,12 @@ from app.evaluate.fit.observability import observability_warnings
 from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting import FITTERS, sensitivity_of
 from app.fitting.thin_plate.fit import ThinPlateFitter
-from app.fitting.thin_plate.smoothing import Knowledge, Smoother
-from app.fitting.thin_plate.uncertainty import BEND_NAMES, lattice
+from app.fitting.thin_plate.smoothing import Constraints, SmoothingSplines
+from app.fitting.thin_plate.uncertainty import NODE_NAMES, lattice
 from app.models import RayModel, field_from_raw, parameters_json, raw_from_field
 from app.models.brown_conrady import BrownConrady
 from app.models.homography import Homography
-from app.models.ray_camera import example_fields
+from app.models.ray_camera import example_parameters
 from app.models.thin_plate import ThinPlate
 from app.models.thin_plate_spline import Spline
 from app.workflows import calibration
@@ -26,8 +26,9 @@ from tests.support.fields import FULL, jittered, marks_seen, plain_field, seen
 
 SIZE = ImageSize(1280, 1024)
 FIELD = plain_field()
-DOWN, TILTED, _ = (BrownConrady(lens_terms=(-0.28, 0.09, 0, 0, 0, 0, 0, 0), **common) for common in example_fields())
-MILD = BrownConrady(lens_terms=(-0.04, 0, 0, 0, 0, 0, 0, 0), **next(example_fields()))
+DOWN, TILTED, _ = (BrownConrady(lens_terms=(-0.28, 0.09, 0, 0, 0, 0, 0, 0), **common)
+                   for common in example_parameters())
+MILD = BrownConrady(lens_terms=(-0.04, 0, 0, 0, 0, 0, 0, 0), **next(example_parameters()))
 PINHOLE = list(Homography.examples())[1]
 INSIDE = ("at-x-1", "at-x-2", "at-x-3", "at-y-1", "at-y-2", "at-y-3")
 
@@ -112,8 +113,8 @@ def test_it_is_the_classical_spline_where_whole_displacements_are_known():
     plane = np.concatenate([np.ones((14, 1)), places], axis=1)
     system = np.block([[kernel, plane], [plane.T, np.zeros((3, 3))]])
     solution = np.linalg.solve(system, np.concatenate([values, np.zeros((3, 2))]))
-    known = Knowledge(np.repeat(places, 2, axis=0), np.tile(np.eye(2), (14, 1)), values.ravel(), np.ones(28))
-    spline = Smoother(known).spline(0.0)
+    known = Constraints(np.repeat(places, 2, axis=0), np.tile(np.eye(2), (14, 1)), values.ravel(), np.ones(28))
+    spline = SmoothingSplines(known).spline(0.0)
     asked = rng.uniform(-1, 1, (50, 2))
     far = np.linalg.norm(asked[:, None] - places, axis=-1)
     expected = far**2 * np.log(far) @ solution[:14] + np.concatenate([np.ones((50, 1)), asked], axis=1) @ solution[14:]
@@ -123,13 +124,14 @@ def test_it_is_the_classical_spline_where_whole_displacements_are_known():
 def test_its_left_out_errors_are_those_of_leaving_out():
     rng = np.random.default_rng(3)
     places, turn = rng.uniform(-1, 1, (30, 2)), rng.uniform(0, np.pi, 30)
-    known = Knowledge(places, np.stack([np.cos(turn), np.sin(turn)], axis=1), rng.normal(0, 3, 30),
+    known = Constraints(places, np.stack([np.cos(turn), np.sin(turn)], axis=1), rng.normal(0, 3, 30),
                       rng.uniform(0.5, 2, 30))
-    smoother = Smoother(known)
-    quick = smoother.residuals(1e-3) / smoother.leeway(1e-3)
+    smoother = SmoothingSplines(known)
+    quick = smoother.residuals(1e-3) / smoother.free_share(1e-3)
     for j in range(0, 30, 7):
         rest = np.arange(30) != j
-        without = Smoother(Knowledge(*(getattr(known, f)[rest] for f in ("places", "directions", "values", "weights"))))
+        without = SmoothingSplines(Constraints(*(getattr(known, f)[rest]
+                                                 for f in ("places", "directions", "values", "weights"))))
         spline = without.spline(1e-3 * smoother.unit / without.unit)
         error = (known.values[j] - known.directions[j] @ spline(places[j:j + 1])[0]) * known.weights[j]
         assert error == pytest.approx(quick[j], abs=1e-8)
@@ -268,10 +270,10 @@ def test_a_spline_through_every_click_still_knows_its_error():
 def test_its_expected_error_travels_with_its_report_and_is_ranked_by_the_numbers_it_found():
     made = calibration.calibrate(clicks(MILD, marks=True), FIELD, FULL, SIZE, "thin-plate")
     kept = made.report["covariance"]
-    assert kept["names"] == list(BEND_NAMES) and len(kept["matrix"]) == 2 * len(lattice(1.0, 1.0))
+    assert kept["names"] == list(NODE_NAMES) and len(kept["matrix"]) == 2 * len(lattice(1.0, 1.0))
     over = calibration.uncertainty(made.model, kept, FULL)
     assert over["rms"] == pytest.approx(made.report["sigma_mm"]["rms"], rel=0.1)
-    assert parameter_count(made.fit) == made.fit.notes["parameters"] != len(BEND_NAMES)
+    assert parameter_count(made.fit) == made.fit.notes["parameters"] != len(NODE_NAMES)
 
 
 def test_borders_alone_are_told_to_be_a_guess_and_the_next_click_is_inside():
@@ -287,19 +289,19 @@ def test_borders_alone_are_told_to_be_a_guess_and_the_next_click_is_inside():
 def test_the_errors_derivatives_are_those_of_the_map():
     """A displacement that the lattice can carry, added to the model: the place and the click move as told."""
     fit = ThinPlateFitter.fit(clicks(MILD), FIELD, FULL, SIZE)
-    bump = np.random.default_rng(1).normal(0, 1, len(BEND_NAMES))
+    bump = np.random.default_rng(1).normal(0, 1, len(NODE_NAMES))
     places = np.array([[0.0, 0.0], [-1500.0, 900.0], [700.0, -1200.0]])
     xyz = np.concatenate([places, np.zeros((3, 1))], axis=1)
-    moved = sensitivity_of(fit.model).field_jacobian(xyz, BEND_NAMES) @ bump
+    moved = sensitivity_of(fit.model).field_jacobian(xyz, NODE_NAMES) @ bump
     nodes = fit.model.field_from_corrected(lattice(fit.model.width_px, fit.model.height_px))
     mm_per_px = fit.model.field_from_corrected(np.eye(2)) - fit.model.field_from_corrected(np.zeros((2, 2)))
     at_nodes = sensitivity_of(fit.model).field_jacobian(np.concatenate([nodes, np.zeros((35, 1))], axis=1),
-                                                        BEND_NAMES) @ bump
+                                                        NODE_NAMES) @ bump
     np.testing.assert_allclose(at_nodes, bump.reshape(-1, 2) @ mm_per_px, atol=1e-9)
     along = np.array([[1.0, 0.0], [0.0, 1.0], [0.6, 0.8]])
-    px = sensitivity_of(fit.model).click_jacobian(places, along, BEND_NAMES) @ bump
+    px = sensitivity_of(fit.model).click_jacobian(places, along, NODE_NAMES) @ bump
     image, ahead = (raw_from_field(fit.model, places - moved * s) for s in (0.0, 1e-3))
     run = raw_from_field(fit.model, places + along) - image
     across = np.stack([-run[:, 1], run[:, 0]], axis=1) / np.linalg.norm(run, axis=1, keepdims=True)
     np.testing.assert_allclose(px, np.einsum("ni,ni->n", across, ahead - image) / 1e-3, rtol=0.02)
-    assert np.isnan(sensitivity_of(fit.model).field_jacobian(np.array([[9e4, 0.0, 0.0]]), BEND_NAMES)).all()
+    assert np.isnan(sensitivity_of(fit.model).field_jacobian(np.array([[9e4, 0.0, 0.0]]), NODE_NAMES)).all()

@@ -9,9 +9,15 @@ from app.core.errors import BadInput, FitFailed
 from app.core.records import Observation
 from app.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
 from app.evaluate.cameras.shared_area import overlap
-from app.fitting.two_view.epipolar import EpipolarState, eight_point, sampson_px
+from app.fitting.two_view.epipolar import FundamentalParameters, eight_point, sampson_px
 from app.fitting.two_view.fundamental_matrix import fundamental_matrix
-from app.fitting.two_view.relative_pose import PoseState, calibrated_epipolar_px, ideal_px, pose_between, relative_pose
+from app.fitting.two_view.relative_pose import (
+    RelativePoseParameters,
+    calibrated_epipolar_px,
+    ideal_px,
+    pose_between,
+    relative_pose,
+)
 from app.models import raw_from_field
 from app.models.homography import Homography
 from app.models.rotation import vector_from_matrix
@@ -66,8 +72,9 @@ def test_the_same_seed_gives_the_same_answer_and_another_nearly_so():
 
 
 @pytest.mark.parametrize("state, a, b", [
-    (lambda p: EpipolarState.of(eight_point(*ideal(p, "")), *ideal(p, "")), "a", "b"),
-    (lambda p: PoseState(pose_between(p.camera_a, p.camera_b)[0], np.array([0.6, 0.0, 0.8]), 900.0, 900.0), "a", "b")],
+    (lambda p: FundamentalParameters.of(eight_point(*ideal(p, "")), *ideal(p, "")), "a", "b"),
+    (lambda p: RelativePoseParameters(pose_between(p.camera_a, p.camera_b)[0], np.array([0.6, 0.0, 0.8]), 900.0, 900.0),
+     "a", "b")],
     ids=["F", "R and t"])
 def test_the_derivatives_are_those_of_the_distances(state, a, b):
     pair = simulated(4, matches=40, mistakes=0.0)
@@ -76,7 +83,7 @@ def test_the_derivatives_are_those_of_the_distances(state, a, b):
     r, by = start.residuals(a, b)
     for n in range(by.shape[1]):
         step = 1e-6 * np.eye(by.shape[1])[n]
-        ahead, behind = (start.moved(s * step).residuals(a, b)[0] for s in (1, -1))
+        ahead, behind = (start.retract(s * step).residuals(a, b)[0] for s in (1, -1))
         np.testing.assert_allclose(by[:, n], (ahead - behind) / 2e-6, rtol=1e-4, atol=1e-4 * np.abs(by[:, n]).max())
     np.testing.assert_allclose(np.abs(r), np.abs(sampson_px(start.fundamental(), a, b)), atol=1e-9)
 

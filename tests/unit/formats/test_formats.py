@@ -18,7 +18,7 @@ from app.formats.camera_file import CameraFile
 from app.imaging.correction import correction_map
 from app.models import MODELS, RayModel, field_from_raw, model_from_json, parameters_json
 from app.models.polynomial import Polynomial
-from app.models.top_view import VIEW_FIELDS
+from app.models.top_view import RECTANGLE_FIELDS
 from app.workflows import interchange
 from app.workflows.calibration import calibrate
 from tests.support.exported import (
@@ -57,7 +57,7 @@ def camera_in(data: bytes, name: str, index: int):
     """What our reader makes of the file, with the rectangle of the example."""
     found = interchange.read_file(data)
     assert isinstance(found, CameraFile)
-    return found.camera({key: getattr(model_of(name, index), key) for key in VIEW_FIELDS})
+    return found.camera({key: getattr(model_of(name, index), key) for key in RECTANGLE_FIELDS})
 
 
 HELD = [(f, *e) for f in LENS_FORMATS for e in EXAMPLES if holds(f, *e)]

@@ -8,7 +8,7 @@ import pytest
 
 from app.core.records import Calibration
 from app.formats import FORMATS
-from app.models.top_view import VIEW_FIELDS
+from app.models.top_view import RECTANGLE_FIELDS
 from app.ssl_protocol.messages import WrapperPacket
 from app.ssl_protocol.protobuf import decode
 from app.workflows import interchange
@@ -49,7 +49,7 @@ def test_it_is_read_as_it_was(format, name, index):
     model = model_of(name, index)
     if format in LENS_FORMATS:
         assert read.format == format
-        camera = read.camera({key: getattr(model, key) for key in VIEW_FIELDS})
+        camera = read.camera({key: getattr(model, key) for key in RECTANGLE_FIELDS})
         places = seen_places(model, 150.0)
         np.testing.assert_allclose(camera.project(places), model.project(places),
                                    atol=2e-3 if format == "ssl-vision" else 1e-6)

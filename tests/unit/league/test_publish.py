@@ -79,7 +79,7 @@ def test_what_is_read_back_from_the_wire_projects_to_the_same_pixels(way):
     from app.workflows import interchange
 
     model = model_of("brown-conrady", 1)
-    ours = interchange.read_file(data).camera({k: getattr(model, k) for k in interchange.VIEW_FIELDS})
+    ours = interchange.read_file(data).camera({k: getattr(model, k) for k in interchange.RECTANGLE_FIELDS})
     spots = places(model.region)
     np.testing.assert_allclose(listener.projected(calib, spots), ours.project(spots), atol=1e-6)
 

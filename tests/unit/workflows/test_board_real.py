@@ -45,7 +45,7 @@ def test_the_classic_left_camera(seen):
     """0.186 to 0.187 px rms are published; finer corners and a board that may be bowed reach less."""
     views, size = seen("opencv_left_right", "left*.jpg", CHESS)
     fit = fit_board(views, size, MODELS["brown-conrady"], PLAIN)
-    assert len(views) == 13 and fit.used.all() and fit.strays.sum() <= 7
+    assert len(views) == 13 and fit.used.all() and fit.outliers.sum() <= 7
     assert fit.rms_px <= 0.187
     flat = fit_board(views, size, MODELS["brown-conrady"], {**PLAIN, "warp": False, "robust": False})
     assert flat.rms_px <= 0.187

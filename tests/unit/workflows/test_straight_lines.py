@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from app.core.geometry import ImageSize
-from app.fitting.plumb_line.fit import fit_plumb
+from app.fitting.plumb_line.fit import fit_plumb_lines
 from app.vision.lines.edges import edge_chains
 from app.workflows.straight_lines import straightness
 from tests.support.plumb_pictures import department, picture
@@ -37,8 +37,8 @@ def sets():
 def test_every_picture_of_one_camera_finds_the_lens_of_all(sets, lens):
     """At least nine in ten terms within 2 σ of the joint one's, none beyond 4 σ."""
     numbers = np.repeat(range(len(sets)), [len(s) for s in sets])
-    joint = fit_plumb([c for s in sets for c in s], ImageSize(800, 600), lens, pictures=numbers)
-    each = [fit_plumb(s, ImageSize(800, 600), lens) for s in sets]
+    joint = fit_plumb_lines([c for s in sets for c in s], ImageSize(800, 600), lens, pictures=numbers)
+    each = [fit_plumb_lines(s, ImageSize(800, 600), lens) for s in sets]
     off = np.array([np.abs(f.values - joint.values)[:2] / f.sigma[:2] for f in each])
     assert joint.names[:2] == ("k1", "k2")
     assert (off < 2).mean() >= 0.9

@@ -1,4 +1,4 @@
-"""Where a camera should see each marking: places a few pixels apart, clear of all others, with their directions."""
+"""Where a camera should see each marking: samples a few pixels apart with their directions."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ FINE_MM_SHARE = 1 / 400  # of the field's length, between the places that are tr
 
 
 @dataclass(frozen=True, eq=False)
-class Expected:
-    """(n,) each: places, unit normals (n, 2) raw px, the paint's width px, the marking's number, px it stands for.
+class LineSamples:
+    """(n,) each: places, unit normals (n, 2) raw px, the paint's width px, the marking's number, length px it covers.
 
     clear: whether no other marking comes near.
     """
@@ -29,21 +29,21 @@ class Expected:
 
 
 def fine_pattern(field: Field) -> FieldPattern:
-    """The field's markings sampled as finely as expected() wants them."""
+    """Sample the field's markings as finely as sample_lines() needs them."""
     return FieldPattern.of(field, field.length_mm * FINE_MM_SHARE)
 
 
-def spread_out(project: Callable[[Array], Points], pattern: FieldPattern, size: ImageSize, most: int,
-               least_apart_px: float, clear_px: float) -> Expected:
-    """As expected(), so far apart that about `most` of them are clear, and never nearer than least_apart_px."""
-    places = expected(project, pattern, size, least_apart_px, clear_px)
+def sample_lines_evenly(project: Callable[[Array], Points], pattern: FieldPattern, size: ImageSize, most: int,
+               least_apart_px: float, clear_px: float) -> LineSamples:
+    """Sample lines so far apart that about `most` samples are clear, and never nearer than least_apart_px."""
+    places = sample_lines(project, pattern, size, least_apart_px, clear_px)
     apart = max(least_apart_px, float(places.length_px[places.clear].sum()) / most)
-    return expected(project, pattern, size, apart, clear_px)
+    return sample_lines(project, pattern, size, apart, clear_px)
 
 
-def expected(project: Callable[[Array], Points], pattern: FieldPattern, size: ImageSize, apart_px: float,
-             clear_px: float) -> Expected:
-    """About every apart_px along each marking. project: field mm (n, 3) to raw px. pattern: finely sampled."""
+def sample_lines(project: Callable[[Array], Points], pattern: FieldPattern, size: ImageSize, apart_px: float,
+             clear_px: float) -> LineSamples:
+    """Sample every marking about every apart_px. project: field mm (n, 3) to raw px. pattern: finely sampled."""
     def flat(points: Array) -> Array:
         return np.concatenate([points, np.zeros((len(points), 1))], axis=1)
 
@@ -66,12 +66,12 @@ def expected(project: Callable[[Array], Points], pattern: FieldPattern, size: Im
     index = here[chosen]
     stands_for = np.bincount(np.searchsorted(chosen, np.arange(len(here)), side="right") - 1, weights=length[here],
                              minlength=len(chosen)) if len(chosen) else np.empty(0)
-    return Expected(places[index], normals[index], width[index], pattern.marking[index], stands_for,
+    return LineSamples(places[index], normals[index], width[index], pattern.marking[index], stands_for,
                     _clear(places, width, pattern.marking, here, index, clear_px))
 
 
 def _spaced(marking: Array, length: Array, apart: float) -> Array:
-    """Of places in order, those that are at least so far along from the one before; each marking starts anew."""
+    """Return which places in order are at least so far from the one before; each marking starts anew."""
     if not len(length):
         return np.empty(0, int)
     run = np.cumsum(length)
@@ -82,7 +82,7 @@ def _spaced(marking: Array, length: Array, apart: float) -> Array:
 
 
 def _clear(places: Points, width: Array, marking: Array, here: Array, index: Array, clear_px: float) -> Array:
-    """(k,) whether no place of another marking is nearer than clear_px and both paints' half widths."""
+    """Return (k,) whether no place of another marking is nearer than clear_px and both paints' half widths."""
     result = np.ones(len(index), bool)
     for start in range(0, len(index), 256):
         part = index[start:start + 256]

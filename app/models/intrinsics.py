@@ -1,4 +1,4 @@
-"""A lens without a pose: what a board tells of a camera, kept until a field says where the camera hangs."""
+"""A camera's intrinsics with their covariance: what a board calibration finds, without a pose."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -12,11 +12,11 @@ from app.models import MODELS
 from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
 
-HELD = ("log_focal", "aspect", "centre_x", "centre_y")  # the names before those of the lens's own terms
+PINHOLE_PARAMETERS = ("log_focal", "aspect", "centre_x", "centre_y")  # the names before those of the lens's own terms
 
 
 @dataclass(frozen=True)
-class PinholeLens:
+class Intrinsics:
     """pixel = centre + focal · (1, aspect) · distort(ray).
 
     model: the camera model whose lens it is, a name in MODELS. terms: all of that lens's, in its order.
@@ -39,24 +39,24 @@ class PinholeLens:
 
     @property
     def values(self) -> dict[str, float]:
-        """Every parameter by its name, as the covariance knows it."""
+        """Return every parameter by name, in the covariance's units."""
         return {"log_focal": float(np.log(self.focal_px)), "aspect": self.aspect, "centre_x": self.centre_px[0],
                 "centre_y": self.centre_px[1], **dict(zip(self.lens.TERMS, self.terms, strict=True))}
 
     @property
     def sigma(self) -> dict[str, float]:
-        """One σ of each estimated parameter."""
+        """Return σ of each estimated parameter."""
         return {name: float(np.sqrt(max(self.covariance[i][i], 0.0))) for i, name in enumerate(self.estimated)}
 
     def project(self, rays: Array) -> Points:
-        """Rays (…, 3) in the camera's frame to raw pixels (…, 2); NaN beyond the lens's horizon."""
+        """Map rays (…, 3) in the camera's frame to raw pixels (…, 2); NaN beyond the lens's horizon."""
         with np.errstate(all="ignore"):
             pixels = self.lens.distort(np.array(self.terms), np.asarray(rays, float)) * self._focal \
                 + np.array(self.centre_px)
             return unreachable_where(~(np.abs(pixels) < MAX_COORDINATE).all(axis=-1), pixels)
 
     def rays(self, pixels: Points) -> Array:
-        """Raw pixels (…, 2) to rays (…, 3) of unit length; NaN where the lens sends none."""
+        """Map raw pixels (…, 2) to rays (…, 3) of unit length; NaN beyond the lens's horizon."""
         with np.errstate(all="ignore"):
             rays = self.lens.undistort(np.array(self.terms),
                                        (np.asarray(pixels, float) - np.array(self.centre_px)) / self._focal)
@@ -100,7 +100,7 @@ class PinholeLens:
                 and np.isfinite(numbers).all() and np.abs(numbers).max() < MAX_COORDINATE
                 and 0.05 * self.image_size.width <= self.focal_px <= 100 * self.image_size.width
                 and 0.5 <= self.aspect <= 2 and len(set(self.estimated)) == n
-                and set(self.estimated) <= {*HELD, *self.lens.TERMS} and len(self.covariance) == n
+                and set(self.estimated) <= {*PINHOLE_PARAMETERS, *self.lens.TERMS} and len(self.covariance) == n
                 and all(len(row) == n for row in self.covariance))
         if fine and n:
             c = np.array(self.covariance)

@@ -21,7 +21,7 @@ from app.models.lenses.division import DivisionLens
 from app.models.lenses.even_division import EvenDivisionLens
 from app.models.lenses.projection import rays_of
 
-LENSES = {  # name: the lens, and its terms that straight lines can tell, with the power of r each belongs to
+LINE_LENSES = {  # name: the lens, and its terms that straight lines can tell, with the power of r each belongs to
     "division": (DivisionLens, {"k": 2}),
     "division-even": (EvenDivisionLens, {"k1": 2, "k2": 4, "k3": 6}),
     "brown-conrady": (BrownConradyLens, {"k1": 2, "k2": 4, "k3": 6}),
@@ -29,8 +29,8 @@ LENSES = {  # name: the lens, and its terms that straight lines can tell, with t
 
 
 @dataclass(frozen=True)
-class PlumbLens:
-    """How a picture bends. terms in the order of the lens' TERMS, per unit_px; centre_px in raw pixels."""
+class Distortion:
+    """A lens's distortion. terms: in the order of its TERMS, per unit_px; centre_px: raw pixels."""
 
     name: str
     terms: tuple[float, ...]
@@ -39,26 +39,26 @@ class PlumbLens:
 
     @property
     def lens(self) -> type:
-        return LENSES[self.name][0]
+        return LINE_LENSES[self.name][0]
 
     @property
     def unit_px(self) -> float:
-        return unit_px(self.image_size)
+        return half_diagonal_px(self.image_size)
 
-    def straight_from_raw(self, raw: Points) -> Points:
-        """Pixels of a picture in which straight lines are straight; the same scale at the centre. (..., 2)."""
+    def undistorted_from_raw(self, raw: Points) -> Points:
+        """Map raw pixels (..., 2) to those of an undistorted picture of the same scale at the centre."""
         rays = self.lens.undistort(np.array(self.terms), self._plane(raw))
         return rays[..., :2] * self.unit_px + self.centre_px
 
-    def raw_from_straight(self, straight: Points) -> Points:
-        """Back; NaN beyond the lens' horizon."""
+    def raw_from_undistorted(self, straight: Points) -> Points:
+        """Map undistorted pixels (..., 2) to raw ones; NaN beyond the lens's horizon."""
         return self.lens.distort(np.array(self.terms), rays_of(self._plane(straight))) * self.unit_px + self.centre_px
 
     def terms_for(self, focal_px: float) -> dict[str, float]:
-        """The terms as a camera of that focal length counts them."""
+        """Return the terms in units of that focal length."""
         scale = focal_px / self.unit_px
         return {name: float(self.terms[self.lens.TERMS.index(name)] * scale**power)
-                for name, power in LENSES[self.name][1].items()}
+                for name, power in LINE_LENSES[self.name][1].items()}
 
     def to_json(self) -> dict[str, Any]:
         return {"name": self.name, "terms": dict(zip(self.lens.TERMS, self.terms, strict=True)),
@@ -69,9 +69,9 @@ class PlumbLens:
     def from_json(cls, value: Any) -> Self:
         try:
             name = value["name"]
-            if name not in LENSES or not isinstance(value["terms"], Mapping):
+            if name not in LINE_LENSES or not isinstance(value["terms"], Mapping):
                 raise KeyError(name)
-            terms = tuple(float(value["terms"].get(t, 0.0)) for t in LENSES[name][0].TERMS)
+            terms = tuple(float(value["terms"].get(t, 0.0)) for t in LINE_LENSES[name][0].TERMS)
             x, y = (float(v) for v in value["centre_px"])
             size = ImageSize.of(value["image_size"])
             if not np.isfinite([*terms, x, y]).all():
@@ -85,6 +85,6 @@ class PlumbLens:
         return (pixels - np.array(self.centre_px)) / self.unit_px
 
 
-def unit_px(size: ImageSize) -> float:
-    """Half the diagonal: from the centre to the corner of the outermost pixels."""
+def half_diagonal_px(size: ImageSize) -> float:
+    """Return half the picture's diagonal."""
     return float(np.hypot(size.width, size.height)) / 2

@@ -1,4 +1,4 @@
-"""Which lines might be which: two seen lines across two others, against two levels of the field across two others.
+"""Camera hypotheses from four lines: two detected lines across two others, matched with two pairs of field lines.
 
 Four lines give a homography. It splits into one from the unit square to the seen quadrilateral and a scaling of the
 field's rectangle to that square, so its columns, and with them all that tells a possible camera, are known before any
@@ -15,26 +15,26 @@ from itertools import combinations
 import numpy as np
 
 from app.core.geometry import Array
-from app.fitting.field_lines.line_merging import SeenLine
+from app.fitting.field_lines.line_merging import DetectedLine
 
 FOCALS = np.geomspace(0.45, 14.0, 18)  # half diagonals
-SQUARE = 0.10  # cosine of what a right angle may come to: lens and centre are known roughly
-RATIO = 0.10  # of a side's length, likewise
+MAX_COSINE = 0.10  # cosine of what a right angle may come to: lens and centre are known roughly
+MAX_RATIO_ERROR = 0.10  # of a side's length, likewise
 PARALLEL_REACH = 1.05  # half diagonals: lines that are parallel on the carpet never meet in the picture
-LEAST_AREA = 0.02  # of the quadrilateral, square half diagonals
-MOST = 60_000
+MIN_AREA = 0.02  # of the quadrilateral, square half diagonals
+MAX_HYPOTHESES = 60_000
 
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """homographies (n, 3, 3) from field mm to the straight plane, depth positive before the camera; focal (n,)."""
+    """homographies (n, 3, 3) from field mm to the undistorted plane, depth positive before the camera; focal (n,)."""
 
     homographies: Array
     focal: Array
 
 
-def hypotheses(lines: list[SeenLine], levels_x: Array, levels_y: Array) -> Hypotheses:
-    """Every camera that four of the lines and two pairs of levels allow; the same input gives the same order."""
+def four_line_hypotheses(lines: list[DetectedLine], levels_x: Array, levels_y: Array) -> Hypotheses:
+    """Return every camera that four of the lines and two pairs of levels allow; the same input gives the same order."""
     square_maps = _quadrilaterals(lines)
     pairs_x = np.array([(a, b) for a in levels_x for b in levels_x if a != b]).reshape(-1, 2)
     pairs_y = np.array([(a, b) for a in levels_y for b in levels_y if a != b]).reshape(-1, 2)
@@ -48,8 +48,8 @@ def hypotheses(lines: list[SeenLine], levels_x: Array, levels_y: Array) -> Hypot
     # From above, the field's y runs against the picture's: a mirrored match is no view of it.
     right_way = -np.sign(np.linalg.det(square_maps))[:, None] == sense[None]
     quad, rectangle = np.nonzero(fits[:, which] & right_way)
-    if len(quad) > MOST:
-        kept = np.linspace(0, len(quad) - 1, MOST).astype(int)
+    if len(quad) > MAX_HYPOTHESES:
+        kept = np.linspace(0, len(quad) - 1, MAX_HYPOTHESES).astype(int)
         quad, rectangle = quad[kept], rectangle[kept]
     x, y = pairs_x[i[rectangle]], pairs_y[j[rectangle]]
     square_from_field = np.zeros((len(quad), 3, 3))
@@ -60,8 +60,8 @@ def hypotheses(lines: list[SeenLine], levels_x: Array, levels_y: Array) -> Hypot
     return Hypotheses(square_maps[quad] @ square_from_field, focal[quad, which[rectangle]])
 
 
-def _quadrilaterals(lines: list[SeenLine]) -> Array:
-    """(q, 3, 3) from the unit square to each two lines across two others."""
+def _quadrilaterals(lines: list[DetectedLine]) -> Array:
+    """Return (q, 3, 3) from the unit square to each two lines across two others."""
     pairs = []
     for a, b in combinations(range(len(lines)), 2):
         meet = np.cross(lines[a].line, lines[b].line)
@@ -84,17 +84,17 @@ def _quadrilaterals(lines: list[SeenLine]) -> Array:
                          np.stack([g, h, np.ones_like(g)], -1)], axis=1)
         area = np.abs((x0 - x2) * (y1 - y3) - (x1 - x3) * (y0 - y2)) / 2
         before = np.minimum(np.minimum(1 + g, 1 + h), 1 + g + h) > 0.05
-    return maps[before & (area > LEAST_AREA) & np.isfinite(maps).all(axis=(1, 2))]
+    return maps[before & (area > MIN_AREA) & np.isfinite(maps).all(axis=(1, 2))]
 
 
 def _possible(square_maps: Array, log_ratios: Array) -> tuple[Array, Array]:
-    """(q, r) whether a camera sees a rectangle of that log ratio so, and the focal length that suits it best."""
+    """Return (q, r) whether a camera sees a rectangle of that log ratio so, and the focal length that fits it best."""
     one, two = square_maps[:, :, 0], square_maps[:, :, 1]
     p = FOCALS**2
     n1 = np.sqrt((one[:, :2] ** 2).sum(axis=1)[:, None] + p * one[:, 2:] ** 2)
     n2 = np.sqrt((two[:, :2] ** 2).sum(axis=1)[:, None] + p * two[:, 2:] ** 2)
     cosine = ((one[:, :2] * two[:, :2]).sum(axis=1)[:, None] + p * one[:, 2:] * two[:, 2:]) / (n1 * n2)
-    off = np.abs(np.log(n1 / n2)[:, :, None] - log_ratios) / RATIO + np.abs(cosine)[:, :, None] / SQUARE
+    off = np.abs(np.log(n1 / n2)[:, :, None] - log_ratios) / MAX_RATIO_ERROR + np.abs(cosine)[:, :, None] / MAX_COSINE
     best = off.argmin(axis=1)
     fits = np.take_along_axis(off, best[:, None], axis=1)[:, 0] < 1.0
     return fits, FOCALS[best]
