@@ -11,7 +11,7 @@ from app.api.responses import NO_STORE
 from app.api.sockets import SEND_TIMEOUT_S, run_until_first
 from app.core.errors import Unavailable
 from app.live import LiveCamera, StreamSpec
-from app.live.messages import parts
+from app.processes.framing import decode_body
 
 BOUNDARY = "touchline-frame"
 
@@ -44,7 +44,7 @@ class MjpegResponse(Response):
 
 
 def _part(body: bytes) -> bytes:
-    head, jpeg = parts(body)
+    head, jpeg = decode_body(body)
     return (f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n"
             f"X-Frame-Seq: {head['seq']}\r\nX-Frame-Time: {head['time']:.3f}\r\n\r\n").encode() + bytes(jpeg) + b"\r\n"
 

@@ -1,7 +1,6 @@
 """Responses: plain JSON in which nothing is NaN, pages of items, records with an ETag, jobs and pictures."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -57,7 +56,7 @@ def job_json(job: Job) -> dict[str, Any]:
     if job.problem is not None:
         shown = {key: value for key, value in job.problem.items() if key != "reason"}
         shown["type"] = MANUAL + job.problem["reason"]
-    return {**asdict(job), "problem": shown}
+    return {**job.to_json(), "problem": shown}
 
 
 def accepted(job: Job) -> Json:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadImage, Unavailable
 from app.core.records import Frame
-from app.images import child
+from app.images import decoder_worker
+from app.images.decoder_process import DecoderDied, DecoderProcess, DecoderTimeout
 from app.images.limits import DEFAULT_LIMITS, RESAVE, SEND_AGAIN, DeclaredImage, ImageLimits
 from app.images.screen import screen
-from app.images.worker import Worker, WorkerDied, WorkerTimeout
 
 
 class ImageDecoder:
@@ -29,8 +29,8 @@ class ImageDecoder:
         self._patience_s = patience_s
         self._lock = threading.Lock()
         self._closed = False
-        self._all = {Worker(limits) for _ in range(workers)}
-        self._free: queue.LifoQueue[Worker] = queue.LifoQueue()  # the warmest first
+        self._all = {DecoderProcess(limits) for _ in range(workers)}
+        self._free: queue.LifoQueue[DecoderProcess] = queue.LifoQueue()  # the warmest first
         for worker in self._all:
             self._free.put(worker)
 
@@ -58,7 +58,7 @@ class ImageDecoder:
             worker.end()  # its holder, if there is one, notices and disposes of it
         with contextlib.suppress(queue.Empty):
             while True:
-                self._free.get_nowait().dispose()
+                self._free.get_nowait().close()
 
     def __enter__(self) -> Self:
         return self
@@ -69,34 +69,34 @@ class ImageDecoder:
     def _decode(self, data: bytes, declared: DeclaredImage) -> NDArray[np.uint8]:
         worker = self._take()
         try:
-            status, width, height, pixels = worker.decode(data, declared)
-        except WorkerTimeout:
-            worker = self._replaced(worker)
+            decoded = worker.decode(data, declared)
+        except DecoderTimeout:
+            worker = self._replace(worker)
             raise BadImage(f"The picture took longer than {self.limits.wall_s:g} s to decode.",
                            "Scale it down, or save it again as an ordinary JPEG.", reason="slow-image") from None
-        except WorkerDied:
-            worker = self._replaced(worker)
+        except DecoderDied:
+            worker = self._replace(worker)
             if self._closed:
                 raise _shutting_down() from None
             raise BadImage("The picture broke the decoder, which has been restarted.", RESAVE,
                            reason="undecodable-image") from None
         except BaseException:
-            worker = self._replaced(worker)
+            worker = self._replace(worker)
             raise
         finally:
             self._free.put(worker)
-        if pixels is not None:
-            return pixels
-        if status == child.OTHER_SIZE:
+        if decoded.pixels is not None:
+            return decoded.pixels
+        if decoded.status == decoder_worker.OTHER_SIZE:
             raise BadImage(f"The picture declares {declared.width} × {declared.height} px, "
-                           f"but holds {width} × {height} px.", RESAVE, reason="image-size-mismatch")
-        if status == child.OUT_OF_MEMORY:
+                           f"but holds {decoded.size[0]} × {decoded.size[1]} px.", RESAVE, reason="image-size-mismatch")
+        if decoded.status == decoder_worker.OUT_OF_MEMORY:
             raise BadImage("The picture needs more memory than a decoder gets.",
                            "Scale it down, or save it again as an ordinary JPEG.", reason="image-needs-memory")
         raise BadImage(f"The {declared.format.upper()} picture cannot be decoded.", SEND_AGAIN,
                        reason="undecodable-image")
 
-    def _take(self) -> Worker:
+    def _take(self) -> DecoderProcess:
         """A living worker, nobody else's; one that was killed while it had nothing to do is replaced here."""
         if self._closed:
             raise _shutting_down()
@@ -105,20 +105,20 @@ class ImageDecoder:
         except queue.Empty:
             raise Unavailable("Too many pictures are being read at once.", "Try again in a moment.",
                               reason="decoder-busy") from None
-        return worker if worker.alive else self._replaced(worker)
+        return worker if worker.is_alive else self._replace(worker)
 
-    def _replaced(self, dead: Worker) -> Worker:
+    def _replace(self, dead: DecoderProcess) -> DecoderProcess:
         """A new process in place of a dead one; while closing there is none, and the dead one stays."""
         with self._lock:
             if self._closed:
                 return dead
             try:
-                worker = Worker(self.limits)
+                worker = DecoderProcess(self.limits)
             except OSError:  # no process or memory to be had: the next caller tries again
                 return dead
             self._all.discard(dead)
             self._all.add(worker)
-        dead.dispose()
+        dead.close()
         return worker
 
 

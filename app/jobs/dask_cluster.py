@@ -1,4 +1,4 @@
-"""The connection to a Dask scheduler that all places share: made when first needed, made anew after it was lost."""
+"""The connection to a Dask scheduler that all runners share: made when first needed, and again after it was lost."""
 
 import importlib.util
 import json
@@ -26,7 +26,7 @@ CLOSE_S = 2.0
 
 @dataclass(frozen=True, eq=False)
 class SubmittedJob:
-    """A job on the cluster. inbox: what is heard of it, dicts with "kind"."""
+    """A job on the cluster. inbox: its events, dicts with "kind"."""
 
     client: Any
     future: Any
@@ -51,33 +51,33 @@ class DaskCluster:
         self._lock = Lock()
         self._closed = False
 
-    def send(self, run: str, spec: Any, wanted: Callable[[], bool]) -> SubmittedJob:
-        """Give a job to the cluster. Unavailable without a scheduler; Stopped where nobody wants it any more."""
-        client = self._connected(wanted)
+    def submit(self, run: str, spec: Any, is_wanted: Callable[[], bool]) -> SubmittedJob:
+        """Give a job to the cluster. Unavailable without a scheduler; JobStopped where nobody wants it any more."""
+        client = self._connected(is_wanted)
         key, topic = f"touchline-{secrets.token_hex(8)}", f"touchline-{client.id}"
         inbox = self._inboxes[key] = queue.SimpleQueue()
-        # Asked for with every job: a scheduler that was started anew has forgotten who listens.
-        client.subscribe_topic(topic, self._heard)
-        client.subscribe_topic("all", self._heard_of_all)
-        order = {"key": key, "topic": topic, "version": __version__, "run": run, "spec": spec}
-        future = client.submit(do, json.dumps(order, allow_nan=False), key=key, pure=False)
+        # With every job, for a scheduler that was started anew has forgotten its subscribers.
+        client.subscribe_topic(topic, self._on_event)
+        client.subscribe_topic("all", self._on_cluster_event)
+        request = {"key": key, "topic": topic, "version": __version__, "run": run, "spec": spec}
+        future = client.submit(do, json.dumps(request, allow_nan=False), key=key, pure=False)
         future.add_done_callback(lambda _: inbox.put({"kind": "ended"}))
         return SubmittedJob(client, future, inbox)
 
-    def let_go(self, sent: SubmittedJob) -> None:
-        """Its result is wanted no more: a job that still runs is cancelled, without waiting for anything."""
-        self._inboxes.pop(sent.future.key, None)
-        sent.future.release()
+    def release(self, job: SubmittedJob) -> None:
+        """Forget its result: a job that still runs is cancelled, without waiting for anything."""
+        self._inboxes.pop(job.future.key, None)
+        job.future.release()
 
-    def lost(self, client: Any) -> None:
-        """This connection broke; the next job makes another."""
+    def disconnect(self, client: Any) -> None:
+        """Drop a connection that broke; the next job makes another."""
         with self._lock:
             if self._client is client:
                 self._client = None
         Thread(target=client.close, kwargs={"timeout": CLOSE_S}, daemon=True).start()
 
     def end(self) -> None:
-        """No more connections; whoever waits for one gets Stopped."""
+        """Make no more connections; whoever waits for one gets JobStopped."""
         self._closed = True
 
     def close(self) -> None:
@@ -87,21 +87,21 @@ class DaskCluster:
         if client is not None:
             client.close(timeout=CLOSE_S)
 
-    def _connected(self, wanted: Callable[[], bool]) -> Any:
+    def _connected(self, is_wanted: Callable[[], bool]) -> Any:
         with self._lock:
             if self._client is not None and self._client.status == "running":
                 return self._client
             if self._client is not None:
                 Thread(target=self._client.close, kwargs={"timeout": CLOSE_S}, daemon=True).start()
             self._client = None
-            self._client = self._connect(lambda: wanted() and not self._closed)
+            self._client = self._connect(lambda: is_wanted() and not self._closed)
             return self._client
 
-    def _connect(self, wanted: Callable[[], bool]) -> Any:
+    def _connect(self, is_wanted: Callable[[], bool]) -> Any:
         """A plain connection is tried first: it can be given up at once, which Dask's own cannot."""
         until = time.monotonic() + CONNECT_S
         while True:
-            if not wanted():
+            if not is_wanted():
                 raise JobStopped
             try:
                 socket.create_connection((self._host, self._port), timeout=1.0).close()
@@ -127,13 +127,13 @@ class DaskCluster:
                            f"Start it: dask scheduler --port {self._port}, then workers; or set jobs.engine to local.",
                            reason="no-scheduler")
 
-    def _heard(self, event: tuple[float, dict[str, Any]]) -> None:
-        said = event[1]
-        inbox = self._inboxes.get(said.get("key", ""))
-        if inbox is not None and (said["kind"] != "progress" or math.isfinite(said["fraction"])):
-            inbox.put(said)
+    def _on_event(self, event: tuple[float, dict[str, Any]]) -> None:
+        message = event[1]
+        inbox = self._inboxes.get(message.get("key", ""))
+        if inbox is not None and (message["kind"] != "progress" or math.isfinite(message["fraction"])):
+            inbox.put(message)
 
-    def _heard_of_all(self, event: tuple[float, dict[str, Any]]) -> None:
+    def _on_cluster_event(self, event: tuple[float, dict[str, Any]]) -> None:
         if event[1].get("action") == "remove-worker":
             for inbox in list(self._inboxes.values()):
                 inbox.put({"kind": "gone", "worker": event[1].get("worker")})

@@ -1,7 +1,7 @@
-"""A place on a Dask cluster: one job at a time is with its scheduler, and each is begun at most once.
+"""Jobs on a Dask cluster: one at a time is with its scheduler, and each is begun at most once.
 
 Which worker does it, and how much memory it may take, is the cluster's affair. A job that is cancelled, or out of
-time, stops at its next word of progress; one that says none is abandoned, and what it returns is thrown away.
+time, stops at its next report of progress; one that reports none is abandoned, and what it returns is thrown away.
 """
 
 import json
@@ -16,12 +16,12 @@ from app.jobs.dask_cluster import DaskCluster, SubmittedJob
 from app.jobs.runner import JobFailed, JobStopped, JobTimeout, Report, WorkerDied
 
 POLL_S = 0.05  # how often we look whether a job is still wanted
-WAITING_NOTICE_S = 0.5  # before it is said that a job waits for a worker
+WAITING_NOTICE_S = 0.5  # before it is event that a job waits for a worker
 ANSWER_S = 30.0  # for a result to come over from the worker
 
 
 class DaskRunner:
-    """Room for one job on the cluster. Only end() may be called by another thread than its own."""
+    """Runs one job at a time on the cluster. Only end() may be called by another thread than its own."""
 
     pid = None
 
@@ -29,55 +29,55 @@ class DaskRunner:
         self._cluster = cluster
         self._closed = False
 
-    def run(self, run: str, spec: Any, report: Report, wanted: Callable[[], bool], wall_s: float) -> Any:
-        """Do a job and return its result; see place.py."""
-        sent = self._cluster.send(run, spec, lambda: wanted() and not self._closed)
+    def run(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> Any:
+        """Do a job and return its result; see runner.py."""
+        job = self._cluster.submit(run, spec, lambda: is_wanted() and not self._closed)
         try:
-            self._follow(sent, report, wanted, wall_s)
-            return self._answer(sent)
+            self._follow(job, report, is_wanted, wall_s)
+            return self._answer(job)
         finally:
-            self._cluster.let_go(sent)
+            self._cluster.release(job)
 
     def end(self) -> None:
         self._closed = True
         self._cluster.end()
 
-    def drop(self) -> None:
+    def close(self) -> None:
         self._cluster.close()
 
-    def _follow(self, sent: SubmittedJob, report: Report, wanted: Callable[[], bool], wall_s: float) -> None:
-        """Until it has ended."""
-        start, worker, said_so = time.monotonic(), None, False
+    def _follow(self, job: SubmittedJob, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> None:
+        """Wait until it has ended."""
+        start, worker, has_said_so = time.monotonic(), None, False
         deadline = start + wall_s
         while True:
             now = time.monotonic()
-            if self._closed or not wanted():
+            if self._closed or not is_wanted():
                 raise JobStopped
             if now > deadline:
                 raise JobTimeout if worker else _no_worker(wall_s)
-            if worker is None and not said_so and now > start + WAITING_NOTICE_S:
-                said_so = True
+            if worker is None and not has_said_so and now > start + WAITING_NOTICE_S:
+                has_said_so = True
                 report(0.0, "Waiting for a worker of the cluster")
             try:
-                said = sent.inbox.get(timeout=POLL_S)
+                event = job.inbox.get(timeout=POLL_S)
             except queue.Empty:
                 continue
-            if said["kind"] == "ended":
+            if event["kind"] == "ended":
                 return
-            if said["kind"] == "begun":
-                worker, deadline = said["worker"], now + wall_s
+            if event["kind"] == "begun":
+                worker, deadline = event["worker"], now + wall_s
                 report(0.0, "Starting")
-            elif said["kind"] == "progress":
-                report(said["fraction"], said["message"])
-            elif said["kind"] == "gone" and said["worker"] == worker:
+            elif event["kind"] == "progress":
+                report(event["fraction"], event["message"])
+            elif event["kind"] == "gone" and event["worker"] == worker:
                 raise WorkerDied
 
-    def _answer(self, sent: SubmittedJob) -> Any:
+    def _answer(self, job: SubmittedJob) -> Any:
         from distributed import KilledWorker
         try:
-            answer = json.loads(sent.future.result(timeout=ANSWER_S))
+            answer = json.loads(job.future.result(timeout=ANSWER_S))
         except (CancelledError, OSError):  # the scheduler is gone, or the worker with its result
-            self._cluster.lost(sent.client)
+            self._cluster.disconnect(job.client)
             raise WorkerDied from None
         except KilledWorker:
             raise WorkerDied from None

@@ -1,8 +1,8 @@
-"""One job on a worker of a Dask cluster: begun once, heard of by events, ended at its next word when nobody wants it.
+"""One job on a worker of a Dask cluster: begun once, reported by events, ended at its next report when cancelled.
 
-Text goes in and text comes out; only this function is known to Dask by name, so that scheduler and workers need the
-same Touchline. Events of a job, all with its "key": {"kind": "begun", "worker": address} and {"kind": "progress",
-"fraction", "message"}.
+Text goes in and text comes out; only `do` is known to Dask, by its name, so that scheduler and workers need the same
+Touchline and another version can still say that it is one. Events of a job, all with its "key": {"kind": "begun",
+"worker": address} and {"kind": "progress", "fraction", "message"}.
 """
 
 import json
@@ -17,41 +17,41 @@ SHARE = ("Let every worker have the server's data folder under the same path, su
          "jobs.engine to local. If they have it: upload the picture again.")
 
 
-def do(order_text: str) -> str:
-    """order: {"key", "topic", "version", "run", "spec"}. Answers {"lost": true}, {"result"} or {"problem"}."""
+def do(request_text: str) -> str:
+    """Do {"key", "topic", "version", "run", "spec"}; return {"lost": true}, {"result"} or {"problem"}."""
     from distributed import Event, get_worker
 
-    order = json.loads(order_text)
-    if order["version"] != __version__:
-        return json.dumps({"problem": _another_version(order["version"])})
+    request = json.loads(request_text)
+    if request["version"] != __version__:
+        return json.dumps({"problem": _another_version(request["version"])})
     # Dask gives the job of a lost worker to the next one by itself. How often it may lose one is for the server to
     # count, so whoever finds it begun says so and does nothing. (The name of one whose worker dies stays behind on
     # the scheduler, some fifty bytes.)
-    key, worker, begun = order["key"], get_worker(), Event(order["key"])
+    key, worker, begun = request["key"], get_worker(), Event(request["key"])
     if begun.is_set():
         begun.clear()
         return json.dumps({"lost": True})
     begun.set()
-    worker.log_event(order["topic"], {"key": key, "kind": "begun", "worker": worker.address})
-    told_at, told = 0.0, ""
+    worker.log_event(request["topic"], {"key": key, "kind": "begun", "worker": worker.address})
+    reported_at, reported = 0.0, ""
 
     def progress(fraction: float, message: str) -> None:
-        nonlocal told_at, told
+        nonlocal reported_at, reported
         task = worker.state.tasks.get(key)
         if task is None or task.state == "cancelled":  # also where the server that asked has gone
             raise Cancelled("The job was cancelled.", "Start it again.")
         now = time.monotonic()
-        if message != told or now - told_at >= MIN_INTERVAL_S:
-            told_at, told = now, message
-            worker.log_event(order["topic"], {"key": key, "kind": "progress", "fraction": float(fraction),
+        if message != reported or now - reported_at >= MIN_INTERVAL_S:
+            reported_at, reported = now, message
+            worker.log_event(request["topic"], {"key": key, "kind": "progress", "fraction": float(fraction),
                                               "message": message})
 
     _one_thread()
-    whole, value = execute(order["run"], order["spec"], progress)
+    is_done, value = execute(request["run"], request["spec"], progress)
     begun.clear()
-    if not whole and value["reason"] == "damaged-file":
+    if not is_done and value["reason"] == "damaged-file":
         value = {**value, "reason": "no-shared-folder", "title": "No shared folder", "fix": SHARE}
-    return json.dumps(plain({"result" if whole else "problem": value}), allow_nan=False)
+    return json.dumps(plain({"result" if is_done else "problem": value}), allow_nan=False)
 
 
 def _one_thread() -> None:

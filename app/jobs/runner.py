@@ -1,9 +1,9 @@
-"""What a place for jobs is, whatever stands behind it: a process of this machine, or a cluster."""
+"""What runs jobs, whatever stands behind it: a process of this machine, or a cluster."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
 
-Report = Callable[[float, str], None]
+Report = Callable[[float, str], None]  # fraction, message
 
 
 class WorkerDied(Exception):
@@ -27,21 +27,21 @@ class JobFailed(Exception):
 
 
 class JobRunner(Protocol):
-    """Room for one job at a time. Only end() may be called by another thread than the place's own."""
+    """Runs one job at a time. Only end() may be called by another thread than its own."""
 
     @property
     def pid(self) -> int | None:
         """The process behind it, None where there is none on this machine."""
 
-    def run(self, run: str, spec: Any, report: Report, wanted: Callable[[], bool], wall_s: float) -> Any:
+    def run(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> Any:
         """Do a job once and return its result, plain JSON; run is "module:function".
 
-        wanted: asked several times a second; once it says no, the job is stopped or given up. Raises one of the four
-        above, or a TouchlineError where the place itself cannot be had.
+        is_wanted: asked several times a second; once it says no, the job is stopped or abandoned. Raises one of the
+        four above, or a TouchlineError where no worker can be had.
         """
 
     def end(self) -> None:
-        """End for good what is being done; whoever follows it gets WorkerDied or Stopped."""
+        """End for good what is being done; whoever waits for it gets WorkerDied or JobStopped."""
 
-    def drop(self) -> None:
-        """Let go of what stands behind the place."""
+    def close(self) -> None:
+        """Let go of what stands behind the runner."""

@@ -1,12 +1,12 @@
 """Live cameras: one process each reads, corrects and encodes; the server hands bytes on and never touches a pixel.
 
-    source ─▶ capture ─▶ encoder ──wire──▶ process ─▶ camera ─▶ viewer ─▶ browser
-              (newest)   (per channel)                (watchdog, state)   (one slot)
-              inspector (light, focus)
+    source ─▶ capture ─▶ encoder ──messages──▶ supervisor ─▶ camera ─▶ streams ─▶ viewer ─▶ browser
+              (newest)   (per stream)          (watchdog)    (state)              (one slot)
 
-In the camera's process: child.py (its start), child_serving.py (what it is asked), capture.py, encoder.py, picture.py,
-inspector.py, drift.py, rolls.py, stills.py, seeing.py (with painter.py and league.py), ring.py. In the server:
-process.py, camera.py, sighted.py, tracked.py, state.py, viewer.py, cameras.py. Both: wire.py, channel.py.
+In the camera's process: worker_main.py (its start, and what it is asked), capture.py, encoder.py, picture.py,
+quality_monitor.py, drift.py, rolls.py, snapshot.py, detector.py (with stage_renderer.py and ssl_detection.py),
+frame_buffer.py. In the server: process.py, supervisor.py, camera.py, streams.py, detection_feed.py, track_fusion.py,
+state.py, viewer.py, cameras.py. Both: messages.py, stream_spec.py, board_capture.py.
 """
 
 from app.live.camera import LiveCamera

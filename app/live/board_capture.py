@@ -2,8 +2,8 @@
 
     seen → still for STILL_S → like none that was taken → take
 
-The camera's process looks for the board, on a thread that gives way to the picture; who holds the board is told what
-is seen, what is covered, and what is wanted next.
+The camera's process looks for the board, on a thread that gives way to the picture; whoever holds the board is shown
+what is seen, what is covered, and what is needed next.
 """
 
 import os
@@ -30,7 +30,7 @@ NICE = 10  # niceness: the picture goes first
 
 
 def find_board(capture: FrameCapture, board: dict[str, Any], after: int) -> dict[str, Any]:
-    """In the camera's process: the next frame's board, plain JSON. quad: None where none was found."""
+    """In the camera's process: return the next frame's board, plain JSON. quad: None where none was found."""
     with suppress(OSError, AttributeError):  # of this thread alone, on Linux; it ends with this answer
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
     taken = capture.after(after, WAIT_S)
@@ -57,7 +57,7 @@ class BoardCapture:
     _held: PoseHistory | None = None
 
     def update(self, quad: Any, now_s: float) -> dict[str, Any]:
-        """One look: whether it is still, whether it is new, and in words what hinders a picture ("" nothing)."""
+        """Return whether it is still, whether it is new, and in words what hinders a picture ("" nothing)."""
         pose = None if quad is None else BoardPose.from_points(quad, self.size)
         if pose is None:
             self._before.clear()
@@ -71,7 +71,7 @@ class BoardCapture:
         return {"still": still, "new": new, "hint": hint}
 
     def add_view(self, quad: Any) -> None:
-        """That view was taken."""
+        """Note that this view was taken."""
         if len(self.poses) < MAX_VIEWS:
             self.poses.append(BoardPose.from_points(quad, self.size))
         self._held = None

@@ -16,11 +16,12 @@ from typing import Any
 
 from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Frame
+from app.processes.problems import problem_json
 from app.sources import Control, Source, SourceContext, source_from_url
 
 RETRY_S, MAX_RETRY_S = 0.5, 5.0
 ENDED = "source-ended"
-RATE_FRAMES = 20  # frames from which the rate is told
+RATE_FRAMES = 20  # frames from which the rate is computed
 REST_S = 1.0  # between two frames that nobody needs
 RESTS_AFTER_S = 10.0  # unneeded for so long: whoever comes back soon finds it awake
 
@@ -51,13 +52,13 @@ class FrameCapture:
         self._reopened = 0
         self._watched = self._can_rest = False
         self._awake_until = 0.0
-        self._asked: list[tuple[Callable[[Source], Any], dict[str, Any], threading.Event]] = []
+        self._actions: list[tuple[Callable[[Source], Any], dict[str, Any], threading.Event]] = []
 
     def start(self) -> None:
         threading.Thread(target=self._run, name="capture", daemon=True).start()
 
     def status(self) -> dict[str, Any]:
-        """What the server needs to judge it by; ages in s on this process' clock."""
+        """Return what the server needs to judge it by; ages in s on this process' clock."""
         now = time.monotonic()
         with self._changed:
             newest, least_s = self._newest, REST_S if self.resting else 0.0
@@ -72,7 +73,7 @@ class FrameCapture:
         return self._can_rest and not self._watched and time.monotonic() >= self._awake_until
 
     def watch(self, watched: bool) -> None:
-        """Whether somebody watches from now on."""
+        """Say whether somebody watches from now on."""
         with self._changed:
             self._watched = watched
             self._wake()
@@ -84,7 +85,7 @@ class FrameCapture:
         self._changed.notify_all()
 
     def after(self, seq: int, timeout_s: float, in_passing: bool = False) -> CapturedFrame | None:
-        """The newest frame if it is newer than seq, or the next one; None when none comes in time.
+        """Return the newest frame if it is newer than seq, or the next one; None when none comes in time.
 
         in_passing: a source that rests may go on resting.
         """
@@ -95,21 +96,21 @@ class FrameCapture:
             return self._newest if self._newest is not None and self._seq > seq else None
 
     def controls(self, timeout_s: float = 3.0) -> tuple[Control, ...]:
-        """What can be set, read back between two frames."""
+        """Return what can be set, read back between two frames."""
         return self._between_frames(lambda source: source.controls(), timeout_s)
 
     def set_control(self, name: str, value: Any, timeout_s: float = 3.0) -> Control:
         return self._between_frames(lambda source: source.set_control(name, value), timeout_s)
 
-    def _between_frames(self, deed: Callable[[Source], Any], timeout_s: float) -> Any:
+    def _between_frames(self, action: Callable[[Source], Any], timeout_s: float) -> Any:
         answer: dict[str, Any] = {}
         done = threading.Event()
         with self._changed:
-            self._asked.append((deed, answer, done))
+            self._actions.append((action, answer, done))
             self._wake()
         if not done.wait(timeout_s):
             with self._changed:  # it may not be done any more: nobody would know
-                self._asked = [one for one in self._asked if one[2] is not done]
+                self._actions = [one for one in self._actions if one[2] is not done]
             raise Unavailable("The camera gives no frames now, so it cannot be asked.",
                               "Wait until it is live again, then set it.", reason="camera-silent")
         if "error" in answer:
@@ -134,7 +135,7 @@ class FrameCapture:
             wait_s = min(2 * wait_s, MAX_RETRY_S)
 
     def _read(self, source: Source) -> bool:
-        """Read until it fails; whether a frame came at all."""
+        """Read until it fails; return whether a frame came at all."""
         came = False
         try:
             with self._changed:
@@ -145,7 +146,7 @@ class FrameCapture:
                 frame = source.read()
                 self._keep(frame)
                 came = True
-                while self._asked:
+                while self._actions:
                     self._answer(source)
                 with self._changed:
                     if self.resting:
@@ -169,17 +170,17 @@ class FrameCapture:
             self._changed.notify_all()
 
     def _interval_s(self) -> float:
-        """Between the newest frames, on average; 0 before the second."""
+        """Return the mean time between the newest frames; 0 before the second."""
         count = len(self._moments) - 1
         return (self._moments[-1] - self._moments[0]) / count if count > 0 else 0.0
 
     def _answer(self, source: Source) -> None:
         with self._changed:
-            if not self._asked:
+            if not self._actions:
                 return
-            deed, answer, done = self._asked.pop(0)
+            action, answer, done = self._actions.pop(0)
         try:
-            answer["value"] = deed(source)
+            answer["value"] = action(source)
         except TouchlineError as error:
             answer["error"] = error
         except Exception as error:
@@ -192,7 +193,7 @@ class FrameCapture:
                 self._since = time.monotonic()
             self._moments.clear()
             self._state = "offline"
-            self._problem = {"kind": type(error).__name__, "reason": error.reason, "what": error.what, "fix": error.fix}
+            self._problem = problem_json(error)
 
 
 def _unexpected(error: Exception) -> TouchlineError:

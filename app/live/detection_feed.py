@@ -1,6 +1,6 @@
-"""In the server: what a camera is to see, who listens, and what it saw last; its process does the seeing.
+"""In the server: what a camera is to detect, and who listens; its process does the detecting.
 
-Each SEEN message is passed on as it came: the server reads none of it but a packet that goes to the network.
+Each DETECTIONS message is passed on as it came: the server reads none of it but a packet that goes to the network.
 """
 
 import asyncio
@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from app.core.errors import Conflict, NotFound, TouchlineError, Unavailable
-from app.live import messages
 from app.live.stream_spec import DETECTIONS, StreamSpec
 from app.live.viewer import Viewer
+from app.processes.framing import split_body
 
 OFF: dict[str, Any] = {"on": False, "plan": None, "profile": None, "publish": False, "camera_number": 0,
                        "extent_mm": 1.0}
@@ -21,72 +21,72 @@ Publish = Callable[[bytes], TouchlineError | None]
 class DetectionFeed:
     """Only for the event loop's own thread.
 
-    tell: called when the process must know message() anew. publish: takes a packet; why it did not leave, or None.
+    changed: called when the process must know message() anew. publish: takes a packet; returns why it did not leave.
     """
 
-    def __init__(self, tell: Callable[[], None], publish: Publish = lambda _packet: None) -> None:
-        self._tell, self._publish = tell, publish
-        self.wanted: Mapping[str, Any] = OFF
+    def __init__(self, changed: Callable[[], None], publish: Publish = lambda _packet: None) -> None:
+        self._changed, self._publish = changed, publish
+        self.request: Mapping[str, Any] = OFF
         self.learned: dict[str, Any] | None = None
         self.packets = 0
         self.problem: TouchlineError | None = None
         self._viewers: set[Viewer] = set()
 
-    def follow(self, wanted: Mapping[str, Any]) -> None:
-        """See this from now on: {"on", "plan", "profile", "publish", "camera_number", "extent_mm"}."""
-        if dict(wanted) == dict(self.wanted):
+    def follow(self, request: Mapping[str, Any]) -> None:
+        """Detect this from now on: {"on", "plan", "profile", "publish", "camera_number", "extent_mm"}."""
+        if dict(request) == dict(self.request):
             return
-        if (wanted["plan"], wanted["profile"]) != (self.wanted["plan"], self.wanted["profile"]):
+        if (request["plan"], request["profile"]) != (self.request["plan"], self.request["profile"]):
             self.learned = None
-        self.wanted, self.problem = dict(wanted), None
-        if not wanted["on"]:
+        self.request, self.problem = dict(request), None
+        if not request["on"]:
             self._end_viewers(_off())
-        self._tell()
+        self._changed()
 
     def message(self) -> dict[str, Any]:
-        """What the process must know."""
-        return {**self.wanted, "run": bool(self._viewers) or self.wanted["publish"]}
+        """Return what the process must know."""
+        return {**self.request, "run": bool(self._viewers) or self.request["publish"]}
 
-    def require_view(self, channel_view: str) -> None:
-        """Conflict or NotFound, with what to do, where that view of what is seen cannot be had now."""
-        if not self.wanted["on"]:
+    def require_view(self, view: str) -> None:
+        """Raise Conflict or NotFound, with what to do, where that view of the detections cannot be had now."""
+        if not self.request["on"]:
             raise _off()
-        name = StreamSpec.requested(channel_view).stage
-        stages = [stage["stage"] for stage in self.wanted["plan"]["stages"]]
-        if channel_view != DETECTIONS and name not in stages:
+        name = StreamSpec.requested(view).stage
+        stages = [stage["stage"] for stage in self.request["plan"]["stages"]]
+        if view != DETECTIONS and name not in stages:
             raise NotFound(f"This camera's plan has no stage called {name!r}.", f"Use one of: {', '.join(stages)}.",
                            reason="unknown-stage")
 
     @contextlib.contextmanager
-    def listening(self, most_fps: float | None = None) -> Iterator[Viewer]:
-        """Every frame's message as it came, as long as the context lasts."""
-        if not self.wanted["on"]:
+    def listening(self, max_fps: float | None = None) -> Iterator[Viewer]:
+        """Yield a viewer of every frame's message, as it came."""
+        if not self.request["on"]:
             raise _off()
-        viewer = Viewer(most_fps)
+        viewer = Viewer(max_fps)
         self._viewers.add(viewer)
-        self._tell()
+        self._changed()
         try:
             yield viewer
         finally:
             self._viewers.discard(viewer)
-            self._tell()
+            self._changed()
 
-    def heard(self, body: bytes) -> None:
-        """A SEEN message came."""
+    def receive(self, body: bytes) -> None:
+        """Pass on a DETECTIONS message."""
         now = asyncio.get_running_loop().time()
         for viewer in self._viewers:
             viewer.offer(body, now)
-        packet = messages.payload(body)
-        if len(packet) and self.wanted["publish"]:
+        _, packet = split_body(body)
+        if len(packet) and self.request["publish"]:
             self.problem = self._publish(bytes(packet))
             self.packets += self.problem is None
 
-    def told(self, status: Mapping[str, Any]) -> None:
-        """The process says how its seeing is: the colours that it found in the picture."""
-        self.learned = (status.get("seeing") or {}).get("learned") if self.wanted["profile"] is None else None
+    def update_status(self, status: Mapping[str, Any]) -> None:
+        """Note the colours that the process found in the picture."""
+        self.learned = (status.get("detector") or {}).get("learned") if self.request["profile"] is None else None
 
     def end(self) -> None:
-        """The camera was changed or removed."""
+        """End all listening: the camera was changed or removed."""
         self._end_viewers(Unavailable("This camera was changed or removed.", "Open it again.", reason="camera-gone"))
 
     def _end_viewers(self, why: TouchlineError) -> None:
@@ -95,9 +95,9 @@ class DetectionFeed:
 
 
 def json_text(body: bytes) -> str:
-    """A message's JSON, unread."""
-    (length,) = messages.LENGTH.unpack_from(body)
-    return body[messages.LENGTH.size:messages.LENGTH.size + length].decode("ascii")
+    """Return a message's JSON, not parsed."""
+    text, _ = split_body(body)
+    return str(text, "ascii")
 
 
 def _off() -> Conflict:

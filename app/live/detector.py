@@ -1,10 +1,10 @@
-"""In a camera's process: what plays before it, seen in every frame, only while somebody watches or it is published.
+"""In a camera's process: objects detected in every frame, only while somebody watches or they are published.
 
-    newest frame ─▶ stages ─▶ SEEN: places as JSON, and the league's packet where it is published
-                       └────▶ painter: the stages' pictures that are watched
+    newest frame ─▶ stages ─▶ DETECTIONS: positions as JSON, and the league's packet where it is published
+                       └────▶ stage_renderer: the stages' pictures that are watched
 
-Works on the raw picture; points are corrected through the calibration that is shown. A frame that comes while the one
-before it is being looked at is left out: the newest wins, nothing waits.
+Works on the raw picture; points are corrected through the calibration that is applied. A frame that comes while the
+one before it is being processed is left out: the newest wins, nothing waits.
 """
 
 import threading
@@ -24,21 +24,22 @@ from app.live.picture import AppliedCalibration
 from app.live.ssl_detection import detection_packet
 from app.live.stage_renderer import StageRenderer
 from app.live.stream_spec import StreamSpec
+from app.processes.framing import encode_body
 from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
 from app.workflows.detection import colour_profile_for, pipeline_for
 
 IDLE_S = 0.5
-RETRY_S = 1.0  # after a picture that could not be looked at
-RATE_FRAMES = 30  # frames from which the rate is told
-DIGITS = 4  # of what is told: a ten-thousandth of a pixel or millimetre
+RETRY_S = 1.0  # after a picture that could not be processed
+RATE_FRAMES = 30  # frames from which the rate is computed
+DIGITS = 4  # in the JSON: a ten-thousandth of a pixel or millimetre
 NO_POSITIONS = "This camera has no calibration in use: sizes are guessed from its field, and there are no places."
 
 
 @dataclass(frozen=True, eq=False)
 class DetectionRequest:
-    """What the server asked for. run: see without pause; extent_mm: how much field about crosses the picture.
+    """What the server asks for. run: detect without pause; extent_mm: how much field about crosses the picture.
 
-    sighted_as: plan and profile as they came; as long as they stay the same, the stages remember.
+    key: plan and profile as they came; as long as they stay the same, the stages remember.
     """
 
     plan: StageConfig
@@ -47,7 +48,7 @@ class DetectionRequest:
     publish: bool
     camera_number: int
     extent_mm: float
-    sighted_as: str
+    key: str
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "DetectionRequest":
@@ -59,125 +60,124 @@ class DetectionRequest:
 
 @dataclass
 class DetectorState:
-    """The stages as they are set up now, and for what. learned: colours that were found in the picture."""
+    """The stages as they are set up now, and for what."""
 
     key: tuple[Any, ...] = ()
-    sight: StagePipeline | None = None
-    learned: ColourProfile | None = None
+    pipeline: StagePipeline | None = None
     calibration: Calibration | None = None
     notes: tuple[str, ...] = field(default=())
 
 
 class LiveDetector:
-    """The seeing thread. What to see is told by other threads."""
+    """The detecting thread. Other threads say what to detect."""
 
     def __init__(self, capture: FrameCapture, send: Callable[[int, int, bytes], None]) -> None:
         self._capture, self._send = capture, send
-        self._painter = StageRenderer(send)
-        self._asked = threading.Event()
-        self._wanted: DetectionRequest | None = None
-        self._shown: AppliedCalibration | None = None
-        self._channels: dict[int, tuple[StreamSpec, float]] = {}
-        self._eyes = DetectorState()
+        self._renderer = StageRenderer(send)
+        self._changed = threading.Event()
+        self._request: DetectionRequest | None = None
+        self._calibration: AppliedCalibration | None = None
+        self._streams: dict[int, tuple[StreamSpec, float]] = {}
+        self._state = DetectorState()
         self._moments: deque[float] = deque(maxlen=RATE_FRAMES + 1)
-        self.told: dict[str, Any] = {"learned": None}
+        self.status: dict[str, Any] = {"learned": None}
 
     def start(self) -> None:
-        self._painter.start()
-        threading.Thread(target=self._run, name="seeing", daemon=True).start()
+        self._renderer.start()
+        threading.Thread(target=self._run, name="detector", daemon=True).start()
 
-    def follow(self, wanted: Mapping[str, Any]) -> None:
-        """From now on this. What only switches it on or off does not make the stages forget."""
-        self._wanted = DetectionRequest.from_json(wanted) if wanted["on"] else None
-        self._asked.set()
+    def follow(self, request: Mapping[str, Any]) -> None:
+        """Detect this from now on. What only switches it on or off does not make the stages forget."""
+        self._request = DetectionRequest.from_json(request) if request["on"] else None
+        self._changed.set()
 
-    def show(self, shown: AppliedCalibration | None) -> None:
-        self._shown = shown
+    def apply(self, calibration: AppliedCalibration | None) -> None:
+        self._calibration = calibration
 
-    def watch(self, channels: Mapping[int, tuple[StreamSpec, float]]) -> None:
-        """From now on, these stages' pictures and no others."""
-        self._channels = dict(channels)
-        self._asked.set()
+    def watch(self, streams: Mapping[int, tuple[StreamSpec, float]]) -> None:
+        """Draw these stages' pictures and no others."""
+        self._streams = dict(streams)
+        self._changed.set()
 
     def _run(self) -> None:
         seq = 0
         while True:
-            wanted, channels = self._wanted, self._channels
-            if wanted is None or not (wanted.run or channels):
+            request, streams = self._request, self._streams
+            if request is None or not (request.run or streams):
                 self._moments.clear()
-                self._asked.wait(IDLE_S)
-                self._asked.clear()
+                self._changed.wait(IDLE_S)
+                self._changed.clear()
                 continue
             taken = self._capture.after(seq, IDLE_S)
             if taken is None:
                 continue
             seq = taken.seq
             try:
-                self._look(taken, wanted, channels)
+                self._process(taken, request, streams)
             except OSError:  # the server is gone
                 return
             except Exception as error:  # of one picture like no other, or a plan that cannot be: it must not end all
                 what = error.what if isinstance(error, TouchlineError) else type(error).__name__
-                self._tell(taken, wanted, None, (f"This picture could not be looked at: {what}",))
-                self._eyes = DetectorState()
-                self._asked.wait(RETRY_S)
-                self._asked.clear()
+                self._send_result(taken, request, None, (f"This picture could not be looked at: {what}",))
+                self._state = DetectorState()
+                self._changed.wait(RETRY_S)
+                self._changed.clear()
 
-    def _look(self, taken: CapturedFrame, wanted: DetectionRequest,
-              channels: Mapping[int, tuple[StreamSpec, float]]) -> None:
-        eyes = self._eyes_for(taken, wanted)
-        due = self._painter.due(channels, taken)
-        stages = {channel.stage for channel in due.values() if channel.stage is not None}
-        seen = eyes.sight.process(taken.frame.pixels, clock=time.thread_time, pictures=stages, frame=taken.seq,
-                                  time_s=taken.time)
+    def _process(self, taken: CapturedFrame, request: DetectionRequest,
+                 streams: Mapping[int, tuple[StreamSpec, float]]) -> None:
+        state = self._state_for(taken, request)
+        due = self._renderer.due(streams, taken)
+        stages = {spec.stage for spec in due.values() if spec.stage is not None}
+        result = state.pipeline.process(taken.frame.pixels, clock=time.thread_time, pictures=stages, frame=taken.seq,
+                                 time_s=taken.time)
         self._moments.append(time.monotonic())
-        self._tell(taken, wanted, seen, eyes.notes)
+        self._send_result(taken, request, result, state.notes)
         if due:
-            self._painter.offer(taken, seen, due, eyes.sight.context.view)
+            self._renderer.offer(taken, result, due, state.pipeline.context.view)
 
-    def _eyes_for(self, taken: CapturedFrame, wanted: DetectionRequest) -> DetectorState:
-        """Set up anew where the plan, the colours, the calibration or the picture's size is another."""
-        size, shown = taken.frame.size, self._shown
-        calibration = shown.calibration if shown is not None and shown.calibration.image_size == size else None
-        key = (wanted.sighted_as, calibration.id if calibration else None, size, wanted.extent_mm)
-        if key != self._eyes.key:
-            profile = wanted.profile or colour_profile_for(taken.frame.pixels, wanted.plan)
+    def _state_for(self, taken: CapturedFrame, request: DetectionRequest) -> DetectorState:
+        """Return the stages, set up anew where the plan, the colours, the calibration or the picture's size changed."""
+        size, applied = taken.frame.size, self._calibration
+        calibration = applied.record if applied is not None and applied.record.image_size == size else None
+        key = (request.key, calibration.id if calibration else None, size, request.extent_mm)
+        if key != self._state.key:
+            profile = request.profile or colour_profile_for(taken.frame.pixels, request.plan)
             notes = (*profile.notes, *(() if calibration else (NO_POSITIONS,)))
-            scale = None if calibration else _mm_per_px(wanted, size)
-            self._eyes = DetectorState(key, pipeline_for(wanted.plan, size, profile, calibration, scale),
-                               None if wanted.profile else profile, calibration, notes)
+            scale = None if calibration else _mm_per_px(request, size)
+            self._state = DetectorState(key, pipeline_for(request.plan, size, profile, calibration, scale), calibration,
+                                        notes)
             self._moments.clear()
-            self.told = {"learned": None if wanted.profile else replace(profile, name="found").to_json()}
-        return self._eyes
+            self.status = {"learned": None if request.profile else replace(profile, name="found").to_json()}
+        return self._state
 
-    def _tell(self, taken: CapturedFrame, wanted: DetectionRequest, seen: FrameResult | None,
-              notes: tuple[str, ...]) -> None:
-        calibration = self._eyes.calibration
-        head = detection_json(seen, taken.seq, taken.time, taken.frame.size, calibration, notes, self._fps())
+    def _send_result(self, taken: CapturedFrame, request: DetectionRequest, result: FrameResult | None,
+                     notes: tuple[str, ...]) -> None:
+        calibration = self._state.calibration
+        head = detection_json(result, taken.seq, taken.time, taken.frame.size, calibration, notes, self._fps())
         packet = b""
-        if wanted.publish and seen is not None and calibration is not None:
-            packet = detection_packet(seen.detections, wanted.camera_number, time.time())
-        self._send(messages.DETECTIONS, 0, messages.message(head, packet))
+        if request.publish and result is not None and calibration is not None:
+            packet = detection_packet(result.detections, request.camera_number, time.time())
+        self._send(messages.DETECTIONS, 0, encode_body(head, packet))
 
     def _fps(self) -> float:
         count = len(self._moments) - 1
         return count / max(self._moments[-1] - self._moments[0], 1e-6) if count > 0 else 0.0
 
 
-def detection_json(seen: FrameResult | None, seq: int, time_s: float, size: ImageSize, calibration: Calibration | None,
-            notes: tuple[str, ...], fps: float) -> dict[str, Any]:
-    """What a frame showed, plain JSON: of a live camera, or of a clip. seen: None where it could not be looked at."""
-    items = seen.detections.items if seen else ()
-    took = dict(seen.took_ms) if seen else {}
+def detection_json(result: FrameResult | None, seq: int, time_s: float, size: ImageSize,
+                   calibration: Calibration | None, notes: tuple[str, ...], fps: float) -> dict[str, Any]:
+    """Return what was detected in a frame of a live camera or a clip; result: None where it could not be processed."""
+    items = result.detections.items if result else ()
+    took = dict(result.took_ms) if result else {}
     return {"seq": seq, "time_s": round(time_s, 4), "width": size.width, "height": size.height,
             "calibration": calibration.id if calibration else None, "items": [_rounded(i.to_json()) for i in items],
             "stages": [{"name": name, "ms": round(ms, 3)} for name, ms in took.items()],
-            "ms": round(sum(took.values()), 3), "notes": [*notes, *(seen.notes if seen else ())],
+            "ms": round(sum(took.values()), 3), "notes": [*notes, *(result.notes if result else ())],
             "fps": round(fps, 2)}
 
 
-def _mm_per_px(wanted: DetectionRequest, size: ImageSize) -> float:
-    return wanted.extent_mm / (size.width**2 + size.height**2) ** 0.5
+def _mm_per_px(request: DetectionRequest, size: ImageSize) -> float:
+    return request.extent_mm / (size.width**2 + size.height**2) ** 0.5
 
 
 def _rounded(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""In a camera's process: each second, whether it still stands as it did when it was calibrated.
+"""In a camera's process: each second, whether the camera still stands as it did when it was calibrated.
 
 What the lines looked like comes from the calibration's own picture, so that a knock before it was activated, or while
 the server was off, is seen too; where there is none, or none that shows them, from the first seconds after activation.
@@ -23,7 +23,7 @@ from app.live.picture import AppliedCalibration
 from app.store.snapshots import read_checked
 
 EVERY_S = 1.0
-DOUBTFUL_S = 0.35  # an alarm is told two looks after the knock
+DOUBTFUL_S = 0.35  # an alarm comes two looks after the knock
 WAIT_S = 0.5  # for a frame
 LEARN_S = 0.5  # between the frames that are learnt from
 LEARN = 5
@@ -37,19 +37,19 @@ class CameraDriftMonitor:
     def __init__(self, capture: FrameCapture, limits: ImageLimits) -> None:
         self._capture = capture
         self._limits = limits
-        self._wanted: tuple[AppliedCalibration, dict[str, Any] | None] | None = None
+        self._target: tuple[AppliedCalibration, dict[str, Any] | None] | None = None
         self._changed = threading.Event()
         self.newest: dict[str, Any] | None = None
 
     def start(self) -> None:
         threading.Thread(target=self._run, name="drift", daemon=True).start()
 
-    def show(self, shown: AppliedCalibration | None, picture: dict[str, Any] | None) -> None:
+    def apply(self, calibration: AppliedCalibration | None, picture: dict[str, Any] | None) -> None:
         """Follow this calibration's lines from now on. picture: {"name", "path", "sha256"} of the one it came from."""
-        before = self._wanted
-        if shown is not None and before is not None and before[0].calibration.id == shown.calibration.id:
-            return  # told again, as after a cable was out: what is known of it holds
-        self._wanted = None if shown is None else (shown, picture)
+        before = self._target
+        if calibration is not None and before is not None and before[0].record.id == calibration.record.id:
+            return  # the same again, as after a cable was out: what is known of it holds
+        self._target = None if calibration is None else (calibration, picture)
         self.newest = None
         self._changed.set()
 
@@ -59,31 +59,31 @@ class CameraDriftMonitor:
         while True:
             self._changed.wait()
             self._changed.clear()
-            if (wanted := self._wanted) is not None:
+            if (target := self._target) is not None:
                 try:
-                    self._follow(wanted)
+                    self._follow(target)
                 except Exception:  # of one look at a picture like no other: it must not end all looking
                     self.newest = None
                     if not self._changed.wait(RETRY_S):
                         self._changed.set()
 
-    def _follow(self, wanted: tuple[AppliedCalibration, dict[str, Any] | None]) -> None:
-        """Until something else is wanted."""
-        shown, picture = wanted
-        watch, calibration, seq = DriftWatch(time.time()), shown.calibration, 0
+    def _follow(self, target: tuple[AppliedCalibration, dict[str, Any] | None]) -> None:
+        """Follow the lines until something else is to be followed."""
+        applied, picture = target
+        watch, calibration, seq = DriftWatch(time.time()), applied.record, 0
 
-        def tell(source: str | None, took_s: float = 0.0) -> None:
-            if self._wanted is wanted:
+        def report(source: str | None, took_s: float = 0.0) -> None:
+            if self._target is target:
                 self.newest = {**watch.status.to_json(), "calibration": calibration.id, "reference": source,
                                "took_ms": round(1000 * took_s, 1)}
-        tell(None)
-        reference = self._reference_of_picture(shown, picture)
+        report(None)
+        reference = self._reference_of_picture(applied, picture)
         source = "calibration" if reference is not None else "start"
         again_s = RETRY_S
         while reference is None:
-            if (reference := self._learnt(shown)) is None:
+            if (reference := self._learnt(applied)) is None:
                 watch.unfollowed(time.time())
-                tell(None)
+                report(None)
                 if self._changed.wait(again_s):
                     return
                 again_s = min(2 * again_s, MAX_RETRY_S)
@@ -94,20 +94,21 @@ class CameraDriftMonitor:
                 seq, begun = taken.seq, time.thread_time()
                 sample = reference.look(taken.frame.pixels, sample)
                 watch.add(sample, taken.time)
-                tell(source, time.thread_time() - begun)
+                report(source, time.thread_time() - begun)
             self._changed.wait(DOUBTFUL_S if watch.doubtful else EVERY_S)
 
-    def _reference_of_picture(self, shown: AppliedCalibration, picture: dict[str, Any] | None) -> DriftReference | None:
+    def _reference_of_picture(self, applied: AppliedCalibration,
+                              picture: dict[str, Any] | None) -> DriftReference | None:
         if picture is None:
             return None
         try:
             frame = decode_in_process(read_checked(**picture), self._limits)
         except TouchlineError:
             return None
-        return _reference([frame.pixels], shown)
+        return _reference([frame.pixels], applied)
 
-    def _learnt(self, shown: AppliedCalibration) -> DriftReference | None:
-        """From some frames, in which what moves is not in the same place."""
+    def _learnt(self, applied: AppliedCalibration) -> DriftReference | None:
+        """Return a reference from some frames, in which what moves is not in the same place."""
         pictures: list[NDArray[np.uint8]] = []
         taken: CapturedFrame | None = None
         while len(pictures) < LEARN:
@@ -118,16 +119,16 @@ class CameraDriftMonitor:
                 pictures.append(taken.frame.pixels)
             if self._changed.wait(LEARN_S):
                 return None
-        return _reference(pictures, shown)
+        return _reference(pictures, applied)
 
 
-def _reference(pictures: list[NDArray[np.uint8]], shown: AppliedCalibration) -> DriftReference | None:
-    calibration = shown.calibration
+def _reference(pictures: list[NDArray[np.uint8]], applied: AppliedCalibration) -> DriftReference | None:
+    calibration = applied.record
     height, width = pictures[0].shape[:2]
     if (width, height) != tuple(calibration.image_size):
         return None
     field = field_from_json(calibration.field)
     try:
-        return DriftReference.of(pictures, shown.model, field, field.region(calibration.region, calibration.rotate))
+        return DriftReference.of(pictures, applied.model, field, field.region(calibration.region, calibration.rotate))
     except (TouchlineError, np.linalg.LinAlgError):
         return None

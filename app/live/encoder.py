@@ -1,4 +1,4 @@
-"""In a camera's process: draws and encodes each watched channel once, from the newest frame, and hands it over."""
+"""In a camera's process: draws and encodes each watched stream once, from the newest frame, and sends it."""
 
 import threading
 import time
@@ -11,56 +11,53 @@ from app.live import messages
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.picture import AppliedCalibration, render
 from app.live.stream_spec import StreamSpec
+from app.processes.framing import encode_body
 
 IDLE_S = 0.5
-EARLY_SHARE = 0.25  # of a channel's interval: a frame so much too early is still taken, or every second would be lost
+EARLY_SHARE = 0.25  # of a stream's interval: a frame so much too early is still taken, or every second would be lost
 
 
 class Encoder:
-    """The drawing thread. What to draw is told by other threads."""
+    """The drawing thread. Other threads say what to draw."""
 
     def __init__(self, capture: FrameCapture, send: Callable[[int, int, bytes], None]) -> None:
         self._capture = capture
         self._send = send
-        self._watched: dict[int, tuple[StreamSpec, float]] = {}  # number → channel, interval s (0: every frame)
+        self._watched: dict[int, tuple[StreamSpec, float]] = {}  # number → stream, interval s (0: every frame)
         self._due: dict[int, float] = {}
-        self._shown: AppliedCalibration | None = None
-        self._told = threading.Event()
+        self.calibration: AppliedCalibration | None = None
+        self._changed = threading.Event()
         self.encoded = 0
 
     def start(self) -> None:
         threading.Thread(target=self._run, name="encoder", daemon=True).start()
 
-    def watch(self, channels: Mapping[int, tuple[StreamSpec, float]]) -> None:
-        """From now on, these and no others; a new one is sent the newest frame at once."""
-        self._watched = dict(channels)
-        self._told.set()
+    def watch(self, streams: Mapping[int, tuple[StreamSpec, float]]) -> None:
+        """Encode these and no others; a new one is sent the newest frame at once."""
+        self._watched = dict(streams)
+        self._changed.set()
 
-    def show(self, shown: AppliedCalibration | None) -> None:
-        self._shown = shown
-        self._told.set()
-
-    @property
-    def shown(self) -> AppliedCalibration | None:
-        return self._shown
+    def apply(self, calibration: AppliedCalibration | None) -> None:
+        self.calibration = calibration
+        self._changed.set()
 
     def _run(self) -> None:
         seq, done = 0, set()
         while True:
             watched = self._watched
             if not watched:
-                self._told.wait(IDLE_S)
-                self._told.clear()
+                self._changed.wait(IDLE_S)
+                self._changed.clear()
                 done = set()
                 continue
             fresh = bool(set(watched) - done)
             taken = self._capture.after(seq - 1 if fresh else seq, IDLE_S)
             if taken is None:
                 continue
-            for number, (channel, interval_s) in watched.items():
-                # A new channel is shown the newest frame at once; the others have had it.
+            for number, (spec, interval_s) in watched.items():
+                # A new stream is sent the newest frame at once; the others have had it.
                 if number not in done or (taken.seq > seq and self._is_due(number, taken, interval_s)):
-                    self._hand_over(number, channel, taken)
+                    self._encode(number, spec, taken)
             seq, done = taken.seq, set(watched)
 
     def _is_due(self, number: int, taken: CapturedFrame, interval_s: float) -> bool:
@@ -70,23 +67,21 @@ class Encoder:
         self._due[number] = max(due, taken.moment - interval_s) + interval_s
         return True
 
-    def _hand_over(self, number: int, channel: StreamSpec, taken: CapturedFrame) -> None:
+    def _encode(self, number: int, spec: StreamSpec, taken: CapturedFrame) -> None:
         begin = time.monotonic()
-        head: dict[str, Any] = {"seq": taken.seq, "time": taken.time, "view": channel.view}
-        shown = self._shown
-        if channel.view != "raw" and shown is None:
+        head: dict[str, Any] = {"seq": taken.seq, "time": taken.time, "view": spec.view}
+        calibration = self.calibration
+        if calibration is not None and calibration.record.image_size != taken.frame.size:
+            calibration = None
+        if spec.view != "raw" and calibration is None:
             return  # the server tells the viewer why
-        if shown is not None and shown.calibration.image_size != taken.frame.size:
-            shown = None
-            if channel.view != "raw":
-                return
         try:
-            pixels, more, tail = render(taken.frame.pixels, channel, shown)
-            jpeg = encode(pixels, "jpg", channel.quality)
+            pixels, more, overlays = render(taken.frame.pixels, spec, calibration)
+            jpeg = encode(pixels, "jpg", spec.quality)
         except TouchlineError:
             return  # a model that cannot be drawn at this size: the still view says why
         self.encoded += 1
         head |= more | {"width": pixels.shape[1], "height": pixels.shape[0],
                         "raw_width": taken.frame.size.width, "raw_height": taken.frame.size.height,
                         "spent_ms": round(1e3 * (time.monotonic() - begin), 2)}
-        self._send(messages.PICTURE, number, messages.message(head, jpeg, tail))
+        self._send(messages.PICTURE, number, encode_body(head, jpeg, overlays))

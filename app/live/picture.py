@@ -1,4 +1,4 @@
-"""In a camera's process: from a frame to the picture of one channel, corrected straight at the size that is watched."""
+"""In a camera's process: from a frame to the picture of one stream, corrected straight at the size that is watched."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -26,7 +26,7 @@ OVERLAY_PX = 0.25  # a drawn line may be off by so much where points are left ou
 class AppliedCalibration:
     """The calibration that is applied: its maps are made when a size is first watched."""
 
-    calibration: Calibration
+    record: Calibration
     model: CameraModel
     maps: dict[int, CorrectionMap]
     overlays: dict[tuple[str, int, int], bytes]
@@ -36,7 +36,7 @@ class AppliedCalibration:
         return cls(calibration, model_from_json(calibration.model_name, calibration.model_parameters), {}, {})
 
     def view(self, width: int) -> CorrectedView:
-        """How the corrected frame is drawn at a width; 0: one pixel per corrected pixel."""
+        """Return how the corrected frame is drawn at a width; 0: one pixel per corrected pixel."""
         return CorrectedView(round(MARGIN * self.model.corrected_size.width), width or None)
 
     def corrected(self, pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
@@ -45,14 +45,14 @@ class AppliedCalibration:
         return self.maps[width].apply(pixels)
 
     def overlay(self, view: str, width: int, raw: ImageSize, drawn: ImageSize) -> bytes:
-        """JSON text of "overlays": the field's lines in pixels of the drawn picture."""
+        """Return JSON text of "overlays": the field's lines in pixels of the drawn picture."""
         key = (view, *drawn)
         if key not in self.overlays:
             self.overlays[key] = self._overlay(view, width, raw, drawn)
         return self.overlays[key]
 
     def _overlay(self, view: str, width: int, raw: ImageSize, drawn: ImageSize) -> bytes:
-        calibration = self.calibration
+        calibration = self.record
         field = field_from_json(calibration.field)
         region = field.region(calibration.region, calibration.rotate)
         if view == "raw":
@@ -65,7 +65,7 @@ class AppliedCalibration:
 
 
 def _runs(points: Sequence[Sequence[float] | None], scale: float, drawn: ImageSize) -> Iterator[list[list[float]]]:
-    """The stretches of a polyline in or near the drawn picture, without points that a straight one needs not."""
+    """Yield the stretches of a polyline in or near the drawn picture, without points that a straight one needs not."""
     run: list[list[float]] = []
     for point in [*points, None]:
         if point is not None:
@@ -80,7 +80,7 @@ def _runs(points: Sequence[Sequence[float] | None], scale: float, drawn: ImageSi
 
 
 def scaled_down(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
-    """The raw picture no wider than that; never enlarged, which a browser does as well."""
+    """Return the picture no wider than that; never enlarged, which a browser does as well."""
     height, own = pixels.shape[:2]
     if not width or width >= own:
         return pixels
@@ -88,7 +88,7 @@ def scaled_down(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
 
 
 def side_by_side(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], list[dict[str, int]]]:
-    """Two pictures of one width, the lower one in the middle of its half; and where each stands, px."""
+    """Return two pictures of one width as one, the lower in the middle of its half; and where each stands, px."""
     height = max(left.shape[0], right.shape[0])
     width = left.shape[1]
     both = np.zeros((height, 2 * width + GAP_PX, 3), np.uint8)
@@ -100,20 +100,20 @@ def side_by_side(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> tuple[NDA
     return both, places
 
 
-def render(pixels: NDArray[np.uint8], channel: StreamSpec,
-          shown: AppliedCalibration | None) -> tuple[NDArray[np.uint8], dict[str, Any], bytes]:
-    """The channel's picture, what its JSON says besides, and its overlays; needs a calibration unless it is raw."""
+def render(pixels: NDArray[np.uint8], spec: StreamSpec,
+           applied: AppliedCalibration | None) -> tuple[NDArray[np.uint8], dict[str, Any], bytes]:
+    """Return a stream's picture, members of its JSON, and its overlays; needs a calibration unless it is raw."""
     raw = ImageSize(pixels.shape[1], pixels.shape[0])
-    if channel.view == "side":
-        half = max(16, ((channel.width or 2 * raw.width) - GAP_PX) // 2)
-        left, right = scaled_down(pixels, half), shown.corrected(pixels, half)
+    if spec.view == "side":
+        half = max(16, ((spec.width or 2 * raw.width) - GAP_PX) // 2)
+        left, right = scaled_down(pixels, half), applied.corrected(pixels, half)
         if left.shape[1] < half:
             left = cv2.resize(left, (half, max(1, round(left.shape[0] * half / left.shape[1]))))
         both, (raw_half, corrected_half) = side_by_side(left, right)
-        return both, {"calibration": shown.calibration.id, "halves": {
-            "raw": raw_half, "corrected": corrected_half, "margin_px": shown.view(half).margin_px}}, b""
-    picture = scaled_down(pixels, channel.width) if channel.view == "raw" else shown.corrected(pixels, channel.width)
-    if shown is None:
+        return both, {"calibration": applied.record.id, "halves": {
+            "raw": raw_half, "corrected": corrected_half, "margin_px": applied.view(half).margin_px}}, b""
+    picture = scaled_down(pixels, spec.width) if spec.view == "raw" else applied.corrected(pixels, spec.width)
+    if applied is None:
         return picture, {"calibration": None}, b""
     size = ImageSize(picture.shape[1], picture.shape[0])
-    return picture, {"calibration": shown.calibration.id}, shown.overlay(channel.view, channel.width, raw, size)
+    return picture, {"calibration": applied.record.id}, applied.overlay(spec.view, spec.width, raw, size)

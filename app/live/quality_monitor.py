@@ -37,7 +37,7 @@ class QualityMonitor:
         self.newest: dict[str, Any] | None = None
 
     def start(self) -> None:
-        threading.Thread(target=self._run, name="inspector", daemon=True).start()
+        threading.Thread(target=self._run, name="quality monitor", daemon=True).start()
 
     def _run(self) -> None:
         seq, due = 0, time.monotonic()
@@ -84,19 +84,19 @@ class QualityMonitor:
         return flicker.measure_flicker(times, rows)
 
     def _field_of(self, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_] | None:
-        """Where the field lies in the reduced picture, as far as a calibration tells."""
-        shown: AppliedCalibration | None = self._encoder.shown
-        if shown is None or shown.calibration.image_size != raw:
+        """Return where the field lies in the reduced picture; None where no calibration says."""
+        applied = self._encoder.calibration
+        if applied is None or applied.record.image_size != raw:
             return None
-        if self._mask is None or self._mask[:2] != (shown.calibration.id, raw):
-            self._mask = (shown.calibration.id, raw, _mask(shown, width, height, raw))
+        if self._mask is None or self._mask[:2] != (applied.record.id, raw):
+            self._mask = (applied.record.id, raw, _mask(applied, width, height, raw))
         return self._mask[2]
 
 
-def _mask(shown: AppliedCalibration, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_]:
+def _mask(applied: AppliedCalibration, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_]:
     x, y = np.meshgrid(np.arange(width), np.arange(height))
     points = np.stack([(x + 0.5) * raw.width / width - 0.5, (y + 0.5) * raw.height / height - 0.5], axis=-1)
-    corrected = shown.model.corrected_from_raw(points.reshape(-1, 2)).reshape(height, width, 2)
-    size = shown.model.corrected_size
+    corrected = applied.model.corrected_from_raw(points.reshape(-1, 2)).reshape(height, width, 2)
+    size = applied.model.corrected_size
     with np.errstate(invalid="ignore"):
         return (corrected >= 0).all(axis=-1) & (corrected <= np.array(size) - 1).all(axis=-1)

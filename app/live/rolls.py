@@ -1,6 +1,6 @@
-"""In a camera's process: what rolls before it, followed frame by frame, only while somebody asks.
+"""In a camera's process: what rolls before it, followed frame by frame, only while somebody polls.
 
-    asked → followed → a roll has ended → told to whoever asks next → nobody asks for KEEP_S → rests
+    poll → followed → a roll has ended → returned by the next poll → no poll for KEEP_S → rests
 
 Rolls are numbered within one watch; `watch` is another word whenever the following began anew: then numbers do too.
 """
@@ -19,7 +19,7 @@ from app.core.errors import Unavailable
 from app.live.capture import CapturedFrame, FrameCapture
 from app.workflows.rolling import RollRecorder
 
-KEEP_S = 3.0  # without a question: then nobody watches any more
+KEEP_S = 3.0  # without a poll: then nobody watches any more
 WAIT_S = 2.0  # for the next frame
 MAX_ROLLS = 100  # rolls that somebody may still ask for
 NICE = 5  # niceness: the picture goes first, and yet frames should not be missed
@@ -29,31 +29,31 @@ MIN_MOVED_SHARE = 0.02  # of the picture's width: what has come less far stands
 
 
 class RollMonitor:
-    """Follows while it is asked. ask() may be called from any thread."""
+    """Follows while it is polled. poll() may be called from any thread."""
 
     def __init__(self, capture: FrameCapture) -> None:
         self._capture = capture
         self._lock = threading.Condition()
-        self._wanted_until = 0.0
+        self._follow_until = 0.0
         self._thread: threading.Thread | None = None
-        self._told: dict[str, Any] | None = None
+        self._newest: dict[str, Any] | None = None
         self._rolls: deque[dict[str, Any]] = deque(maxlen=MAX_ROLLS)
 
-    def ask(self, watch: str, after: int, seq: int) -> dict[str, Any]:
-        """What moves in a frame after that one, and the rolls after that number of that watch (all of another)."""
+    def poll(self, watch: str, after: int, seq: int) -> dict[str, Any]:
+        """Return what moves in a frame after that one, and the rolls after that number; of another watch all."""
         with self._lock:
-            self._wanted_until = time.monotonic() + KEEP_S
+            self._follow_until = time.monotonic() + KEEP_S
             if self._thread is None:
-                self._told = None
+                self._newest = None
                 self._thread = threading.Thread(target=self._follow, name="rolls", daemon=True)
                 self._thread.start()
-            self._lock.wait_for(lambda: self._told is not None
-                                and (self._told["seq"] != seq or self._told["watch"] != watch), WAIT_S)
-            if self._told is None or self._told["seq"] == seq:
+            self._lock.wait_for(lambda: self._newest is not None
+                                and (self._newest["seq"] != seq or self._newest["watch"] != watch), WAIT_S)
+            if self._newest is None or self._newest["seq"] == seq:
                 raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
                                   reason="camera-silent")
-            after = after if self._told["watch"] == watch else 0
-            return {**self._told, "rolls": [roll for roll in self._rolls if roll["number"] > after]}
+            after = after if self._newest["watch"] == watch else 0
+            return {**self._newest, "rolls": [roll for roll in self._rolls if roll["number"] > after]}
 
     def _follow(self) -> None:
         with suppress(OSError, AttributeError):  # of this thread alone, on Linux
@@ -63,7 +63,7 @@ class RollMonitor:
         while True:
             taken = self._capture.after(seq, WAIT_S)
             with self._lock:
-                if time.monotonic() > self._wanted_until:
+                if time.monotonic() > self._follow_until:
                     self._thread = None
                     return
             if taken is None:
@@ -72,7 +72,7 @@ class RollMonitor:
             if rolling.frames and rolling.size != size:
                 watch, rolling, count = _new_watch(), RollRecorder(live=True), 0
             ended = rolling.add(taken.moment, taken.frame.pixels, seq)
-            rolling.rolls.clear()  # they are told, and kept by whoever hears it
+            rolling.rolls.clear()  # they go to whoever polls, and are stored there
             new = []
             for roll in ended:
                 count += 1
@@ -84,7 +84,7 @@ class RollMonitor:
                 if count == len(new):
                     self._rolls.clear()
                 self._rolls.extend(new)
-                self._told = {"watch": watch, "seq": seq, "time": taken.time, "width": size.width,
+                self._newest = {"watch": watch, "seq": seq, "time": taken.time, "width": size.width,
                               "height": size.height, "tracks": _drawn_tracks(rolling, taken),
                               "hint": "" if rolling.is_still else "Nearly the whole picture changes again and again: "
                               "fix the camera, and switch its automatic exposure off."}
@@ -96,7 +96,7 @@ def _new_watch() -> str:
 
 
 def _drawn_tracks(rolling: RollRecorder, taken: CapturedFrame) -> list[list[list[float]]]:
-    """Where things came from in the last seconds, px; what stands is not drawn."""
+    """Return where things came from in the last seconds, px; what stands is not drawn."""
     tracks = []
     for track in rolling.now:
         recent = track.points[-DRAWN_FRAMES:]

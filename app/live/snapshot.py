@@ -15,7 +15,7 @@ MAX_FRAMES = 60
 
 
 def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: float) -> tuple[dict[str, Any], bytes]:
-    """The next frame, or what most of so many agree on that are spread over so long; a PNG.
+    """Return the next frame, or what most of so many agree on that are spread over so long; a PNG.
 
     The JSON says how many frames went in, when the first and last were taken, and which share of the pixels was never
     seen free of moving things. Unavailable where frames do not come.

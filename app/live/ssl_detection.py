@@ -1,4 +1,4 @@
-"""What was seen in a frame as the Small Size League's SSL_DetectionFrame: one packet a frame and camera.
+"""The detections of a frame as the Small Size League's SSL_DetectionFrame: one packet a frame and camera.
 
 Lengths in mm, angles in radians, counter-clockwise from field x, pixels raw. What has no place, or a team that the
 league has not, is left out; a robot whose pattern cannot be told goes without a number.
@@ -11,14 +11,14 @@ from app.ssl_protocol.protobuf import encode
 MAX_PER_KIND = 100  # of a kind: a datagram must hold them
 
 
-def detection_packet(seen: Detections, camera_number: int, sent_s: float) -> bytes:
-    """The datagram. sent_s: now, unix; frame and time_s of the detections must be known."""
-    placed = [item for item in seen.items if item.x_mm is not None and item.y_mm is not None]
+def detection_packet(detections: Detections, camera_number: int, sent_s: float) -> bytes:
+    """Return the datagram. sent_s: now, unix; frame and time_s of the detections must be known."""
+    placed = [item for item in detections.items if item.x_mm is not None and item.y_mm is not None]
     robots = {team: tuple(_robot(item) for item in placed if item.kind == "robot" and item.team == team)[:MAX_PER_KIND]
               for team in ("yellow", "blue")}
     balls = tuple(_ball(item) for item in placed if item.kind == "ball")[:MAX_PER_KIND]
-    frame = DetectionFrame(frame_number=(seen.frame or 0) % 2**32, t_capture=seen.time_s or sent_s, t_sent=sent_s,
-                           camera_id=camera_number, balls=balls, robots_yellow=robots["yellow"],
+    frame = DetectionFrame(frame_number=(detections.frame or 0) % 2**32, t_capture=detections.time_s or sent_s,
+                           t_sent=sent_s, camera_id=camera_number, balls=balls, robots_yellow=robots["yellow"],
                            robots_blue=robots["blue"])
     return encode(WrapperPacket(detection=frame, source=int(Sender.OTHER)))
 

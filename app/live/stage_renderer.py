@@ -1,4 +1,4 @@
-"""In a camera's process: pictures of what the stages of seeing made of a frame, drawn and encoded beside the seeing."""
+"""In a camera's process: pictures of what each detection stage made of a frame, encoded beside the detecting."""
 
 import threading
 import time
@@ -10,11 +10,12 @@ from app.live import messages
 from app.live.capture import CapturedFrame
 from app.live.picture import scaled_down
 from app.live.stream_spec import StreamSpec
+from app.processes.framing import encode_body
 from app.vision.stage_pipeline import FrameResult
 from app.vision.stages.localisation import FieldLocator
 from app.workflows.detection import detections_image
 
-MIN_INTERVAL_S = 1 / 15  # between two pictures of a channel: drawing costs as much as seeing
+MIN_INTERVAL_S = 1 / 15  # between two pictures of a stream: drawing costs as much as detecting
 EARLY_SHARE = 0.25  # of that: a frame so much too early is still taken
 
 
@@ -28,25 +29,25 @@ class StageRenderer:
         self._work: tuple[CapturedFrame, FrameResult, Mapping[int, StreamSpec], FieldLocator] | None = None
 
     def start(self) -> None:
-        threading.Thread(target=self._run, name="painter", daemon=True).start()
+        threading.Thread(target=self._run, name="stage renderer", daemon=True).start()
 
-    def due(self, channels: Mapping[int, tuple[StreamSpec, float]], taken: CapturedFrame) -> dict[int, StreamSpec]:
-        """Which of these a frame is to be drawn for; none while another is being drawn."""
-        self._due = {number: at for number, at in self._due.items() if number in channels}
+    def due(self, streams: Mapping[int, tuple[StreamSpec, float]], taken: CapturedFrame) -> dict[int, StreamSpec]:
+        """Return which of these a frame is to be detections_image for; none while another is being detections_image."""
+        self._due = {number: at for number, at in self._due.items() if number in streams}
         if self._work is not None:
             return {}
-        wanted = {}
-        for number, (channel, interval_s) in channels.items():
+        due = {}
+        for number, (spec, interval_s) in streams.items():
             interval_s = max(interval_s, MIN_INTERVAL_S)
             at = self._due.get(number, 0.0)
             if taken.moment >= at - EARLY_SHARE * interval_s:
                 self._due[number] = max(at, taken.moment - interval_s) + interval_s
-                wanted[number] = channel
-        return wanted
+                due[number] = spec
+        return due
 
-    def offer(self, taken: CapturedFrame, seen: FrameResult, channels: Mapping[int, StreamSpec],
+    def offer(self, taken: CapturedFrame, result: FrameResult, streams: Mapping[int, StreamSpec],
               view: FieldLocator) -> None:
-        self._work = (taken, seen, channels, view)
+        self._work = (taken, result, streams, view)
         self._came.set()
 
     def _run(self) -> None:
@@ -55,29 +56,29 @@ class StageRenderer:
             self._came.clear()
             if self._work is not None:
                 try:
-                    self._paint(*self._work)
+                    self._render(*self._work)
                 finally:
                     self._work = None
 
-    def _paint(self, taken: CapturedFrame, seen: FrameResult, channels: Mapping[int, StreamSpec],
-               view: FieldLocator) -> None:
+    def _render(self, taken: CapturedFrame, result: FrameResult, streams: Mapping[int, StreamSpec],
+                view: FieldLocator) -> None:
         marked = None
-        for number, channel in channels.items():
+        for number, spec in streams.items():
             begin = time.monotonic()
-            if channel.stage is not None:
-                picture = seen.pictures.get(channel.stage)  # None: the plan has no such stage now
+            if spec.stage is not None:
+                picture = result.pictures.get(spec.stage)  # None: the plan has no such stage now
             else:
-                marked = detections_image(taken.frame.pixels, seen.detections, view) if marked is None else marked
+                marked = detections_image(taken.frame.pixels, result.detections, view) if marked is None else marked
                 picture = marked
             if picture is None:
                 continue
             try:
-                pixels = scaled_down(picture, channel.width)
-                jpeg = encode(pixels, "jpg", channel.quality)
+                pixels = scaled_down(picture, spec.width)
+                jpeg = encode(pixels, "jpg", spec.quality)
             except TouchlineError:
                 continue
             raw = taken.frame.size
-            head = {"seq": taken.seq, "time": taken.time, "view": channel.view, "width": pixels.shape[1],
+            head = {"seq": taken.seq, "time": taken.time, "view": spec.view, "width": pixels.shape[1],
                     "height": pixels.shape[0], "raw_width": raw.width, "raw_height": raw.height,
                     "spent_ms": round(1e3 * (time.monotonic() - begin), 2)}
-            self._send(messages.PICTURE, number, messages.message(head, jpeg))
+            self._send(messages.PICTURE, number, encode_body(head, jpeg))

@@ -1,7 +1,7 @@
-"""How a camera is, judged from what its process told last and how long ago that was."""
+"""How a camera is, judged by the last status of its process and how long ago that came."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 from app.core.geometry import ImageSize
 from app.sources import Identity
@@ -17,59 +17,68 @@ STATIC_SOURCES = ("picture", "folder", "video", "sim")  # sources whose pictures
 
 @dataclass(frozen=True)
 class ProcessStatus:
-    """What the process said of itself, and when on the server's clock."""
+    """The last status that a camera's process sent, and when it came on the server's clock."""
 
-    status: dict[str, Any]
-    at: float
+    values: dict[str, Any]
+    received_s: float
+
+    @classmethod
+    def initial(cls, now: float) -> Self:
+        """Return the status of a process that has sent none yet."""
+        return cls({"state": "connecting", "problem": None, "since_s": 0.0, "seq": 0, "interval_s": 0.0,
+                    "identity": None, "reopened": 0, "age_s": None, "size": None, "encoded": 0}, now)
 
     def frame_age_s(self, now: float) -> float | None:
-        age = self.status["age_s"]
-        return None if age is None else age + (now - self.at)
+        age_s = self.values["age_s"]
+        return None if age_s is None else age_s + (now - self.received_s)
 
     @property
     def stall_s(self) -> float:
-        interval_s = self.status["interval_s"]
+        interval_s = self.values["interval_s"]
         return max(STALL_S, INTERVALS * interval_s) if interval_s else UNKNOWN_S
 
     @property
     def size(self) -> ImageSize | None:
-        return ImageSize(*self.status["size"]) if self.status["size"] else None
+        return ImageSize(*self.values["size"]) if self.values["size"] else None
 
     @property
     def identity(self) -> Identity | None:
-        return Identity(**self.status["identity"]) if self.status["identity"] else None
+        return Identity(**self.values["identity"]) if self.values["identity"] else None
 
 
-def stall_reason(told: ProcessStatus, now: float, grace_s: float = 0.0) -> str | None:
-    """Why it counts as stalled, in words; None while it does not. grace_s: so much longer than usual."""
+def stall_reason(status: ProcessStatus, now: float, grace_s: float = 0.0) -> str | None:
+    """Say why it counts as stalled; None while it does not. grace_s: so much longer than usual."""
+    state, silent_s = status.values["state"], now - status.received_s
     # A camera maker's library may hold up the whole process while it looks for its cameras.
-    if now - told.at > (STALL_S if told.status["state"] == "live" else UNKNOWN_S) + grace_s:
+    if silent_s > (STALL_S if state == "live" else UNKNOWN_S) + grace_s:
         return "Its process says nothing any more."
-    if told.status["state"] == "live" and told.frame_age_s(now) > told.stall_s + grace_s:
-        return f"No picture has come for {told.frame_age_s(now):.1f} s."
-    if told.status["state"] == "connecting" and told.status["since_s"] + now - told.at > OPEN_S + grace_s:
+    if state == "live" and status.frame_age_s(now) > status.stall_s + grace_s:
+        return f"No picture has come for {status.frame_age_s(now):.1f} s."
+    if state == "connecting" and status.values["since_s"] + silent_s > OPEN_S + grace_s:
         return f"It has not answered for {OPEN_S:g} s."
     return None
 
 
-def frozen_reason(told: ProcessStatus, scheme: str) -> str | None:
-    """Why it shows an old picture again and again, in words."""
-    seconds = (told.status.get("inspected") or {}).get("unchanged_s", 0.0)
-    if scheme in STATIC_SOURCES or seconds < FROZEN_S:
+def frozen_reason(status: ProcessStatus, scheme: str) -> str | None:
+    """Say why it counts as showing an old picture again and again; None where it does not."""
+    unchanged_s = (status.values.get("quality") or {}).get("unchanged_s", 0.0)
+    if scheme in STATIC_SOURCES or unchanged_s < FROZEN_S:
         return None
-    return f"It has sent the very same picture for {seconds:.0f} s."
+    return f"It has sent the very same picture for {unchanged_s:.0f} s."
 
 
-def calibration_mismatch(told: ProcessStatus, confirmed: Identity | None,
-                         image_size: ImageSize | None) -> tuple[str, str, str] | None:
-    """(reason, what, fix) where the calibration belongs to another camera, or to another size; None where it fits."""
-    if told.size is not None and image_size is not None and told.size != image_size:
-        return ("other-size", f"The camera gives {told.size.width} × {told.size.height} px; its calibration was made "
-                f"for {image_size.width} × {image_size.height} px.",
-                "Set the camera back to that size, or calibrate it at this one.")
-    if image_size is not None and confirmed is not None and told.identity is not None:
-        why = told.identity.differs_from(confirmed)
-        if why:
-            return ("other-camera", f"This may be another camera than the one that was calibrated: {why}.",
-                    "Look at the picture; confirm it if it is the same camera in the same place, or calibrate anew.")
-    return None
+def calibration_mismatch(status: ProcessStatus, confirmed: Identity | None,
+                         image_size: ImageSize | None) -> dict[str, str] | None:
+    """Return the problem where the calibration belongs to another camera or another size; None where it fits."""
+    size, identity = status.size, status.identity
+    if size is not None and image_size is not None and size != image_size:
+        return {"reason": "other-size", "what": f"The camera gives {size.width} × {size.height} px; its calibration "
+                f"was made for {image_size.width} × {image_size.height} px.",
+                "fix": "Set the camera back to that size, or calibrate it at this one."}
+    if image_size is None or confirmed is None or identity is None:
+        return None
+    difference = identity.differs_from(confirmed)
+    return difference and {
+        "reason": "other-camera",
+        "what": f"This may be another camera than the one that was calibrated: {difference}.",
+        "fix": "Look at the picture; confirm it if it is the same camera in the same place, or calibrate anew."}

@@ -1,4 +1,4 @@
-"""What a viewer looks at: a view at a size and a quality. Alike channels are encoded once for all who watch."""
+"""What a viewer watches: a view at a size and a quality. Equal streams are encoded once for all who watch."""
 
 from dataclasses import asdict, dataclass
 from typing import Any, Self
@@ -7,7 +7,7 @@ from app.core.errors import BadInput
 from app.vision.stages import STAGES
 
 VIEWS = ("raw", "corrected", "side")
-DETECTIONS, STAGE = "detections", "stage-"  # raw with marks; what one stage of seeing made of it
+DETECTIONS, STAGE = "detections", "stage-"  # raw with marks; what one detection stage made of it
 STEP_PX = 160  # widths are rounded up to its multiples, qualities to tens: viewers who differ little share an encoding
 MAX_WIDTH = 3840
 
@@ -24,7 +24,7 @@ class StreamSpec:
 
     @classmethod
     def requested(cls, view: str = "raw", width: int = 0, quality: int = 80) -> Self:
-        """The channel that serves such a wish; BadInput for one that none can."""
+        """Return the stream that serves such a request; BadInput for one that none can."""
         if not (view in (*VIEWS, DETECTIONS) or (view.startswith(STAGE) and view.removeprefix(STAGE) in list(STAGES))):
             raise BadInput(f"There is no view called {view[:40]!r}.", f"Use one of: {', '.join(VIEWS)}, {DETECTIONS}, "
                            "or stage- and the name of a stage, as stage-colours.",
@@ -39,7 +39,7 @@ class StreamSpec:
 
     @property
     def is_detection(self) -> bool:
-        """Whether seeing draws it: seeing.py, not encoder.py."""
+        """Whether the detector draws it, not the encoder."""
         return self.view not in VIEWS
 
     @property

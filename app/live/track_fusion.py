@@ -1,4 +1,4 @@
-"""The tracks of a rig, live: what its cameras see put together while somebody listens."""
+"""The tracks of a rig, live: its cameras' detections fused while somebody listens."""
 
 import asyncio
 import contextlib
@@ -21,7 +21,7 @@ SILENT_S = 5.0
 
 
 class TrackFusion:
-    """One rig's. Only for the event loop's own thread. camera: by its name, woken; raises why there is none."""
+    """The tracks of one rig. Only for the event loop's own thread. camera: by its name, started; raises why not."""
 
     def __init__(self, names: Sequence[str], camera: Callable[[str], LiveCamera]) -> None:
         self.names = tuple(names)
@@ -29,18 +29,18 @@ class TrackFusion:
         self._viewers: set[Viewer] = set()
         self._tasks: list[asyncio.Task[None]] = []
         self._tracker = ObjectTracker()
-        self._heard: dict[str, float] = {}
+        self._received_s: dict[str, float] = {}
         self._problems: dict[str, TouchlineError] = {}
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[Viewer]:
-        """JSON texts, newest first, as long as the context lasts; all following rests when nobody listens."""
+        """Yield a viewer of JSON texts; nothing is followed when nobody listens."""
         viewer = Viewer()
         self._viewers.add(viewer)
         if not self._tasks:
             self._tracker = ObjectTracker()
             self._tasks = [asyncio.create_task(self._follow(name)) for name in self.names]
-            self._tasks.append(asyncio.create_task(self._tell()))
+            self._tasks.append(asyncio.create_task(self._send()))
         try:
             yield viewer
         finally:
@@ -73,29 +73,29 @@ class TrackFusion:
                                                    reason="camera-silent")
             await asyncio.sleep(RETRY_S)
 
-    def _add(self, name: str, seen: dict[str, Any]) -> None:
-        self._heard[name] = seen["time_s"]
+    def _add(self, name: str, message: dict[str, Any]) -> None:
+        self._received_s[name] = message["time_s"]
         self._problems.pop(name, None)
-        if seen["calibration"] is None:
+        if message["calibration"] is None:
             self._problems[name] = Unavailable("This camera has no calibration in use.", "Activate one.",
                                                reason="not-calibrated")
-        self._tracker.add(name, seen["time_s"], [Detection.from_json(item) for item in seen["items"]])
+        self._tracker.add(name, message["time_s"], [Detection.from_json(item) for item in message["items"]])
 
-    async def _tell(self) -> None:
+    async def _send(self) -> None:
         while True:
             await asyncio.sleep(INTERVAL_S)
-            if self._heard or len(self._problems) == len(self.names):
-                text = json.dumps(self._told(), separators=(",", ":")).encode()
+            if self._received_s or len(self._problems) == len(self.names):
+                text = json.dumps(self._to_json(), separators=(",", ":")).encode()
                 now = asyncio.get_running_loop().time()
                 for viewer in self._viewers:
                     viewer.offer(text, now)
 
-    def _told(self) -> dict[str, Any]:
+    def _to_json(self) -> dict[str, Any]:
         tracks = self._tracker.to_json()
-        now = time.time()
-        return {"time_s": round(max(self._heard.values(), default=now), 4), "items": tracks, "seams": seams_of(tracks),
-                "cameras": [{"camera": name, "age_s": round(now - self._heard[name], 3) if name in self._heard else
-                             None, "problem": _json(self._problems.get(name))} for name in self.names]}
+        now, received = time.time(), self._received_s
+        return {"time_s": round(max(received.values(), default=now), 4), "items": tracks, "seams": seams_of(tracks),
+                "cameras": [{"camera": name, "age_s": round(now - received[name], 3) if name in received else None,
+                             "problem": _json(self._problems.get(name))} for name in self.names]}
 
 
 def _json(problem: TouchlineError | None) -> dict[str, str] | None:

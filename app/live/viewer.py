@@ -1,4 +1,4 @@
-"""One who watches a channel: a slot for the newest message. Nobody queues, and a slow one misses frames."""
+"""One who watches a stream: a slot for the newest message. Nobody queues, and a slow one misses frames."""
 
 import asyncio
 from typing import Self
@@ -9,11 +9,11 @@ EARLY_SHARE = 0.25  # of the interval: so much too early a frame is still taken
 class Viewer:
     """Only for the event loop's own thread.
 
-    most_fps: frames come no more often; None: all.
+    max_fps: frames come no more often; None: all.
     """
 
-    def __init__(self, most_fps: float | None = None) -> None:
-        self.interval_s = 1 / most_fps if most_fps else 0.0
+    def __init__(self, max_fps: float | None = None) -> None:
+        self.interval_s = 1 / max_fps if max_fps else 0.0
         self._due = 0.0
         self._newest: bytes | None = None
         self._came = asyncio.Event()
@@ -22,7 +22,7 @@ class Viewer:
         self.taken = 0
 
     def offer(self, message: bytes, now: float) -> None:
-        """A new message; the one before it is forgotten if it was not taken yet."""
+        """Give it a new message; the one before it is forgotten if it was not taken yet."""
         if now < self._due - EARLY_SHARE * self.interval_s:
             return
         self._due = max(self._due, now - self.interval_s) + self.interval_s
@@ -32,12 +32,12 @@ class Viewer:
         self._came.set()
 
     def end(self, reason: Exception) -> None:
-        """There will be no more; next() raises it."""
+        """Say that there will be no more; next() raises the reason."""
         self._ended = reason
         self._came.set()
 
     async def next(self, timeout_s: float | None = None) -> bytes:
-        """The newest message not taken yet, or the next; TimeoutError when none comes."""
+        """Return the newest message not taken yet, or the next; TimeoutError when none comes."""
         if self._newest is None and self._ended is None:
             await asyncio.wait_for(self._came.wait(), timeout_s)
         if self._newest is None:
@@ -49,7 +49,7 @@ class Viewer:
         return message
 
     def take(self) -> bytes | None:
-        """The newest message not taken yet, without waiting."""
+        """Return the newest message not taken yet, without waiting."""
         message, self._newest = self._newest, None
         if message is not None and self._ended is None:
             self._came.clear()

@@ -1,65 +1,112 @@
-"""The process of one camera: reads, corrects, encodes, and tells how it goes, on one line; gone when the line is.
-
-Started by path, with arithmetic on one thread and a limit on memory: what a camera sends is a stranger's, and may make
-this process die, never the server. wire.py says what goes over the line.
-"""
+"""The process of one camera: reads, corrects, encodes, detects, and reports how it goes."""
 
 import contextlib
-import json
-import os
-import socket
-import sys
 import threading
 import time
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
 
-MEMORY_BYTES = 6 << 30  # of addresses; FFmpeg and camera libraries reserve much more than they use
+from app.core.errors import BadInput
+from app.core.field_json import field_from_json
+from app.core.records import Calibration
+from app.images import ImageLimits, decode_in_process
+from app.live import messages
+from app.live.board_capture import find_board
+from app.live.capture import FrameCapture
+from app.live.detector import LiveDetector
+from app.live.drift import CameraDriftMonitor
+from app.live.encoder import Encoder
+from app.live.frame_buffer import FrameBuffer
+from app.live.picture import AppliedCalibration
+from app.live.quality_monitor import QualityMonitor
+from app.live.rolls import RollMonitor
+from app.live.snapshot import take_still
+from app.live.stream_spec import StreamSpec
+from app.processes.framing import START, Connection, decode_body, encode_body
+from app.processes.problems import answer
+from app.sources import SourceContext
+
 STATUS_S = 0.2
 
 
-def main() -> None:
-    """Serve standard input, a socket, until it closes. Argument: the paths for imports, as JSON."""
-    sys.path[:] = json.loads(sys.argv[1])
-    from app.processes.framing import confine
-    confine(MEMORY_BYTES)
-    import cv2
-    cv2.setNumThreads(1)
-    from app.live.worker_server import Serving
-    Serving(Line(socket.socket(fileno=0))).run()
+def main(connection: Connection, arguments: dict[str, Any]) -> None:
+    """Serve until the server goes. arguments: {"source", "fields", "pictures", "hosts", "producers", "limits"}."""
+    connection.send(START, 0, encode_body({}))
+    CameraWorker(connection, arguments).run()
 
 
-class Line:
-    """The socket to the server: whole messages, one at a time, from any thread."""
+class CameraWorker:
+    """One connection, one source."""
 
-    def __init__(self, line: socket.socket) -> None:
-        from app.live import messages
-        from app.processes.framing import read_exactly
-        self._wire, self._read = messages, read_exactly
-        self._line = line
-        self._lock = threading.Lock()
+    def __init__(self, connection: Connection, arguments: dict[str, Any]) -> None:
+        limits = ImageLimits(**arguments["limits"])
+        self._connection = connection
+        self._capture = FrameCapture(arguments["source"], _source_context(arguments, limits))
+        self._encoder = Encoder(self._capture, connection.send)
+        self._quality = QualityMonitor(self._capture, self._encoder)
+        self._drift = CameraDriftMonitor(self._capture, limits)
+        self._rolls = RollMonitor(self._capture)
+        self._detector = LiveDetector(self._capture, connection.send)
+        self._buffer = FrameBuffer(self._capture)
 
-    def send(self, kind: int, number: int, body: bytes) -> None:
-        with self._lock:
-            self._line.sendall(self._wire.HEADER.pack(kind, number, len(body)))
-            self._line.sendall(body)
+    def run(self) -> None:
+        for part in (self._capture, self._encoder, self._quality, self._drift, self._detector, self._buffer):
+            part.start()
+        threading.Thread(target=self._report, name="status", daemon=True).start()
+        while True:
+            kind, number, body = self._connection.receive()
+            head, _ = decode_body(body)
+            if kind == messages.STREAMS:
+                self._watch(head["streams"])
+            elif kind == messages.CALIBRATE:
+                calibration = head["calibration"] and AppliedCalibration.of(Calibration.from_json(head["calibration"]))
+                self._encoder.apply(calibration)
+                self._drift.apply(calibration, head["picture"])
+                self._detector.apply(calibration)
+            elif kind == messages.DETECT:
+                self._detector.follow(head)
+            elif kind == messages.REQUEST:
+                threading.Thread(target=answer, args=(self._connection, number, lambda head=head: self._perform(head)),
+                                 daemon=True).start()
 
-    def receive(self) -> tuple[int, int, bytes]:
-        """The next message; ends the process when the server is gone: there is nobody to work for."""
-        try:
-            kind, number, length = self._wire.HEADER.unpack(self._read(self._line, self._wire.HEADER.size))
-            return kind, number, self._read(self._line, length)
-        except OSError:
-            os._exit(0)
+    def _watch(self, given: list[dict[str, Any]]) -> None:
+        streams = {one["number"]: (StreamSpec(**one["spec"]), one["interval_s"]) for one in given}
+        detections = {number: one for number, one in streams.items() if one[0].is_detection}
+        self._encoder.watch({number: one for number, one in streams.items() if number not in detections})
+        self._detector.watch(detections)
+        self._buffer.keep(bool(detections))
+        self._capture.watch(bool(streams))
 
-
-def every(seconds: float, deed) -> None:
-    """Do it again and again on a thread of its own."""
-    def run() -> None:
-        with contextlib.suppress(OSError):
+    def _report(self) -> None:
+        with contextlib.suppress(OSError):  # the server is gone
             while True:
-                deed()
-                time.sleep(seconds)
-    threading.Thread(target=run, daemon=True).start()
+                status = self._capture.status() | {
+                    "encoded": self._encoder.encoded, "quality": self._quality.newest, "drift": self._drift.newest,
+                    "detector": self._detector.status}
+                self._connection.send(messages.STATUS, 0, encode_body(status))
+                time.sleep(STATUS_S)
+
+    def _perform(self, request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+        """Return the answer to a request, JSON and payload."""
+        actions: dict[str, Callable[[dict[str, Any]], tuple[dict[str, Any], bytes]]] = {
+            "still": lambda r: take_still(self._capture, r["frames"], r["over_s"], r["timeout_s"]),
+            "board": lambda r: (find_board(self._capture, r["board"], r["after"]), b""),
+            "rolls": lambda r: (self._rolls.poll(r["watch"], r["after"], r["seq"]), b""),
+            "clip": lambda r: self._buffer.clip(r["seconds"]),
+            "controls": lambda r: ({"controls": [asdict(c) for c in self._capture.controls()]}, b""),
+            "set": lambda r: ({"control": asdict(self._capture.set_control(r["name"], r["value"]))}, b""),
+        }
+        try:
+            return actions[request["what"]](request)
+        except MemoryError:
+            raise BadInput("The camera's process has not enough memory for this.", "Ask for fewer frames.",
+                           reason="camera-memory") from None
 
 
-if __name__ == "__main__":
-    main()
+def _source_context(arguments: dict[str, Any], limits: ImageLimits) -> SourceContext:
+    fields = {name: field_from_json(one) for name, one in arguments["fields"].items()}
+    pictures = Path(arguments["pictures"]) if arguments["pictures"] else None
+    return SourceContext(fields, lambda data: decode_in_process(data, limits), pictures, tuple(arguments["hosts"]),
+                        tuple(Path(place) for place in arguments["producers"]))

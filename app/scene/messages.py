@@ -1,9 +1,11 @@
-"""What goes over the line between the server and a scene's process; the form is live/wire.py's, the kinds are these.
+"""What the server and a scene's process say to each other, in the messages of processes/framing.py.
 
-To the process: KEY {"key"} once, SHOW {"number", …as room.py takes it}, SET (look.py), PICTURE {"key"} with a JPEG,
-THINGS {"key", "things"}, EXPORT {"number"}. From it: READY {"port"} once, ANSWER {"number", "told" | "problem"} with a
-payload where there is one, CLICKED (place.py), VIEWERS {"count"}.
+To the process: START {"key"}, DRAW {…as scene_view.py takes it} and EXPORT {"title", "dark"}, which are answered,
+SET_VIEW (view_state.py), PICTURE {"key"} with a JPEG, DETECTIONS {"key", "things"}. From it: START {"port"}, ANSWER,
+CLICKED (picking.py), VIEWERS {"count"}.
 """
 
+from app.processes.framing import FIRST_KIND
+
 KEY_HEADER = "X-Touchline-Scene"  # where viser's own port wants the key
-KEY, DRAW, SET_VIEW, PICTURE, DETECTIONS, EXPORT, READY, ANSWER, CLICKED, VIEWERS = range(10)
+DRAW, SET_VIEW, PICTURE, DETECTIONS, EXPORT, CLICKED, VIEWERS = range(FIRST_KIND, FIRST_KIND + 7)

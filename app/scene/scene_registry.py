@@ -6,9 +6,9 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from app.core.errors import Busy, NotFound
-from app.scene.process import Heard, SceneProcess
+from app.scene.process import OnClick, SceneProcess
 
-MAX_SCENES = 4  # open at once: each is a process with viser in it
+MAX_SCENES = 4  # at once: each is a process with viser in it
 
 
 class SceneRegistry:
@@ -16,28 +16,28 @@ class SceneRegistry:
 
     def __init__(self) -> None:
         self._open: dict[str, SceneProcess] = {}
-        self._count = 0
+        self._count = 0  # also those that are starting or ending
 
     @asynccontextmanager
-    async def scene(self, clicked: Heard = lambda _told: None) -> AsyncIterator[tuple[str, SceneProcess]]:
-        """Open a scene for as long as the context lasts; yield its name and process. Busy, Unavailable."""
+    async def scene(self, on_click: OnClick = lambda _click: None) -> AsyncIterator[tuple[str, SceneProcess]]:
+        """Yield a scene of one's own and its name in an address; Busy, Unavailable."""
         if self._count >= MAX_SCENES:
             raise Busy(f"{MAX_SCENES} scenes are open at once.", "Close one in another tab.", reason="too-many-scenes")
         self._count += 1
         try:
-            process = await SceneProcess.start(clicked)
+            process = await SceneProcess.open(on_click)
             name = secrets.token_urlsafe(12)
             self._open[name] = process
             try:
                 yield name, process
             finally:
                 self._open.pop(name, None)
-                await asyncio.shield(process.end())
+                await asyncio.shield(process.close())
         finally:
             self._count -= 1
 
     def get(self, name: str) -> SceneProcess:
-        """Return an open scene; NotFound."""
+        """Return one that is open; NotFound."""
         try:
             return self._open[name]
         except KeyError:
@@ -45,5 +45,5 @@ class SceneRegistry:
                            reason="unknown-scene") from None
 
     async def aclose(self) -> None:
-        scenes, self._open = self._open, {}
-        await asyncio.gather(*(process.end() for process in scenes.values()))
+        processes, self._open = self._open, {}
+        await asyncio.gather(*(process.close() for process in processes.values()))

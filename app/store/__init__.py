@@ -38,7 +38,7 @@ from app.store.disk_usage import DiskUsage, disk_usage
 from app.store.documents import ColourProfileRepository, DetectionPlanRepository, Document, RigRepository
 from app.store.drafts import EMPTY, Draft, DraftRepository
 from app.store.files import make_folder
-from app.store.jobs import JobRepository, SavedJob
+from app.store.jobs import JobRepository
 from app.store.lenses import LensRepository
 from app.store.lock import FolderLock
 from app.store.opening import FILE, open_postgresql, open_sqlite
@@ -49,7 +49,7 @@ from app.store.restore import refuse_unfinished
 from app.store.rolls import RollRepository
 from app.store.snapshots import Snapshot, SnapshotRepository
 
-__all__ = ["EMPTY", "Damage", "DamagedFile", "DiskUsage", "Document", "Draft", "Page", "SavedJob", "Snapshot", "Store"]
+__all__ = ["EMPTY", "Damage", "DamagedFile", "DiskUsage", "Document", "Draft", "Page", "Snapshot", "Store"]
 
 
 class Store:

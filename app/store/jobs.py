@@ -11,40 +11,16 @@ import json
 import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, suppress
-from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import and_, delete, or_, select, update
 
 from app.core.errors import NotFound
+from app.core.jobs import ENDED, WAITING, Job
 from app.store.checksummed import json_text
 from app.store.database import Database
 from app.store.repository import Clock, is_id, new_id, timestamp
 from app.store.tables import JobRow
-
-ENDED = ("done", "failed", "cancelled")
-
-
-@dataclass(frozen=True)
-class SavedJob:
-    """One state of a job. attempt: how often it was started. spec, result and problem are plain JSON."""
-
-    id: str
-    kind: str
-    state: str
-    spec: Any
-    attempt: int
-    worker: str | None
-    progress: float
-    message: str
-    result: Any
-    problem: Mapping[str, Any] | None
-    created_at: str
-    ended_at: str | None
-
-    @property
-    def ended(self) -> bool:
-        return self.state in ENDED
 
 
 class JobRepository:
@@ -56,16 +32,16 @@ class JobRepository:
         self._now = now
         self._watch = new_id()
 
-    def add(self, kind: str, spec: Any) -> SavedJob:
+    def add(self, kind: str, spec: Any) -> Job:
         """Add a job, queued."""
         row = JobRow(id=new_id(), kind=kind, state="queued", spec=json_text(spec, "The job"), attempt=0, progress=0.0,
-                     message="Waiting for its turn", created_at=timestamp(self._clock))
+                     message=WAITING, created_at=timestamp(self._clock))
         with self._database.writing("The job") as rows:
             rows.add(row)
             rows.flush()
             return _read(row)
 
-    def get(self, id: str) -> SavedJob:
+    def get(self, id: str) -> Job:
         """Return one by its id; NotFound."""
         with self._database.reading() as rows:
             row = rows.scalar(select(JobRow).where(JobRow.id == id)) if is_id(id) else None
@@ -73,14 +49,14 @@ class JobRepository:
             raise NotFound(f"There is no job {id!r}.", "List them with GET /api/v1/jobs.", reason="unknown-job")
         return _read(row)
 
-    def list(self, limit: int = 200) -> tuple[SavedJob, ...]:
+    def list(self, limit: int = 200) -> tuple[Job, ...]:
         """List jobs, newest first."""
         newest = select(JobRow).order_by(JobRow.sequence.desc()).limit(limit)
         with self._database.reading() as rows:
             return tuple(_read(row) for row in rows.scalars(newest))
 
     def claim(self, worker: str, lease_s: float, kinds: tuple[str, ...] | None = None,
-              id: str | None = None) -> SavedJob | None:
+              id: str | None = None) -> Job | None:
         """Claim the oldest that is queued or has lost its worker, or the one with that id; None if there is none."""
         now = self._now()
         lost = and_(JobRow.state == "running", or_(JobRow.watch != self._watch, JobRow.lease_until < now))
@@ -117,7 +93,7 @@ class JobRepository:
         return self._change(id, attempt, state="queued", worker=None, message=message, progress=0.0,
                             attempt=JobRow.attempt - (0 if counts else 1))
 
-    def cancel(self, id: str, message: str = "Cancelled") -> SavedJob:
+    def cancel(self, id: str, message: str = "Cancelled") -> Job:
         """End it unless it has ended."""
         self.get(id)
         with self._database.writing("The cancelling") as rows:
@@ -142,10 +118,10 @@ class JobRepository:
             return done.rowcount == 1
 
 
-def _read(row: JobRow) -> SavedJob:
-    """Read a row. Damaged text must not keep a server from starting: such a job has lost its spec or its result."""
-    return SavedJob(row.id, row.kind, row.state, _json(row.spec), row.attempt, row.worker, row.progress,
-                   row.message, _json(row.result), _json(row.problem), row.created_at, row.ended_at)
+def _read(row: JobRow) -> Job:
+    """Read a row; damaged text is no reason not to start: a queued job has lost its spec, an ended one its result."""
+    return Job(row.id, row.kind, row.created_at, row.state, row.progress, row.message, _json(row.result),
+               _json(row.problem), row.ended_at, row.attempt, _json(row.spec), row.worker)
 
 
 def _json(text: str | None) -> Any:

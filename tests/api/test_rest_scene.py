@@ -47,7 +47,7 @@ def opened(client, **headers):
 
 
 def processes(client):
-    return list(client.app.state.services.scenes._playing.values())
+    return list(client.app.state.services.scenes._open.values())
 
 
 def is_reaped(pid: int) -> bool:
@@ -149,7 +149,7 @@ def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kep
         until(lambda process=process: is_reaped(process.pid) and is_closed(process.port))
         assert standing.get(address).status_code == 404
     assert len({pid for pid, _ in seen}) == 10 and not processes(standing)
-    until(lambda: standing.app.state.services.scenes._begun == 0)
+    until(lambda: standing.app.state.services.scenes._count == 0)
 
 
 def test_so_many_scenes_and_no_more(standing, monkeypatch):
@@ -158,7 +158,7 @@ def test_so_many_scenes_and_no_more(standing, monkeypatch):
         line.receive_json()
         with opened(standing) as one_more:
             assert "scenes are open" in one_more.receive_json()["detail"]
-    until(lambda: standing.app.state.services.scenes._begun == 0)
+    until(lambda: standing.app.state.services.scenes._count == 0)
 
 
 def test_a_scene_that_nobody_looks_at_is_closed(standing, kept, monkeypatch):

@@ -10,8 +10,8 @@ import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from app.live.messages import parts
 from app.main import create_app
+from app.processes.framing import decode_body
 from app.settings import Settings
 from tests.support.group_listener import Listener, free_group
 from tests.support.live_play import Before
@@ -124,7 +124,7 @@ def test_frames_come_one_after_the_other_to_whoever_listens(client, taught):
 @pytest.mark.parametrize("view", ["detections", "stage-colours", "stage-butterfly"])
 def test_what_a_stage_made_of_the_picture_is_a_view_of_the_stream(client, taught, view):
     with listening(client, f"cameras/north/stream?view={view}&width=480") as line:
-        head, jpeg = parts(line.receive_bytes())
+        head, jpeg = decode_body(line.receive_bytes())
     assert head["view"] == view and (head["width"], head["raw_width"]) == (480, 800)
     assert cv2.imdecode(np.frombuffer(jpeg, np.uint8), 1).shape == (360, 480, 3)
 
@@ -298,7 +298,7 @@ def test_a_clip_has_the_seconds_before_where_somebody_was_looking(client, taught
     with listening(client, "cameras/north/stream?view=stage-colours&width=160") as line:
         begun, end = None, time.monotonic() + LONG_S
         while time.monotonic() < end:
-            head, _ = parts(line.receive_bytes())
+            head, _ = decode_body(line.receive_bytes())
             begun = begun or head["time"]
             if head["time"] - begun > 2.5:
                 break

@@ -173,9 +173,9 @@ def test_from_the_shutter_to_the_viewer():
             await until_async(lambda: camera.status()["calibration_applied"])
             with camera.watching(StreamSpec.requested("corrected", 960)) as viewer:
                 ages = []
-                from app.live.messages import parts
+                from app.processes.framing import decode_body
                 for _ in range(120):
-                    head = parts(await viewer.next(10))[0]
+                    head = decode_body(await viewer.next(10))[0]
                     ages.append(time.time() - head["time"])
         return np.percentile(1e3 * np.array(ages[20:]), [50, 95])
     p50, p95 = asyncio.run(story())

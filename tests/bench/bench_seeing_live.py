@@ -25,10 +25,10 @@ sys.path.insert(0, str(ROOT))
 
 from app.core.records import Frame  # noqa: E402
 from app.formats import FORMATS  # noqa: E402
-from app.live import messages  # noqa: E402
 from app.live.capture import FrameCapture  # noqa: E402
 from app.live.detector import LiveDetector  # noqa: E402
 from app.live.picture import AppliedCalibration  # noqa: E402
+from app.processes.framing import decode_body  # noqa: E402
 from app.sources import SourceContext  # noqa: E402
 from app.store.stages import named_plan  # noqa: E402
 from app.vision.colour.learning import learn_profile  # noqa: E402
@@ -68,7 +68,7 @@ def core(seconds: float) -> None:
     heard: list[bytes] = []
     capture = Reel(frames)
     seeing = LiveDetector(capture, lambda kind, number, body: heard.append(body))
-    seeing.show(AppliedCalibration.of(calibration_of(match)))
+    seeing.apply(AppliedCalibration.of(calibration_of(match)))
     seeing.follow({"on": True, "run": True, "plan": named_plan("ssl").to_json(), "profile": profile, "publish": True,
                    "camera_number": 0, "extent_mm": 1.0})
     capture.start()
@@ -77,7 +77,7 @@ def core(seconds: float) -> None:
     first, cpu, began, sent = len(heard), time.process_time(), time.monotonic(), capture.status()["seq"]
     time.sleep(seconds)
     took, spent = time.monotonic() - began, time.process_time() - cpu
-    told, sent = [messages.parts(body)[0] for body in heard[first:]], capture.status()["seq"] - sent
+    told, sent = [decode_body(body)[0] for body in heard[first:]], capture.status()["seq"] - sent
     stages = {one["name"]: np.median([t["stages"][i]["ms"] for t in told]) for i, one in enumerate(told[0]["stages"])}
     whole = np.array([t["ms"] for t in told])
     print(f"{len(told) / took:.1f} of {sent / took:.1f} frames/s looked at, {100 * spent / took:.0f} % of the core, "

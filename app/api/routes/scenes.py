@@ -16,7 +16,7 @@ from app.api.sockets import run_until_first, send_json, websocket_session
 from app.core.errors import TouchlineError, Unavailable
 from app.core.records import Calibration
 from app.live import StreamSpec
-from app.live.messages import parts, payload
+from app.processes.framing import decode_body, split_body
 from app.scene import messages
 from app.scene.policy import EXPORT_POLICY
 from app.scene.process import SceneProcess
@@ -128,7 +128,7 @@ class SceneSession:
                     status = camera.status()
                     same = (status["width"], status["height"]) == tuple(calibration.image_size)
                     if same and process.viewers and not process.is_congested:
-                        process.send(messages.PICTURE, {"key": key}, bytes(payload(body)))
+                        process.send(messages.PICTURE, {"key": key}, bytes(split_body(body)[1]))
 
     async def _feed_detections(self, process: SceneProcess, key: str, calibration: Calibration) -> None:
         """Send what the camera detects by this very calibration, while that layer is shown: the camera's process works
@@ -140,7 +140,7 @@ class SceneSession:
             with (suppress(TouchlineError, TimeoutError),  # switched off, silent, or gone
                   self._services.live.get(calibration.camera).detections.listening(DETECTIONS_FPS) as viewer):
                 while self._shows_detections:
-                    result = parts(await viewer.next(SILENT_S))[0]
+                    result = decode_body(await viewer.next(SILENT_S))[0]
                     detections = result["items"] if result["calibration"] == calibration.id else []
                     if process.viewers and not process.is_congested:
                         process.send(messages.DETECTIONS, {"key": key, "things": detections})

@@ -21,7 +21,7 @@ from app.core.errors import BadInput, Conflict
 from app.images import encode
 from app.imaging.correction import CorrectedView
 from app.live import LiveCamera, StreamSpec
-from app.live.messages import parts
+from app.processes.framing import decode_body
 from app.services.calibrations import model_of
 from app.services.container import Services
 from app.services.live import FIRST_FRAME_S, take_frame, when_awake
@@ -50,7 +50,7 @@ async def show_frame(services: ServicesDep, id: Id, format: Literal["jpg", "png"
     if format == "png":
         return await _exact_frame(services, camera, view)
     with camera.watching(channel) as viewer:
-        head, jpeg = parts(await when_awake(camera, viewer.next))
+        head, jpeg = decode_body(await when_awake(camera, viewer.next))
     return Response(bytes(jpeg), media_type="image/jpeg", headers=_headers(head))
 
 

@@ -28,8 +28,8 @@ def server(store, **settings):
 
 def killed(jobs):
     """As by SIGKILL: whatever would be said at the end is not."""
-    for name in ("put_off", "again", "fail", "done"):
-        setattr(jobs._book, name, lambda *args, **kwargs: False)
+    for name in ("suspend", "requeue", "fail", "complete"):
+        setattr(jobs._registry, name, lambda *args, **kwargs: False)
     jobs.close()
 
 

@@ -19,8 +19,8 @@ from app.core.errors import BadInput, Conflict, NotFound, Unavailable
 from app.core.geometry import ImageSize
 from app.imaging.correction import correction_map
 from app.live import LiveCamera, StreamSpec
-from app.live.messages import parts
 from app.live.picture import AppliedCalibration
+from app.processes.framing import decode_body
 from app.sources import Identity, SourceContext, source_from_url
 from tests.support.live_cameras import FIELDS, SIM, calibrated, live, spec
 from tests.support.paths import ROOT
@@ -43,7 +43,7 @@ def test_a_viewer_gets_the_newest_pictures_with_what_they_are():
     async def story():
         async with live(SIM) as camera:
             with camera.watching(StreamSpec.requested("raw", 160)) as viewer:
-                seen = [parts(await viewer.next(30)) for _ in range(4)]
+                seen = [decode_body(await viewer.next(30)) for _ in range(4)]
             await until_async(lambda: camera.status()["state"] == "live")
             return seen, camera.status()
     seen, status = run(story())
@@ -60,10 +60,10 @@ def test_who_is_slow_misses_pictures_and_gets_the_newest():
     async def story():
         async with live(SIM) as camera:
             with camera.watching(StreamSpec()) as slow, camera.watching(StreamSpec()) as quick:
-                first = parts(await slow.next(30))[0]["seq"]
+                first = decode_body(await slow.next(30))[0]["seq"]
                 for _ in range(10):
-                    newest = parts(await quick.next(10))[0]["seq"]
-                late = parts(await slow.next(10))[0]["seq"]
+                    newest = decode_body(await quick.next(10))[0]["seq"]
+                late = decode_body(await slow.next(10))[0]["seq"]
                 return first, late, newest, slow.missed
     first, late, newest, missed = run(story())
     assert late >= newest > first + 8 and missed >= 8
@@ -94,9 +94,9 @@ def test_a_viewer_may_ask_for_fewer_pictures_a_second():
     async def story():
         async with live(SIM) as camera:
             with camera.watching(StreamSpec(), 5) as viewer:
-                first = parts(await viewer.next(30))[0]
+                first = decode_body(await viewer.next(30))[0]
                 for _ in range(6):
-                    last = parts(await viewer.next(10))[0]
+                    last = decode_body(await viewer.next(10))[0]
                 return last["time"] - first["time"], camera.status()
     took, _ = run(story())
     assert took > 0.8  # six intervals of 0.2 s; at 25 a second they would take 0.24
@@ -114,7 +114,7 @@ def test_a_process_that_stops_or_dies_is_replaced_and_its_viewers_go_on(deed):
                 os.kill(pid, deed)
                 await until_async(lambda: camera.status()["state"] != "live", seconds=10)
                 noticed = time.monotonic() - begin
-                while camera.pid in (pid, None) or parts(await viewer.next(30))[0]["seq"] > 50:
+                while camera.pid in (pid, None) or decode_body(await viewer.next(30))[0]["seq"] > 50:
                     await asyncio.sleep(0.01)
                 await until_async(lambda: camera.status()["state"] == "live")
                 await other.next(10)
@@ -191,7 +191,7 @@ def test_the_corrected_view_is_the_correction_of_that_very_frame_at_the_size_tha
         async with live(STILL, pictures=tmp_path) as camera:
             camera.show(calibration, None)
             with camera.watching(StreamSpec.requested("corrected", 320, 95)) as viewer:
-                return parts(await viewer.next(30))
+                return decode_body(await viewer.next(30))
     head, jpeg = run(story())
     wanted = correction_map(SHOWN(calibration).model, SHOWN(calibration).view(320)).apply(frame)
     assert (head["view"], head["calibration"], head["width"]) == ("corrected", "made", 320)
@@ -209,7 +209,7 @@ def test_the_lines_of_the_field_lie_on_the_picture_in_both_views(tmp_path):
             found = {}
             for view in ("raw", "corrected"):
                 with camera.watching(StreamSpec.requested(view, 160 if view == "raw" else 320)) as viewer:
-                    head = parts(await viewer.next(30))[0]
+                    head = decode_body(await viewer.next(30))[0]
                     found[view] = head, {line["feature"]: line["points"] for line in head["overlays"]["field"]}
             return found
     found = run(story())
@@ -234,7 +234,7 @@ def test_raw_and_corrected_stand_side_by_side(tmp_path):
         async with live(STILL, pictures=tmp_path) as camera:
             camera.show(calibration, None)
             with camera.watching(StreamSpec.requested("side", 640, 95)) as viewer:
-                return parts(await viewer.next(30))
+                return decode_body(await viewer.next(30))
     head, jpeg = run(story())
     pixels = pixels_of(jpeg)
     assert pixels.shape[1] == head["width"] == 640
@@ -276,9 +276,9 @@ def test_a_calibration_of_another_camera_or_size_is_never_applied(changes, confi
                     camera.require_view("corrected")
                 with pytest.raises(TimeoutError):
                     await viewer.next(1.5)
-                head = parts(await raw.next(10))[0]
+                head = decode_body(await raw.next(10))[0]
                 camera.show(calibrated(SIM), camera.identity)  # what confirming, or calibrating anew, does
-                applied = parts(await viewer.next(10))[0]
+                applied = decode_body(await viewer.next(10))[0]
                 return status, refused.value.reason, head, applied, camera.status()
     status, refused, head, applied, after = run(story())
     assert status["problem"]["reason"] == refused == reason and status["problem"]["fix"]

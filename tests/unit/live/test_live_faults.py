@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from app.live import StreamSpec
-from app.live.messages import parts
+from app.processes.framing import decode_body
 from tests.support.live_cameras import SIM, live
 from tests.support.mjpeg_camera import MjpegCamera, coded
 from tests.support.pictures import jpeg_of_many_scans, jpeg_with_size, png_bomb
@@ -98,10 +98,10 @@ def test_parts_that_are_no_pictures_are_left_out_and_the_others_shown(part):
     async def story(far):
         async with live(far.url) as camera:
             with camera.watching(StreamSpec()) as viewer:
-                first = parts(await viewer.next(30))[0]["seq"]
+                first = decode_body(await viewer.next(30))[0]["seq"]
                 pid = camera.pid
                 far.parts = lambda n: [part, coded(n)] if n % 4 == 0 else [coded(n)]
-                while parts(await viewer.next(20))[0]["seq"] < first + 30:
+                while decode_body(await viewer.next(20))[0]["seq"] < first + 30:
                     pass
                 return pid, camera.pid, camera.status()
     with mjpeg() as far:
@@ -114,11 +114,11 @@ def test_another_size_is_shown_as_it_is(kind):
     async def story(far):
         async with live(far.url) as camera:
             with camera.watching(StreamSpec()) as viewer:
-                assert parts(await viewer.next(30))[0]["raw_width"] == 320
+                assert decode_body(await viewer.next(30))[0]["raw_width"] == 320
                 far.size = (640, 480)
                 if kind is rtsp:
                     far.drop()  # a camera's stream has one size from its beginning to its end
-                while (head := parts(await viewer.next(30))[0])["raw_width"] != 640:
+                while (head := decode_body(await viewer.next(30))[0])["raw_width"] != 640:
                     pass
                 await until_async(lambda: camera.status()["width"] == 640)
                 return head

@@ -316,15 +316,15 @@ def test_what_moves_is_followed_only_while_somebody_asks(monkeypatch):
 
     def ask_for_the_last_time():
         monkeypatch.setattr(live_rolls, "KEEP_S", 0.0)
-        watch.ask("", 0, 0)  # any picture will do: it is answered at once
+        watch.poll("", 0, 0)  # any picture will do: it is answered at once
 
-    first = watch.ask("", 0, 0)
-    again = watch.ask(first["watch"], 0, first["seq"])
+    first = watch.poll("", 0, 0)
+    again = watch.poll(first["watch"], 0, first["seq"])
     assert again["seq"] > first["seq"] and again["watch"] == first["watch"]
     assert (again["width"], again["height"]) == (320, 256)
     ask_for_the_last_time()
     until(lambda: watch._thread is None)  # it costs nothing now
     monkeypatch.setattr(live_rolls, "KEEP_S", LONG_S)
-    assert watch.ask(first["watch"], 7, 0)["watch"] != first["watch"]  # and numbers begin anew
+    assert watch.poll(first["watch"], 7, 0)["watch"] != first["watch"]  # and numbers begin anew
     ask_for_the_last_time()
     until(lambda: watch._thread is None and capture.resting)

@@ -1,0 +1,96 @@
+"""One decoding process seen from outside: started, asked under a deadline, killed when it misbehaves."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import Unavailable
+from app.images import decoder_worker
+from app.images.limits import DeclaredImage, ImageLimits
+from app.processes.child_process import ChildProcess
+from app.processes.start import Program
+
+START_S = 30.0  # importing OpenCV takes 0.2 s, on a busy small machine some seconds
+PROGRAM = Program("app.images.decoder_worker:main")  # it limits itself, once its codecs are loaded
+
+
+class DecoderDied(Exception):
+    """The process ended in the middle of an answer."""
+
+
+class DecoderTimeout(Exception):
+    """The process gave no answer in time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Decoded:
+    """An answer. status: as decoder_worker.py says; pixels only where it is DECODED; the size of OTHER_SIZE."""
+
+    status: int
+    pixels: NDArray[np.uint8] | None = None
+    size: tuple[int, int] | None = None
+
+
+class DecoderProcess:
+    """A decoding process. Not thread-safe: whoever holds it has it alone. After an exception it is dead."""
+
+    def __init__(self, limits: ImageLimits) -> None:
+        self._limits = limits
+        self._child = ChildProcess(PROGRAM, {"memory_bytes": limits.memory_bytes}, _uninitialised,
+                                   3 * limits.max_pixels)
+        self._is_ready = False
+        self.pid = self._child.pid
+        self.end = self._child.end  # by any thread: whoever waits for its answer gets DecoderDied
+        self.close = self._child.close
+
+    @property
+    def is_alive(self) -> bool:
+        return self._child.is_alive
+
+    def decode(self, data: bytes, declared: DeclaredImage) -> Decoded:
+        """Decode one picture within the limit of time."""
+        try:
+            self._await_ready()
+            return self._decode(data, declared, time.monotonic() + self._limits.wall_s)
+        except TimeoutError:
+            self.close()
+            raise DecoderTimeout from None
+        except OSError:
+            self.close()
+            raise DecoderDied from None
+        except BaseException:
+            self.close()  # an answer read by half would be taken for the next one's
+            raise
+
+    def _decode(self, data: bytes, declared: DeclaredImage, deadline: float) -> Decoded:
+        connection, shape = self._child.connection, (declared.height, declared.width, 3)
+        request = decoder_worker.REQUEST.pack(declared.width, declared.height, self._limits.wall_s)
+        connection.send(decoder_worker.DECODE, 0, request, data, timeout_s=self._limits.wall_s)
+        answer = connection.receive(deadline - time.monotonic())
+        if answer is None:
+            raise TimeoutError
+        if answer.kind == decoder_worker.DECODED:
+            if len(answer.body) != np.prod(shape):
+                raise ConnectionResetError
+            return Decoded(answer.kind, pixels=answer.body.reshape(shape))
+        if answer.kind == decoder_worker.OTHER_SIZE:
+            return Decoded(answer.kind, size=decoder_worker.SIZE.unpack(answer.body))
+        return Decoded(answer.kind)
+
+    def _await_ready(self) -> None:
+        try:
+            if not self.is_alive:
+                raise ConnectionResetError
+            if not self._is_ready:
+                self._child.await_ready(START_S)
+                self._is_ready = True
+        except OSError:
+            raise Unavailable("The process that decodes pictures does not start.",
+                              "Free some memory, or reinstall Touchline.", reason="decoder-down") from None
+
+
+def _uninitialised(length: int) -> NDArray[np.uint8]:
+    """Room for pixels, which need not be zeros first."""
+    return np.empty(length, np.uint8)

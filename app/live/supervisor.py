@@ -1,0 +1,109 @@
+"""In the server: a camera's process kept alive; one from which no frame comes is killed and started anew, for ever."""
+
+import asyncio
+import contextlib
+from collections.abc import Callable
+from typing import Any
+
+from app.core.errors import TouchlineError, Unavailable
+from app.live import messages
+from app.live.process import CameraProcess
+from app.live.state import KILL_AFTER_S, ProcessStatus, stall_reason
+from app.processes.framing import Message, decode_body
+
+RETRY_S, MAX_RETRY_S = 0.5, 5.0
+POLL_S = 0.1
+LATE_S = 0.5  # the event loop itself was held up: what the camera sent meanwhile lies unread
+
+
+class CameraSupervisor:
+    """Only for the event loop's own thread.
+
+    spec: the process' arguments. on_start: called when a process was started, to send it what it must know. on_message:
+    called with each message.
+    """
+
+    def __init__(self, name: str, spec: dict[str, Any], on_start: Callable[[], None],
+                 on_message: Callable[[Message], None]) -> None:
+        self._name, self._spec, self._on_start, self._on_message = name, spec, on_start, on_message
+        self.restarts = 0
+        self.status: ProcessStatus | None = None  # None until the first process has started
+        self.problem: dict[str, Any] | None = None  # why no process could be started last
+        self._process: CameraProcess | None = None
+        self._task: asyncio.Task[None] | None = None
+
+    @property
+    def pid(self) -> int | None:
+        return self._process.pid if self._process else None
+
+    def start(self) -> None:
+        if self._task is None:
+            self._task = asyncio.create_task(self._keep_alive(), name=self._name)
+
+    async def stop(self) -> None:
+        if self._task is not None:
+            self._task.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._task
+
+    def send(self, kind: int, head: dict[str, Any]) -> None:
+        """Send a message if there is a process; one that is started later learns it from on_start."""
+        if self._process is not None:
+            self._process.send(kind, head)
+
+    async def request(self, head: dict[str, Any], timeout_s: float) -> tuple[dict[str, Any], bytes]:
+        """Return the process' answer; what it refuses is raised."""
+        if self._process is None:
+            problem = self.problem or {"what": "The camera is still starting.", "fix": "Try again in a moment."}
+            raise Unavailable(problem["what"], problem["fix"], reason="camera-silent")
+        return await self._process.request(messages.REQUEST, head, timeout_s)
+
+    async def _keep_alive(self) -> None:
+        wait_s = RETRY_S
+        while True:
+            try:
+                process = await CameraProcess.start(self._spec)
+            except TouchlineError as error:
+                self.problem = {"reason": error.reason, "what": error.what, "fix": error.fix}
+            else:
+                if await self._follow(process):
+                    wait_s = RETRY_S
+                self.restarts += 1
+            await asyncio.sleep(wait_s)
+            wait_s = min(2 * wait_s, MAX_RETRY_S)
+
+    async def _follow(self, process: CameraProcess) -> bool:
+        """Receive until the process dies or has to be killed; return whether a frame came from it."""
+        self._process = process
+        self.status = ProcessStatus.initial(asyncio.get_running_loop().time())
+        watchdog = asyncio.create_task(self._kill_when_stalled(process))
+        try:
+            self._on_start()
+            while True:
+                message = await process.receive()
+                if message.kind == messages.STATUS:
+                    self.status = ProcessStatus(decode_body(message.body)[0], asyncio.get_running_loop().time())
+                self._on_message(message)
+        except (asyncio.IncompleteReadError, OSError):
+            return self.status.values["seq"] > 0
+        finally:
+            watchdog.cancel()
+            self._process = None
+            await asyncio.shield(process.end())
+            self.status = ProcessStatus(self.status.values | {"state": "connecting", "problem": None},
+                                        self.status.received_s)
+
+    async def _kill_when_stalled(self, process: CameraProcess) -> None:
+        loop = asyncio.get_running_loop()
+        looked, grace_s = loop.time(), 0.0
+        while True:
+            await asyncio.sleep(POLL_S)
+            now = loop.time()
+            if now - looked > POLL_S + LATE_S:  # we slept, not the camera
+                grace_s = now - looked
+            elif grace_s > 0:
+                grace_s = max(0.0, grace_s - POLL_S)
+            looked = now
+            if stall_reason(self.status, now, KILL_AFTER_S + grace_s):
+                process.kill()
+                return

@@ -1,0 +1,27 @@
+"""Refusals as they cross the socket between a child process and its parent."""
+
+from collections.abc import Callable
+from typing import Any
+
+from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
+from app.processes.framing import ANSWER, Connection, encode_body
+
+KINDS: dict[str, type[TouchlineError]] = {kind.__name__: kind for kind in (BadInput, NotFound, Unavailable)}
+
+
+def problem_json(error: TouchlineError) -> dict[str, Any]:
+    return {"kind": type(error).__name__, "reason": error.reason, "what": error.what, "fix": error.fix}
+
+
+def error_from_json(problem: dict[str, Any]) -> TouchlineError:
+    """Return the error to raise in the parent; Unavailable for a kind that does not cross."""
+    return KINDS.get(problem.get("kind", ""), Unavailable)(problem["what"], problem["fix"], reason=problem["reason"])
+
+
+def answer(connection: Connection, number: int, action: Callable[[], tuple[dict[str, Any], bytes]]) -> None:
+    """Answer a request with what the action returns, JSON and payload, or with its refusal."""
+    try:
+        head, payload = action()
+    except TouchlineError as error:
+        head, payload = {"problem": problem_json(error)}, b""
+    connection.send(ANSWER, number, encode_body(head, payload))
