@@ -9,6 +9,7 @@ A command's module is imported when the command is run, and only then: COMMANDS 
     stored.py     settings, and the data folder of a server that does not run
 """
 
+import signal
 import sys
 from importlib import import_module
 from typing import Annotated, Any
@@ -101,6 +102,8 @@ def _touchline(version: Annotated[bool, typer.Option("--version", callback=_prin
 
 def main() -> None:
     """Run a command; every error ends as a sentence and an exit code."""
+    # Ctrl-C ends a command also where whoever started it ignores it, as nohup and a shell's & do.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         cli(standalone_mode=True)
     except Exception as error:

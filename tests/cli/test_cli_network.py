@@ -76,9 +76,11 @@ def test_publish_every_goes_on_until_it_is_ended(tmp_path, way):
                                        *options(way)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:
             assert [ear.receive(60) is not None for _ in range(3)] == [True] * 3
-        finally:
             publishing.send_signal(signal.SIGINT)
             out, err = publishing.communicate(timeout=30)
+        finally:
+            publishing.kill()
+            publishing.wait()
     assert publishing.returncode == 0 and "bytes to" in out and err == ""
 
 

@@ -1,13 +1,20 @@
 """Jobs that are rows of a database: they outlive their server, and what they make is kept whole or not at all."""
 
+import json
 import time
+from importlib import import_module
+from pathlib import Path
 from threading import Thread
 
 import pytest
-from sqlalchemy import text
+from sqlalchemy import insert, text
 
 from app.core.errors import DiskFull, NotFound, Unavailable
 from app.jobs import JobEngine, registry
+from app.jobs.execute import LEGACY_NAMES
+from app.main import MODULES
+from app.services.result_savers import result_savers
+from app.store.tables import JobRow
 from tests.support import sample_jobs
 from tests.support.waiting import ended, running, until
 
@@ -143,6 +150,27 @@ def test_a_running_job_beats_and_its_row_says_how_far_it_is(store, monkeypatch):
         assert (row.state, row.message, row.attempt) == ("running", "sleeping", 1) and row.worker
         jobs.cancel(job.id)
         assert store.jobs.get(job.id).state == "cancelled"
+
+
+def test_a_job_that_the_version_before_queued_finishes(store):
+    """The row is as version 0.1.0 wrote it, when the function stood in another module."""
+    row = json.loads(Path(__file__).with_name("queued_job_0_1_0.json").read_text())
+    with store._database.writing("The job") as rows:
+        rows.execute(insert(JobRow).values(**row))
+    with JobEngine(workers=1, modules=("app.workflows.calibration_request",),
+                   result_savers=result_savers(store)) as jobs:
+        jobs.open(store.jobs)
+        (job,) = jobs.all()
+        done = ended(jobs, job, 120)
+        assert (done.state, done.problem, done.attempt) == ("done", None, 1)
+        made = store.calibrations.get(done.result["calibration"])
+        assert (made.model_name, made.camera) == ("polynomial", "cam0")
+
+
+def test_every_stored_name_is_a_function_that_jobs_may_run():
+    for name in LEGACY_NAMES.values():
+        module, _, function = name.partition(":")
+        assert module in MODULES and callable(getattr(import_module(module), function))
 
 
 def test_a_job_of_a_stranger_is_never_run(opener, store):

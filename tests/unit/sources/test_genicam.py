@@ -181,8 +181,14 @@ def test_a_missing_package_is_told_with_how_to_install_it(monkeypatch):
     assert refused.value.reason == "no-genicam" and "pip install" in refused.value.fix
 
 
-def test_ctrl_c_stays_with_whoever_had_it(camera):
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+@pytest.mark.parametrize("handler", [signal.default_int_handler, signal.SIG_IGN], ids=["handled", "ignored"])
+def test_ctrl_c_stays_with_whoever_had_it(handler):
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        source_from_url(RED, with_viky()).close()
+        assert signal.getsignal(signal.SIGINT) is handler
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_other_threads_run_while_it_waits(camera):
