@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput
 from app.core.geometry import ImageSize, Points, as_points
+from app.core.report_json import read_report
 
 Kind = Literal["line", "landmark"]
 MAX_POINTS = 20_000  # an operator clicks dozens and a detector finds thousands; more is a mistake
@@ -181,8 +182,9 @@ class Calibration:
                 field=value["field_definition"], region=value["region"], rotate=int(value["rotate"]),
                 model_name=value["model"]["name"], model_parameters=value["model"]["parameters"],
                 image_size=ImageSize.of(value["image_size"]), corrected_size=ImageSize.of(value["corrected_size"]),
-                observations=tuple(value["observations"]), options=value["options"], report=value["report"],
-                created_at=value["created_at"], software=value["software"], snapshot=value.get("snapshot"),
+                observations=tuple(value["observations"]), options=value["options"],
+                report=read_report(value["report"]), created_at=value["created_at"], software=value["software"],
+                snapshot=value.get("snapshot"),
                 image_sha256=value.get("image_sha256"), parent=value.get("parent"), note=value.get("note", ""),
                 made_by=value.get("made_by", ""),
                 active=bool(value.get("active", False)))
@@ -198,7 +200,16 @@ class Calibration:
     @property
     def covariance(self) -> Any:
         """The report's covariance, if any."""
-        return self.report.get("covariance") if isinstance(self.report, Mapping) else None
+        return self.report.get("covariance")
+
+    def outliers(self, observations: Observations) -> list[NDArray[np.bool_]]:
+        """Return for each observation which of its points (n,) the report calls outliers; none where it has no rows."""
+        rows = self.report.get("per_feature", ())
+        masks = [np.zeros(len(observation.points), bool) for observation in observations]
+        for mask, row in zip(masks, rows, strict=False):
+            flags = [residual.get("outlier") is True for residual in row.get("residuals", ())][:len(mask)]
+            mask[:len(flags)] = flags
+        return masks
 
     def activated(self, active: bool) -> Self:
         return replace(self, active=active)

@@ -2,7 +2,6 @@
 
     contents.py   all of the report as plain JSON: the page and report.json are both made of it
     figures.py    the numbers that head it, each with its unit and how to read it in half a sentence
-    reading.py    values out of a record that a stranger may have written
     drawing.py    the pictures: as it was taken, corrected, and maps of expected error
     page.py       the page; markup.py escapes whatever goes into it, style.py dresses it
 

@@ -10,11 +10,12 @@ from app import __version__
 from app.core.errors import BadImage, NotFound, TouchlineError
 from app.core.field import BORDERS, Field, Region
 from app.core.field_json import field_from_json
+from app.core.json_values import finite_json, number
 from app.core.records import Calibration, Frame
+from app.core.report_json import MAX_NAME, text
 from app.evaluate.fit.uncertainty import GRID
 from app.models import CameraModel, RayModel, model_from_json
 from app.report.figures import figures
-from app.report.reading import feature, number, pair, plain, rows, table, text, whole
 from app.store import DamagedFile
 from app.workflows import calibration as workflow
 
@@ -63,7 +64,7 @@ class Rebuilt:
 def contents(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]:
     """The whole report."""
     built = Rebuilt.of(calibration)
-    report = table(calibration.report)
+    report = calibration.report
     features, outliers = _features(report), _outliers(report)
     return {"format": FORMAT, "format_version": FORMAT_VERSION, "written_by": f"touchline {__version__}",
             "calibration": _versions(calibration, picture), "field": _field(built), "model": _model(calibration, built),
@@ -72,8 +73,13 @@ def contents(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]
             "outliers": outliers[:MAX_OUTLIERS], "outliers_not_listed": max(0, len(outliers) - MAX_OUTLIERS),
             "uncertainty": uncertainty(calibration, built), "next_click": _next_click(report),
             "warnings": [{"reason": text(w.get("reason")), "text": text(w.get("text")), "fix": text(w.get("fix")),
-                          "feature": feature(w.get("feature")), "index": whole(w.get("index"))}
-                         for w in rows(report.get("warnings"), MAX_WARNINGS)]}
+                          "feature": _feature(w), "index": w.get("index")}
+                         for w in report.get("warnings", ())[:MAX_WARNINGS]]}
+
+
+def _feature(row: Mapping[str, Any]) -> str | list[float] | None:
+    name = row.get("feature")
+    return text(name, MAX_NAME) if isinstance(name, str) else name
 
 
 def _versions(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]:
@@ -82,7 +88,7 @@ def _versions(calibration: Calibration, picture: ReportPicture) -> dict[str, Any
             "created_at": text(calibration.created_at), "parent": calibration.parent, "software":
             text(calibration.software), "snapshot": calibration.snapshot, "image_sha256":
             text(calibration.image_sha256), "image_size": list(calibration.image_size), "corrected_size":
-            list(calibration.corrected_size), "options": plain(calibration.options)}
+            list(calibration.corrected_size), "options": finite_json(calibration.options)}
 
 
 def _field(built: Rebuilt) -> dict[str, Any]:
@@ -93,7 +99,7 @@ def _field(built: Rebuilt) -> dict[str, Any]:
 
 
 def _model(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:
-    parameters = plain(calibration.model_parameters)
+    parameters = finite_json(calibration.model_parameters)
     written = json.dumps(parameters, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return {"name": calibration.model_name, "title": built.model.TITLE, "parameters": parameters,
             "parameters_sha256": sha256(written.encode("utf-8", "replace")).hexdigest()}
@@ -108,41 +114,41 @@ def _picture(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]
 
 
 def _verdict(report: Mapping[str, Any]) -> dict[str, Any]:
-    part = table(report.get("verdict"))
+    part = report.get("verdict") or {}
     level = part.get("level")
-    return {"level": level if isinstance(level, str) and level in LEVELS else "unknown", "mm": number(part.get("mm")),
+    return {"level": level if level in LEVELS else "unknown", "mm": number(part.get("mm")),
             "sentence": text(part.get("sentence")) or "The calibration came without a verdict, so nothing is known of "
             "its error."}
 
 
 def _distortion(report: Mapping[str, Any]) -> dict[str, Any]:
-    part = table(report.get("distortion"))
-    per_border = table(part.get("per_border"))
+    part = report.get("distortion") or {}
+    per_border = part.get("per_border") or {}
     return {"kind": text(part.get("kind")), "standard_lens_pct": number(part.get("standard_lens_pct")),
-            "per_border": {name: {when: number(table(per_border.get(name)).get(when))
+            "per_border": {name: {when: number((per_border.get(name) or {}).get(when))
                                   for when in ("before_pct", "after_pct")} for name in BORDERS}}
 
 
 def _features(report: Mapping[str, Any]) -> list[dict[str, Any]]:
-    return [{"feature": feature(row.get("feature")), "kind": text(row.get("kind")), "n": whole(row.get("n")),
+    return [{"feature": _feature(row), "kind": text(row.get("kind")), "n": row.get("n"),
              "used": row.get("used") is not False,
-             "outliers": sum(r.get("outlier") is True for r in rows(row.get("residuals"), 20_000)),
+             "outliers": sum(r.get("outlier") is True for r in row.get("residuals", ())),
              **{name: number(row.get(name)) for name in ("rms_px", "rms_mm", "max_mm")}}
-            for row in rows(report.get("per_feature"), MAX_FEATURES)]
+            for row in report.get("per_feature", ())[:MAX_FEATURES]]
 
 
 def _outliers(report: Mapping[str, Any]) -> list[dict[str, Any]]:
-    return [{"feature": feature(row.get("feature")), "index": index, "point": pair(r.get("point")),
+    return [{"feature": _feature(row), "index": index, "point": r.get("point"),
              "px": number(r.get("px")), "mm": number(r.get("mm"))}
-            for row in rows(report.get("per_feature"), MAX_FEATURES)
-            for index, r in enumerate(rows(row.get("residuals"), 20_000)) if r.get("outlier") is True]
+            for row in report.get("per_feature", ())[:MAX_FEATURES]
+            for index, r in enumerate(row.get("residuals", ())) if r.get("outlier") is True]
 
 
 def _next_click(report: Mapping[str, Any]) -> dict[str, Any] | None:
-    part = table(report.get("next_click"))
+    part = report.get("next_click")
     if not part:
         return None
-    return {"feature": feature(part.get("feature")), "point": pair(part.get("point")),
+    return {"feature": _feature(part), "point": part.get("point"),
             **{name: number(part.get(name)) for name in ("worst_mm", "worst_mm_then", "z_mm")}}
 
 
@@ -161,7 +167,7 @@ def uncertainty(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:
 def _map(calibration: Calibration, built: Rebuilt, z_mm: float) -> dict[str, Any]:
     try:
         # the grid of the report's own figures, so that one place has one number
-        found = plain(workflow.uncertainty(built.model, calibration.covariance, built.region, z_mm, *GRID))
+        found = finite_json(workflow.uncertainty(built.model, calibration.covariance, built.region, z_mm, *GRID))
     except TouchlineError as refusal:
         return {"map": None, "z_mm": z_mm, "why": refusal.what, "fix": refusal.fix}
     return {"map": found, "z_mm": z_mm, "why": None, "fix": None}

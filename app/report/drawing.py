@@ -21,7 +21,6 @@ from app.imaging.correction import CorrectedView
 from app.imaging.heat_map import heat_map, round_up
 from app.report.contents import Rebuilt, ReportPicture
 from app.report.markup import Html, element
-from app.report.reading import rows, table
 from app.workflows import calibration as workflow
 
 MAX_SIDE_PX = 1600  # an A4 page is 190 mm wide: 210 dots an inch
@@ -55,7 +54,7 @@ def draw(calibration: Calibration, picture: ReportPicture, contents: Mapping[str
     observations = observations_from_json(calibration.observations)
     lines = workflow.overlay(built.model, built.field, built.region)
     before = _picture(picture.frame.pixels, [*_lines(lines, calibration.image_size),
-                                             *_clicks(observations, _outliers(calibration, observations),
+                                             *_clicks(observations, calibration.outliers(observations),
                                                       calibration.image_size)], "The picture as it was taken")
     try:
         view = _view(calibration.corrected_size)
@@ -153,18 +152,6 @@ def _clicks(observations: Observations, outliers: Sequence[NDArray[np.bool_]], s
     return drawn if not cross else [
         *drawn, element("path", d=cross, stroke="#ffffff", stroke_width=4 * unit, fill="none"),
         element("path", d=cross, stroke="#d00000", stroke_width=2 * unit, fill="none")]
-
-
-def _outliers(calibration: Calibration, observations: Observations) -> list[NDArray[np.bool_]]:
-    """For each observation, which of its points (n,) are outliers by the report."""
-    features = rows(table(calibration.report).get("per_feature"), len(observations))
-    outliers = []
-    for index, observation in enumerate(observations):
-        residuals = rows(features[index].get("residuals"), len(observation.points)) if index < len(features) else []
-        out = np.zeros(len(observation.points), bool)
-        out[:len(residuals)] = [residual.get("outlier") is True for residual in residuals]
-        outliers.append(out)
-    return outliers
 
 
 def _maps(uncertainty: Mapping[str, Any], region: Region) -> dict[str, str]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.report.reading import number, table
+from app.core.json_values import number
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ HEAD = {
 
 def figures(report: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Each of HEAD with its value, None where the record does not tell it."""
-    sigma, distortion = table(report.get("sigma_mm")), table(report.get("distortion"))
-    apart = {"expected_mm": sigma.get("rms"), "expected_hat_mm": table(sigma.get("hat")).get("rms"),
+    sigma, distortion = report.get("sigma_mm") or {}, report.get("distortion") or {}
+    apart = {"expected_mm": sigma.get("rms"), "expected_hat_mm": (sigma.get("hat") or {}).get("rms"),
              "distortion_before_pct": distortion.get("before_pct"),
              "distortion_after_pct": distortion.get("after_pct")}
     return {key: {"title": it.title, "value": number(apart.get(key, report.get(key))), "unit": it.unit,

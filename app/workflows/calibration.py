@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import ImageSize, Points, as_points
+from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
 from app.evaluate.fit import residual_vectors as vectors
@@ -109,7 +110,7 @@ def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float
     fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
     sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows))
     return {**sigma.to_json(), "grid": {"places": sigma.places.tolist(),
-                                        "sigma_mm": [_plain_numbers(row) for row in sigma.sigma_mm]}}
+                                        "sigma_mm": nullable(sigma.sigma_mm)}}
 
 
 def difference(one: CameraModel, other: CameraModel, region: Region) -> dict[str, Any]:
@@ -210,7 +211,7 @@ def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["ra
     shapes += [("arc", arc.name, arc) for arc in field.arcs.values()]
     drawn = [(kind, name, shape.sample(_steps(shape))) for kind, name, shape in shapes]
     drawn += [("landmark", mark.name, np.array([mark.position])) for mark in field.landmarks.values()]
-    return [{"feature": name, "kind": kind, "points": _plain(_seen(model, points, frame, view))}
+    return [{"feature": name, "kind": kind, "points": nullable_points(_seen(model, points, frame, view))}
             for kind, name, points in drawn]
 
 
@@ -234,14 +235,6 @@ def residual_vectors(model: CameraModel, observations: Observations, field: Fiel
     def seen(raw: Points) -> Points:
         return raw if frame == "raw" else view.view_from_corrected(model, model.corrected_from_raw(raw))
     return {"frame": frame, **vectors.residual_vectors(model, observations, field, region, strays, seen)}
-
-
-def _plain_numbers(values: NDArray) -> list[float | None]:
-    return [float(v) if np.isfinite(v) else None for v in values]
-
-
-def _plain(points: Points) -> list[list[float] | None]:
-    return [p.tolist() if np.isfinite(p).all() else None for p in points]
 
 
 __all__ = [

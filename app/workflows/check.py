@@ -12,6 +12,7 @@ from app.core.errors import Conflict, FitFailed
 from app.core.field import Field
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
+from app.core.json_values import number
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame
 from app.evaluate.cameras.offsets import fit_offset_field
@@ -86,8 +87,7 @@ def _judged(model: CameraModel, gray: Pixels, field: Field, seen: LineMeasuremen
 
 def _own_mm(calibration: Calibration) -> float | None:
     """Return the error that its own report states; None where it has none, as after an import."""
-    figures = ((calibration.report or {}).get("verdict") or {}).get("mm")
-    return float(figures) if isinstance(figures, (int, float)) and np.isfinite(figures) else None
+    return number((calibration.report.get("verdict") or {}).get("mm"))
 
 
 def _other_lines_px(gray: Pixels, seen: LineMeasurements) -> float:

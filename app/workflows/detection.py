@@ -135,18 +135,16 @@ def _refuse_other_size(size: ImageSize, calibration: Calibration | None) -> None
 def with_calibration_sigma(config: StageConfig, calibration: Calibration | None) -> StageConfig:
     """Add the calibration's own expected error to every place's covariance, unless the config gives another."""
     sigma = (calibration.report.get("sigma_mm") or {}) if calibration is not None else {}
-    carpet = _each_way(sigma)
-    sigmas = {"calibration_sigma_mm": carpet, "hat_sigma_mm": _each_way(sigma.get("hat")) or carpet}
+    carpet, hat = _each_way(sigma), _each_way(sigma.get("hat") or {})
+    sigmas = {"calibration_sigma_mm": carpet, "hat_sigma_mm": hat or carpet}
     return replace(config, stages=tuple(
         (name, {**options, **{k: v for k, v in sigmas.items() if not options[k]}}) if name == "places"
         else (name, options) for name, options in config.stages))
 
 
-def _each_way(sigma: Any) -> float:
+def _each_way(sigma: Mapping[str, Any]) -> float:
     """Split a report's expected error, a length, into σ of each axis; 0 where it is not known."""
-    median = sigma.get("median") if isinstance(sigma, Mapping) else None
-    good = isinstance(median, (int, float)) and np.isfinite(median)
-    return float(np.clip(median / np.sqrt(2), 0, 500)) if good else 0.0
+    return float(np.clip((sigma.get("median") or 0.0) / np.sqrt(2), 0, 500))
 
 
 def field_area(view: FieldLocator, field: Field) -> NDArray[np.uint8] | None:

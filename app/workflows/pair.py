@@ -13,6 +13,7 @@ import numpy as np
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_json import field_from_json
 from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.core.json_values import nullable
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.evaluate.cameras import pair_verdict
@@ -95,7 +96,7 @@ class _Matches:
         """Put a value of each into the order in which the matches were given."""
         all_values = np.full(self.count, np.nan)
         all_values[self.which] = values
-        return [float(v) if np.isfinite(v) else None for v in all_values]
+        return nullable(all_values)
 
     def numbers(self, chosen: Array) -> list[int]:
         return self.which[chosen].tolist()

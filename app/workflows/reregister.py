@@ -6,7 +6,6 @@ A model with rays keeps its lens and gets a pose. One without rays has no separa
 are moved along with the picture, and fitted again.
 """
 
-from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -69,7 +68,7 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
         observations = _moved_along(calibration, found, size)
         done = workflow.calibrate(observations, field, region, size, calibration.model_name, options, part)
     off_px = _off_px(done.model, found)
-    before_px = float(calibration.report.get("rms_px") or 0.0) if isinstance(calibration.report, Mapping) else 0.0
+    before_px = float(calibration.report.get("rms_px") or 0.0)
     if off_px > max(WORSE * before_px, WORSE_PX * max(size.width / 1280, 0.5)):
         if isinstance(model, RayModel):
             raise FitFailed(f"With the lens kept, the lines lie {off_px:.1f} px off: it is another lens, another focus "

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.geometry import ImageSize, Points, as_points
+from app.core.json_values import nullable
 from app.core.progress import Progress, no_progress
 from app.fitting.plumb_line.fit import PlumbLineFit, fit_plumb_lines
 from app.fitting.plumb_line.line_sag import LineSag, SagVerdict, sag_verdict
@@ -131,7 +132,7 @@ def _report(fit: PlumbLineFit, chains: list[Points], clicked: int) -> dict[str, 
         "sentence": _sentence(fit, verdict),
         "lines_used": used, "objects": fit.groups,
         "lines": [{"name": _name(c.index, c.picture, clicked), "picture": c.picture, "points": c.count,
-                   "length_px": c.length_px, "before_px": _number(c.before_px), "after_px": _number(c.after_px),
+                   "length_px": c.length_px, "before_px": nullable(c.before_px), "after_px": nullable(c.after_px),
                    "used": c.used, "reason": c.reason or None,
                    "ends": [chains[c.index][i].tolist() for i in (0, -1)] if c.count else [],
                    "chain": _plain(drawn[c.index]), "straight": _plain(straight.corrected_from_raw(drawn[c.index]))}
@@ -155,8 +156,8 @@ def _sentence(fit: PlumbLineFit, verdict: SagVerdict) -> str:
 
 
 def _bow(bow: LineSag) -> dict[str, float | None]:
-    return {"line": bow.index if bow.index >= 0 else None, "length_px": bow.length_px, "px": _number(bow.px),
-            "sigma_px": _number(bow.sigma_px), "pct": _number(100 * bow.px / bow.length_px)}
+    return {"line": bow.index if bow.index >= 0 else None, "length_px": bow.length_px, "px": nullable(bow.px),
+            "sigma_px": nullable(bow.sigma_px), "pct": nullable(100 * bow.px / bow.length_px)}
 
 
 def _drawn(chain: Points, most: int, ordered: bool) -> Points:
@@ -173,7 +174,3 @@ def _plain(points: Points) -> list[list[float] | None]:
 
 def _name(index: int, picture: int, clicked: int) -> str:
     return f"line {index + 1}" if index < clicked else f"picture {picture + 1}, edge {index - clicked + 1}"
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

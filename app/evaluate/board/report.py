@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from app.core.json_values import finite_json
 from app.core.text_format import format_number
 from app.evaluate.board.coverage import FACE_ON_DEG, LEANS, cell_counts, next_view, tilts
 from app.evaluate.board.cross_validation import cross_validate
@@ -42,7 +43,7 @@ def board_report(fit: BoardFit) -> dict[str, Any]:
         "warnings": warnings,
     }
     report["verdict"] = _verdict(report)
-    return _plain(report)
+    return finite_json(report)
 
 
 def _views(fit: BoardFit, lengths: np.ndarray, degrees: np.ndarray, leans: tuple[str, ...]) -> list[dict[str, Any]]:
@@ -97,12 +98,3 @@ def _verdict(report: dict[str, Any]) -> dict[str, Any]:
     return {"level": level, "sentence":
             f"Over the picture the lens is known to about {format_number(known)} px; corners were "
             f"found to {format_number(sigma)} px."}
-
-
-def _plain(value: Any) -> Any:
-    """NaN and infinity as None: JSON has neither."""
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [_plain(v) for v in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value

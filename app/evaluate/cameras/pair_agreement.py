@@ -15,6 +15,7 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.field import Field, Landmark, Line, Region
 from app.core.geometry import Array, Points
+from app.core.json_values import nullable
 from app.core.records import Observations
 from app.evaluate.cameras.evidence import along_line, on_carpet, placed_matches, same_line
 from app.evaluate.cameras.shared_area import SharedArea
@@ -50,8 +51,7 @@ class PointAgreement:
                 "max_mm": float(apart[worst]), "where": self.places[worst].tolist(),
                 "shift_mm": shift.tolist(), "overlap_m2": shared.area_m2,
                 "covered": float(known.sum() / max(shared.both.sum(), 1)),
-                "map": {"x": shared.x.tolist(), "y": shared.y.tolist(),
-                        "mm": [[float(v) if np.isfinite(v) else None for v in row] for row in cells]}}
+                "map": {"x": shared.x.tolist(), "y": shared.y.tolist(), "mm": nullable(cells)}}
 
 
 def from_matches(a: CameraModel, b: CameraModel, pixels_a: Points, pixels_b: Points,

@@ -13,6 +13,7 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.field import Field
 from app.core.geometry import Array, ImageSize, inside_picture
+from app.core.json_values import nullable
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
 from app.evaluate.cameras.shared_area import SharedArea, shared_area
@@ -67,8 +68,7 @@ def _map_json(shared: SharedArea, mm: Array, z_mm: float) -> dict[str, Any]:
     values = mm[np.isfinite(mm)]
     return {"z_mm": z_mm, "mean_mm": float(values.mean()), "p95_mm": float(np.percentile(values, 95)),
             "max_mm": float(values.max()), "where": [float(shared.x[worst[1]]), float(shared.y[worst[0]])],
-            "map": {"x": shared.x.tolist(), "y": shared.y.tolist(),
-                    "mm": [[float(v) if np.isfinite(v) else None for v in row] for row in mm]}}
+            "map": {"x": shared.x.tolist(), "y": shared.y.tolist(), "mm": nullable(mm)}}
 
 
 def _rms(values: Array) -> float | None:

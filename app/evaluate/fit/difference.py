@@ -6,6 +6,7 @@ import numpy as np
 
 from app.core.field import Region
 from app.core.geometry import Points
+from app.core.json_values import nullable
 from app.evaluate.fit.residuals import rms
 from app.evaluate.fit.uncertainty import grid_over
 from app.models import CameraModel, field_from_raw, raw_from_field
@@ -33,8 +34,4 @@ def difference_report(one: CameraModel, other: CameraModel, region: Region) -> d
     worst = np.unravel_index(np.nanargmax(mm), mm.shape)
     return {"rms_mm": rms(mm.ravel()), "median_mm": float(np.nanmedian(mm)), "max_mm": float(mm[worst]),
             "worst_place": places[worst].tolist(), "rms_px": rms(px.ravel()), "max_px": float(np.nanmax(px)),
-            "grid": {"places": places.tolist(), "mm": _plain(mm), "px": _plain(px)}}
-
-
-def _plain(values: np.ndarray) -> list[list[float | None]]:
-    return [[float(v) if np.isfinite(v) else None for v in row] for row in values]
+            "grid": {"places": places.tolist(), "mm": nullable(mm), "px": nullable(px)}}

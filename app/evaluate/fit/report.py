@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from app.core.field import BORDERS, Field, Region
+from app.core.json_values import nullable, nullable_points
 from app.core.records import Fit, Observations, Warning
 from app.evaluate.fit.distortion import distortion_report
 from app.evaluate.fit.next_click import next_best_click
@@ -74,19 +75,10 @@ def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> dict[str
     return {"feature": feature if isinstance(feature, str) else list(feature), "kind": r.observation.kind,
             "n": len(r.px), "used": used, "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]),
             "max_mm": _max(r.mm[fine]),
-            "residuals": [{"point": point.tolist(), "foot": _vector(foot),
-                           "px": _number(px), "mm": _number(mm), "mm_vector": _vector(to_place), "outlier": not ok}
-                          for point, foot, px, mm, to_place, ok
-                          in zip(r.observation.points, r.foot, r.px, r.mm, r.to_place_mm, fine.tolist(),
-                                 strict=True)]}
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _vector(value: np.ndarray) -> list[float] | None:
-    return value.tolist() if np.isfinite(value).all() else None
+            "residuals": [{"point": point, "foot": foot, "px": px, "mm": mm, "mm_vector": vector, "outlier": not ok}
+                          for point, foot, px, mm, vector, ok
+                          in zip(r.observation.points.tolist(), nullable_points(r.foot), nullable(r.px), nullable(r.mm),
+                                 nullable_points(r.to_place_mm), fine.tolist(), strict=True)]}
 
 
 def _knows_inside(fit: Fit, observations: Observations) -> bool:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from app.core.field import Field, Region
 from app.core.geometry import Points
+from app.core.json_values import nullable, nullable_points
 from app.core.records import Observations
 from app.evaluate.fit.residuals import feature_residuals, mm_per_px
 from app.models import CameraModel
@@ -32,16 +33,9 @@ def residual_vectors(model: CameraModel, observations: Observations, field: Fiel
         px.append(length[~out])
         mm.append(residuals.mm[~out])
         feature = observation.feature if isinstance(observation.feature, str) else list(observation.feature)
-        arrows += [{"feature": feature, "index": index, "point": _plain(start[index]), "foot": _plain(end[index]),
-                    "px": _number(length[index]), "mm": _number(residuals.mm[index]),
-                    "mm_vector": _plain(residuals.to_place_mm[index]), "outlier": bool(out[index])}
-                   for index in range(len(out))]
+        columns = zip(nullable_points(start), nullable_points(end), nullable(length), nullable(residuals.mm),
+                      nullable_points(residuals.to_place_mm), out.tolist(), strict=True)
+        arrows += [{"feature": feature, "index": index, "point": point, "foot": foot, "px": apart_px, "mm": apart_mm,
+                    "mm_vector": vector, "outlier": is_out}
+                   for index, (point, foot, apart_px, apart_mm, vector, is_out) in enumerate(columns)]
     return {"mm_per_px": mm_per_px(*(np.concatenate([np.empty(0), *parts]) for parts in (px, mm))), "arrows": arrows}
-
-
-def _plain(vector: NDArray[np.float64]) -> list[float] | None:
-    return vector.tolist() if np.isfinite(vector).all() else None
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import ImageSize, Points
+from app.core.json_values import nullable
 from app.evaluate.fit.distortion import sag_pct
 from app.models.distortion import Distortion
 
@@ -75,8 +76,8 @@ class RollAnalysis:
 
     def to_json(self) -> dict[str, Any]:
         """Plain JSON; null where nothing is known."""
-        return {"border_pct": _plain(self.border_pct), "border_sigma_pct": _plain(self.border_sigma_pct),
-                "k": self.lens.terms[0], "k_sigma": _plain(self.k_sigma), "sideways_px": self.sideways_px,
+        return {"border_pct": nullable(self.border_pct), "border_sigma_pct": nullable(self.border_sigma_pct),
+                "k": self.lens.terms[0], "k_sigma": nullable(self.k_sigma), "sideways_px": self.sideways_px,
                 "free": self.is_free, "lens": self.lens.to_json(), "zones": zones(self.rolls),
                 "rolls": [{"length_px": r.length_px, "bow_px": r.sag_px, "bow_pct": r.sag_pct,
                            "sigma_pct": r.sigma_pct, "spread_pct": r.spread_pct, "rms_px": r.rms_px,
@@ -216,7 +217,3 @@ def _roll(number: int, points: Points, information: tuple[float, ...], size: Ima
     zone = tuple(int(v) for v in np.clip(middle / (size.width, size.height) * ZONES, 0, ZONES - 1))
     pct = 100 / length
     return Roll(number, length, px, pct * px * inwards, pct * sigma, pct * spread, rms, (zone[0], zone[1]), used)
-
-
-def _plain(value: float) -> float | None:
-    return value if np.isfinite(value) else None

@@ -1,17 +1,15 @@
 """One calibration with everything that a scene can show of it, or why not."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.errors import TouchlineError
 from app.core.field import Field, Region
 from app.core.field_json import field_from_json
-from app.core.records import Calibration, Observations, observations_from_json
+from app.core.records import Calibration, observations_from_json
 from app.models import CameraModel, model_from_json
 from app.models.ray_camera import RayCamera
 from app.scene.geometry.error_surface import ErrorSurface, error_surface
@@ -69,7 +67,7 @@ class SceneCamera:
     @cached_property
     def ray_hits(self) -> RayHits:
         observations = observations_from_json(self.calibration.observations)
-        outliers = outliers_of(self.calibration, observations)
+        outliers = self.calibration.outliers(observations)
         return RayHits.of(self.model, observations, self.field, self.region, outliers)
 
     @cached_property
@@ -120,19 +118,3 @@ def _surface_json(surface: ErrorSurface | TouchlineError) -> dict[str, Any]:
     if isinstance(surface, ErrorSurface):
         return {"max_mm": surface.largest_mm, "why": None, "fix": None}
     return {"max_mm": None, "why": surface.what, "fix": surface.fix}
-
-
-def outliers_of(calibration: Calibration, observations: Observations) -> list[NDArray[np.bool_]]:
-    """Return for each observation which of its points (n,) the report, if it is whole, calls outliers."""
-    report = calibration.report if isinstance(calibration.report, Mapping) else {}
-    features = report.get("per_feature")
-    rows = features if isinstance(features, (list, tuple)) else ()
-    outliers = []
-    for index, observation in enumerate(observations):
-        out = np.zeros(len(observation.points), bool)
-        row = rows[index] if index < len(rows) and isinstance(rows[index], Mapping) else {}
-        residuals = row.get("residuals")
-        for place, one in enumerate((residuals if isinstance(residuals, (list, tuple)) else ())[:len(out)]):
-            out[place] = isinstance(one, Mapping) and one.get("outlier") is True
-        outliers.append(out)
-    return outliers

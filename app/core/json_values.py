@@ -1,0 +1,38 @@
+"""Numbers as plain JSON: None where one is not finite, since JSON has neither NaN nor infinity."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+
+def number(value: Any) -> float | None:
+    """A finite number, as a float; None for anything else."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    try:
+        found = float(value)
+    except OverflowError:  # an integer of 400 digits
+        return None
+    return found if math.isfinite(found) else None
+
+
+def finite_json(value: Any) -> Any:
+    """Any JSON, with None for a number that is not finite."""
+    if isinstance(value, Mapping):
+        return {str(key): finite_json(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite_json(part) for part in value]
+    return value if value is None or isinstance(value, (bool, str, int)) else number(value)
+
+
+def nullable(values: Any) -> Any:
+    """A number, or an array as nested lists; None for each number that is not finite."""
+    values = np.asarray(values, float)
+    return np.where(np.isfinite(values), values, None).tolist()
+
+
+def nullable_points(points: Any) -> list[list[float] | None]:
+    """Points (n, 2) as a list of pairs; None for each that is out of reach."""
+    return [point.tolist() if np.isfinite(point).all() else None for point in points]
