@@ -8,13 +8,13 @@ from typing import Any
 
 from app import __version__
 from app.core.errors import BadImage, NotFound, TouchlineError
-from app.core.field import BORDERS, Field, Region
-from app.core.field_json import field_from_json
+from app.core.field import BORDERS
 from app.core.json_values import finite_json, number
 from app.core.records import Calibration, Frame
 from app.core.report_json import MAX_NAME, text
 from app.evaluate.fit.uncertainty import GRID
-from app.models import CameraModel, RayModel, model_from_json
+from app.models import RayModel
+from app.models.restored import Restored
 from app.report.figures import figures
 from app.store import DamagedFile
 from app.workflows import calibration as workflow
@@ -46,24 +46,9 @@ def report_picture(calibration: Calibration, frame_of: Callable[[str], Frame],
         return ReportPicture(None, f"Its picture cannot be shown: {refusal.what}", camera_name)
 
 
-@dataclass(frozen=True, eq=False)
-class Rebuilt:
-    """What a calibration's record describes."""
-
-    model: CameraModel
-    field: Field
-    region: Region
-
-    @classmethod
-    def of(cls, calibration: Calibration) -> "Rebuilt":
-        field = field_from_json(calibration.field)
-        return cls(model_from_json(calibration.model_name, calibration.model_parameters), field,
-                   field.region(calibration.region, calibration.rotate))
-
-
 def contents(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]:
     """The whole report."""
-    built = Rebuilt.of(calibration)
+    built = Restored.of(calibration)
     report = calibration.report
     features, outliers = _features(report), _outliers(report)
     return {"format": FORMAT, "format_version": FORMAT_VERSION, "written_by": f"touchline {__version__}",
@@ -91,14 +76,14 @@ def _versions(calibration: Calibration, picture: ReportPicture) -> dict[str, Any
             list(calibration.corrected_size), "options": finite_json(calibration.options)}
 
 
-def _field(built: Rebuilt) -> dict[str, Any]:
+def _field(built: Restored) -> dict[str, Any]:
     field, region = built.field, built.region
     return {"name": field.name, "title": field.title, "length_mm": field.length_mm, "width_mm": field.width_mm,
             "region": region.name, "rotate": region.rotate_deg, "region_x_mm": list(region.x_mm),
             "region_y_mm": list(region.y_mm), "hat_height_mm": field.hat_height_mm}
 
 
-def _model(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:
+def _model(calibration: Calibration, built: Restored) -> dict[str, Any]:
     parameters = finite_json(calibration.model_parameters)
     written = json.dumps(parameters, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return {"name": calibration.model_name, "title": built.model.TITLE, "parameters": parameters,
@@ -152,7 +137,7 @@ def _next_click(report: Mapping[str, Any]) -> dict[str, Any] | None:
             **{name: number(part.get(name)) for name in ("worst_mm", "worst_mm_then", "z_mm")}}
 
 
-def uncertainty(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:
+def uncertainty(calibration: Calibration, built: Restored) -> dict[str, Any]:
     """Expected error on the carpet and at hat height over the report's own grid, each {"map"} or {"map": None, "why",
     "fix"}."""
     model, hat_mm = built.model, built.field.hat_height_mm
@@ -164,7 +149,7 @@ def uncertainty(calibration: Calibration, built: Rebuilt) -> dict[str, Any]:
             "fix": "Use a lens model where robots' hats matter."}}
 
 
-def _map(calibration: Calibration, built: Rebuilt, z_mm: float) -> dict[str, Any]:
+def _map(calibration: Calibration, built: Restored, z_mm: float) -> dict[str, Any]:
     try:
         # the grid of the report's own figures, so that one place has one number
         found = finite_json(workflow.uncertainty(built.model, calibration.covariance, built.region, z_mm, *GRID))

@@ -19,7 +19,8 @@ from app.core.records import Calibration, Observations, observations_from_json
 from app.images import encode
 from app.imaging.correction import CorrectedView
 from app.imaging.heat_map import heat_map, round_up
-from app.report.contents import Rebuilt, ReportPicture
+from app.models.restored import Restored
+from app.report.contents import ReportPicture
 from app.report.markup import Html, element
 from app.workflows import calibration as workflow
 
@@ -47,7 +48,7 @@ class ReportDrawings:
 
 def draw(calibration: Calibration, picture: ReportPicture, contents: Mapping[str, Any]) -> ReportDrawings:
     """All pictures of one report. contents: its data."""
-    built = Rebuilt.of(calibration)
+    built = Restored.of(calibration)
     maps = _maps(contents["uncertainty"], built.region)
     if picture.frame is None:
         return ReportDrawings(None, None, maps)

@@ -14,13 +14,12 @@ from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame
 from app.evaluate.fit.verification import verdict_of
 from app.fitting.field_lines.search import PosePrior
-from app.images import ImageDecoder
 from app.models import MODELS
-from app.store.snapshots import read_checked
 from app.vision.motion.background import Background
 from app.workflows import automatic
 from app.workflows.calibration import CalibrationResult, subprogress
 from app.workflows.calibration_request import CalibrationRequest
+from app.workflows.job_pictures import job_pictures
 
 AUTO = "auto"
 LADDER = ("brown-conrady", "fisheye", "division")  # the first that can be fitted: very wide lenses need the second
@@ -138,11 +137,7 @@ def median_frame(reads: Sequence[Callable[[], Frame]], progress: Progress = no_p
 def run_auto(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …], "keep"}; pictures are untrusted."""
     request = AutomaticRequest.from_json(spec["task"])
-    with ImageDecoder(workers=1) as decoder:
-        reads = [lambda p=p: decoder.frame_from_bytes(read_checked(**p)) for p in spec["pictures"]]
-        frame = median_frame(reads, subprogress(progress, 0.0, 0.1))
+    with job_pictures(spec["pictures"]) as pictures:
+        frame = median_frame([read for _, read in pictures], subprogress(progress, 0.0, 0.1))
     summary, made = request.answer(frame, subprogress(progress, 0.1, 1.0))
     return {"told": summary, "made": made.to_json() if made is not None and spec["keep"] else None}
-
-
-__all__ = ["AutomaticRequest", "median_frame", "pose_prior_from_json", "run_auto"]

@@ -1,6 +1,6 @@
 """A request for a lens, from pictures of a board or from corners found elsewhere."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import field as member
 from typing import Any, Self
@@ -11,16 +11,14 @@ from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.geometry import ImageSize
 from app.core.options import read_options
 from app.core.progress import Progress, no_progress
-from app.core.records import Frame, Warning
+from app.core.records import Warning
 from app.core.text_format import sentence
 from app.fitting.board.fit import board_model, board_options
-from app.images import ImageDecoder
-from app.store.snapshots import read_checked
 from app.workflows import board
 from app.workflows.calibration import subprogress
+from app.workflows.job_pictures import Pictures, job_pictures
 
 LOOKING = 0.6  # of a calibration from pictures: finding the board takes longer than all arithmetic
-Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # each one's name, and how to read it
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +81,5 @@ def run_views(spec: Any, progress: Progress) -> dict[str, Any]:
 
 def run_pictures(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; untrusted, decoded in a child."""
-    request, pictures = BoardCalibrationRequest.from_json(spec["task"]), spec["pictures"]
-    with ImageDecoder(workers=1) as decoder:
-        return request.from_pictures(((p["name"], lambda p=p: decoder.frame_from_bytes(read_checked(**p)))
-                                      for p in pictures), len(pictures), progress)
+    with job_pictures(spec["pictures"]) as pictures:
+        return BoardCalibrationRequest.from_json(spec["task"]).from_pictures(pictures, len(pictures), progress)

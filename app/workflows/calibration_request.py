@@ -49,6 +49,14 @@ class CalibrationRequest:
         if not self.observations:
             raise BadInput("There are no observations.", "Click points on the four borders.", reason="too-few-points")
 
+    @classmethod
+    def of(cls, calibration: Calibration, options: Mapping[str, Any], note: str) -> Self:
+        """Ask for a calibration's own observations again, with other options."""
+        field = field_from_json(calibration.field)
+        return cls(observations_from_json(calibration.observations), field,
+                   field.region(calibration.region, calibration.rotate), calibration.image_size, calibration.model_name,
+                   options, calibration.camera, calibration.snapshot, calibration.image_sha256, note)
+
     def check_names(self, models: Iterable[str]) -> None:
         """Refuse models and features that do not exist, before a job starts."""
         for name in models:

@@ -1,6 +1,5 @@
 """Check whether a calibration still holds in a new picture, line by line, in mm. Nothing is fitted or stored."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -10,21 +9,20 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.errors import Conflict, FitFailed
 from app.core.field import Field
-from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.json_values import number
 from app.core.progress import Progress, no_progress
-from app.core.records import Calibration, Frame
+from app.core.records import Calibration
 from app.evaluate.cameras.offsets import fit_offset_field
 from app.evaluate.cameras.rig_agreement import agreement
 from app.evaluate.drift.check_verdict import INCONCLUSIVE, MIN_FOUND, CheckFigures, check_verdict
 from app.evaluate.drift.line_check import LineMeasurements, line_deviations, measure_lines
-from app.images import ImageDecoder
-from app.models import CameraModel, model_from_json
-from app.store.snapshots import read_checked
+from app.models import CameraModel
+from app.models.restored import Restored
 from app.workflows.automatic import detect_lines
 from app.workflows.automatic_request import median_frame
 from app.workflows.calibration import subprogress
+from app.workflows.job_pictures import job_pictures
 
 Pixels = NDArray[np.uint8]
 MAX_DRAWN = 400
@@ -43,9 +41,7 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
         raise Conflict(f"The picture is {size.width} × {size.height} px, the calibration is for {width} × "
                        f"{height} px.",
                        "Check with a picture of that size, or calibrate the camera again.", reason="size-mismatch")
-    field = field_from_json(calibration.field)
-    region = field.region(calibration.region, calibration.rotate)
-    model = model_from_json(calibration.model_name, calibration.model_parameters)
+    model, field, region = Restored.of(calibration)
     progress(0.0, "Looking for the field's lines")
     gray = opencv.to_grey(pixels)
     seen = measure_lines(model, gray, field, region)
@@ -114,9 +110,7 @@ def _drawn(seen: LineMeasurements) -> list[dict[str, Any]]:
 
 def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"calibration": whole, "snapshot", "pictures": [{"name", "path", "sha256"}, …], untrusted}."""
-    with ImageDecoder(workers=1) as decoder:
-        reads: Sequence[Callable[[], Frame]] = [
-            lambda p=p: decoder.frame_from_bytes(read_checked(**p)) for p in spec["pictures"]]
-        frame = median_frame(reads, subprogress(progress, 0.0, 0.4))
+    with job_pictures(spec["pictures"]) as pictures:
+        frame = median_frame([read for _, read in pictures], subprogress(progress, 0.0, 0.4))
     found = check(Calibration.from_json(spec["calibration"]), frame.pixels, subprogress(progress, 0.4, 1.0))
     return {**found, "snapshot": spec["snapshot"]}

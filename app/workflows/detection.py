@@ -20,7 +20,7 @@ from app.core.field import Field
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, as_points
 from app.core.records import Calibration
-from app.models import model_from_json
+from app.models.restored import model_of
 from app.vision.colour.automatic import automatic_profile
 from app.vision.colour.learning import BACKGROUND, learn_profile
 from app.vision.colour.separability import colour_health
@@ -106,7 +106,7 @@ def context_for(size: ImageSize, profile: ColourProfile, calibration: Calibratio
         return StageContext(size, profile, FieldLocator.flat(size, mm_per_px or 1.0))
     _refuse_other_size(size, calibration)
     field = field_from_json(calibration.field)
-    view = FieldLocator.of(model_from_json(calibration.model_name, calibration.model_parameters), eye_mm)
+    view = FieldLocator.of(model_of(calibration), eye_mm)
     ball = field.extras.get("ball", {}).get("radius_mm", 21.5)
     return StageContext(size, profile, view, field.hat_height_mm, ball, field_area(view, field))
 

@@ -24,7 +24,8 @@ from app.formats import FORMATS
 from app.formats.approximation import exact_camera, export_camera
 from app.formats.camera_file import CameraFile
 from app.formats.ssl_field import field_from_wire, field_to_wire
-from app.models import model_from_json, parameters_json
+from app.models import parameters_json
+from app.models.restored import model_of
 from app.models.top_view import RECTANGLE_FIELDS
 from app.workflows.calibration_request import CalibrationRequest
 
@@ -67,7 +68,7 @@ def export(calibration: Calibration, format: str, approximate: bool = False,
     data = kind.write(calibration, camera)
     field = field_from_json(calibration.field)
     back = kind.read(data).camera({name: getattr(camera.camera, name) for name in RECTANGLE_FIELDS})
-    loss = approximation_error(model_from_json(calibration.model_name, calibration.model_parameters), back,
+    loss = approximation_error(model_of(calibration), back,
                                field.region(calibration.region, calibration.rotate), field.hat_height_mm)
     exact = camera.loss is None and max(loss.worst_mm, loss.hat_worst_mm or 0.0) < EXACT_MM
     return ExportedFile(data, name, kind.MEDIA_TYPE, None if exact else loss)
@@ -75,7 +76,7 @@ def export(calibration: Calibration, format: str, approximate: bool = False,
 
 def formats(calibration: Calibration) -> list[dict[str, Any]]:
     """List every format, whether it holds this calibration exactly, and its error where it must approximate; JSON."""
-    model = model_from_json(calibration.model_name, calibration.model_parameters)
+    model = model_of(calibration)
     return [_format(calibration, model, name) for name in FORMATS]
 
 

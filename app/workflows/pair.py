@@ -22,7 +22,8 @@ from app.evaluate.cameras.shared_area import overlap
 from app.fitting.two_view.epipolar_lines import epipolar_curves, epipolar_segments
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
 from app.fitting.two_view.relative_pose import calibrated_epipolar_px, pose_between, relative_pose
-from app.models import CameraModel, RayModel, field_from_raw, model_from_json, raw_from_field
+from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
+from app.models.restored import model_of
 from app.models.rotation import vector_from_matrix
 
 
@@ -109,8 +110,7 @@ def _refuse_different_fields(a: Calibration | None, b: Calibration | None) -> No
 
 
 def _models(a: Calibration, b: Calibration) -> tuple[CameraModel, CameraModel]:
-    one, other = (model_from_json(c.model_name, c.model_parameters) for c in (a, b))
-    return one, other
+    return model_of(a), model_of(b)
 
 
 def _have_rays(models: Sequence[CameraModel]) -> bool:

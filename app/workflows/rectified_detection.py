@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput
 from app.core.field import Field
-from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize, Points
 from app.core.records import Calibration
 from app.imaging.correction import CorrectedView as CorrectedView
 from app.imaging.correction import correction_map
-from app.models import CameraModel, RayModel, model_from_json
+from app.models import CameraModel, RayModel
+from app.models.restored import Restored
 from app.vision.colour.learning import mean_light
 from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
 from app.vision.stages import StageContext
@@ -61,9 +61,7 @@ class RectifiedDetector:
     def __init__(self, config: StageConfig, context: StageContext, calibration: Calibration, beside_mm: float,
                  on_field: Callable[[FieldLocator, Field], NDArray[np.uint8] | None]) -> None:
         self.config, self.context = config, context
-        model = model_from_json(calibration.model_name, calibration.model_parameters)
-        field = field_from_json(calibration.field)
-        region = field.region(calibration.region, calibration.rotate)
+        model, field, region = Restored.of(calibration)
         margin_px = round(beside_mm * model.corrected_size.width / region.width_mm)
         # As fine as the raw picture where that is finest: no dot becomes smaller than it was.
         axes = (np.linspace(0, n - 1, 9) for n in calibration.image_size)

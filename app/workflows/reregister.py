@@ -14,14 +14,14 @@ import numpy as np
 from app.core import opencv
 from app.core.errors import Conflict, FitFailed, TouchlineError
 from app.core.field import Region
-from app.core.field_json import field_from_json
 from app.core.geometry import Array, ImageSize, Points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame, Observation, Observations, observations_from_json
 from app.evaluate.drift.line_tracking import SIGMA_PX, TrackedLines, track_lines
 from app.fitting.image_motion import estimate_motion
 from app.images import ImageDecoder
-from app.models import CameraModel, RayModel, field_from_raw, model_from_json, parameters_json, raw_from_field
+from app.models import CameraModel, RayModel, field_from_raw, parameters_json, raw_from_field
+from app.models.restored import Restored
 from app.store.snapshots import read_checked
 from app.workflows import calibration as workflow
 from app.workflows.automatic import observed_feature
@@ -47,9 +47,7 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
         raise Conflict(f"The picture is {frame.size.width} × {frame.size.height} px, the calibration is for {width} × "
                        f"{height} px.", "Set the camera back to that size, or calibrate it at this one.",
                        reason="size-mismatch")
-    field = field_from_json(calibration.field)
-    region = field.region(calibration.region, calibration.rotate)
-    model = model_from_json(calibration.model_name, calibration.model_parameters)
+    model, field, region = Restored.of(calibration)
     progress(0.0, "Looking for the field's lines")
     found = track_lines(opencv.to_grey(frame.pixels), model, field,
                         None if before is None else opencv.to_grey(before.pixels))

@@ -23,7 +23,8 @@ from app.evaluate.cameras.image_evidence import from_pictures
 from app.evaluate.cameras.rectangles import Rectangles, most_common
 from app.evaluate.cameras.rig_agreement import agreement
 from app.images import ImageDecoder
-from app.models import CameraModel, RayModel, model_from_json
+from app.models import CameraModel, RayModel
+from app.models.restored import model_of
 from app.store.snapshots import read_checked
 from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
@@ -74,7 +75,7 @@ def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, s
           calibrations: Mapping[str, Calibration], pictures: Mapping[str, Pixels],
           given: Mapping[str, Any] | None, progress: Progress) -> dict[str, Any]:
     a, b = (calibrations[name] for name in names)
-    models = _model(a), _model(b)
+    models = model_of(a), model_of(b)
     have_rays = all(isinstance(model, RayModel) for model in models)
     answer: dict[str, Any] = {"fundamental": geometry(*models) if have_rays else None, "matches": None,
                               "agreement": None, "from": None, "verdict": None, "notes": [], "failed": None}
@@ -167,12 +168,8 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
 
 def refit_request(calibration: Calibration, wanted: Mapping[str, Any]) -> CalibrationRequest:
     """Return a request for the same clicks, model and options with the rig's rectangles."""
-    field = field_from_json(calibration.field)
-    return CalibrationRequest(observations_from_json(calibration.observations), field, field.region(calibration.region,
-                                                                                                    calibration.rotate),
-                              calibration.image_size, calibration.model_name, {**calibration.options, **wanted},
-                              camera=calibration.camera, snapshot=calibration.snapshot,
-                              image_sha256=calibration.image_sha256, note="refitted with the rectangles of its rig")
+    return CalibrationRequest.of(calibration, {**calibration.options, **wanted},
+                                 "refitted with the rectangles of its rig")
 
 
 def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
@@ -201,10 +198,6 @@ def refuse_other_sizes(rig: Mapping[str, Any], pictures: Mapping[str, Pixels]) -
             raise Conflict(f"The picture of {camera['title']} is {width} × {height} px; its calibration was made for "
                            f"{wanted[0]} × {wanted[1]} px.", "Use pictures of that size, or calibrate it anew.",
                            reason="size-mismatch")
-
-
-def _model(calibration: Calibration) -> CameraModel:
-    return model_from_json(calibration.model_name, calibration.model_parameters)
 
 
 def _matches_of(matches: Sequence[Mapping[str, Any]], a: str, b: str) -> Mapping[str, Any] | None:

@@ -6,7 +6,6 @@
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +13,15 @@ import numpy as np
 
 from app import __version__
 from app.core.errors import BadInput, Conflict, FitFailed, NotFound, Unavailable
-from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
-from app.core.records import Calibration, observations_from_json
+from app.core.records import Calibration
 from app.evaluate.motion.roll_report import RecordedRoll, roll_report
 from app.fitting.ray_camera.distortion_prior import DistortionEstimate
 from app.images import frame_from_bytes
-from app.models import CameraModel, model_from_json
+from app.models import CameraModel
 from app.models.distortion import LINE_LENSES, Distortion
+from app.models.restored import model_of
 from app.sources import SourceContext
 from app.sources.local.video import VideoSource
 from app.workflows.calibration import subprogress
@@ -110,7 +109,7 @@ def stored_rolls_json(stored: Sequence[Mapping[str, Any]], calibration: Calibrat
     here = [one for one in stored if ImageSize.of(one["image_size"]) == size and not one["left_out"]]
     model = name = None
     if calibration is not None and calibration.image_size == size:
-        model, name = _model(calibration), calibration.id
+        model, name = model_of(calibration), calibration.id
     report = roll_report([roll_from_json(one) for one in here], size, model, name) if stored else None
     by_id: dict[str, dict[str, Any]] = {one["id"]: {"raw": None, "corrected": None} for one in stored}
     for view in ("raw", "corrected"):
@@ -182,14 +181,10 @@ def refine(calibration: Calibration, lens: Mapping[str, Any], note: str = "", pr
            ) -> Calibration:
     """Fit the calibration's own clicks again, with the distortion of that lens record as a prior."""
     check_refinable(calibration)
-    field = field_from_json(calibration.field)
     options = {**calibration.options, "lens": {"name": lens["model"], "lens": lens["lens"]}, "lens_sigma": "own"}
-    request = CalibrationRequest(observations_from_json(calibration.observations), field,
-                                 field.region(calibration.region, calibration.rotate), calibration.image_size,
-                                 calibration.model_name, options, calibration.camera, calibration.snapshot,
-                                 calibration.image_sha256, note or
-                                 f"Version {calibration.version}, its lens refined by {lens['report']['rolls']} rolls")
-    return replace(request.record(request.run(progress)), parent=calibration.id)
+    request = CalibrationRequest.of(calibration, options, note or f"Version {calibration.version}, its lens refined by "
+                                    f"{lens['report']['rolls']} rolls")
+    return request.record(request.run(progress), parent=calibration.id)
 
 
 def check(make: str, lens: str, centre_sigma_px: float | None) -> None:
@@ -222,8 +217,4 @@ def model_for_size(calibration: Calibration | None, size: ImageSize) -> tuple[Ca
         raise Conflict(f"The rolls are of pictures of {size.width} × {size.height} px, the calibration of "
                        f"{wanted.width} × {wanted.height} px.", "Use what the camera showed in the mode that was "
                        "calibrated.", reason="size-mismatch")
-    return _model(calibration), calibration.id
-
-
-def _model(calibration: Calibration) -> CameraModel:
-    return model_from_json(calibration.model_name, calibration.model_parameters)
+    return model_of(calibration), calibration.id

@@ -1,19 +1,15 @@
 """A request about straight edges, from pictures or from lines clicked in them."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
 from app.core.errors import BadInput, Conflict
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
-from app.core.records import Frame
 from app.core.text_format import sentence
-from app.images import ImageDecoder
-from app.store.snapshots import read_checked
 from app.workflows import straight_lines
-
-Pictures = Iterable[tuple[str, Callable[[], Frame]]]  # each one's name, and how to read it
+from app.workflows.job_pictures import Pictures, job_pictures
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +69,5 @@ class StraightLinesRequest:
 
 def run_straightness(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; untrusted, decoded in a child."""
-    request, pictures = StraightLinesRequest.from_json(spec["task"]), spec["pictures"]
-    with ImageDecoder(workers=1) as decoder:
-        return request.answer(((p["name"], lambda p=p: decoder.frame_from_bytes(read_checked(**p))) for p in pictures),
-                              len(pictures), progress)
+    with job_pictures(spec["pictures"]) as pictures:
+        return StraightLinesRequest.from_json(spec["task"]).answer(pictures, len(pictures), progress)

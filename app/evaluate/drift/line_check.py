@@ -16,16 +16,16 @@ from app.core.field import Arc, Field, Line, Region
 from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
-from app.fitting.field_lines.line_samples import LineSamples, fine_pattern, sample_lines_evenly
+from app.evaluate.drift.expected import expected_lines
+from app.fitting.field_lines.line_samples import LineSamples, fine_pattern
 from app.fitting.field_lines.pattern import FieldPattern
-from app.models import CameraModel, field_from_raw, raw_from_field
+from app.models import CameraModel, field_from_raw
 from app.vision.lines.profiles import across_lines
 
 CAPTURES_PX = (4.0, 12.0, 32.0)  # in a picture of 1280 px, each about three times the last
 PLACES = 360  # in all
 APART_PX = 6.0
 CLEAR_PX = 4.0
-EDGE_MM = 20.0  # about the region: its borders belong to it
 BETTER = 0.04  # of the expected length: less gained by a wider search is chance
 STRAY_SPREADS, STRAY_PX = 5.0, 1.0
 PLENTY = 0.85  # of the expected length, found near by: nothing is looked for further off
@@ -113,7 +113,8 @@ class _Search:
         """Measure lines within capture_px of where they are expected, after a motion of the whole picture."""
         pattern = self.pattern
         capture = capture_px * max(self.size.width / 1280, 0.8)
-        at = self._expected(pattern, max(CLEAR_PX, capture if moved is None else CLEAR_PX))
+        clear_px = max(CLEAR_PX, capture if moved is None else CLEAR_PX)
+        at = expected_lines(self.model, pattern, self.size, PLACES, APART_PX, clear_px, self.region)
         start = at.places if moved is None else at.places + np.nan_to_num(moved.at(at.places)[0])
         profiles = across_lines(self.gray, start, at.normals, at.width_px, at.marking, capture)
         hits = profiles.found & at.clear & inside_picture(start, self.size, 2)
@@ -125,18 +126,6 @@ class _Search:
                 hits &= at.marking != number
         raw = start + np.where(hits, profiles.middle, np.nan)[:, None] * at.normals
         return self._measurements(pattern, at, raw)
-
-    def _expected(self, pattern: FieldPattern, clear_px: float) -> LineSamples:
-        def project(points: Array) -> Points:
-            raw = raw_from_field(self.model, points[:, :2])
-            return np.where(self._of_region(points[:, :2])[:, None], raw, np.nan)
-
-        return sample_lines_evenly(project, pattern, self.size, PLACES, APART_PX, clear_px)
-
-    def _of_region(self, points: Points) -> NDArray[np.bool_]:
-        (left, right), (low, high) = self.region.x_mm, self.region.y_mm
-        return ((points[:, 0] >= left - EDGE_MM) & (points[:, 0] <= right + EDGE_MM)
-                & (points[:, 1] >= low - EDGE_MM) & (points[:, 1] <= high + EDGE_MM))
 
     def _measurements(self, pattern: FieldPattern, at: LineSamples, raw: Points) -> LineMeasurements:
         clear = at.clear

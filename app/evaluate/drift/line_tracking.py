@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 
 from app.core.field import Field
 from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.evaluate.drift.expected import expected_lines
 from app.evaluate.drift.search import best_motion
-from app.fitting.field_lines.line_samples import LineSamples, fine_pattern, sample_lines_evenly
+from app.fitting.field_lines.line_samples import fine_pattern
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.image_motion import MotionField, estimate_motion
-from app.models import CameraModel, raw_from_field
+from app.models import CameraModel
 from app.vision.lines.patches import LinePatches
 from app.vision.lines.profiles import across_lines
 
@@ -48,7 +49,7 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
     """
     size = ImageSize(gray.shape[1], gray.shape[0])
     pattern = fine_pattern(field)
-    places = _places(model, pattern, size)
+    places = expected_lines(model, pattern, size, PLACES, APART_PX, CLEAR_PX)
     flow = MotionField(model, tuple(size))
     some = places.clear & np.isfinite(flow.at(places.places)).all(axis=(1, 2))
     if some.sum() < MIN_POINTS:
@@ -88,9 +89,3 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
     shift = np.linalg.norm(flow.shifts(at[found], q), axis=1)
     return TrackedLines(points[found], at[found], normals[found], marking[found], float(found.mean()), pattern,
                         float(np.nanpercentile(shift, 95)))
-
-
-def _places(model: CameraModel, pattern: FieldPattern, size: ImageSize) -> LineSamples:
-    def project(points: Array) -> Points:
-        return raw_from_field(model, points[:, :2])
-    return sample_lines_evenly(project, pattern, size, PLACES, APART_PX, CLEAR_PX)

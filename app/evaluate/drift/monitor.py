@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, Points, inside_picture
+from app.evaluate.drift.expected import expected_lines
 from app.evaluate.drift.search import best_motion
-from app.fitting.field_lines.line_samples import fine_pattern, sample_lines_evenly
+from app.fitting.field_lines.line_samples import fine_pattern
 from app.fitting.image_motion import ImageMotion, MotionField, MotionSize, RegionSamples, estimate_motion
-from app.models import CameraModel, raw_from_field
+from app.models import CameraModel
 from app.vision.lines.patches import LinePatches, LineShifts
 from app.vision.lines.profiles import across_lines
 
@@ -167,11 +168,7 @@ class _Tried:
 def found_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field, size: ImageSize,
                 ) -> tuple[Points, Points, Array] | None:
     """Middles of lines (n, 2) px that are seen near where the model expects them, normals, and widths (n,) px."""
-    pattern = fine_pattern(field)
-
-    def project(points: Array) -> Points:
-        return raw_from_field(model, points[:, :2])
-    places = sample_lines_evenly(project, pattern, size, PLACES, APART_PX, CLEAR_PX)
+    places = expected_lines(model, fine_pattern(field), size, PLACES, APART_PX, CLEAR_PX)
     if not places.clear.any():
         return None
     some = places.clear

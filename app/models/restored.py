@@ -1,0 +1,27 @@
+"""What a stored calibration describes: its model, field and region."""
+
+from typing import NamedTuple, Self
+
+from app.core.field import Field, Region
+from app.core.field_json import field_from_json
+from app.core.records import Calibration
+from app.models import CameraModel, model_from_json
+
+
+def model_of(calibration: Calibration) -> CameraModel:
+    """Return the calibration's camera model."""
+    return model_from_json(calibration.model_name, calibration.model_parameters)
+
+
+class Restored(NamedTuple):
+    """A calibration's objects, as its record describes them."""
+
+    model: CameraModel
+    field: Field
+    region: Region
+
+    @classmethod
+    def of(cls, calibration: Calibration) -> Self:
+        """Read them from the record."""
+        field = field_from_json(calibration.field)
+        return cls(model_of(calibration), field, field.region(calibration.region, calibration.rotate))
