@@ -91,7 +91,7 @@ def _model(calibration: Calibration, built: Restored) -> dict[str, Any]:
 
 
 def _picture(calibration: Calibration, picture: ReportPicture) -> dict[str, Any]:
-    """same: whether the picture is the one that was clicked, to the byte; None where nobody can say."""
+    """same: whether the picture is the one that was clicked, to the byte; None where that is not known."""
     frame, clicked = picture.frame, calibration.image_sha256
     return {"shown": frame is not None, "why_not": None if frame is not None else picture.why,
             "sha256": frame.sha256 or None if frame is not None else None,

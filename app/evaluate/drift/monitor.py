@@ -37,7 +37,7 @@ SOFTER_PX = 1.0  # σ: softer than that by a bump, not by the night's cold
 DARK_LEVEL = 14.0  # mean grey level about the lines, and
 DARK_SHARE = 0.35  # of what it was
 THUMB_PX = 32
-ALIKE = 0.6  # correlation of the whole picture, very small: the same scene, with somebody in the way
+ALIKE = 0.6  # correlation of the whole picture, very small: the same scene, perhaps with people in the way
 GRID = (13, 9)
 
 OTHER_FOCUS = (1.0, 2.0, 4.0, -1.0, -2.0)  # px softer, where hardly anything looks as it did

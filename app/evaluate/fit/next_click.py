@@ -12,7 +12,7 @@ from app.fitting import sensitivity_of
 from app.models import RayModel
 
 CANDIDATES_PER_FEATURE = 25
-MARGIN_PX = 4.0  # nobody clicks on the picture's very edge
+MARGIN_PX = 4.0  # clicks on the picture's very edge are rare
 
 
 def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSize, click_sigma_px: float,
@@ -59,8 +59,3 @@ def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
             points.append(pixels[seen])
             rows.append(sensitivity.click_jacobian(places[seen], ahead[seen], fit.parameter_names))
     return (names, np.concatenate(points), np.concatenate(rows)) if names else ([], np.empty((0, 2)), np.empty((0, 0)))
-
-
-def model_click_sigma(fit: Fit) -> float:
-    """σ of a click as the fit found it, px."""
-    return float(fit.notes.get("click_sigma_px", 0.5))
