@@ -7,7 +7,7 @@ import pytest
 
 from app.core.errors import Conflict, TouchlineError
 from app.core.geometry import ImageSize
-from app.core.records import Observation
+from app.core.records import Calibration, Observation
 from app.models import MODELS, field_from_raw, parameters_json, raw_from_field
 from app.models.ray_camera import RayCamera
 from app.scene.geometry.boards import BoardViews
@@ -204,7 +204,8 @@ def test_arrows_are_enlarged_until_they_are_seen(standing):
 @pytest.mark.parametrize("report", [{}, {"per_feature": "no"}, {"per_feature": [3]}, {"covariance": [1, 2]},
                                     {"per_feature": [{"residuals": [None] * 99}]}])
 def test_a_strangers_report_cannot_break_the_room(kept, report):
-    told = SceneCamera.of(kept.id, "North", replace(kept, report=report)).to_json()
+    read = Calibration.from_json({**kept.to_json(), "report": report})  # where every imported or stored one is read
+    told = SceneCamera.of(read.id, "North", read).to_json()
     assert told["points"] > 0 and told["sheet"]["carpet"]["why"]
 
 
