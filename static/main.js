@@ -39,7 +39,7 @@ import { follow, here } from "./features/shell/routes.js";
 
 async function start() {
   registerActions(ACTION_TABLE);
-  render(html`<${App}/>`, /** @type {HTMLElement} */ (document.getElementById("app")));
+  render(html`<${App} />`, /** @type {HTMLElement} */ (document.getElementById("app")));
   startKeys();
   startFitting();
   startSaving();
@@ -71,5 +71,7 @@ async function start() {
   await startRouter(loadLists(), { here, follow });
 }
 
-effect(() => { document.title = title.value; });
+effect(() => {
+  document.title = title.value;
+});
 void start();

@@ -12,15 +12,16 @@ import { Overlay } from "./layers/overlay.js";
 import { ResidualArrows } from "./layers/residual_arrows.js";
 import { Toolbar } from "./toolbar.js";
 import { listen } from "./tools/pointer.js";
-import { fit, mainViewport, stageSize, view } from "./viewport.js";
+import { fit, mainViewport, placed, stageSize, view } from "./viewport.js";
 import { selectNext } from "../features/calibrate/editing.js";
 import { snapMessage } from "../features/calibrate/snapping.js";
 import { fieldUnderPointer, paneUnder, pointedAt } from "../features/compare/comparison.js";
 import { shownMap as heatMap, valueAt } from "../features/compare/heat.js";
 
-const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
-
-/** @param {{ Empty: () => any, Legends: () => any }} props Empty: what stands here while no picture does; Legends: the words beside what is drawn */
+/**
+ * @param {{ Empty: () => any, Legends: () => any }} props Empty: what stands here while no picture does; Legends: the
+ * words beside what is drawn
+ */
 export function Stage({ Empty, Legends }) {
   const picture = useRef(/** @type {HTMLImageElement | null} */ (null));
   const stage = useRef(/** @type {HTMLElement | null} */ (null));
@@ -40,22 +41,44 @@ export function Stage({ Empty, Legends }) {
   useLayoutEffect(() => (shown && stage.current ? listen(stage.current) : undefined), [shown?.id]);
 
   const { k, tx, ty } = view.value;
-  return html`<main class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`} ref=${stage} data-testid="stage"
-      tabindex=${shown ? 0 : -1} aria-label=${label()} onKeyDown=${tab} onPointerMoveCapture=${inPane} onPointerDownCapture=${inPane}>
-    ${!shown && html`<${Empty}/>`}
+  return html`<main
+    class=${`stage ${shown ? (editing.value ? tool.value : "pan") : atPair.value ? "paired" : "empty"}`}
+    ref=${stage}
+    data-testid="stage"
+    tabindex=${shown ? 0 : -1}
+    aria-label=${label()}
+    onKeyDown=${tab}
+    onPointerMoveCapture=${inPane}
+    onPointerDownCapture=${inPane}
+  >
+    ${!shown && html`<${Empty} />`}
     ${shown && html`
       <div class="half" style=${rawClip.value}>
-        <img class="picture" ref=${picture} data-testid="picture" alt="The raw picture" draggable=${false}
-          src=${address(`/snapshots/${shown.id}/image.png`)} style=${`transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`}/>
-        <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k}/>
-        <${ResidualArrows} frame="image" x=${tx} y=${ty} k=${k}/>
-        ${comparing.value ? html`<${OnRaw}/>` : html`<${Overlay}/>`}<${Hovered}/>
+        <img
+          class="picture"
+          ref=${picture}
+          data-testid="picture"
+          alt="The raw picture"
+          draggable=${false}
+          src=${address(`/snapshots/${shown.id}/image.png`)}
+          style=${placed(tx, ty, k)}
+        />
+        <${Heat} frame="image" size=${[shown.width, shown.height]} x=${tx} y=${ty} k=${k} />
+        <${ResidualArrows} frame="image" x=${tx} y=${ty} k=${k} />
+        ${comparing.value ? html`<${OnRaw} />` : html`<${Overlay} />`}
+        <${Hovered} />
       </div>
-      ${comparing.value && html`<${Corrected}/><${Wipe}/>`}
-      <${Loupe} picture=${picture}/>
-      <${Toolbar}/>
-      <div class="legends"><${Legends}/></div>
-      <${ReadOut}/>`}
+      ${comparing.value && html`
+        <${Corrected} />
+        <${Wipe} />
+      `}
+      <${Loupe} picture=${picture} />
+      <${Toolbar} />
+      <div class="legends">
+        <${Legends} />
+      </div>
+      <${ReadOut} />
+    `}
   </main>`;
 }
 
@@ -67,27 +90,51 @@ function tab(e) {
 
 /** Which of two pictures the pointer is over. @param {PointerEvent} e */
 function inPane(e) {
-  const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect(), { columns, rows } = mainViewport.panes.value, { width, height } = stageSize.value;
-  paneUnder.value = (columns > 1 && e.clientX - left >= width / 2) || (rows > 1 && e.clientY - top >= height / 2) ? 1 : 0;
+  const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect(),
+    { columns, rows } = mainViewport.panes.value,
+    { width, height } = stageSize.value;
+  paneUnder.value =
+    (columns > 1 && e.clientX - left >= width / 2) || (rows > 1 && e.clientY - top >= height / 2) ? 1 : 0;
 }
 
 function label() {
   if (!snapshot.value) return "Open a picture";
   if (comparing.value) return "The picture, raw and corrected. Arrow keys pan, plus and minus zoom.";
-  return editing.value ? "The picture. A adds a point, Tab selects the next one, arrow keys move it, plus and minus zoom."
+  return editing.value
+    ? "The picture. A adds a point, Tab selects the next one, arrow keys move it, plus and minus zoom."
     : "The picture. Arrow keys pan, plus and minus zoom.";
 }
 
 /** What is under the pointer. */
 function ReadOut() {
-  const map = heatMap.value, there = map && fieldUnderPointer.value ? valueAt(map, fieldUnderPointer.value) : null;
-  const at = pointer.value, spot = fieldUnderPointer.value, on = pointedAt.value;
-  const [name, [x, y]] = on?.from === "corrected" ? ["Corrected pixel", on.point] : ["Pixel", [at?.x ?? 0, at?.y ?? 0]];
+  const map = heatMap.value,
+    there = map && fieldUnderPointer.value ? valueAt(map, fieldUnderPointer.value) : null;
+  const at = pointer.value,
+    spot = fieldUnderPointer.value,
+    on = pointedAt.value;
+  const [name, [x, y]] =
+    on?.from === "corrected" ? ["Corrected pixel", on.point] : ["Pixel", [at?.x ?? 0, at?.y ?? 0]];
   return html`<div class="read-out" data-off-stage data-testid="read-out">
-    <span>${at ? html`${name} <b>${number(x)}, ${number(y)}</b>` : html`<span class="dim">Point at the picture for its position</span>`}</span>
-    ${on && html`<span>Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b></span>`}
-    ${on && map && html`<span>${map.what === "expected" ? "Expected error" : "Difference"} there <b>${there === null ? "–" : `${mm(there)} mm`}</b></span>`}
-    ${editing.value && html`<span role="status" data-testid="snap-said">${snapMessage.value}</span>`}
+    <span>
+      ${at
+        ? html`
+          ${name}${" "}
+          <b>
+            ${number(x)}, ${number(y)}
+          </b>
+        `
+        : html`<span class="dim">Point at the picture for its position</span>`}
+    </span>
+    ${on && html`<span>
+      Field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b>
+    </span>`}
+    ${on && map && html`<span>
+      ${map.what === "expected" ? "Expected error" : "Difference"} there${" "}
+      <b>${there === null ? "–" : `${mm(there)} mm`}</b>
+    </span>`}
+    ${editing.value && html`<span role="status" data-testid="snap-said">
+      ${snapMessage.value}
+    </span>`}
     <span class="zoom">${number(view.value.k * 100, 0)} %</span>
   </div>`;
 }

@@ -2,28 +2,55 @@
 import { computed, signal } from "@preact/signals";
 
 const NARROW = 0.04; // of its width: a small pane has no more to spare beside its picture
-const SMALLEST = 0.05, LARGEST = 64;
+const SMALLEST = 0.05,
+  LARGEST = 64;
 const MARGIN = { top: 68, side: 28, bottom: 48 }; // room for the toolbar and the read-out
 export const MARGIN_PX = 40; // carpet shown around the corrected picture, in its own pixels
+
+const PIXELATED_FROM = 4; // from this zoom on, pixels are shown as the squares they are
+
+/**
+ * The style of a picture under a view.
+ * @param {number} tx
+ * @param {number} ty px of the stage
+ * @param {number} k stage pixels for each of the picture
+ */
+export const placed = (tx, ty, k) =>
+  `transform:translate(${tx}px,${ty}px) scale(${k});${k >= PIXELATED_FROM ? "image-rendering:pixelated" : ""}`;
 
 /** A stage's view of its picture. @param {typeof MARGIN} margin px, left around the whole picture */
 export function createViewport(margin) {
   const size = signal({ width: 800, height: 600 });
-  /** How many pictures stand side by side or one above the other, each under the same view in its own part of the stage. */
+  /**
+   * How many pictures stand side by side or one above the other, each under the same view in its own part of the stage.
+   */
   const panes = signal({ columns: 1, rows: 1 });
-  const pane = computed(() => ({ width: size.value.width / panes.value.columns, height: size.value.height / panes.value.rows }));
+  const pane = computed(() => ({
+    width: size.value.width / panes.value.columns,
+    height: size.value.height / panes.value.rows,
+  }));
   /** fitted: nobody has zoomed or panned since the whole picture was shown. */
   const view = signal({ k: 1, tx: 0, ty: 0, fitted: true });
 
-  /** Stage pixels to those of the pane that they are in. @param {number} sx @param {number} sy @returns {import("../core/types").Point} */
+  /**
+   * Stage pixels to those of the pane that they are in.
+   * @param {number} sx
+   * @param {number} sy
+   * @returns {import("../core/types").Point}
+   */
   function inPane(sx, sy) {
-    const { width, height } = pane.value, { columns, rows } = panes.value;
-    return [sx - width * Math.max(0, Math.min(columns - 1, Math.floor(sx / width))), sy - height * Math.max(0, Math.min(rows - 1, Math.floor(sy / height)))];
+    const { width, height } = pane.value,
+      { columns, rows } = panes.value;
+    return [
+      sx - width * Math.max(0, Math.min(columns - 1, Math.floor(sx / width))),
+      sy - height * Math.max(0, Math.min(rows - 1, Math.floor(sy / height))),
+    ];
   }
 
   /** @param {number} sx @param {number} sy stage pixels @returns {import("../core/types").Point} picture pixels */
   function toPicture(sx, sy) {
-    const { k, tx, ty } = view.value, [x, y] = inPane(sx, sy);
+    const { k, tx, ty } = view.value,
+      [x, y] = inPane(sx, sy);
     return [(x - tx) / k - 0.5, (y - ty) / k - 0.5];
   }
 
@@ -35,7 +62,8 @@ export function createViewport(margin) {
 
   /** Zoom; what lies under (sx, sy) stays there. @param {number} factor @param {number} [sx] @param {number} [sy] */
   function zoomBy(factor, sx = pane.value.width / 2, sy = pane.value.height / 2) {
-    const { k, tx, ty } = view.value, [x, y] = inPane(sx, sy);
+    const { k, tx, ty } = view.value,
+      [x, y] = inPane(sx, sy);
     const next = Math.min(LARGEST, Math.max(SMALLEST, k * factor));
     view.value = { k: next, tx: x - (x - tx) * (next / k), ty: y - (y - ty) * (next / k), fitted: false };
   }
@@ -50,26 +78,43 @@ export function createViewport(margin) {
   function fit(picture) {
     if (!picture) return;
     const { width, height } = pane.value;
-    const w = Math.max(50, width - 2 * Math.min(margin.side, NARROW * width)), h = Math.max(50, height - margin.top - margin.bottom);
+    const w = Math.max(50, width - 2 * Math.min(margin.side, NARROW * width)),
+      h = Math.max(50, height - margin.top - margin.bottom);
     const k = Math.min(w / picture.width, h / picture.height);
-    view.value = { k, tx: (width - k * picture.width) / 2, ty: margin.top + (h - k * picture.height) / 2, fitted: true };
+    view.value = {
+      k,
+      tx: (width - k * picture.width) / 2,
+      ty: margin.top + (h - k * picture.height) / 2,
+      fitted: true,
+    };
   }
 
   /** Bring a picture point into sight, if it is not. @param {number} x @param {number} y */
   function reveal(x, y) {
-    const [sx, sy] = toStage(x, y), { width, height } = pane.value;
+    const [sx, sy] = toStage(x, y),
+      { width, height } = pane.value;
     const dx = Math.max(margin.side - sx, 0) + Math.min(width - margin.side - sx, 0);
     const dy = Math.max(margin.top - sy, 0) + Math.min(height - margin.bottom - sy, 0);
     if (dx || dy) panBy(dx, dy);
   }
 
-  /** Bring a picture point into the middle, at least so large. @param {number} x @param {number} y @param {number} least scale */
+  /**
+   * Bring a picture point into the middle, at least so large.
+   * @param {number} x
+   * @param {number} y
+   * @param {number} least scale
+   */
   function centre(x, y, least) {
-    const k = Math.min(LARGEST, Math.max(view.value.k, least)), { width, height } = pane.value;
+    const k = Math.min(LARGEST, Math.max(view.value.k, least)),
+      { width, height } = pane.value;
     view.value = { k, tx: width / 2 - (x + 0.5) * k, ty: height / 2 - (y + 0.5) * k, fitted: false };
   }
 
-  /** Divide the stage anew; what was in the middle stays there. @param {{ columns: number, rows: number }} next @param {{ width: number, height: number } | null} picture */
+  /**
+   * Divide the stage anew; what was in the middle stays there.
+   * @param {{ columns: number, rows: number }} next
+   * @param {{ width: number, height: number } | null} picture
+   */
   function divide(next, picture) {
     if (panes.value.columns === next.columns && panes.value.rows === next.rows) return;
     const before = pane.value;
@@ -83,4 +128,14 @@ export function createViewport(margin) {
 
 /** Of the picture that is worked on. */
 export const mainViewport = createViewport(MARGIN);
-export const { size: stageSize, pane: paneSize, view, toPicture, toStage, zoomBy, panBy, fit, reveal } = mainViewport;
+export const {
+  size: stageSize,
+  pane: paneSize,
+  view,
+  toPicture,
+  toStage,
+  zoomBy,
+  panBy,
+  fit,
+  reveal,
+} = mainViewport;

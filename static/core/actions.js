@@ -1,4 +1,5 @@
-// Everything an operator can do, in one table by id. Toolbar, shortcuts, the bright button and the list of keys read it.
+// Everything an operator can do, in one table by id. Toolbar, shortcuts, the bright button and the list of keys read
+// it.
 
 /**
  * @typedef {object} Action
@@ -12,7 +13,10 @@
  * @property {() => boolean} [pressed] for buttons that stay down
  */
 
-/** In the order of registration: of several actions with one key, the first that is enabled runs. @type {Map<string, Action>} */
+/**
+ * In the order of registration: of several actions with one key, the first that is enabled runs.
+ * @type {Map<string, Action>}
+ */
 export const ACTIONS = new Map();
 
 /** Add actions to the table; main.js does it once, before anything is drawn. @param {Action[]} actions */

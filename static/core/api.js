@@ -26,7 +26,8 @@ export class ServerUnreachable extends Error {}
 
 /**
  * @param {string} method @param {string} path
- * @param {{ json?: unknown, body?: BodyInit, headers?: Record<string, string>, keepalive?: boolean, stop?: AbortSignal }} [send] keepalive: even when the page is left
+ * @param {{ json?: unknown, body?: BodyInit, headers?: Record<string, string>, keepalive?: boolean, stop?: AbortSignal
+ * }} [send] keepalive: even when the page is left
  * @returns {Promise<Response>}
  */
 export async function request(method, path, { json, body, headers = {}, keepalive = false, stop } = {}) {
@@ -34,7 +35,17 @@ export async function request(method, path, { json, body, headers = {}, keepaliv
     body = JSON.stringify(json);
     headers = { ...headers, "Content-Type": "application/json" };
   }
-  const options = { method, body, keepalive, signal: stop, headers: { Accept: "application/json", ...(operatorName.value ? { "X-Operator": headerName() } : {}), ...headers } };
+  const options = {
+    method,
+    body,
+    keepalive,
+    signal: stop,
+    headers: {
+      Accept: "application/json",
+      ...(operatorName.value ? { "X-Operator": headerName() } : {}),
+      ...headers,
+    },
+  };
   let response;
   try {
     response = await fetch(ROOT + path, options);
@@ -57,7 +68,11 @@ export async function call(method, path, json) {
   return response.status === 204 ? null : response.json();
 }
 
-/** What the server refused, to be shown; any other error goes on. @param {unknown} error @returns {import("./types").Refusal} */
+/**
+ * What the server refused, to be shown; any other error goes on.
+ * @param {unknown} error
+ * @returns {import("./types").Refusal}
+ */
 export function toRefusal(error) {
   if (error instanceof Problem) {
     const { title, type = "", feature = null, index = null } = error.body;
@@ -76,7 +91,9 @@ function noticeUnreachable() {
     try {
       await fetch(ROOT + "/health");
       online.value = true;
-    } catch { /* still away */ }
+    } catch {
+      /* still away */
+    }
     if (online.value) clearInterval(again);
   }, RETRY_MS);
 }

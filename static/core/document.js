@@ -3,15 +3,27 @@ import { createHistory, isEqual } from "./history.js";
 
 export { isEqual };
 
-/** @typedef {import("./types").Doc} Doc @typedef {import("./types").Border} Border @typedef {import("./types").Point} Point */
+/**
+ * @typedef {import("./types").Doc} Doc
+ * @typedef {import("./types").Border} Border
+ * @typedef {import("./types").Point} Point
+ */
 
 /** @type {Border[]} */
 export const BORDERS = ["left", "right", "top", "bottom"];
 
 /** @type {Doc} */
-export const EMPTY = { field: null, region: null, rotate: null, model: "polynomial", options: {}, observations: [] };
+export const EMPTY = {
+  field: null,
+  region: null,
+  rotate: null,
+  model: "polynomial",
+  options: {},
+  observations: [],
+};
 
-export const { doc, past, future, dragging, change, showWhileDragging, endDrag, cancelDrag, undo, redo, load } = createHistory(EMPTY);
+export const { doc, past, future, dragging, change, showWhileDragging, endDrag, cancelDrag, undo, redo, load } =
+  createHistory(EMPTY);
 
 /** @param {Doc} document @param {string} feature @returns {Point[]} */
 export function pointsOf(document, feature) {
@@ -19,7 +31,8 @@ export function pointsOf(document, feature) {
 }
 
 /** The document with a feature's points replaced; none removes it.
- * @param {Doc} document @param {string} feature @param {Point[]} points @param {"line" | "landmark"} kind @returns {Doc} */
+ * @param {Doc} document @param {string} feature @param {Point[]} points @param {"line" | "landmark"} kind @returns
+ * {Doc} */
 export function withPoints(document, feature, points, kind) {
   const others = document.observations.filter((o) => o.feature !== feature);
   const own = points.length ? [{ feature, kind, points }] : [];
@@ -28,11 +41,20 @@ export function withPoints(document, feature, points, kind) {
 }
 
 /** The document with another model. Options that mean the same to both stay, but for a lens, which is of one model.
- * @param {Doc} document @param {import("./types").Model} next @param {import("./types").Model | null} before @returns {Doc} */
+ * @param {Doc} document @param {import("./types").Model} next @param {import("./types").Model | null} before @returns
+ * {Doc} */
 export function withModel(document, next, before) {
-  const lenses = new Set(next.options.filter((o) => o.type === "calibration").flatMap(({ name }) => [name, `${name}_sigma`]));
-  const kept = next.options.filter((o) => before?.options.some((b) => isEqual(b, o)) && !lenses.has(o.name) && o.name in document.options);
-  return { ...document, model: next.name, options: Object.fromEntries(kept.map(({ name }) => [name, document.options[name]])) };
+  const lenses = new Set(
+    next.options.filter((o) => o.type === "calibration").flatMap(({ name }) => [name, `${name}_sigma`]),
+  );
+  const kept = next.options.filter(
+    (o) => before?.options.some((b) => isEqual(b, o)) && !lenses.has(o.name) && o.name in document.options,
+  );
+  return {
+    ...document,
+    model: next.name,
+    options: Object.fromEntries(kept.map(({ name }) => [name, document.options[name]])),
+  };
 }
 
 /** @param {import("./types").Observation} o */
@@ -43,9 +65,14 @@ function rank(o) {
 
 /** A draft as the server keeps it, as a document. @param {Record<string, any>} draft @returns {Doc} */
 export const fromDraft = (draft) => ({
-  field: draft.field ?? null, region: draft.region ?? null, rotate: draft.rotate ?? null,
-  model: draft.model || EMPTY.model, options: draft.options ?? {},
+  field: draft.field ?? null,
+  region: draft.region ?? null,
+  rotate: draft.rotate ?? null,
+  model: draft.model || EMPTY.model,
+  options: draft.options ?? {},
   // On the carpet is what no height means: one form, so that equal drafts are equal text.
-  observations: (draft.observations ?? []).map((/** @type {import("./types").Observation} */ { feature, kind, points, z_mm }) =>
-    (z_mm ? { feature, kind, points, z_mm } : { feature, kind, points })),
+  observations: (draft.observations ?? []).map(
+    (/** @type {import("./types").Observation} */ { feature, kind, points, z_mm }) =>
+      z_mm ? { feature, kind, points, z_mm } : { feature, kind, points },
+  ),
 });

@@ -10,10 +10,12 @@ export function number(value, digits = 1) {
 }
 
 /** Millimetres with as many digits as anybody can use. @param {number | null | undefined} value */
-export const mm = (value) => number(value, value !== null && value !== undefined && Math.abs(value) >= 10 ? 0 : 1);
+export const mm = (value) =>
+  number(value, value !== null && value !== undefined && Math.abs(value) >= 10 ? 0 : 1);
 
 /** @param {number | null | undefined} value */
-export const pct = (value) => (value !== null && value !== undefined && value >= 0.005 ? "+" : "") + number(value, 2);
+export const pct = (value) =>
+  (value !== null && value !== undefined && value >= 0.005 ? "+" : "") + number(value, 2);
 
 /** @param {number} count @param {string} one */
 export const plural = (count, one) => `${count} ${one}${count === 1 ? "" : "s"}`;

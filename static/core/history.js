@@ -31,7 +31,8 @@ export function createHistory(first) {
   /** End of a drag: all of it becomes one change. @param {T} before */
   function endDrag(before) {
     const after = doc.value;
-    batch(() => { // nobody sees the document jump back for a moment
+    batch(() => {
+      // nobody sees the document jump back for a moment
       doc.value = before;
       change(after);
       dragging.value = false;

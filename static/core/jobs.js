@@ -9,15 +9,23 @@ const RETRY_MS = 500;
 export class Stopped extends Error {}
 
 /** Ask for work that takes a while, and wait for its result. Refusals are thrown as they would be at once.
- * @param {string} path @param {unknown} json @param {AbortSignal} stop ends the work on the server too @param {(job: Job) => void} onProgress how far it is */
+ * @param {string} path @param {unknown} json @param {AbortSignal} stop ends the work on the server too @param {(job:
+ * Job) => void} onProgress how far it is */
 export async function runJob(path, json, stop, onProgress) {
   const response = await request("POST", path, { json });
   return response.status === 202 ? followJob(await response.json(), stop, onProgress) : response.json();
 }
 
-/** Watch a job to its end; while the server is away, wait for it. @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} onProgress @returns {Promise<any>} its result */
+/**
+ * Watch a job to its end; while the server is away, wait for it.
+ * @param {Job} job
+ * @param {AbortSignal} stop
+ * @param {(job: Job) => void} onProgress
+ * @returns {Promise<any>} its result
+ */
 export async function followJob(job, stop, onProgress) {
-  const cancel = () => void request("DELETE", `/jobs/${job.id}`, { keepalive: true }).catch(() => {}); // it may have ended already
+  // it may have ended already
+  const cancel = () => void request("DELETE", `/jobs/${job.id}`, { keepalive: true }).catch(() => {});
   if (stop.aborted) cancel();
   stop.addEventListener("abort", cancel);
   try {
@@ -28,7 +36,9 @@ export async function followJob(job, stop, onProgress) {
       if (stop.aborted || now.state === "cancelled") throw new Stopped();
       if (now.state === "done") return now.result;
       if (now.state === "failed") throw new Problem(now.problem?.status ?? 500, now.problem ?? {});
-      await new Promise((resolve) => { setTimeout(resolve, RETRY_MS); }); // the line broke
+      await new Promise((resolve) => {
+        setTimeout(resolve, RETRY_MS);
+      }); // the line broke
     }
   } finally {
     stop.removeEventListener("abort", cancel);
@@ -39,7 +49,8 @@ export async function followJob(job, stop, onProgress) {
 const isOver = (job) => job.state === "done" || job.state === "failed" || job.state === "cancelled";
 
 /** Every state of a job as the server tells it, until its end, a stop, or until the line breaks.
- * @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} onProgress @returns {Promise<Job>} the last that was heard */
+ * @param {Job} job @param {AbortSignal} stop @param {(job: Job) => void} onProgress @returns {Promise<Job>} the last
+ * that was heard */
 function streamStates(job, stop, onProgress) {
   return new Promise((resolve) => {
     let last = job;
@@ -52,7 +63,10 @@ function streamStates(job, stop, onProgress) {
       if (isOver(now)) end();
       else if (!stop.aborted) onProgress(now);
     });
-    line.addEventListener("close", () => { stop.removeEventListener("abort", end); resolve(last); });
+    line.addEventListener("close", () => {
+      stop.removeEventListener("abort", end);
+      resolve(last);
+    });
     stop.addEventListener("abort", end);
   });
 }

@@ -1,7 +1,10 @@
 // Keyboard: one listener that looks the key up in the table of actions.
 import { ACTIONS, run } from "./actions.js";
 
-/** Actions by their key: one may mean different things where different things can be done. @type {Map<string, import("./actions.js").Action[]>} */
+/**
+ * Actions by their key: one may mean different things where different things can be done.
+ * @type {Map<string, import("./actions.js").Action[]>}
+ */
 const BY_KEY = new Map();
 
 /** "ctrl+shift+z", "?", "ArrowUp": as the table writes it. @param {KeyboardEvent} event */
@@ -14,12 +17,16 @@ function nameOf(event) {
 /** Keys that a focused control wants for itself. @param {KeyboardEvent} event */
 function belongsToControl(event) {
   const target = /** @type {Element} */ (event.target);
-  if (target.matches("input, textarea, select")) return event.key !== "Escape" && !((event.ctrlKey || event.metaKey) && event.key === "s");
-  return target.matches("button, a, summary, [role=button], [role=slider]") && ["Enter", " "].includes(event.key);
+  if (target.matches("input, textarea, select"))
+    return event.key !== "Escape" && !((event.ctrlKey || event.metaKey) && event.key === "s");
+  return (
+    target.matches("button, a, summary, [role=button], [role=slider]") && ["Enter", " "].includes(event.key)
+  );
 }
 
 export function startKeys() {
-  for (const action of ACTIONS.values()) for (const key of action.keys ?? []) BY_KEY.set(key, [...BY_KEY.get(key) ?? [], action]);
+  for (const action of ACTIONS.values())
+    for (const key of action.keys ?? []) BY_KEY.set(key, [...(BY_KEY.get(key) ?? []), action]);
   addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.altKey || belongsToControl(event)) return;
     const action = BY_KEY.get(nameOf(event))?.find((one) => one.enabled?.() ?? true);
@@ -29,8 +36,23 @@ export function startKeys() {
   });
 }
 
-const SHOWN = { ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", ctrl: "Ctrl", shift: "Shift", Delete: "Del", Escape: "Esc", " ": "Space" };
+const SHOWN = {
+  ArrowLeft: "←",
+  ArrowRight: "→",
+  ArrowUp: "↑",
+  ArrowDown: "↓",
+  ctrl: "Ctrl",
+  shift: "Shift",
+  Delete: "Del",
+  Escape: "Esc",
+  " ": "Space",
+};
 
 /** A key as the page prints it: "Ctrl Z". @param {string} key */
-export const keyLabel = (key) => (key === "+" ? ["+"] : key.split("+"))
-  .map((part) => SHOWN[/** @type {keyof typeof SHOWN} */ (part)] ?? (part.length === 1 ? part.toUpperCase() : part)).join(" ");
+export const keyLabel = (key) =>
+  (key === "+" ? ["+"] : key.split("+"))
+    .map(
+      (part) =>
+        SHOWN[/** @type {keyof typeof SHOWN} */ (part)] ?? (part.length === 1 ? part.toUpperCase() : part),
+    )
+    .join(" ");

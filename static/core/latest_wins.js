@@ -1,4 +1,5 @@
-// Rate-limited requests: one in flight, the latest one waiting, everything between dropped; and which of several answers is the latest.
+// Rate-limited requests: one in flight, the latest one waiting, everything between dropped; and which of several
+// answers is the latest.
 
 /**
  * @template T
@@ -18,7 +19,9 @@ export function latestWins(send) {
         waiting = null;
         await send(value);
       }
-    } finally { running = null; } // at once: what comes now begins anew
+    } finally {
+      running = null;
+    } // at once: what comes now begins anew
   }
 
   return (value) => {
@@ -29,7 +32,8 @@ export function latestWins(send) {
 }
 
 /**
- * Questions whose answers may come in another order. begin(): a new one; since(): none, but whoever asks wants to know of a new one.
+ * Questions whose answers may come in another order. begin(): a new one; since(): none, but whoever asks wants to know
+ * of a new one.
  * Both give a function that says whether no question has begun meanwhile.
  */
 export function requestOrder() {
@@ -38,5 +42,11 @@ export function requestOrder() {
     const mine = last;
     return () => mine === last;
   };
-  return { since, begin: () => { last += 1; return since(); } };
+  return {
+    since,
+    begin: () => {
+      last += 1;
+      return since();
+    },
+  };
 }

@@ -5,17 +5,30 @@ import { Stopped } from "./jobs.js";
 
 /** Track one piece of work. */
 export function longWork() {
-  const search = signal(/** @type {{ progress: number, message: string, stop: AbortController } | null} */ (null));
+  const search = signal(
+    /** @type {{ progress: number, message: string, stop: AbortController } | null} */ (null),
+  );
   const refusal = signal(/** @type {import("./types").Refusal | null} */ (null));
-  /** @param {(stop: AbortSignal, onProgress: (job: import("./types").Job) => void) => Promise<any>} work @param {(result: any) => unknown} done */
+  /**
+   * @param {(stop: AbortSignal, onProgress: (job: import("./types").Job) => void) => Promise<any>} work
+   * @param {(result: any) => unknown} done
+   */
   async function watch(work, done) {
     const stop = new AbortController();
     search.value = { progress: 0, message: "", stop };
     refusal.value = null;
     try {
-      await done(await work(stop.signal, ({ progress, message }) => { search.value = { progress, message, stop }; }));
+      await done(
+        await work(stop.signal, ({ progress, message }) => {
+          search.value = { progress, message, stop };
+        }),
+      );
     } catch (error) {
-      if (!(error instanceof Stopped)) refusal.value = error instanceof ServerUnreachable ? { detail: error.message, fix: "Try again when it is back." } : toRefusal(error);
+      if (!(error instanceof Stopped))
+        refusal.value =
+          error instanceof ServerUnreachable
+            ? { detail: error.message, fix: "Try again when it is back." }
+            : toRefusal(error);
     } finally {
       search.value = null;
     }

@@ -4,24 +4,63 @@ import { help } from "./state.js";
 
 export const CONTENTS = "contents.md";
 
-/** heading: as in the address of a heading, "" the top. asked: counts, so that the same place can be asked for twice. */
+/**
+ * heading: as in the address of a heading, "" the top. asked: counts, so that the same place can be asked for twice.
+ */
 export const manualPage = signal({ name: "", text: "", heading: "", asked: 0 });
 
 /** What explains a panel: page#heading. A test looks up every one of them. @type {Record<string, string>} */
 export const EXPLAINED = {
-  "without-clicks": "auto.md", check: "check.md", tracks: "detection.md#tracks-of-a-rig",
-  start: "start.md", cameras: "live.md#states", field: "start.md", drawing: "conventions.md#the-field",
-  borders: "borders.md", inside: "borders.md#what-the-figures-say", degree: "borders.md#the-degree",
-  verdict: "numbers.md#verdict", warnings: "warnings.md", distortion: "numbers.md#distortion", residuals: "numbers.md#residual",
-  models: "models.md", options: "models.md", compare: "numbers.md#expected-error", map: "numbers.md#expected-error", versions: "keeping.md",
-  downloads: "exports.md", live: "live.md", drift: "drift.md", reregister: "drift.md#re-register-the-pose", light: "light.md", controls: "cameras.md", board: "boards.md", lens: "boards.md",
-  straight: "straight-lines.md", edges: "straight-lines.md#what-the-numbers-say-and-what-they-cannot-see",
-  network: "ssl-vision.md", epipolar: "two-cameras.md#epipolar-error-px",
-  pair: "two-cameras.md", agreement: "two-cameras.md#agreement-mm", wrong: "wrong.md", scene: "scene.md", seen: "detection.md#seen-live", colours: "detection.md#colours-by-hand", "colour-presets": "detection.md#colours-by-hand", stages: "detection.md#stage-by-stage", "seen-published": "detection.md#sending-what-is-seen", rolls: "rolling.md", "rolls-all": "rolling.md#what-the-numbers-cannot-see",
+  "without-clicks": "auto.md",
+  check: "check.md",
+  tracks: "detection.md#tracks-of-a-rig",
+  start: "start.md",
+  cameras: "live.md#states",
+  field: "start.md",
+  drawing: "conventions.md#the-field",
+  borders: "borders.md",
+  inside: "borders.md#what-the-figures-say",
+  degree: "borders.md#the-degree",
+  verdict: "numbers.md#verdict",
+  warnings: "warnings.md",
+  distortion: "numbers.md#distortion",
+  residuals: "numbers.md#residual",
+  models: "models.md",
+  options: "models.md",
+  compare: "numbers.md#expected-error",
+  map: "numbers.md#expected-error",
+  versions: "keeping.md",
+  downloads: "exports.md",
+  live: "live.md",
+  drift: "drift.md",
+  reregister: "drift.md#re-register-the-pose",
+  light: "light.md",
+  controls: "cameras.md",
+  board: "boards.md",
+  lens: "boards.md",
+  straight: "straight-lines.md",
+  edges: "straight-lines.md#what-the-numbers-say-and-what-they-cannot-see",
+  network: "ssl-vision.md",
+  epipolar: "two-cameras.md#epipolar-error-px",
+  pair: "two-cameras.md",
+  agreement: "two-cameras.md#agreement-mm",
+  wrong: "wrong.md",
+  scene: "scene.md",
+  seen: "detection.md#seen-live",
+  colours: "detection.md#colours-by-hand",
+  "colour-presets": "detection.md#colours-by-hand",
+  stages: "detection.md#stage-by-stage",
+  "seen-published": "detection.md#sending-what-is-seen",
+  rolls: "rolling.md",
+  "rolls-all": "rolling.md#what-the-numbers-cannot-see",
 };
 
 /** The end of a heading's address: "What the figures say" → "what-the-figures-say". @param {string} text */
-export const slug = (text) => text.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "");
+export const slug = (text) =>
+  text
+    .toLowerCase()
+    .replace(/[^\p{L}\p{N}]+/gu, "-")
+    .replace(/^-|-$/g, "");
 
 let newest = 0; // of what was asked for: the last one wins, whichever answer comes first
 
@@ -30,9 +69,13 @@ export const isUnread = () => newest === 0;
 
 /** Open a page, "models.md" or "models.md#division", beside the work. @param {string} to */
 export async function openManual(to) {
-  const [name, heading = ""] = to.split("#"), asked = ++newest;
+  const [name, heading = ""] = to.split("#"),
+    asked = ++newest;
   help.value = "manual";
-  if (name === manualPage.value.name) { manualPage.value = { ...manualPage.value, heading, asked }; return; }
+  if (name === manualPage.value.name) {
+    manualPage.value = { ...manualPage.value, heading, asked };
+    return;
+  }
   let text;
   try {
     const response = await fetch(`help/${name}`);

@@ -4,22 +4,31 @@ import { address } from "./api.js";
 const AGAIN_MS = 1500;
 const nothing = () => {};
 
-/** @typedef {{ send: (message: unknown) => void, close: () => void }} Socket send(): a message is lost while the socket is down */
+/**
+ * @typedef {{ send: (message: unknown) => void, close: () => void }} Socket send(): a message is lost while the socket
+ * is down
+ */
 
 /**
  * Open one. No message arrives once it is closed, not even one that was on its way.
  * @param {string} path a WebSocket of the API
- * @param {{ onMessage: (message: any) => void, onOpen?: () => void, onBreak?: () => void }} listeners onOpen: each time it is connected; onBreak: each time it is no longer
+ * @param {{ onMessage: (message: any) => void, onOpen?: () => void, onBreak?: () => void }} listeners onOpen: each time
+ * it is connected; onBreak: each time it is no longer
  * @returns {Socket}
  */
 export function openSocket(path, { onMessage, onOpen = nothing, onBreak = nothing }) {
-  let timer = 0, isOver = false;
+  let timer = 0,
+    isOver = false;
   /** @type {WebSocket} */
   let socket;
   function open() {
     socket = new WebSocket(address(path));
-    socket.addEventListener("open", () => { if (!isOver) onOpen(); });
-    socket.addEventListener("message", ({ data }) => { if (!isOver) onMessage(JSON.parse(data)); });
+    socket.addEventListener("open", () => {
+      if (!isOver) onOpen();
+    });
+    socket.addEventListener("message", ({ data }) => {
+      if (!isOver) onMessage(JSON.parse(data));
+    });
     socket.addEventListener("close", () => {
       if (isOver) return;
       onBreak();
@@ -28,7 +37,13 @@ export function openSocket(path, { onMessage, onOpen = nothing, onBreak = nothin
   }
   open();
   return {
-    send: (message) => { if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); },
-    close: () => { isOver = true; clearTimeout(timer); socket.close(); },
+    send: (message) => {
+      if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+    },
+    close: () => {
+      isOver = true;
+      clearTimeout(timer);
+      socket.close();
+    },
   };
 }

@@ -20,7 +20,9 @@ export const active = signal("left");
 export const selection = signal(/** @type {Pick[]} */ ([]));
 export const tool = signal(/** @type {"pick" | "pan"} */ ("pick"));
 /** Where the pointer is, in picture pixels; touch: the loupe must get out from under a finger. */
-export const pointer = signal(/** @type {{ x: number, y: number, touch: boolean, down: boolean } | null} */ (null));
+export const pointer = signal(
+  /** @type {{ x: number, y: number, touch: boolean, down: boolean } | null} */ (null),
+);
 export const box = signal(/** @type {{ x0: number, y0: number, x1: number, y1: number } | null} */ (null));
 export const showLines = signal(false);
 export const help = signal(/** @type {"" | "manual" | "keys"} */ (""));
@@ -35,7 +37,9 @@ export const atPair = signal(false);
 export const atLive = signal(/** @type {string | null} */ (null));
 
 /** Compare: what is shown, and where the wipe stands as a share of the stage's width. */
-export const compare = signal(/** @type {{ mode: import("./types").CompareMode, at: number }} */ ({ mode: "wipe", at: 0.5 }));
+export const compare = signal(
+  /** @type {{ mode: import("./types").CompareMode, at: number }} */ ({ mode: "wipe", at: 0.5 }),
+);
 
 export const field = computed(() => fields.value.find((f) => f.name === doc.value.field) ?? null);
 export const region = computed(() => (doc.value.region && field.value?.regions[doc.value.region]) || null);
@@ -43,9 +47,15 @@ export const region = computed(() => (doc.value.region && field.value?.regions[d
 export const rotation = computed(() => doc.value.rotate ?? region.value?.rotate ?? 0);
 export const camera = computed(() => cameras.value.find((c) => c.id === snapshot.value?.camera) ?? null);
 export const model = computed(() => models.value.find((m) => m.name === doc.value.model) ?? null);
-export const editing = computed(() => snapshot.value !== null && (step.value === "borders" || step.value === "model"));
+export const editing = computed(
+  () => snapshot.value !== null && (step.value === "borders" || step.value === "model"),
+);
 
-/** Whether a feature of the field is one spot, or anywhere along a line. @param {string} feature @returns {"line" | "landmark"} */
+/**
+ * Whether a feature of the field is one spot, or anywhere along a line.
+ * @param {string} feature
+ * @returns {"line" | "landmark"}
+ */
 export const kindOf = (feature) => (field.value && feature in field.value.landmarks ? "landmark" : "line");
 
 /** The steps that show raw and corrected. */
@@ -53,12 +63,16 @@ export const comparing = computed(() => step.value === "compare" || step.value =
 
 /** The selected points that still exist. */
 export const selectedPoints = computed(() =>
-  selection.value.filter((p) => p.index < pointsOf(doc.value, p.feature).length));
+  selection.value.filter((p) => p.index < pointsOf(doc.value, p.feature).length),
+);
 
 let lastNotice = 0;
 export const notices = signal(/** @type {import("./types").Notice[]} */ ([]));
 
-/** Tell the operator something that stays until it is dismissed. @param {Omit<import("./types").Notice, "id">} notice */
+/**
+ * Tell the operator something that stays until it is dismissed.
+ * @param {Omit<import("./types").Notice, "id">} notice
+ */
 export function notify(notice) {
   notices.value = [...notices.value.filter((n) => n.text !== notice.text), { ...notice, id: ++lastNotice }];
 }
@@ -67,8 +81,15 @@ export function notify(notice) {
 export function notifyError(error) {
   const { message, fix, status } = /** @type {{ message: string, fix?: string, status?: number }} */ (error);
   const action = status === 401 ? { label: "Sign in…", run: () => location.assign("/login") } : undefined;
-  notify({ level: "warn", text: message, fix: fix ?? "Check that the server runs; the page tries again by itself.", action });
+  notify({
+    level: "warn",
+    text: message,
+    fix: fix ?? "Check that the server runs; the page tries again by itself.",
+    action,
+  });
 }
 
 /** @param {number} id */
-export const dismiss = (id) => { notices.value = notices.value.filter((n) => n.id !== id); };
+export const dismiss = (id) => {
+  notices.value = notices.value.filter((n) => n.id !== id);
+};

@@ -6,17 +6,31 @@ import { effect, signal } from "@preact/signals";
 const KEPT = "touchline-theme"; // index.html reads it before the first paint
 
 /** @type {[Theme, string][]} */
-export const THEMES = [["system", "As the system"], ["dark", "Dark"], ["light", "Light"]];
+export const THEMES = [
+  ["system", "As the system"],
+  ["dark", "Dark"],
+  ["light", "Light"],
+];
 
-export const theme = signal(/** @type {Theme} */ (THEMES.find(([id]) => id === document.documentElement.dataset.theme)?.[0] ?? "system"));
+export const theme = signal(
+  /** @type {Theme} */ (THEMES.find(([id]) => id === document.documentElement.dataset.theme)?.[0] ?? "system"),
+);
 
-effect(() => { document.documentElement.dataset.theme = theme.value; });
+effect(() => {
+  document.documentElement.dataset.theme = theme.value;
+});
 
 /** @param {Theme} to */
 export function chooseTheme(to) {
   theme.value = to;
-  try { localStorage.setItem(KEPT, to); } catch { /* private windows keep nothing: until the reload, then */ }
+  try {
+    localStorage.setItem(KEPT, to);
+  } catch {
+    /* private windows keep nothing: until the reload, then */
+  }
 }
 
 // Another tab's choice is this one's too.
-addEventListener("storage", ({ key, newValue }) => { if (key === KEPT) theme.value = THEMES.find(([id]) => id === newValue)?.[0] ?? "system"; });
+addEventListener("storage", ({ key, newValue }) => {
+  if (key === KEPT) theme.value = THEMES.find(([id]) => id === newValue)?.[0] ?? "system";
+});

@@ -7,10 +7,31 @@ import { keyLabel } from "../core/keys.js";
 export function ActionButton({ id, label, withKey = false, kind = "" }) {
   const action = ACTIONS.get(id);
   if (!action) throw new Error(`No action is called ${id}.`);
-  const key = action.keys?.[0], shown = label ?? action.short ?? action.label;
-  return html`<button type="button" class=${kind} data-testid=${`do-${id}`} disabled=${!(action.enabled?.() ?? true)}
-      aria-pressed=${action.pressed ? String(action.pressed()) : undefined} aria-label=${action.label.toLowerCase().includes(shown.toLowerCase()) || !/\w/.test(shown) ? action.label : `${shown}: ${action.label}`}
-      aria-keyshortcuts=${key?.replace("ctrl", "Control").replace("shift", "Shift")} title=${key ? `${action.label} (${keyLabel(key)})` : action.label} onClick=${() => run(id)}>
-    ${shown}${withKey && key && key.length === 1 && key >= "a" ? html` <kbd aria-hidden="true" data-key=${keyLabel(key)}></kbd>` : ""}
+  const key = action.keys?.[0],
+    shown = label ?? action.short ?? action.label;
+  return html`<button
+    type="button"
+    class=${kind}
+    data-testid=${`do-${id}`}
+    disabled=${!(action.enabled?.() ?? true)}
+    aria-pressed=${action.pressed ? String(action.pressed()) : undefined}
+    aria-label=${
+      action.label.toLowerCase().includes(shown.toLowerCase()) || !/\w/.test(shown)
+        ? action.label
+        : `${shown}: ${action.label}`
+    }
+    aria-keyshortcuts=${key?.replace("ctrl", "Control").replace("shift", "Shift")}
+    title=${key ? `${action.label} (${keyLabel(key)})` : action.label}
+    onClick=${() => run(id)}
+  >
+    ${shown}
+    ${withKey && key && key.length === 1 && key >= "a"
+      ? html`
+        ${" "}
+        <kbd aria-hidden="true" data-key=${keyLabel(key)}></kbd>
+      `
+      : (
+      ""
+    )}
   </button>`;
 }

@@ -1,4 +1,5 @@
-// A uPlot in the page: made once for its options, filled anew with every change, in the page's colours, for pointer and keyboard.
+// A uPlot in the page: made once for its options, filled anew with every change, in the page's colours, for pointer and
+// keyboard.
 import { useEffect, useRef } from "preact/hooks";
 import { html } from "../core/html.js";
 import uPlot from "uplot";
@@ -7,55 +8,129 @@ const probe = document.createElement("i");
 
 /** A colour of the page as it is now, for a canvas. @param {string} name */
 export function ink(name) {
-  if (!probe.isConnected) { probe.hidden = true; document.body.append(probe); }
+  if (!probe.isConnected) {
+    probe.hidden = true;
+    document.body.append(probe);
+  }
   probe.style.color = `var(${name})`;
   return getComputedStyle(probe).color; // the property itself may be a rule that a canvas does not know
 }
 
-/** of: what it is made anew for. at: which place of the data is pointed at, -1 none. describe: what stands there, for screen readers.
- * across, span: the ends of the two scales. draw: what is drawn besides axes; point: somebody points there; take: somebody takes it.
- * @param {{ of: string, name: string, label: string, height: number, options: () => Partial<import("uplot").Options>, data: import("uplot").AlignedData, draw: (u: uPlot) => void, across: [number, number], span: [number, number],
+/**
+ * of: what it is made anew for. at: which place of the data is pointed at, -1 none. describe: what stands there, for
+ * screen readers.
+ * across, span: the ends of the two scales. draw: what is drawn besides axes; point: somebody points there; take:
+ * somebody takes it.
+ * @param {{ of: string, name: string, label: string, height: number, options: () => Partial<import("uplot").Options>,
+ * data: import("uplot").AlignedData, draw: (u: uPlot) => void, across: [number, number], span: [number, number],
  *   at: number, describe: (at: number) => string, point: (at: number) => void, take: (at: number) => void }} props */
-export function Plot({ of, name, label, height, options, data, draw, across, span, at, describe, point, take }) {
-  const place = useRef(/** @type {HTMLElement | null} */ (null)), made = useRef(/** @type {uPlot | null} */ (null));
+export function Plot({
+  of,
+  name,
+  label,
+  height,
+  options,
+  data,
+  draw,
+  across,
+  span,
+  at,
+  describe,
+  point,
+  take,
+}) {
+  const place = useRef(/** @type {HTMLElement | null} */ (null)),
+    made = useRef(/** @type {uPlot | null} */ (null));
   const now = useRef({ point, take, draw, across, span });
   now.current = { point, take, draw, across, span };
   const count = data[0].length;
 
   useEffect(() => {
     const element = /** @type {HTMLElement} */ (place.current);
-    const it = made.current = new uPlot({
-      width: Math.max(80, element.clientWidth), height, legend: { show: false }, series: [{}, { paths: () => null, points: { show: false } }], scales: { x: { time: false, range: () => now.current.across }, y: { range: () => now.current.span } }, ...options(),
-      cursor: { x: true, y: false, drag: { x: false, y: false, setScale: false }, points: { show: false } },
-      hooks: { draw: [(u) => now.current.draw(u)], setCursor: [(u) => { if (u.cursor.left !== undefined && u.cursor.left >= 0) now.current.point(u.cursor.idx ?? -1); }] },
-    }, data, element);
-    const leave = () => now.current.point(-1), taken = () => { if (typeof it.cursor.idx === "number") now.current.take(it.cursor.idx); };
+    const it = (made.current = new uPlot(
+      {
+        width: Math.max(80, element.clientWidth),
+        height,
+        legend: { show: false },
+        series: [{}, { paths: () => null, points: { show: false } }],
+        scales: { x: { time: false, range: () => now.current.across }, y: { range: () => now.current.span } },
+        ...options(),
+        cursor: { x: true, y: false, drag: { x: false, y: false, setScale: false }, points: { show: false } },
+        hooks: {
+          draw: [(u) => now.current.draw(u)],
+          setCursor: [
+            (u) => {
+              if (u.cursor.left !== undefined && u.cursor.left >= 0) now.current.point(u.cursor.idx ?? -1);
+            },
+          ],
+        },
+      },
+      data,
+      element,
+    ));
+    const leave = () => now.current.point(-1),
+      taken = () => {
+        if (typeof it.cursor.idx === "number") now.current.take(it.cursor.idx);
+      };
     it.over.addEventListener("pointerleave", leave);
     it.over.addEventListener("click", taken);
-    const wide = new ResizeObserver(([entry]) => it.setSize({ width: Math.max(80, entry.contentRect.width), height }));
+    const wide = new ResizeObserver(([entry]) =>
+      it.setSize({ width: Math.max(80, entry.contentRect.width), height }),
+    );
     wide.observe(element);
-    const repaint = () => it.redraw(false, true), theme = new MutationObserver(repaint), system = matchMedia("(prefers-color-scheme: light)");
+    const repaint = () => it.redraw(false, true),
+      theme = new MutationObserver(repaint),
+      system = matchMedia("(prefers-color-scheme: light)");
     theme.observe(document.documentElement, { attributes: true });
     system.addEventListener("change", repaint);
-    return () => { wide.disconnect(); theme.disconnect(); system.removeEventListener("change", repaint); it.destroy(); made.current = null; };
+    return () => {
+      wide.disconnect();
+      theme.disconnect();
+      system.removeEventListener("change", repaint);
+      it.destroy();
+      made.current = null;
+    };
   }, [of, height]);
   const figures = JSON.stringify([data, across, span]); // the same figures are not drawn again, however often they come
-  useEffect(() => { made.current?.setData(data); }, [figures]);
-  useEffect(() => { // the line goes where something else points
+  useEffect(() => {
+    made.current?.setData(data);
+  }, [figures]);
+  useEffect(() => {
+    // the line goes where something else points
     const it = made.current;
     if (!it) return;
-    it.setCursor(at < 0 ? { left: -10, top: -10 } : { left: it.valToPos(Number(data[0][at]), "x"), top: 0 }, false);
+    it.setCursor(
+      at < 0 ? { left: -10, top: -10 } : { left: it.valToPos(Number(data[0][at]), "x"), top: 0 },
+      false,
+    );
     it.redraw(false, false);
   }, [at, figures]);
 
   /** @param {KeyboardEvent} e */
   const key = (e) => {
-    const next = { ArrowLeft: Math.max(0, at - 1), ArrowRight: Math.min(count - 1, at + 1), Home: 0, End: count - 1 }[e.key];
+    const next = {
+      ArrowLeft: Math.max(0, at - 1),
+      ArrowRight: Math.min(count - 1, at + 1),
+      Home: 0,
+      End: count - 1,
+    }[e.key];
     if (next !== undefined) point(next);
     else if ((e.key === "Enter" || e.key === " ") && at >= 0) take(at);
     else return;
     e.preventDefault();
   };
-  return html`<div class="plot" ref=${place} data-testid=${name} data-at=${at} role="slider" tabindex="0" aria-label=${label} aria-valuemin="1" aria-valuemax=${Math.max(1, count)} aria-valuenow=${Math.max(1, at + 1)}
-    aria-valuetext=${at < 0 ? "nothing pointed at" : describe(at)} onKeyDown=${key}></div>`;
+  return html`<div
+    class="plot"
+    ref=${place}
+    data-testid=${name}
+    data-at=${at}
+    role="slider"
+    tabindex="0"
+    aria-label=${label}
+    aria-valuemin="1"
+    aria-valuemax=${Math.max(1, count)}
+    aria-valuenow=${Math.max(1, at + 1)}
+    aria-valuetext=${at < 0 ? "nothing pointed at" : describe(at)}
+    onKeyDown=${key}
+  ></div>`;
 }

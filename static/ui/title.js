@@ -2,7 +2,20 @@
 import { html } from "../core/html.js";
 import { EXPLAINED, openManual } from "../core/manual.js";
 
-/** of: which panel, as the manual's table names it. about: what is explained, if the heading itself is a figure or a date.
+/**
+ * of: which panel, as the manual's table names it. about: what is explained, if the heading itself is a figure or a
+ * date.
  * @param {{ of: string, about?: string, children?: any }} props */
-export const Title = ({ of, about, children }) => html`<div class="titled"><h2>${children}</h2>
-  <button type="button" class="ask" data-testid=${`explain-${of}`} aria-label=${`Explain: ${about ?? [children].flat().join("")}`} title="Explain this" onClick=${() => void openManual(EXPLAINED[of])}>?</button></div>`;
+export const Title = ({ of, about, children }) => html`<div class="titled">
+  <h2>${children}</h2>
+  <button
+    type="button"
+    class="ask"
+    data-testid=${`explain-${of}`}
+    aria-label=${`Explain: ${about ?? [children].flat().join("")}`}
+    title="Explain this"
+    onClick=${() => void openManual(EXPLAINED[of])}
+  >
+    ?
+  </button>
+</div>`;

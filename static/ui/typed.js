@@ -4,7 +4,8 @@ import { html } from "../core/html.js";
 
 /**
  * An input whose text is its own from the first key until it is taken, and what stands otherwise.
- * `take` gets the text when it is done (Enter, Tab, a click elsewhere); its promise, where it gives one, holds the text until the answer is there.
+ * `take` gets the text when it is done (Enter, Tab, a click elsewhere); its promise, where it gives one, holds the text
+ * until the answer is there.
  * @param {{ value: string | number, take: (text: string) => unknown, [attribute: string]: unknown }} props
  */
 export function Typed({ value, take, ...about }) {
@@ -20,6 +21,13 @@ export function Typed({ value, take, ...about }) {
       setTyped((now) => (now === text ? null : now)); // more was typed meanwhile: that stays
     }
   };
-  return html`<input ...${about} value=${typed ?? value} onInput=${(/** @type {{ target: HTMLInputElement }} */ e) => setTyped(e.target.value)}
-    onChange=${done} onBlur=${() => { if (!taking.current) setTyped(null); }}/>`;
+  return html`<input
+    ...${about}
+    value=${typed ?? value}
+    onInput=${(/** @type {{ target: HTMLInputElement }} */ e) => setTyped(e.target.value)}
+    onChange=${done}
+    onBlur=${() => {
+      if (!taking.current) setTyped(null);
+    }}
+  />`;
 }

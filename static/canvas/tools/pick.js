@@ -6,24 +6,37 @@ import { isOnPicture, select, withAdded, withMoved } from "../../features/calibr
 import { featureAt } from "../../features/calibrate/line_suggestions.js";
 import { snapPoints, snapping } from "../../features/calibrate/snapping.js";
 
-/** @typedef {import("../../core/types").Pick} Pick @typedef {{ x: number, y: number, touch: boolean, shift: boolean, ctrl: boolean, alt: boolean }} At stage pixels; alt: placed freely */
+/**
+ * @typedef {import("../../core/types").Pick} Pick
+ * @typedef {{ x: number, y: number, touch: boolean, shift: boolean, ctrl: boolean, alt: boolean }} At stage pixels;
+ * alt: placed freely
+ */
 
-const REACH_PX = 11, REACH_TOUCH_PX = 22; // how near a press must be to hold a point
+const REACH_PX = 11,
+  REACH_TOUCH_PX = 22; // how near a press must be to hold a point
 const OTHERS = 0.5; // of that for points of other lines: where lines cross, a press means the active one
 const STILL_PX = 3; // a press that moves less is a click: hands shake
 
-/** @type {{ before: import("../../core/types").Doc, from: At, picks: Pick[], added: boolean, moved: boolean, last: At } | null} */
+/**
+ * @type {{ before: import("../../core/types").Doc, from: At, picks: Pick[], added: boolean, moved: boolean, last: At }
+ * | null}
+ */
 let drag = null;
 
 /** The nearest point within reach. @param {At} at @returns {Pick | null} */
 export function pointAt({ x, y, touch }) {
-  let best = null, nearest = 1; // of the reach
+  let best = null,
+    nearest = 1; // of the reach
   for (const { feature, points } of doc.value.observations) {
     if (typeof feature !== "string") continue;
     const reach = (touch ? REACH_TOUCH_PX : REACH_PX) * (feature === active.value ? 1 : OTHERS);
     points.forEach((p, index) => {
-      const [sx, sy] = toStage(...p), share = Math.hypot(sx - x, sy - y) / reach;
-      if (share < nearest) { best = { feature, index }; nearest = share; }
+      const [sx, sy] = toStage(...p),
+        share = Math.hypot(sx - x, sy - y) / reach;
+      if (share < nearest) {
+        best = { feature, index };
+        nearest = share;
+      }
     });
   }
   return best;
@@ -31,7 +44,8 @@ export function pointAt({ x, y, touch }) {
 
 /** @param {At} at */
 function down(at) {
-  const hit = pointAt(at), before = doc.value;
+  const hit = pointAt(at),
+    before = doc.value;
   if (at.shift && !hit) {
     box.value = { x0: at.x, y0: at.y, x1: at.x, y1: at.y };
   } else if (hit && (at.ctrl || at.shift)) {
@@ -59,7 +73,8 @@ function move(at) {
   drag.last = at;
   if (!drag.moved && Math.hypot(at.x - from.x, at.y - from.y) < STILL_PX) return;
   drag.moved = true;
-  const [x0, y0] = toPicture(from.x, from.y), [x, y] = toPicture(at.x, at.y);
+  const [x0, y0] = toPicture(from.x, from.y),
+    [x, y] = toPicture(at.x, at.y);
   const start = added ? withAdded(before, picks[0].feature, x0, y0).next : before;
   showWhileDragging(withMoved(start, picks, x - x0, y - y0));
 }
@@ -90,10 +105,14 @@ function cancel() {
 
 /** @param {number} x0 @param {number} y0 @param {number} x1 @param {number} y1 @returns {Pick[]} */
 function within(x0, y0, x1, y1) {
-  return doc.value.observations.flatMap(({ feature, points }) => points.flatMap((p, index) => {
-    const [sx, sy] = toStage(...p);
-    return typeof feature === "string" && sx >= x0 && sx <= x1 && sy >= y0 && sy <= y1 ? [{ feature, index }] : [];
-  }));
+  return doc.value.observations.flatMap(({ feature, points }) =>
+    points.flatMap((p, index) => {
+      const [sx, sy] = toStage(...p);
+      return typeof feature === "string" && sx >= x0 && sx <= x1 && sy >= y0 && sy <= y1
+        ? [{ feature, index }]
+        : [];
+    }),
+  );
 }
 
 /** @param {Pick} a @param {Pick} b */

@@ -5,12 +5,23 @@ import { panBy, toPicture, zoomBy } from "../viewport.js";
 
 /** @typedef {{ x: number, y: number, touch: boolean, down: boolean }} Pointed picture pixels
  * @typedef {object} Ground what a stage lies on: its tool, its view, and who is told where the pointer is
- * @property {{ down: (at: import("./pick.js").At) => void, move: (at: import("./pick.js").At) => void, up: () => void, cancel: () => void }} pick
- * @property {() => boolean} isPicking @property {typeof panBy} panBy @property {typeof zoomBy} zoomBy @property {typeof toPicture} toPicture
+ * @property {{ down: (at: import("./pick.js").At) => void, move: (at: import("./pick.js").At) => void, up: () => void,
+ * cancel: () => void }} pick
+ * @property {() => boolean} isPicking @property {typeof panBy} panBy @property {typeof zoomBy} zoomBy @property {typeof
+ * toPicture} toPicture
  * @property {(at: Pointed | null) => void} point */
 
 /** @type {Ground} */
-const MAIN = { pick, isPicking: () => editing.value && tool.value !== "pan", panBy, zoomBy, toPicture, point: (at) => { pointer.value = at; } };
+const MAIN = {
+  pick,
+  isPicking: () => editing.value && tool.value !== "pan",
+  panBy,
+  zoomBy,
+  toPicture,
+  point: (at) => {
+    pointer.value = at;
+  },
+};
 
 const WHEEL = 0.0016; // zoom per wheel unit: one notch of 100 is 17 %
 const MIDDLE = 1;
@@ -25,13 +36,20 @@ export function listen(stage, ground = MAIN) {
   /** @param {PointerEvent | WheelEvent} e */
   const at = (e) => {
     const { left, top } = stage.getBoundingClientRect();
-    return { x: e.clientX - left, y: e.clientY - top, touch: "pointerType" in e && e.pointerType === "touch",
-      shift: e.shiftKey, ctrl: e.ctrlKey || e.metaKey, alt: e.altKey };
+    return {
+      x: e.clientX - left,
+      y: e.clientY - top,
+      touch: "pointerType" in e && e.pointerType === "touch",
+      shift: e.shiftKey,
+      ctrl: e.ctrlKey || e.metaKey,
+      alt: e.altKey,
+    };
   };
 
   /** @param {PointerEvent} e */
   const note = (e) => {
-    const p = at(e), [x, y] = ground.toPicture(p.x, p.y);
+    const p = at(e),
+      [x, y] = ground.toPicture(p.x, p.y);
     ground.point({ x, y, touch: p.touch, down: doing === "pick" });
   };
 
@@ -54,7 +72,8 @@ export function listen(stage, ground = MAIN) {
 
   /** @param {PointerEvent} e */
   function move(e) {
-    const before = fingers.get(e.pointerId), p = at(e);
+    const before = fingers.get(e.pointerId),
+      p = at(e);
     if (before && doing === "pan") ground.panBy(p.x - before.x, p.y - before.y);
     if (before && doing === "pinch" && fingers.size === 2) pinch(e.pointerId, before, p);
     if (before) fingers.set(e.pointerId, p);
@@ -62,11 +81,17 @@ export function listen(stage, ground = MAIN) {
     note(e);
   }
 
-  /** Two fingers hold two places of the picture: they move with them. @param {number} id @param {{ x: number, y: number }} before @param {{ x: number, y: number }} now */
+  /**
+   * Two fingers hold two places of the picture: they move with them.
+   * @param {number} id
+   * @param {{ x: number, y: number }} before
+   * @param {{ x: number, y: number }} now
+   */
   function pinch(id, before, now) {
     const other = [...fingers].find(([finger]) => finger !== id)?.[1];
     if (!other) return;
-    const was = Math.hypot(before.x - other.x, before.y - other.y), is = Math.hypot(now.x - other.x, now.y - other.y);
+    const was = Math.hypot(before.x - other.x, before.y - other.y),
+      is = Math.hypot(now.x - other.x, now.y - other.y);
     ground.panBy((now.x - before.x) / 2, (now.y - before.y) / 2);
     if (was > 1) ground.zoomBy(is / was, (now.x + other.x) / 2, (now.y + other.y) / 2);
   }
@@ -92,30 +117,65 @@ export function listen(stage, ground = MAIN) {
   function capture(id) {
     try {
       stage.setPointerCapture(id);
-    } catch { /* the pointer has gone already */ }
+    } catch {
+      /* the pointer has gone already */
+    }
   }
 
   /** @param {WheelEvent} e */
   function wheel(e) {
     if (/** @type {Element} */ (e.target).closest("[data-off-stage]")) return;
     e.preventDefault();
-    const p = at(e), lines = e.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 : 1;
+    const p = at(e),
+      lines = e.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 : 1;
     ground.zoomBy(Math.exp(-e.deltaY * lines * WHEEL), p.x, p.y);
   }
 
-  const leave = () => { if (fingers.size === 0) ground.point(null); };
-  const noMenu = (/** @type {Event} */ e) => { if (fingers.size) e.preventDefault(); }; // a long press is a press
-  const isBar = (/** @type {KeyboardEvent} */ e) => e.key === " " && !/** @type {Element} */ (e.target).closest("button, input, select, textarea, a, [role=button]");
-  const barDown = (/** @type {KeyboardEvent} */ e) => { if (isBar(e)) { space = true; stage.dataset.space = ""; e.preventDefault(); } };
-  const barUp = (/** @type {KeyboardEvent} */ e) => { if (e.key === " ") { space = false; delete stage.dataset.space; } };
-  const escape = (/** @type {KeyboardEvent} */ e) => { if (e.key === "Escape" && doing === "pick") { ground.pick.cancel(); doing = ""; e.preventDefault(); } };
+  const leave = () => {
+    if (fingers.size === 0) ground.point(null);
+  };
+  const noMenu = (/** @type {Event} */ e) => {
+    if (fingers.size) e.preventDefault();
+  }; // a long press is a press
+  const isBar = (/** @type {KeyboardEvent} */ e) =>
+    e.key === " " &&
+    !(/** @type {Element} */ (e.target).closest("button, input, select, textarea, a, [role=button]"));
+  const barDown = (/** @type {KeyboardEvent} */ e) => {
+    if (isBar(e)) {
+      space = true;
+      stage.dataset.space = "";
+      e.preventDefault();
+    }
+  };
+  const barUp = (/** @type {KeyboardEvent} */ e) => {
+    if (e.key === " ") {
+      space = false;
+      delete stage.dataset.space;
+    }
+  };
+  const escape = (/** @type {KeyboardEvent} */ e) => {
+    if (e.key === "Escape" && doing === "pick") {
+      ground.pick.cancel();
+      doing = "";
+      e.preventDefault();
+    }
+  };
 
   /** @type {[EventTarget, string, any, AddEventListenerOptions?][]} */
   const all = [
-    [stage, "pointerdown", down], [stage, "pointermove", move], [stage, "pointerup", up], [stage, "pointercancel", lost],
-    [stage, "pointerleave", leave], [stage, "contextmenu", noMenu], [stage, "wheel", wheel, { passive: false }],
-    [window, "keydown", barDown], [window, "keyup", barUp], [window, "keydown", escape, { capture: true }],
+    [stage, "pointerdown", down],
+    [stage, "pointermove", move],
+    [stage, "pointerup", up],
+    [stage, "pointercancel", lost],
+    [stage, "pointerleave", leave],
+    [stage, "contextmenu", noMenu],
+    [stage, "wheel", wheel, { passive: false }],
+    [window, "keydown", barDown],
+    [window, "keyup", barUp],
+    [window, "keydown", escape, { capture: true }],
   ];
   for (const [target, type, listener, options] of all) target.addEventListener(type, listener, options);
-  return () => { for (const [target, type, listener, options] of all) target.removeEventListener(type, listener, options); };
+  return () => {
+    for (const [target, type, listener, options] of all) target.removeEventListener(type, listener, options);
+  };
 }

@@ -15,8 +15,20 @@ const KEPT = "touchline.board"; // a reload goes on with the same board and pict
 
 const before = JSON.parse(localStorage.getItem(KEPT) ?? "{}"); // with `job`: the search that this page asked for
 /** What the pictures show, and which lens is looked for. */
-export const boardRequest = signal(/** @type {import("../../core/types").BoardRequest} */ ({ kind: "chessboard", columns: 9, rows: 6, square_mm: 30, marker_mm: 22,
-  dictionary: "DICT_4X4_50", legacy: false, model: "brown-conrady", note: "", ...before.wanted }));
+export const boardRequest = signal(
+  /** @type {import("../../core/types").BoardRequest} */ ({
+    kind: "chessboard",
+    columns: 9,
+    rows: 6,
+    square_mm: 30,
+    marker_mm: 22,
+    dictionary: "DICT_4X4_50",
+    legacy: false,
+    model: "brown-conrady",
+    note: "",
+    ...before.wanted,
+  }),
+);
 const list = pictureList(before.pictures ?? [], "board", () => persist());
 export const { pictures, ready, add: addPictures } = list;
 const work = longWork();
@@ -27,15 +39,40 @@ export const foundLens = signal(/** @type {LensRecord | null} */ (null));
 export const lensForNextPicture = signal(/** @type {LensRecord | null} */ (null));
 
 /** Whether the report is of just these pictures. */
-const isOfThese = computed(() => foundLens.value !== null && String(foundLens.value.snapshots) === String(ready.value.map((p) => p.id)));
+const isOfThese = computed(
+  () => foundLens.value !== null && String(foundLens.value.snapshots) === String(ready.value.map((p) => p.id)),
+);
 
 /** Where the operator stands, and the next thing to do. */
 export const boardNextStep = computed(() => {
-  if (search.value) return { action: "find-lens", label: "Finding the lens…", missing: "The server is at it.", done: false, sentence: "The server looks for the board in every picture, then for the lens." };
-  if (isOfThese.value) return { action: "use-lens", label: "Use this lens", missing: "", done: true, sentence: "The lens is found; what it is worth stands on the right." };
-  const missing = list.uploading.value ? "The pictures are being uploaded." : ready.value.length ? "" : "Say which board it is, and add about twenty pictures of it.";
-  return { action: ready.value.length || list.uploading.value ? "find-lens" : "add-pictures", label: ready.value.length || list.uploading.value ? "Find the lens" : "Add pictures of the board…",
-    missing: list.uploading.value ? missing : "", done: false, sentence: missing || `${plural(ready.value.length, "picture")}; twenty to forty are good.` };
+  if (search.value)
+    return {
+      action: "find-lens",
+      label: "Finding the lens…",
+      missing: "The server is at it.",
+      done: false,
+      sentence: "The server looks for the board in every picture, then for the lens.",
+    };
+  if (isOfThese.value)
+    return {
+      action: "use-lens",
+      label: "Use this lens",
+      missing: "",
+      done: true,
+      sentence: "The lens is found; what it is worth stands on the right.",
+    };
+  const missing = list.uploading.value
+    ? "The pictures are being uploaded."
+    : ready.value.length
+      ? ""
+      : "Say which board it is, and add about twenty pictures of it.";
+  return {
+    action: ready.value.length || list.uploading.value ? "find-lens" : "add-pictures",
+    label: ready.value.length || list.uploading.value ? "Find the lens" : "Add pictures of the board…",
+    missing: list.uploading.value ? missing : "",
+    done: false,
+    sentence: missing || `${plural(ready.value.length, "picture")}; twenty to forty are good.`,
+  };
 });
 
 /** @param {Partial<import("../../core/types").BoardRequest>} changes */
@@ -46,7 +83,10 @@ export function changeBoard(changes) {
 
 /** Go to the board, and on with a search that is under way. */
 export async function openBoard() {
-  batch(() => { atBoard.value = true; atStraight.value = false; });
+  batch(() => {
+    atBoard.value = true;
+    atStraight.value = false;
+  });
   await listLenses();
   try {
     if (before.job && !search.value) await resumeSearch(before.job);
@@ -58,7 +98,10 @@ export async function openBoard() {
 
 /** This page's own search, though the page was left or the server stopped meanwhile. @param {string} id */
 async function resumeSearch(id) {
-  const job = await call("GET", `/jobs/${id}`).catch((error) => { if (error instanceof ServerUnreachable) throw error; return null; }); // none: forgotten by now
+  const job = await call("GET", `/jobs/${id}`).catch((error) => {
+    if (error instanceof ServerUnreachable) throw error;
+    return null;
+  }); // none: forgotten by now
   if (job) await work.watch((stop, onProgress) => followJob(job, stop, onProgress), show);
   else if (before.lens && !foundLens.value) await showLens(before.lens);
   if (search.value === null && online.value) persist({ job: undefined });
@@ -67,8 +110,14 @@ async function resumeSearch(id) {
 /** From a camera that looks at the board. */
 export const takeBoardPicture = list.take;
 export const removePicture = list.remove;
-/** One that was taken live, and where the board was in it. @param {string} id @param {string} camera @param {import("../../core/types").Point[] | null} quad */
-export const addCapturedView = (id, camera, quad) => list.keep({ key: id, name: `View ${pictures.value.length + 1}`, state: "kept", id, why: "", camera, quad });
+/**
+ * One that was taken live, and where the board was in it.
+ * @param {string} id
+ * @param {string} camera
+ * @param {import("../../core/types").Point[] | null} quad
+ */
+export const addCapturedView = (id, camera, quad) =>
+  list.keep({ key: id, name: `View ${pictures.value.length + 1}`, state: "kept", id, why: "", camera, quad });
 
 export function removePictures() {
   foundLens.value = null;
@@ -77,13 +126,37 @@ export function removePictures() {
 }
 
 export function findLens() {
-  const { model: name, note, kind, columns, rows, square_mm, marker_mm, dictionary, legacy } = boardRequest.value;
-  const board = { kind, columns, rows, square_mm, ...(kind === "charuco" ? { marker_mm, dictionary, legacy } : {}) };
+  const {
+    model: name,
+    note,
+    kind,
+    columns,
+    rows,
+    square_mm,
+    marker_mm,
+    dictionary,
+    legacy,
+  } = boardRequest.value;
+  const board = {
+    kind,
+    columns,
+    rows,
+    square_mm,
+    ...(kind === "charuco" ? { marker_mm, dictionary, legacy } : {}),
+  };
   const body = { snapshots: ready.value.map((p) => p.id), board, model: name, note };
-  return work.watch((stop, onProgress) => runJob("/calibrations/board", body, stop, (job) => {
-    if (before.job !== job.id) persist({ job: job.id });
-    onProgress(job);
-  }), show).finally(() => { if (online.value) persist({ job: undefined }); });
+  return work
+    .watch(
+      (stop, onProgress) =>
+        runJob("/calibrations/board", body, stop, (job) => {
+          if (before.job !== job.id) persist({ job: job.id });
+          onProgress(job);
+        }),
+      show,
+    )
+    .finally(() => {
+      if (online.value) persist({ job: undefined });
+    });
 }
 
 /** @param {{ record: LensRecord }} result */
@@ -101,17 +174,25 @@ export async function showLens(id) {
 
 /** The next picture of a field is fitted with this lens. @param {LensRecord} lens */
 export function useLens(lens) {
-  batch(() => { lensForNextPicture.value = lens; atBoard.value = false; });
+  batch(() => {
+    lensForNextPicture.value = lens;
+    atBoard.value = false;
+  });
 }
 
 /** Give a picture of a field the lens that was chosen for it. @param {import("../../core/types").Snapshot} picture */
 export function applyChosenLens({ width, height }) {
-  const lens = lensForNextPicture.value, next = models.value.find((m) => m.name === lens?.model);
+  const lens = lensForNextPicture.value,
+    next = models.value.find((m) => m.name === lens?.model);
   lensForNextPicture.value = null;
   if (!lens || !next) return;
   if (lens.image_size[0] !== width || lens.image_size[1] !== height) {
-    return notify({ level: "warn", text: `The lens is of pictures of ${lens.image_size[0]} × ${lens.image_size[1]} px; this one has ${width} × ${height} px.`,
-      fix: "Take the picture at the size at which the board was taken." });
+    return notify({
+      level: "warn",
+      text: `The lens is of pictures of ${lens.image_size[0]} × ${lens.image_size[1]} px; this one has ${width} × ` +
+        `${height} px.`,
+      fix: "Take the picture at the size at which the board was taken.",
+    });
   }
   const chosen = withModel(doc.value, next, model.value);
   change({ ...chosen, options: { ...chosen.options, lens: lens.id, lens_sigma: "own" } });
@@ -123,13 +204,23 @@ export function viewReport({ id }) {
   if (at < 0 || !foundLens.value) return null;
   const view = foundLens.value.report.views.find((v) => v.name === `picture ${at + 1}`);
   const why = foundLens.value.report.warnings.find((w) => w.reason === "no-board" && w.index === at);
-  return { view: view ?? null, why: why ? `${why.text} ${why.fix}` : view?.text ?? "" };
+  return { view: view ?? null, why: why ? `${why.text} ${why.fix}` : (view?.text ?? "") };
 }
 
 /** @param {{ job?: string }} [more] */
 function persist(more = {}) {
   Object.assign(before, more);
   try {
-    localStorage.setItem(KEPT, JSON.stringify({ wanted: boardRequest.value, pictures: pictures.value.filter((p) => p.state === "kept"), lens: foundLens.value?.id, job: before.job }));
-  } catch { /* a full or forbidden store: only a reload is the poorer */ }
+    localStorage.setItem(
+      KEPT,
+      JSON.stringify({
+        wanted: boardRequest.value,
+        pictures: pictures.value.filter((p) => p.state === "kept"),
+        lens: foundLens.value?.id,
+        job: before.job,
+      }),
+    );
+  } catch {
+    /* a full or forbidden store: only a reload is the poorer */
+  }
 }

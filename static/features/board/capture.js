@@ -17,18 +17,36 @@ export const boardView = signal(/** @type {Look | null} */ (null));
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 /** Whether pictures are taken by themselves. */
 export const automatic = signal(true);
-export const captureCamera = computed(() => (page.value?.name === "capture" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
+export const captureCamera = computed(() =>
+  page.value?.name === "capture" ? (cameras.value.find((c) => c.id === page.value?.argument) ?? null) : null,
+);
 /** The views that were taken before this camera. */
-export const views = computed(() => pictures.value.filter((p) => p.quad && p.camera === captureCamera.value?.id));
+export const views = computed(() =>
+  pictures.value.filter((p) => p.quad && p.camera === captureCamera.value?.id),
+);
 
 /** @type {import("../../core/socket.js").Socket | null} */
 let socket = null;
 
 export const captureNextStep = computed(() => {
-  const it = boardView.value, count = views.value.length;
-  if (!captureCamera.value) return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
-  const sentence = refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : !it ? "Waiting for the camera…" : it.wanted ? `${plural(count, "view")}. ${it.wanted.text}` : `${plural(count, "view")}: that is enough. Find the lens.`;
-  return { action: "find-captured", label: "Find the lens", missing: count < 3 ? "Three views are the fewest; a dozen are good." : "", done: count >= GOOD && !it?.wanted, sentence };
+  const it = boardView.value,
+    count = views.value.length;
+  if (!captureCamera.value)
+    return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
+  const sentence = refusal.value
+    ? `${refusal.value.detail} ${refusal.value.fix}`
+    : !it
+      ? "Waiting for the camera…"
+      : it.wanted
+        ? `${plural(count, "view")}. ${it.wanted.text}`
+        : `${plural(count, "view")}: that is enough. Find the lens.`;
+  return {
+    action: "find-captured",
+    label: "Find the lens",
+    missing: count < 3 ? "Three views are the fewest; a dozen are good." : "",
+    done: count >= GOOD && !it?.wanted,
+    sentence,
+  };
 });
 
 /** What the server is to look for. */
@@ -41,7 +59,8 @@ function board() {
 export function startCapture() {
   const boards = computed(() => JSON.stringify(board()));
   effect(() => {
-    const id = captureCamera.value?.id, which = boards.value;
+    const id = captureCamera.value?.id,
+      which = boards.value;
     socket?.close();
     socket = null;
     boardView.value = null;
@@ -52,7 +71,12 @@ export function startCapture() {
   /** @param {string} id @param {string} which */
   function open(id, which) {
     return openSocket(`/cameras/${encodeURIComponent(id)}/board`, {
-      onOpen: () => socket?.send({ board: JSON.parse(which), taken: views.peek().map((v) => v.quad), automatic: automatic.peek() }),
+      onOpen: () =>
+        socket?.send({
+          board: JSON.parse(which),
+          taken: views.peek().map((v) => v.quad),
+          automatic: automatic.peek(),
+        }),
       onMessage: (now) => {
         refusal.value = "detail" in now ? now : null;
         boardView.value = refusal.value ? null : now;

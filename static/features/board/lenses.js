@@ -13,7 +13,10 @@ const MOST = 50; // of each kind; who has more wants one of the newest
 
 export async function listLenses() {
   try {
-    const [boards, made] = await Promise.all([call("GET", `/lenses?limit=${MOST}`), call("GET", `/calibrations?limit=${MOST}`)]);
+    const [boards, made] = await Promise.all([
+      call("GET", `/lenses?limit=${MOST}`),
+      call("GET", `/calibrations?limit=${MOST}`),
+    ]);
     lenses.value = boards.items;
     calibrations.value = made.items;
   } catch (error) {
@@ -21,9 +24,14 @@ export async function listLenses() {
   }
 }
 
-/** Whether a lens can be held for the picture that is worked on. @param {{ model: string | { name: string }, image_size: import("../../core/types").Point }} it @param {string} model */
-export const isSuited = (it, model) => (typeof it.model === "string" ? it.model : it.model.name) === model
-  && String(it.image_size) === `${snapshot.value?.width},${snapshot.value?.height}`;
+/**
+ * Whether a lens can be held for the picture that is worked on.
+ * @param {{ model: string | { name: string }, image_size: import("../../core/types").Point }} it
+ * @param {string} model
+ */
+export const isSuited = (it, model) =>
+  (typeof it.model === "string" ? it.model : it.model.name) === model &&
+  String(it.image_size) === `${snapshot.value?.width},${snapshot.value?.height}`;
 
 /** Have the lists when a lens is chosen, from now on. */
 export function startLenses() {

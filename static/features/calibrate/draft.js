@@ -10,15 +10,23 @@ const PAUSE_MS = 250; // a nudge held down is one save, not thirty
 /** @typedef {{ doc: import("../../core/types").Doc, etag: string, at: string | null }} Kept as the server has it */
 
 /** none: no picture; conflict: somebody else saved first, and `theirs` is what they saved. */
-export const draft = signal(/** @type {{ state: "none" | "saved" | "unsaved" | "away" | "refused" | "conflict", at: number, theirs: Kept | null }} */ (
-  { state: "none", at: 0, theirs: null }));
+export const draft = signal(
+  /**
+   * @type {{ state: "none" | "saved" | "unsaved" | "away" | "refused" | "conflict", at: number, theirs: Kept | null }}
+   */ ({
+    state: "none",
+    at: 0,
+    theirs: null,
+  }),
+);
 
 /** What the server has, as far as we know. */
 let serverDraft = /** @type {Kept | null} */ (null);
 /** Who has changed the draft while we looked on; told beside the step, where it covers nothing. */
 export const changedBy = signal(/** @type {{ name: string, etag: string } | null} */ (null));
 /** Whether what is shown is still just what they made of it. */
-export const isTheirs = () => changedBy.value !== null && draft.value.state === "saved" && serverDraft?.etag === changedBy.value.etag;
+export const isTheirs = () =>
+  changedBy.value !== null && draft.value.state === "saved" && serverDraft?.etag === changedBy.value.etag;
 let timer = 0;
 /** Whose save is under way. */
 let saving = "";
@@ -83,7 +91,9 @@ const save = latestWins(async (/** @type {string} */ id) => {
   if (isEqual(sending, serverDraft.doc)) return saved(id); // taken back while an earlier save was under way
   saving = id; // what is heard meanwhile may be this very save
   try {
-    const now = await read(await request("PUT", `/drafts/${id}`, { json: sending, headers: { "If-Match": serverDraft.etag } }));
+    const now = await read(
+      await request("PUT", `/drafts/${id}`, { json: sending, headers: { "If-Match": serverDraft.etag } }),
+    );
     if (snapshot.value?.id !== id) return;
     serverDraft = { ...now, doc: sending };
     if (isEqual(doc.value, sending)) saved(id);
@@ -91,7 +101,10 @@ const save = latestWins(async (/** @type {string} */ id) => {
     if (snapshot.value?.id !== id) return;
     if (error instanceof ServerUnreachable) settle("away");
     else if (error instanceof Problem && error.status === 412) await resolveConflict(id);
-    else { settle("refused"); notifyError(error); }
+    else {
+      settle("refused");
+      notifyError(error);
+    }
   } finally {
     saving = "";
     if (pendingChange) void fetchChange(pendingChange);
@@ -107,7 +120,9 @@ async function resolveConflict(id) {
     if (!isEqual(theirs.doc, doc.value)) return conflict(theirs);
     serverDraft = theirs;
     saved(id);
-  } catch { if (snapshot.value?.id === id) settle("away"); }
+  } catch {
+    if (snapshot.value?.id === id) settle("away");
+  }
 }
 
 /** Their draft replaces ours; undo brings ours back. */
@@ -126,14 +141,20 @@ export function keepMine() {
   const mine = doc.value;
   serverDraft = theirs;
   settle("unsaved");
-  batch(() => { change(theirs.doc); change(mine); });
+  batch(() => {
+    change(theirs.doc);
+    change(mine);
+  });
   void save(snapshot.value.id);
 }
 
 /** Save every change from now on, and look for others' changes when the operator comes back to this tab. */
 export function startSaving() {
   effect(() => {
-    const picture = snapshot.value, document = doc.value, isBack = online.value, held = dragging.value;
+    const picture = snapshot.value,
+      document = doc.value,
+      isBack = online.value,
+      held = dragging.value;
     if (picture && !held) untracked(() => saveSoon(picture.id, document, isBack));
   });
   addEventListener("focus", () => void fetchOthersChanges());
@@ -143,7 +164,8 @@ export function startSaving() {
 function saveSoon(id, document, isOnline) {
   if (!serverDraft || draft.value.state === "conflict") return;
   clearTimeout(timer);
-  if (isEqual(document, serverDraft.doc) && saving !== id) { // while one is under way, what the server had is not what it will have
+  if (isEqual(document, serverDraft.doc) && saving !== id) {
+    // while one is under way, what the server had is not what it will have
     if (draft.value.state !== "saved") saved(id);
     return;
   }
@@ -152,8 +174,11 @@ function saveSoon(id, document, isOnline) {
   if (isOnline) timer = setTimeout(() => void save(id), PAUSE_MS);
 }
 
-/** Somebody else, or another tab, may have gone on with this picture: take their work if we have none of our own, and say so.
- * @param {string} [etag] of what was just saved, where that is known @param {string} [by] who saved it @returns {Promise<void>} */
+/**
+ * Somebody else, or another tab, may have gone on with this picture: take their work if we have none of our own, and
+ * say so.
+ * @param {string} [etag] of what was just saved, where that is known @param {string} [by] who saved it @returns
+ * {Promise<void>} */
 export async function fetchOthersChanges(etag, by) {
   if (saving) pendingChange = { etag, by };
   else await fetchChange({ etag, by });
@@ -161,21 +186,31 @@ export async function fetchOthersChanges(etag, by) {
 
 // One look after the other: answers in another order would leave an earlier draft standing.
 const fetchChange = latestWins(async (/** @type {Heard} */ { etag, by }) => {
-  const id = snapshot.value?.id, before = serverDraft, name = by && !isAddress(by) ? by : "";
+  const id = snapshot.value?.id,
+    before = serverDraft,
+    name = by && !isAddress(by) ? by : "";
   if (!id || !before || draft.value.state !== "saved") return;
-  if (etag === bare(before.etag)) { // ours, or seen already before it was heard whose it is
+  if (etag === bare(before.etag)) {
+    // ours, or seen already before it was heard whose it is
     if (name && changedBy.value?.etag === before.etag) changedBy.value = { name, etag: before.etag };
     return;
   }
   try {
     const now = await fetchDraft(id);
-    const untouched = snapshot.value?.id === id && draft.value.state === "saved" && !dragging.value && serverDraft === before && now.etag !== before.etag;
+    const untouched =
+      snapshot.value?.id === id &&
+      draft.value.state === "saved" &&
+      !dragging.value &&
+      serverDraft === before &&
+      now.etag !== before.etag;
     if (!untouched) return; // a save of ours may have overtaken this answer
     serverDraft = now;
     if (isEqual(now.doc, doc.value)) return;
     change(now.doc);
     changedBy.value = { name: name || "Somebody else", etag: now.etag };
-  } catch { /* the next save will tell */ }
+  } catch {
+    /* the next save will tell */
+  }
 });
 
 /** @param {string} etag */
@@ -187,19 +222,25 @@ const isAddress = (by) => /^[\d.:a-f]+$|^testclient$/i.test(by);
 function writeLocal(id) {
   try {
     localStorage.setItem(localKey(id), JSON.stringify({ doc: doc.value, etag: serverDraft?.etag }));
-  } catch { /* a full or forbidden store: the server's copy must do */ }
+  } catch {
+    /* a full or forbidden store: the server's copy must do */
+  }
 }
 
 /** @param {string} id */
 function forgetLocal(id) {
   try {
     localStorage.removeItem(localKey(id));
-  } catch { /* a forbidden store has nothing to forget */ }
+  } catch {
+    /* a forbidden store has nothing to forget */
+  }
 }
 
 /** @param {string} id @returns {{ doc: import("../../core/types").Doc, etag: string } | null} */
 function readLocal(id) {
   try {
     return JSON.parse(localStorage.getItem(localKey(id)) ?? "null");
-  } catch { return null; }
+  } catch {
+    return null;
+  }
 }

@@ -3,7 +3,11 @@ import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.
 import { active, kindOf, selectedPoints, selection, snapshot } from "../../core/state.js";
 import { reveal } from "../../canvas/viewport.js";
 
-/** @typedef {import("../../core/types").Doc} Doc @typedef {import("../../core/types").Pick} Pick @typedef {import("../../core/types").Point} Point */
+/**
+ * @typedef {import("../../core/types").Doc} Doc
+ * @typedef {import("../../core/types").Pick} Pick
+ * @typedef {import("../../core/types").Point} Point
+ */
 
 /** A hundredth of a pixel is finer than anybody can click; more digits would only look exact. @param {number} v */
 const rounded = (v) => Math.round(v * 100) / 100;
@@ -11,7 +15,10 @@ const rounded = (v) => Math.round(v * 100) / 100;
 /** A point that stays on the picture. @param {number} x @param {number} y @returns {Point} */
 function onPicture(x, y) {
   const { width, height } = snapshot.value ?? { width: 1, height: 1 };
-  return [rounded(Math.min(Math.max(x, -0.5), width - 0.5)), rounded(Math.min(Math.max(y, -0.5), height - 0.5))];
+  return [
+    rounded(Math.min(Math.max(x, -0.5), width - 0.5)),
+    rounded(Math.min(Math.max(y, -0.5), height - 0.5)),
+  ];
 }
 
 /** @param {number} x @param {number} y */
@@ -20,14 +27,26 @@ export function isOnPicture(x, y) {
   return x >= -0.5 && y >= -0.5 && x <= width - 0.5 && y <= height - 0.5;
 }
 
-/** The document with one more point on a feature; a landmark has only one. @param {Doc} before @param {string} feature @param {number} x @param {number} y */
+/**
+ * The document with one more point on a feature; a landmark has only one.
+ * @param {Doc} before
+ * @param {string} feature
+ * @param {number} x
+ * @param {number} y
+ */
 export function withAdded(before, feature, x, y) {
   const kind = kindOf(feature);
   const points = kind === "landmark" ? [onPicture(x, y)] : [...pointsOf(before, feature), onPicture(x, y)];
   return { next: withPoints(before, feature, points, kind), pick: { feature, index: points.length - 1 } };
 }
 
-/** The document with some points moved. @param {Doc} before @param {Pick[]} picks @param {number} dx @param {number} dy */
+/**
+ * The document with some points moved.
+ * @param {Doc} before
+ * @param {Pick[]} picks
+ * @param {number} dx
+ * @param {number} dy
+ */
 export function withMoved(before, picks, dx, dy) {
   return picks.reduce((next, { feature, index }) => {
     const points = pointsOf(next, feature).map((p, i) => (i === index ? onPicture(p[0] + dx, p[1] + dy) : p));
@@ -38,37 +57,55 @@ export function withMoved(before, picks, dx, dy) {
 /** @param {number} dx @param {number} dy px */
 export function nudge(dx, dy) {
   change(withMoved(doc.value, selectedPoints.value, dx, dy));
-  const last = selectedPoints.value.at(-1), point = last && pointsOf(doc.value, last.feature)[last.index];
+  const last = selectedPoints.value.at(-1),
+    point = last && pointsOf(doc.value, last.feature)[last.index];
   if (point) reveal(...point);
 }
 
 /** Remove points; the selection goes to a neighbour, so that the keyboard keeps its place. @param {Pick[]} picks */
 export function remove(picks) {
-  const gone = (/** @type {string} */ feature) => new Set(picks.filter((p) => p.feature === feature).map((p) => p.index));
-  change([...new Set(picks.map((p) => p.feature))].reduce((next, feature) => {
-    const out = gone(feature);
-    return withPoints(next, feature, pointsOf(next, feature).filter((_, i) => !out.has(i)), kindOf(feature));
-  }, doc.value));
-  const [first] = picks, left = first ? pointsOf(doc.value, first.feature).length : 0;
+  const gone = (/** @type {string} */ feature) =>
+    new Set(picks.filter((p) => p.feature === feature).map((p) => p.index));
+  change(
+    [...new Set(picks.map((p) => p.feature))].reduce((next, feature) => {
+      const out = gone(feature);
+      return withPoints(
+        next,
+        feature,
+        pointsOf(next, feature).filter((_, i) => !out.has(i)),
+        kindOf(feature),
+      );
+    }, doc.value),
+  );
+  const [first] = picks,
+    left = first ? pointsOf(doc.value, first.feature).length : 0;
   selection.value = first && left ? [{ feature: first.feature, index: Math.min(first.index, left - 1) }] : [];
 }
 
 /** All points in the order in which the eye meets them: border after border, along each one. @returns {Pick[]} */
 function inOrder() {
-  return doc.value.observations.filter((o) => typeof o.feature === "string").flatMap((o) => {
-    const run = o.feature === "left" || o.feature === "right" ? 1 : 0;
-    return o.points.map((p, index) => ({ feature: /** @type {string} */ (o.feature), index, at: p[run] }))
-      .toSorted((a, b) => a.at - b.at).map(({ feature, index }) => ({ feature, index }));
-  });
+  return doc.value.observations
+    .filter((o) => typeof o.feature === "string")
+    .flatMap((o) => {
+      const run = o.feature === "left" || o.feature === "right" ? 1 : 0;
+      return o.points
+        .map((p, index) => ({ feature: /** @type {string} */ (o.feature), index, at: p[run] }))
+        .toSorted((a, b) => a.at - b.at)
+        .map(({ feature, index }) => ({ feature, index }));
+    });
 }
 
 /** Select the next or the previous point. round: after the last comes the first. Returns whether there was one.
  * @param {1 | -1} way @param {boolean} round */
 export function selectNext(way, round) {
-  const all = inOrder(), last = selectedPoints.value.at(-1);
+  const all = inOrder(),
+    last = selectedPoints.value.at(-1);
   if (!all.length) return false;
-  const at = last ? all.findIndex((p) => p.feature === last.feature && p.index === last.index)
-    : way > 0 ? Math.max(-1, all.findIndex((p) => p.feature === active.value) - 1) : all.length;
+  const at = last
+    ? all.findIndex((p) => p.feature === last.feature && p.index === last.index)
+    : way > 0
+      ? Math.max(-1, all.findIndex((p) => p.feature === active.value) - 1)
+      : all.length;
   const next = at + way;
   if (!round && (next < 0 || next >= all.length)) return false;
   select([all[(next + all.length) % all.length]]);
@@ -91,8 +128,20 @@ export function activateFeature(feature) {
   selection.value = [];
 }
 
-/** Drop what was clicked on lines that another field does not have; borders every field has. @param {Doc} document @param {import("../../core/types").Field} field */
+/**
+ * Drop what was clicked on lines that another field does not have; borders every field has.
+ * @param {Doc} document
+ * @param {import("../../core/types").Field} field
+ */
 export function keepKnown(document, field) {
-  const known = new Set([...BORDERS, ...field.lines.map((l) => l.name), ...field.arcs.map((a) => a.name), ...Object.keys(field.landmarks)]);
-  return { ...document, observations: document.observations.filter((o) => typeof o.feature !== "string" || known.has(o.feature)) };
+  const known = new Set([
+    ...BORDERS,
+    ...field.lines.map((l) => l.name),
+    ...field.arcs.map((a) => a.name),
+    ...Object.keys(field.landmarks),
+  ]);
+  return {
+    ...document,
+    observations: document.observations.filter((o) => typeof o.feature !== "string" || known.has(o.feature)),
+  };
 }

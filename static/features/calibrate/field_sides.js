@@ -1,28 +1,60 @@
 // The region as it lies in the corrected picture: where its sides are, and which painted line each border is.
 import { field, region, rotation } from "../../core/state.js";
 
-/** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").Border} Border @typedef {{ x: number, y: number, width: number, height: number }} Rect */
+/**
+ * @typedef {import("../../core/types").Point} Point
+ * @typedef {import("../../core/types").Border} Border
+ * @typedef {{ x: number, y: number, width: number, height: number }} Rect
+ */
 
-/** Field mm to the drawing's mm, x right and y down, the field turned counter-clockwise. @param {Point} p @param {number} deg @returns {Point} */
+/**
+ * Field mm to the drawing's mm, x right and y down, the field turned counter-clockwise.
+ * @param {Point} p
+ * @param {number} deg
+ * @returns {Point}
+ */
 export function turned([x, y], deg) {
-  const cos = [1, 0, -1, 0][deg / 90], sin = [0, 1, 0, -1][deg / 90];
+  const cos = [1, 0, -1, 0][deg / 90],
+    sin = [0, 1, 0, -1][deg / 90];
   return [x * cos - y * sin, -x * sin - y * cos];
 }
 
 /** The region in the drawing. @param {import("../../core/types").Region} r @param {number} deg @returns {Rect} */
 export function rectOf(r, deg) {
   const [a, b] = [turned([r.x[0], r.y[0]], deg), turned([r.x[1], r.y[1]], deg)];
-  return { x: Math.min(a[0], b[0]), y: Math.min(a[1], b[1]), width: Math.abs(a[0] - b[0]), height: Math.abs(a[1] - b[1]) };
+  return {
+    x: Math.min(a[0], b[0]),
+    y: Math.min(a[1], b[1]),
+    width: Math.abs(a[0] - b[0]),
+    height: Math.abs(a[1] - b[1]),
+  };
 }
 
 /** @param {Rect} r @param {Border} border @returns {[Point, Point]} */
 export function sideOf({ x, y, width: w, height: h }, border) {
-  const right = x + w, bottom = y + h;
+  const right = x + w,
+    bottom = y + h;
   switch (border) {
-    case "left": return [[x, y], [x, bottom]];
-    case "right": return [[right, y], [right, bottom]];
-    case "top": return [[x, y], [right, y]];
-    default: return [[x, bottom], [right, bottom]];
+    case "left":
+      return [
+        [x, y],
+        [x, bottom],
+      ];
+    case "right":
+      return [
+        [right, y],
+        [right, bottom],
+      ];
+    case "top":
+      return [
+        [x, y],
+        [right, y],
+      ];
+    default:
+      return [
+        [x, bottom],
+        [right, bottom],
+      ];
   }
 }
 
@@ -30,10 +62,12 @@ export function sideOf({ x, y, width: w, height: h }, border) {
 export function lineUnder(border) {
   if (!region.value || !field.value) return null;
   const side = sideOf(rectOf(region.value, rotation.value), border);
-  return field.value.lines.find(({ from, to }) => {
-    const [a, b] = [turned(from, rotation.value), turned(to, rotation.value)];
-    return side.every(([x, y]) => between(x, a[0], b[0]) && between(y, a[1], b[1]));
-  })?.name ?? null;
+  return (
+    field.value.lines.find(({ from, to }) => {
+      const [a, b] = [turned(from, rotation.value), turned(to, rotation.value)];
+      return side.every(([x, y]) => between(x, a[0], b[0]) && between(y, a[1], b[1]));
+    })?.name ?? null
+  );
 }
 
 /** @param {number} v @param {number} a @param {number} b */

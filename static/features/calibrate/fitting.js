@@ -6,7 +6,11 @@ import { latestWins } from "../../core/latest_wins.js";
 import { model, snapshot } from "../../core/state.js";
 import { curveThrough } from "./live_curve.js";
 
-/** @typedef {import("../../core/types").Border} Border @typedef {import("../../core/types").Curve} Curve @typedef {import("../../core/types").Refusal} Refusal */
+/**
+ * @typedef {import("../../core/types").Border} Border
+ * @typedef {import("../../core/types").Curve} Curve
+ * @typedef {import("../../core/types").Refusal} Refusal
+ */
 
 const AXIS = { left: "x_of_y", right: "x_of_y", top: "y_of_x", bottom: "y_of_x" };
 const PAUSE_MS = 50; // between two questions of a kind while a point is dragged
@@ -25,14 +29,25 @@ export const isCurve = (curve) => curve !== undefined && "curve" in curve;
 
 /** The sides of a fit that the server wants. @param {import("../../core/types").Doc} d */
 export const fitBody = (d) => ({
-  snapshot: snapshot.value?.id, field: d.field, region: d.region, model: d.model, options: d.options,
-  observations: d.observations, ...(d.rotate === null ? {} : { rotate: d.rotate }),
+  snapshot: snapshot.value?.id,
+  field: d.field,
+  region: d.region,
+  model: d.model,
+  options: d.options,
+  observations: d.observations,
+  ...(d.rotate === null ? {} : { rotate: d.rotate }),
 });
 
 /** The present fit, as the server takes it back. */
-export const givenFit = () => (preview.value && !refusal.value ? {
-  model: { name: preview.value.model.name, parameters: preview.value.model.parameters },
-  field: doc.value.field, region: doc.value.region, ...(doc.value.rotate === null ? {} : { rotate: doc.value.rotate }) } : null);
+export const givenFit = () =>
+  preview.value && !refusal.value
+    ? {
+        model: { name: preview.value.model.name, parameters: preview.value.model.parameters },
+        field: doc.value.field,
+        region: doc.value.region,
+        ...(doc.value.rotate === null ? {} : { rotate: doc.value.rotate }),
+      }
+    : null;
 
 /** @param {Border} border */
 function borderAsker(border) {
@@ -47,7 +62,10 @@ function borderAsker(border) {
     // An answer about another picture, or about a point that has gone, would be drawn in the wrong place.
     const current = pointsOf(doc.value, border);
     if (snapshot.value?.id !== picture || current.length !== body.points.length) return;
-    show(border, isCurve(answer) && dragging.value ? curveThrough(answer, current, run(border)) ?? answer : answer);
+    show(
+      border,
+      isCurve(answer) && dragging.value ? (curveThrough(answer, current, run(border)) ?? answer) : answer,
+    );
     if (dragging.value) await pause(); // it is drawn without the server: the fit may go first
   });
 }
@@ -62,10 +80,15 @@ function show(border, what) {
   curves.value = { ...curves.value, [border]: what };
 }
 
-/** Draw a dragged border's curve at once; the server's answer follows. @param {Border} border @param {import("../../core/types").Point[]} points */
+/**
+ * Draw a dragged border's curve at once; the server's answer follows.
+ * @param {Border} border
+ * @param {import("../../core/types").Point[]} points
+ */
 function bend(border, points) {
   const shown = curves.value[border];
-  const bent = isCurve(shown) && shown.points.length === points.length ? curveThrough(shown, points, run(border)) : null;
+  const bent =
+    isCurve(shown) && shown.points.length === points.length ? curveThrough(shown, points, run(border)) : null;
   if (bent) show(border, bent);
 }
 
@@ -77,18 +100,24 @@ function forgetAsked(border) {
   if (it) it.last = "";
 }
 
-/** Ask for the curve of every border that has changed. @param {import("../../core/types").Snapshot | null} picture @param {import("../../core/types").Doc} document */
+/**
+ * Ask for the curve of every border that has changed.
+ * @param {import("../../core/types").Snapshot | null} picture
+ * @param {import("../../core/types").Doc} document
+ */
 function askCurves(picture, document) {
   const degree = document.options.degree ?? "auto";
   for (const border of BORDERS) {
-    const points = pointsOf(document, border), it = asked.get(border);
+    const points = pointsOf(document, border),
+      it = asked.get(border);
     if (!it) continue;
     const body = picture && { points, axis: AXIS[border], degree, image_size: [picture.width, picture.height] };
     const question = JSON.stringify([picture?.id, body]);
     if (question === it.last) continue;
     it.last = question;
     if (dragging.value) bend(border, points);
-    if (picture && points.length >= FEWEST) void it.ask({ picture: picture.id, body: /** @type {any} */ (body) });
+    if (picture && points.length >= FEWEST)
+      void it.ask({ picture: picture.id, body: /** @type {any} */ (body) });
     else if (curves.value[border]) show(border, undefined);
   }
 }
@@ -96,54 +125,82 @@ function askCurves(picture, document) {
 /** Whether there is anything to fit. @param {import("../../core/types").Doc} d */
 const hasClicks = (d) => Boolean(d.field && d.region && d.observations.length);
 
-const askPreview = latestWins(async (/** @type {{ picture: string, asking: import("../../core/types").Doc, held: boolean }} */ { picture, asking, held }) => {
-  if (snapshot.value?.id !== picture) return; // it waited for an earlier answer while another picture was opened
-  let answer = null, why = null;
-  try {
-    answer = held ? await call("POST", `/fit/preview?quick=${knowsItsError()}`, quickBody(asking)) : await call("POST", "/fit/preview", fitBody(asking));
-  } catch (error) {
-    if (error instanceof ServerUnreachable) return;
-    why = toRefusal(error);
-    if (held && dragging.value) return; // what stands is drawn on; the release will tell
-  }
-  if (snapshot.value?.id !== picture || !hasClicks(doc.value)) return;
-  preview.value = answer;
-  refusal.value = why;
-  stale.value = !(held && dragging.value) && !isEqual(asking, doc.value);
-  if (held && dragging.value) await pause();
-});
+const askPreview = latestWins(
+  async (
+    /** @type {{ picture: string, asking: import("../../core/types").Doc, held: boolean }} */ {
+      picture,
+      asking,
+      held,
+    },
+  ) => {
+    if (snapshot.value?.id !== picture) return; // it waited for an earlier answer while another picture was opened
+    let answer = null,
+      why = null;
+    try {
+      answer = held
+        ? await call("POST", `/fit/preview?quick=${knowsItsError()}`, quickBody(asking))
+        : await call("POST", "/fit/preview", fitBody(asking));
+    } catch (error) {
+      if (error instanceof ServerUnreachable) return;
+      why = toRefusal(error);
+      if (held && dragging.value) return; // what stands is drawn on; the release will tell
+    }
+    if (snapshot.value?.id !== picture || !hasClicks(doc.value)) return;
+    preview.value = answer;
+    refusal.value = why;
+    stale.value = !(held && dragging.value) && !isEqual(asking, doc.value);
+    if (held && dragging.value) await pause();
+  },
+);
 
-/** Whether the fit tells an error without holding points out: what holding them out would cost is saved while a point is dragged. */
+/**
+ * Whether the fit tells an error without holding points out: what holding them out would cost is saved while a point is
+ * dragged.
+ */
 const knowsItsError = () => Boolean(preview.value?.report.sigma_mm);
 
-/** While a point is dragged the lens keeps the terms it has: choosing them is most of a lens fit's time. @param {import("../../core/types").Doc} asking */
+/**
+ * While a point is dragged the lens keeps the terms it has: choosing them is most of a lens fit's time.
+ * @param {import("../../core/types").Doc} asking
+ */
 function quickBody(asking) {
-  const body = fitBody(asking), terms = preview.value?.report.terms?.chosen, canChoose = model.value?.options.some((o) => o.name === "terms");
-  return canChoose && terms && (asking.options.terms ?? "auto") === "auto" ? { ...body, options: { ...body.options, terms } } : body;
+  const body = fitBody(asking),
+    terms = preview.value?.report.terms?.chosen,
+    canChoose = model.value?.options.some((o) => o.name === "terms");
+  return canChoose && terms && (asking.options.terms ?? "auto") === "auto"
+    ? { ...body, options: { ...body.options, terms } }
+    : body;
 }
 
 /** Keep curves and preview up to date from now on. */
 export function startFitting() {
   effect(() => {
-    const picture = snapshot.value, document = doc.value;
+    const picture = snapshot.value,
+      document = doc.value;
     if (online.value) untracked(() => askCurves(picture, document)); // and again when a silent server is back
   });
   let lastPreview = "";
   effect(() => {
-    const picture = snapshot.value, document = doc.value, held = dragging.value, isOnline = online.value;
+    const picture = snapshot.value,
+      document = doc.value,
+      held = dragging.value,
+      isOnline = online.value;
     untracked(() => {
       const question = JSON.stringify([picture?.id, document]);
       if (!isOnline) lastPreview = "";
       stale.value = question !== lastPreview;
       if (!isOnline || !stale.value) return;
-      if (held) { // seen at once, if not quite up to date; asked anew when it is released
+      if (held) {
+        // seen at once, if not quite up to date; asked anew when it is released
         stale.value = false;
         lastPreview = "";
-        if (picture && hasClicks(document) && preview.value && !refusal.value) void askPreview({ picture: picture.id, asking: document, held });
+        if (picture && hasClicks(document) && preview.value && !refusal.value)
+          void askPreview({ picture: picture.id, asking: document, held });
         return;
       }
       lastPreview = question;
-      if (picture && hasClicks(document)) return void askPreview({ picture: picture.id, asking: document, held });
+      if (picture && hasClicks(document))
+        return void askPreview({ picture: picture.id, asking: document, held });
       preview.value = null;
       refusal.value = null;
       stale.value = false;

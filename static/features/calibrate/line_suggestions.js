@@ -1,4 +1,5 @@
-// Suggested lines: the field's lines as the present fit predicts them, clickable by pointing at them, and points proposed along one.
+// Suggested lines: the field's lines as the present fit predicts them, clickable by pointing at them, and points
+// proposed along one.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { BORDERS, change, doc, pointsOf, withPoints } from "../../core/document.js";
@@ -11,7 +12,8 @@ import { snapMessage, snapping } from "./snapping.js";
 
 /** @typedef {import("../../core/types").Point} Point */
 
-const REACH_PX = 9, REACH_TOUCH_PX = 20; // on the stage: how near a line a press means it
+const REACH_PX = 9,
+  REACH_TOUCH_PX = 20; // on the stage: how near a line a press means it
 const OWN = 2; // of that, within which the line that is being clicked keeps its clicks
 const SPARE_PX = 5; // of the picture: a proposal so near a point that stands would say it twice
 const WANTED = 9;
@@ -20,7 +22,9 @@ const WANTED = 9;
 export const suggestedLines = computed(() => {
   if (!editing.value || refusal.value || !preview.value) return [];
   const twice = new Set(BORDERS.map(lineUnder));
-  return preview.value.overlay.filter((f) => f.kind !== "landmark" && f.points.length > 1 && !twice.has(f.feature));
+  return preview.value.overlay.filter(
+    (f) => f.kind !== "landmark" && f.points.length > 1 && !twice.has(f.feature),
+  );
 });
 
 /** Points found along a line, that nobody has accepted yet. */
@@ -30,25 +34,36 @@ export const proposedPoints = signal(/** @type {{ feature: string, points: Point
 function away([x, y], points) {
   let nearest = Infinity;
   for (let i = 1; i < points.length; i++) {
-    const a = points[i - 1], b = points[i];
+    const a = points[i - 1],
+      b = points[i];
     if (!a || !b) continue;
-    const dx = b[0] - a[0], dy = b[1] - a[1], long = dx * dx + dy * dy;
+    const dx = b[0] - a[0],
+      dy = b[1] - a[1],
+      long = dx * dx + dy * dy;
     const share = long ? Math.min(1, Math.max(0, ((x - a[0]) * dx + (y - a[1]) * dy) / long)) : 0;
     nearest = Math.min(nearest, Math.hypot(a[0] + share * dx - x, a[1] + share * dy - y));
   }
   return nearest * view.value.k;
 }
 
-/** Which line a click there lies on: the active one, unless it is plainly on another. @param {Point} at picture px @param {boolean} touch */
+/**
+ * Which line a click there lies on: the active one, unless it is plainly on another.
+ * @param {Point} at picture px
+ * @param {boolean} touch
+ */
 export function featureAt(at, touch) {
   if (!snapping.value) return active.value;
   const reach = touch ? REACH_TOUCH_PX : REACH_PX;
   const own = suggestedLines.value.find((f) => f.feature === active.value);
   if (kindOf(active.value) === "landmark" || (own && away(at, own.points) < OWN * reach)) return active.value;
-  let best = active.value, nearest = reach;
+  let best = active.value,
+    nearest = reach;
   for (const { feature, points } of suggestedLines.value) {
     const px = away(at, points);
-    if (px < nearest) { best = feature; nearest = px; }
+    if (px < nearest) {
+      best = feature;
+      nearest = px;
+    }
   }
   return best;
 }
@@ -65,16 +80,21 @@ export const canPropose = computed(() => suggestedLines.value.some((f) => f.feat
 
 /** Look for points all along the active line, beside where the fit sees it. */
 export async function propose() {
-  const feature = active.value, picture = snapshot.value?.id, fit = givenFit();
+  const feature = active.value,
+    picture = snapshot.value?.id,
+    fit = givenFit();
   if (!picture || !fit) return;
   try {
     const { points } = await call("POST", `/snapshots/${picture}/along`, { fit, feature, count: WANTED });
     if (snapshot.value?.id !== picture || active.value !== feature) return;
     const standing = pointsOf(doc.value, feature);
-    const found = points.map((/** @type {{ point: Point }} */ p) => p.point)
+    const found = points
+      .map((/** @type {{ point: Point }} */ p) => p.point)
       .filter((/** @type {Point} */ [x, y]) => standing.every(([u, v]) => Math.hypot(x - u, y - v) > SPARE_PX));
     proposedPoints.value = found.length ? { feature, points: found } : null;
-    snapMessage.value = found.length ? `${plural(found.length, "point")} proposed along ${words(feature).toLowerCase()}` : `No more points found along ${words(feature).toLowerCase()}`;
+    snapMessage.value = found.length
+      ? `${plural(found.length, "point")} proposed along ${words(feature).toLowerCase()}`
+      : `No more points found along ${words(feature).toLowerCase()}`;
   } catch (error) {
     notifyError(error);
   }
@@ -85,7 +105,10 @@ export function acceptProposed() {
   const it = proposedPoints.value;
   if (!it) return;
   proposedPoints.value = null;
-  const before = pointsOf(doc.value, it.feature), rounded = it.points.map(([x, y]) => /** @type {Point} */ ([Math.round(x * 100) / 100, Math.round(y * 100) / 100]));
+  const before = pointsOf(doc.value, it.feature),
+    rounded = it.points.map(
+      ([x, y]) => /** @type {Point} */ ([Math.round(x * 100) / 100, Math.round(y * 100) / 100]),
+    );
   change(withPoints(doc.value, it.feature, [...before, ...rounded], kindOf(it.feature)));
   selection.value = rounded.map((_, i) => ({ feature: it.feature, index: before.length + i }));
   snapMessage.value = `${plural(it.points.length, "point")} added`;
@@ -98,8 +121,18 @@ export function discardProposed() {
 /** Proposals belong to one line of one picture. */
 export function startLineSuggestions() {
   effect(() => {
-    const here = `${snapshot.value?.id}`, feature = active.value, at = editing.value;
-    untracked(() => { if (proposedPoints.value && (proposedPoints.value.feature !== feature || !here || !at)) proposedPoints.value = null; });
+    const here = `${snapshot.value?.id}`,
+      feature = active.value,
+      at = editing.value;
+    untracked(() => {
+      if (proposedPoints.value && (proposedPoints.value.feature !== feature || !here || !at))
+        proposedPoints.value = null;
+    });
   });
-  effect(() => { void snapshot.value?.id; untracked(() => { proposedPoints.value = null; }); });
+  effect(() => {
+    void snapshot.value?.id;
+    untracked(() => {
+      proposedPoints.value = null;
+    });
+  });
 }

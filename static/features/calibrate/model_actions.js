@@ -5,9 +5,28 @@ import { compareModels, comparison, ranking, stopComparing, useModel } from "./m
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const MODEL_ACTIONS = [
-  { id: "compare-models", label: "Compare the models on these clicks", short: "Compare the models", group: "Model", run: compareModels,
-    enabled: () => editing.value && preview.value !== null && comparison.value === null },
-  { id: "stop-comparing", label: "Stop comparing the models", short: "Stop", group: "Model", run: stopComparing, enabled: () => comparison.value !== null },
-  { id: "use-recommended", label: "Use the recommended model", keys: ["m"], group: "Model", run: () => useModel(ranking.value?.recommended ?? ""),
-    enabled: () => step.value === "model" && Boolean(ranking.value?.recommended) },
+  {
+    id: "compare-models",
+    label: "Compare the models on these clicks",
+    short: "Compare the models",
+    group: "Model",
+    run: compareModels,
+    enabled: () => editing.value && preview.value !== null && comparison.value === null,
+  },
+  {
+    id: "stop-comparing",
+    label: "Stop comparing the models",
+    short: "Stop",
+    group: "Model",
+    run: stopComparing,
+    enabled: () => comparison.value !== null,
+  },
+  {
+    id: "use-recommended",
+    label: "Use the recommended model",
+    keys: ["m"],
+    group: "Model",
+    run: () => useModel(ranking.value?.recommended ?? ""),
+    enabled: () => step.value === "model" && Boolean(ranking.value?.recommended),
+  },
 ];

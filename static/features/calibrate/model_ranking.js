@@ -11,16 +11,28 @@ const PAUSE_MS = 400; // seven fits and their cross-validation are not asked for
 const FACTS = ["height_mm", "line_sigma_mm", "click_sigma_px"];
 
 /** The models, best first, for the clicks in `of`. */
-export const ranking = signal(/** @type {(import("../../core/types").Ranking & { of: string }) | null} */ (null));
+export const ranking = signal(
+  /** @type {(import("../../core/types").Ranking & { of: string }) | null} */ (null),
+);
 /** The comparison under way. */
-export const comparison = signal(/** @type {{ of: string, progress: number, message: string, stop: AbortController } | null} */ (null));
-/** The clicks that are not compared: refused by the server, or stopped by the operator, for whom there is nothing to say. */
-export const notCompared = signal(/** @type {{ of: string, why: import("../../core/types").Refusal | null } | null} */ (null));
+export const comparison = signal(
+  /** @type {{ of: string, progress: number, message: string, stop: AbortController } | null} */ (null),
+);
+/**
+ * The clicks that are not compared: refused by the server, or stopped by the operator, for whom there is nothing to
+ * say.
+ */
+export const notCompared = signal(
+  /** @type {{ of: string, why: import("../../core/types").Refusal | null } | null} */ (null),
+);
 
 /** What a ranking depends on: the clicks and the field, not the model that is chosen. */
 function clicks() {
   const { model: _model, options, ...others } = fitBody(doc.value);
-  return { ...others, options: Object.fromEntries(FACTS.flatMap((name) => (name in options ? [[name, options[name]]] : []))) };
+  return {
+    ...others,
+    options: Object.fromEntries(FACTS.flatMap((name) => (name in options ? [[name, options[name]]] : []))),
+  };
 }
 
 /** Whether the ranking is of the present clicks. */
@@ -28,7 +40,8 @@ export const isFresh = () => ranking.value?.of === JSON.stringify(clicks());
 
 /** @param {ReturnType<typeof clicks>} body */
 async function compare(body) {
-  const of = JSON.stringify(body), stop = new AbortController();
+  const of = JSON.stringify(body),
+    stop = new AbortController();
   stopNow();
   comparison.value = { of, progress: 0, message: "", stop };
   notCompared.value = null;
@@ -38,11 +51,14 @@ async function compare(body) {
       if (comparison.value?.stop === stop) comparison.value = { of, progress, message, stop };
     };
     const before = await ownJob.of(of);
-    const found = await (before ? followJob(before, stop.signal, onProgress) : runJob("/calibrations/compare?job=true", body, stop.signal, onProgress));
+    const found = await (before
+      ? followJob(before, stop.signal, onProgress)
+      : runJob("/calibrations/compare?job=true", body, stop.signal, onProgress));
     if (!stop.signal.aborted) ranking.value = { ...found, of };
   } catch (error) {
     // When the server is away, the models are compared once it is back.
-    if (!stop.signal.aborted && !(error instanceof ServerUnreachable)) notCompared.value = { of, why: error instanceof Stopped ? null : toRefusal(error) };
+    if (!stop.signal.aborted && !(error instanceof ServerUnreachable))
+      notCompared.value = { of, why: error instanceof Stopped ? null : toRefusal(error) };
     if (!stop.signal.aborted && !(error instanceof ServerUnreachable)) ownJob.forget();
   } finally {
     if (comparison.value?.stop === stop) comparison.value = null;
@@ -56,10 +72,18 @@ const ownJob = {
   keep(of, job) {
     try {
       sessionStorage.setItem(this.key, JSON.stringify({ of, job }));
-    } catch { /* then a reload asks anew */ }
+    } catch {
+      /* then a reload asks anew */
+    }
   },
-  forget() { sessionStorage.removeItem(this.key); },
-  /** @param {string} of @returns {Promise<import("../../core/types").Job | null>} the job on just these clicks, unless it was lost or stopped */
+  forget() {
+    sessionStorage.removeItem(this.key);
+  },
+  /**
+   * @param {string} of
+   * @returns {Promise<import("../../core/types").Job | null>} the job on just these clicks, unless it was lost or
+   * stopped
+   */
   async of(of) {
     const kept = JSON.parse(sessionStorage.getItem(this.key) ?? "null");
     if (kept?.of !== of) return null;
@@ -69,7 +93,9 @@ const ownJob = {
 };
 
 /** Compare now, though it was stopped. */
-export function compareModels() { void compare(clicks()); }
+export function compareModels() {
+  void compare(clicks());
+}
 
 /** Stop what is under way: whoever begins again at once must not watch it end. */
 function stopNow() {
@@ -96,18 +122,24 @@ export function useModel(name) {
 export function startRanking() {
   let timer = 0;
   effect(() => {
-    const isWanted = step.value === "model" && preview.value !== null && !stale.value && !dragging.value && online.value;
+    const isWanted =
+      step.value === "model" && preview.value !== null && !stale.value && !dragging.value && online.value;
     void doc.value;
     clearTimeout(timer);
     untracked(() => {
-      const body = clicks(), of = JSON.stringify(body);
+      const body = clicks(),
+        of = JSON.stringify(body);
       const isKnown = [ranking, comparison, notCompared].some((asked) => asked.value?.of === of);
       if (step.value !== "model" || comparison.value?.of !== of) stopNow();
       if (isWanted && !isKnown) timer = setTimeout(() => void compare(body), PAUSE_MS);
     });
   });
-  effect(() => { // another picture has nothing to do with this ranking
+  effect(() => {
+    // another picture has nothing to do with this ranking
     void snapshot.value?.id;
-    untracked(() => { ranking.value = null; notCompared.value = null; });
+    untracked(() => {
+      ranking.value = null;
+      notCompared.value = null;
+    });
   });
 }

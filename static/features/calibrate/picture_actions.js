@@ -7,14 +7,33 @@ import { backgroundProgress, takePicture } from "./pictures.js";
 /** @type {import("../../core/actions.js").Action[]} */
 export const PICTURE_ACTIONS = [
   { id: "open", label: "Open a picture…", keys: ["o"], group: "Pictures", run: () => filePicker.open() },
-  { id: "take", label: "Take a new picture with the same camera", short: "Take a new picture", group: "Pictures",
+  {
+    id: "take",
+    label: "Take a new picture with the same camera",
+    short: "Take a new picture",
+    group: "Pictures",
     run: () => void takePicture(snapshot.value?.camera ?? cameras.value[0]?.id),
-    enabled: () => Boolean(snapshot.value?.camera ?? cameras.value.length) },
-  { id: "stop-watching", label: "Stop watching; nothing is kept", short: "Stop", group: "Pictures", run: () => backgroundProgress.value?.stop.abort(), enabled: () => backgroundProgress.value !== null },
+    enabled: () => Boolean(snapshot.value?.camera ?? cameras.value.length),
+  },
+  {
+    id: "stop-watching",
+    label: "Stop watching; nothing is kept",
+    short: "Stop",
+    group: "Pictures",
+    run: () => backgroundProgress.value?.stop.abort(),
+    enabled: () => backgroundProgress.value !== null,
+  },
 ];
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const FIELD_ACTIONS = [
-  { id: "turn", label: "Turn the field a quarter", short: "Turn a quarter", keys: ["t"], group: "Pictures",
-    run: () => change({ ...doc.value, rotate: (rotation.value + 90) % 360 }), enabled: () => region.value !== null },
+  {
+    id: "turn",
+    label: "Turn the field a quarter",
+    short: "Turn a quarter",
+    keys: ["t"],
+    group: "Pictures",
+    run: () => change({ ...doc.value, rotate: (rotation.value + 90) % 360 }),
+    enabled: () => region.value !== null,
+  },
 ];

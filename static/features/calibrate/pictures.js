@@ -4,8 +4,22 @@ import { call, request } from "../../core/api.js";
 import { doc, load } from "../../core/document.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import {
-  active, atBoard, atLive, atStraight, busy, cameras, fields, help, models, notices, notify, notifyError, selection,
-  snapshot, snapshots, step,
+  active,
+  atBoard,
+  atLive,
+  atStraight,
+  busy,
+  cameras,
+  fields,
+  help,
+  models,
+  notices,
+  notify,
+  notifyError,
+  selection,
+  snapshot,
+  snapshots,
+  step,
 } from "../../core/state.js";
 import { fit } from "../../canvas/viewport.js";
 import { applyChosenLens } from "../board/board.js";
@@ -37,35 +51,67 @@ async function fetchLists() {
     }
   };
   await Promise.all([
-    fill("/fields", (items) => { fields.value = items; }), fill("/models", (items) => { models.value = items; }),
-    fill("/cameras", (items) => { cameras.value = items; }), fill("/snapshots?limit=12&purpose=picture", (items) => { snapshots.value = items; }),
+    fill("/fields", (items) => {
+      fields.value = items;
+    }),
+    fill("/models", (items) => {
+      models.value = items;
+    }),
+    fill("/cameras", (items) => {
+      cameras.value = items;
+    }),
+    fill("/snapshots?limit=12&purpose=picture", (items) => {
+      snapshots.value = items;
+    }),
   ]);
 }
 
-/** Upload a file and work on it; what holds a calibration is kept as a version. @param {Blob & { name?: string }} file */
+/**
+ * Upload a file and work on it; what holds a calibration is kept as a version.
+ * @param {Blob & { name?: string }} file
+ */
 export async function openFile(file) {
   if (isCalibrationFile(file)) return importFile(file);
   const body = new FormData();
   body.append("file", file, file.name || "picture");
-  await openFrom(`Opening ${file.name || "the picture"}…`, async () => (await request("POST", "/snapshots", { body })).json());
+  await openFrom(`Opening ${file.name || "the picture"}…`, async () =>
+    (await request("POST", "/snapshots", { body })).json(),
+  );
 }
 
-/** Take a picture from a camera and work on it. frames: 1, or so many of which the background is taken. @param {string} id @param {number} [frames] */
+/**
+ * Take a picture from a camera and work on it. frames: 1, or so many of which the background is taken.
+ * @param {string} id
+ * @param {number} [frames]
+ */
 export async function takePicture(id, frames = 1) {
   if (frames === 1) return openFrom("Taking a picture…", () => call("POST", "/snapshots", { camera: id }));
   if (busy.value) return;
-  const stop = new AbortController(), begun = Date.now(), total = frames * SPREAD_MS;
-  const tick = setInterval(() => { backgroundProgress.value = { share: Math.min(1, (Date.now() - begun) / total), stop }; }, 200);
+  const stop = new AbortController(),
+    begun = Date.now(),
+    total = frames * SPREAD_MS;
+  const tick = setInterval(() => {
+    backgroundProgress.value = { share: Math.min(1, (Date.now() - begun) / total), stop };
+  }, 200);
   backgroundProgress.value = { share: 0, stop };
   try {
-    await openFrom("Watching…", async () => (await request("POST", "/snapshots", { json: { camera: id, frames }, stop: stop.signal })).json(), () => stop.signal.aborted);
+    await openFrom(
+      "Watching…",
+      async () =>
+        (await request("POST", "/snapshots", { json: { camera: id, frames }, stop: stop.signal })).json(),
+      () => stop.signal.aborted,
+    );
   } finally {
     clearInterval(tick);
     backgroundProgress.value = null;
   }
 }
 
-/** @param {string} doing @param {() => Promise<import("../../core/types").Snapshot>} fetchIt @param {() => boolean} [stopped] whether a failure is the operator's own wish */
+/**
+ * @param {string} doing
+ * @param {() => Promise<import("../../core/types").Snapshot>} fetchIt
+ * @param {() => boolean} [stopped] whether a failure is the operator's own wish
+ */
 async function openFrom(doing, fetchIt, stopped = () => false) {
   if (busy.value) return;
   busy.value = doing;
@@ -84,7 +130,11 @@ async function openFrom(doing, fetchIt, stopped = () => false) {
 
 const openings = requestOrder();
 
-/** Work on a kept picture, where its draft stands; the one that was asked for last stays. @param {import("../../core/types").Snapshot} picture @param {import("../../core/types").StepId} at */
+/**
+ * Work on a kept picture, where its draft stands; the one that was asked for last stays.
+ * @param {import("../../core/types").Snapshot} picture
+ * @param {import("../../core/types").StepId} at
+ */
 export async function openSnapshot(picture, at, isNewest = openings.begin()) {
   const kept = await fetchDraft(picture.id);
   if (!isNewest()) return;
@@ -116,7 +166,11 @@ export async function openById(id, at) {
     closePicture();
     step.value = "camera";
     const { message } = /** @type {Error} */ (error);
-    notify({ level: "warn", text: `The picture of this address cannot be opened: ${message}`, fix: "Open another picture." });
+    notify({
+      level: "warn",
+      text: `The picture of this address cannot be opened: ${message}`,
+      fix: "Open another picture.",
+    });
   }
 }
 
@@ -133,7 +187,10 @@ function firstGuess(picture) {
   const name = camera?.field ?? localStorage.getItem(LAST_FIELD);
   const field = fields.value.find((f) => f.name === name) ?? fields.value[0];
   const regions = Object.keys(field?.regions ?? {});
-  return { field: field?.name ?? null, region: regions.includes(camera?.region ?? "") ? camera?.region ?? null : regions[0] ?? null };
+  return {
+    field: field?.name ?? null,
+    region: regions.includes(camera?.region ?? "") ? (camera?.region ?? null) : (regions[0] ?? null),
+  };
 }
 
 /** @param {string} name */

@@ -14,11 +14,15 @@ export function startPresence() {
   /** @type {import("../../core/socket.js").Socket | null} */
   let socket = null;
   effect(() => {
-    const id = snapshot.value?.id, name = operatorName.value;
+    const id = snapshot.value?.id,
+      name = operatorName.value;
     socket?.close();
     socket = null;
     others.value = [];
-    if (id && online.value) untracked(() => { socket = open(id, name); });
+    if (id && online.value)
+      untracked(() => {
+        socket = open(id, name);
+      });
   });
 
   /** @param {string} id @param {string} name */
@@ -28,7 +32,9 @@ export function startPresence() {
         others.value = now.others ?? [];
         if (now.etag) void fetchOthersChanges(now.etag, now.by);
       },
-      onBreak: () => { others.value = []; },
+      onBreak: () => {
+        others.value = [];
+      },
     });
   }
 }

@@ -1,4 +1,5 @@
-// Snaps clicked points to the middle of the painted line beside them: the server finds it, the page shows how far each moved.
+// Snaps clicked points to the middle of the painted line beside them: the server finds it, the page shows how far each
+// moved.
 import { effect, signal, untracked } from "@preact/signals";
 import { ServerUnreachable, call } from "../../core/api.js";
 import { change, doc, dragging, future, pointsOf, withPoints } from "../../core/document.js";
@@ -8,11 +9,17 @@ import { active, editing, kindOf, notifyError, pointer, snapshot, tool } from ".
 import { view } from "../../canvas/viewport.js";
 import { givenFit } from "./fitting.js";
 
-/** @typedef {import("../../core/types").Pick} Pick @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").SnapAnswer} SnapAnswer */
+/**
+ * @typedef {import("../../core/types").Pick} Pick
+ * @typedef {import("../../core/types").Point} Point
+ * @typedef {import("../../core/types").SnapAnswer} SnapAnswer
+ */
 
 const KEPT = "touchline.snap";
-const REACH_PX = 12, REACH_TOUCH_PX = 22; // on the stage: hands err on the screen, not in the picture
-const LEAST_PX = 3, MOST_PX = 24; // of the picture
+const REACH_PX = 12,
+  REACH_TOUCH_PX = 22; // on the stage: hands err on the screen, not in the picture
+const LEAST_PX = 3,
+  MOST_PX = 24; // of the picture
 const PAUSE_MS = 30; // between two looks ahead
 const STILL_PX = 0.005;
 
@@ -27,11 +34,16 @@ export const isSnapSuspended = signal(false);
 export function toggleSnapping() {
   snapping.value = !snapping.value;
   snapMessage.value = snapping.value ? "Points snap to lines" : "Points stay where they are put";
-  try { localStorage.setItem(KEPT, snapping.value ? "on" : "off"); } catch { /* until the reload, then */ }
+  try {
+    localStorage.setItem(KEPT, snapping.value ? "on" : "off");
+  } catch {
+    /* until the reload, then */
+  }
 }
 
 /** How far a line may be from a click, px of the picture. @param {boolean} [touch] */
-const reach = (touch = false) => Math.min(Math.max((touch ? REACH_TOUCH_PX : REACH_PX) / view.value.k, LEAST_PX), MOST_PX);
+const reach = (touch = false) =>
+  Math.min(Math.max((touch ? REACH_TOUCH_PX : REACH_PX) / view.value.k, LEAST_PX), MOST_PX);
 
 /** @param {string} feature @param {Point[]} points @param {boolean} [touch] @returns {Promise<SnapAnswer[]>} */
 async function ask(feature, points, touch) {
@@ -40,12 +52,20 @@ async function ask(feature, points, touch) {
   return (await call("POST", `/snapshots/${snapshot.value?.id}/snap`, body)).points;
 }
 
-/** Draw points to their lines, as one change: undo brings them back to where they were put. @param {Pick[]} picks @param {boolean} [touch] */
+/**
+ * Draw points to their lines, as one change: undo brings them back to where they were put.
+ * @param {Pick[]} picks
+ * @param {boolean} [touch]
+ */
 export async function snapPoints(picks, touch) {
-  const picture = snapshot.value?.id, placed = [...new Set(picks.map((p) => p.feature))].filter((f) => kindOf(f) === "line").map((feature) => {
-    const own = pointsOf(doc.value, feature), indices = picks.filter((p) => p.feature === feature && p.index < own.length).map((p) => p.index);
-    return { feature, indices, points: indices.map((i) => own[i]) };
-  });
+  const picture = snapshot.value?.id,
+    placed = [...new Set(picks.map((p) => p.feature))]
+      .filter((f) => kindOf(f) === "line")
+      .map((feature) => {
+        const own = pointsOf(doc.value, feature),
+          indices = picks.filter((p) => p.feature === feature && p.index < own.length).map((p) => p.index);
+        return { feature, indices, points: indices.map((i) => own[i]) };
+      });
   if (!picture || !placed.some((one) => one.points.length)) return;
   snapMessage.value = ""; // of the points before these
   try {
@@ -60,17 +80,28 @@ export async function snapPoints(picks, touch) {
 }
 
 /** Once no point is held. @returns {Promise<void>} */
-const letGo = () => new Promise((done) => {
-  const end = effect(() => { if (!dragging.value) queueMicrotask(() => { end(); done(); }); });
-});
+const letGo = () =>
+  new Promise((done) => {
+    const end = effect(() => {
+      if (!dragging.value)
+        queueMicrotask(() => {
+          end();
+          done();
+        });
+    });
+  });
 
 /** @param {{ feature: string, indices: number[], points: Point[] }[]} placed @param {SnapAnswer[][]} answers */
 function settle(placed, answers) {
-  let next = doc.value, count = 0, farthest = 0, why = "";
+  let next = doc.value,
+    count = 0,
+    farthest = 0,
+    why = "";
   placed.forEach(({ feature, indices, points }, at) => {
     const own = [...pointsOf(next, feature)];
     indices.forEach((index, i) => {
-      const answer = answers[at][i], stands = own[index] && own[index][0] === points[i][0] && own[index][1] === points[i][1];
+      const answer = answers[at][i],
+        stands = own[index] && own[index][0] === points[i][0] && own[index][1] === points[i][1];
       if (answer.state !== "snapped") why ||= answer.what ?? "";
       if (!stands || answer.state !== "snapped") return;
       own[index] = [Math.round(answer.point[0] * 100) / 100, Math.round(answer.point[1] * 100) / 100];
@@ -80,27 +111,45 @@ function settle(placed, answers) {
     if (own.length) next = withPoints(next, feature, own, kindOf(feature));
   });
   const asked = placed.reduce((sum, one) => sum + one.points.length, 0);
-  snapMessage.value = asked === 1 ? (count ? `Snapped ${number(farthest, 1)} px` : `Not snapped: ${why}`)
-    : `Snapped ${count} of ${asked} points, at most ${number(farthest, 1)} px`;
+  snapMessage.value =
+    asked === 1
+      ? count
+        ? `Snapped ${number(farthest, 1)} px`
+        : `Not snapped: ${why}`
+      : `Snapped ${count} of ${asked} points, at most ${number(farthest, 1)} px`;
   if (farthest > STILL_PX) change(next);
 }
 
 /** Look ahead from the pointer, from now on; the newest question wins. */
 export function startSnapping() {
-  const look = latestWins(async (/** @type {{ at: Point, feature: string, touch: boolean }} */ { at, feature, touch }) => {
-    const [answer] = await ask(feature, [at], touch).catch(() => []);
-    snapPreview.value = answer ? { ...answer, of: at } : null;
-    await new Promise((done) => setTimeout(done, PAUSE_MS));
-  });
+  const look = latestWins(
+    async (/** @type {{ at: Point, feature: string, touch: boolean }} */ { at, feature, touch }) => {
+      const [answer] = await ask(feature, [at], touch).catch(() => []);
+      snapPreview.value = answer ? { ...answer, of: at } : null;
+      await new Promise((done) => setTimeout(done, PAUSE_MS));
+    },
+  );
   effect(() => {
-    const at = pointer.value, feature = active.value;
-    const wanted = at && (!at.touch || at.down) && snapping.value && !isSnapSuspended.value && editing.value && tool.value === "pick" && kindOf(feature) === "line";
+    const at = pointer.value,
+      feature = active.value;
+    const wanted =
+      at &&
+      (!at.touch || at.down) &&
+      snapping.value &&
+      !isSnapSuspended.value &&
+      editing.value &&
+      tool.value === "pick" &&
+      kindOf(feature) === "line";
     untracked(() => {
       if (wanted) void look({ at: [at.x, at.y], feature, touch: at.touch });
       else snapPreview.value = null;
     });
   });
-  const alt = (/** @type {KeyboardEvent} */ e) => { if (e.key === "Alt") isSnapSuspended.value = e.type === "keydown"; };
+  const alt = (/** @type {KeyboardEvent} */ e) => {
+    if (e.key === "Alt") isSnapSuspended.value = e.type === "keydown";
+  };
   for (const type of /** @type {const} */ (["keydown", "keyup"])) addEventListener(type, alt);
-  addEventListener("blur", () => { isSnapSuspended.value = false; });
+  addEventListener("blur", () => {
+    isSnapSuspended.value = false;
+  });
 }

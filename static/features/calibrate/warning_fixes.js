@@ -11,7 +11,10 @@ import { activateFeature, remove, select } from "./editing.js";
 import { preview } from "./fitting.js";
 import { compareModels, ranking, useModel } from "./model_ranking.js";
 
-/** @typedef {{ reason?: string, feature?: string | null, index?: number | null }} Trouble @typedef {{ label: string, test: string, run: () => void }} Fix */
+/**
+ * @typedef {{ reason?: string, feature?: string | null, index?: number | null }} Trouble
+ * @typedef {{ label: string, test: string, run: () => void }} Fix
+ */
 
 const NEAREST = 2; // stage pixels for one of the picture, at least: a place can be seen well
 
@@ -44,13 +47,23 @@ const FIXES = {
 };
 
 /** What can be done about it by a button. @param {Trouble} trouble @returns {Fix[]} */
-export const fixesOf = (trouble) => (FIXES[trouble.reason ?? ""]?.({ ...trouble, feature: named(trouble.feature) }) ?? []).filter((fix) => fix !== null);
+export const fixesOf = (trouble) =>
+  (FIXES[trouble.reason ?? ""]?.({ ...trouble, feature: named(trouble.feature) }) ?? []).filter(
+    (fix) => fix !== null,
+  );
 
 /** A feature by its name, where a refusal says "the left border". @param {string | null | undefined} feature */
 const named = (feature) => BORDERS.find((border) => feature === `the ${border} border`) ?? feature;
 
 /** @param {string | null | undefined} feature @returns {Fix | null} */
-const click = (feature) => (feature ? { label: `Click the ${words(feature).toLowerCase()}${isBorder(feature) ? " border" : ""}`, test: "cure-click", run: () => clickOn(feature) } : null);
+const click = (feature) =>
+  feature
+    ? {
+        label: `Click the ${words(feature).toLowerCase()}${isBorder(feature) ? " border" : ""}`,
+        test: "cure-click",
+        run: () => clickOn(feature),
+      }
+    : null;
 
 /** @param {string} feature */
 const isBorder = (feature) => BORDERS.includes(/** @type {any} */ (feature));
@@ -63,9 +76,27 @@ function clickOn(feature) {
 
 /** One point: away with it, or a look at it. @param {Trouble} trouble @returns {(Fix | null)[]} */
 function point({ feature, index }) {
-  if (!feature || index === null || index === undefined || index >= pointsOf(doc.value, feature).length) return [click(feature)];
+  if (!feature || index === null || index === undefined || index >= pointsOf(doc.value, feature).length)
+    return [click(feature)];
   const pick = [{ feature, index }];
-  return [{ label: "Remove this point", test: "remove-stray", run: () => { back(); remove(pick); } }, { label: "Show it", test: "show-stray", run: () => { back(); select(pick); } }];
+  return [
+    {
+      label: "Remove this point",
+      test: "remove-stray",
+      run: () => {
+        back();
+        remove(pick);
+      },
+    },
+    {
+      label: "Show it",
+      test: "show-stray",
+      run: () => {
+        back();
+        select(pick);
+      },
+    },
+  ];
 }
 
 /** To a step where points are seen. */
@@ -74,21 +105,30 @@ function back() {
 }
 
 /** The border with the fewest points. */
-const fewest = () => BORDERS.toSorted((a, b) => pointsOf(doc.value, a).length - pointsOf(doc.value, b).length)[0];
+const fewest = () =>
+  BORDERS.toSorted((a, b) => pointsOf(doc.value, a).length - pointsOf(doc.value, b).length)[0];
 
 /** A line or arc inside that is in view and has no click yet; a circle tells most. */
 function insideLine() {
-  const f = field.value, r = region.value;
+  const f = field.value,
+    r = region.value;
   if (!f || !r) return null;
-  const isIn = (/** @type {import("../../core/types").Point} */ [x, y]) => x > r.x[0] && x < r.x[1] && y > r.y[0] && y < r.y[1];
+  const isIn = (/** @type {import("../../core/types").Point} */ [x, y]) =>
+    x > r.x[0] && x < r.x[1] && y > r.y[0] && y < r.y[1];
   const free = (/** @type {string} */ name) => pointsOf(doc.value, name).length === 0;
-  return f.arcs.find((a) => free(a.name) && a.centre[0] >= r.x[0] && a.centre[0] <= r.x[1])?.name
-    ?? f.lines.find((l) => free(l.name) && isIn([(l.from[0] + l.to[0]) / 2, (l.from[1] + l.to[1]) / 2]))?.name
-    ?? Object.entries(f.landmarks).find(([name, spot]) => free(name) && isIn(spot))?.[0] ?? null;
+  return (
+    f.arcs.find((a) => free(a.name) && a.centre[0] >= r.x[0] && a.centre[0] <= r.x[1])?.name ??
+    f.lines.find((l) => free(l.name) && isIn([(l.from[0] + l.to[0]) / 2, (l.from[1] + l.to[1]) / 2]))?.name ??
+    Object.entries(f.landmarks).find(([name, spot]) => free(name) && isIn(spot))?.[0] ??
+    null
+  );
 }
 
 /** @returns {Fix | null} */
-const enterHeight = () => (model.value?.options.some((o) => o.name === "height_mm") ? { label: "Enter camera height…", test: "enter-height", run: () => void toOption("height_mm") } : null);
+const enterHeight = () =>
+  model.value?.options.some((o) => o.name === "height_mm")
+    ? { label: "Enter camera height…", test: "enter-height", run: () => void toOption("height_mm") }
+    : null;
 
 /** To the field where the fix goes. @param {string} name */
 async function toOption(name) {
@@ -100,18 +140,47 @@ async function toOption(name) {
 }
 
 /** @returns {Fix} */
-const options = () => ({ label: "Show the options", test: "cure-options", run: () => void toOption(model.value?.options[0]?.name ?? "") });
+const options = () => ({
+  label: "Show the options",
+  test: "cure-options",
+  run: () => void toOption(model.value?.options[0]?.name ?? ""),
+});
 /** @returns {Fix | null} */
-const board = () => (model.value?.options.some((o) => o.type === "calibration") ? { label: "Calibrate the lens with a board…", test: "cure-board", run: () => run("board") } : null);
+const board = () =>
+  model.value?.options.some((o) => o.type === "calibration")
+    ? { label: "Calibrate the lens with a board…", test: "cure-board", run: () => run("board") }
+    : null;
 /** @returns {Fix | null} */
-const turn = () => (region.value ? { label: "Turn the field a quarter", test: "cure-turn", run: () => { step.value = "borders"; run("turn"); } } : null);
+const turn = () =>
+  region.value
+    ? {
+        label: "Turn the field a quarter",
+        test: "cure-turn",
+        run: () => {
+          step.value = "borders";
+          run("turn");
+        },
+      }
+    : null;
 /** @returns {Fix | null} */
-const picture = () => (camera.value ?? cameras.value[0] ? { label: "Take a new picture", test: "cure-picture", run: () => run("take") } : null);
+const picture = () =>
+  (camera.value ?? cameras.value[0])
+    ? { label: "Take a new picture", test: "cure-picture", run: () => run("take") }
+    : null;
 
 /** The model that is recommended, once they were compared. @returns {Fix | null} */
 function recommended() {
-  const name = ranking.value?.recommended, it = models.value.find((m) => m.name === name);
-  if (it && name && name !== doc.value.model) return { label: `Use ${it.title}`, test: "cure-model", run: () => { step.value = "model"; useModel(name); } };
+  const name = ranking.value?.recommended,
+    it = models.value.find((m) => m.name === name);
+  if (it && name && name !== doc.value.model)
+    return {
+      label: `Use ${it.title}`,
+      test: "cure-model",
+      run: () => {
+        step.value = "model";
+        useModel(name);
+      },
+    };
   return { label: "Compare the models", test: "cure-compare", run: goToModelComparison };
 }
 
@@ -122,13 +191,20 @@ export function goToModelComparison() {
 }
 
 /** The report whose figures are in sight. */
-const report = () => (activeViewport.value === mainViewport && (step.value === "compare" || step.value === "activate") ? version.value?.report : preview.value?.report);
+const report = () =>
+  activeViewport.value === mainViewport && (step.value === "compare" || step.value === "activate")
+    ? version.value?.report
+    : preview.value?.report;
 
 /** Where one more click helps the worst place most. @returns {Fix | null} */
 export function nextClick() {
   const next = report()?.next_click;
   if (!next) return null;
-  return { label: `Click there, on the ${words(next.feature).toLowerCase()}${isBorder(next.feature) ? " border" : ""}`, test: "cure-next-click", run: () => goTo(next) };
+  return {
+    label: `Click there, on the ${words(next.feature).toLowerCase()}${isBorder(next.feature) ? " border" : ""}`,
+    test: "cure-next-click",
+    run: () => goTo(next),
+  };
 }
 
 /** @param {{ feature: string, point: import("../../core/types").Point }} next */
@@ -138,23 +214,41 @@ function goTo({ feature, point: [x, y] }) {
 }
 
 /** The same as a deed of its own. */
-export function goToNextClick() { nextClick()?.run(); }
+export function goToNextClick() {
+  nextClick()?.run();
+}
 
 /** Bring the worst place of the map into the middle of the stage. */
 export function centreWorstPlace() {
-  const worst = shownMap.value?.at.image.at(-1) ?? null, corrected = shownMap.value?.at.corrected.at(-1) ?? null, here = correctedPlacement.value;
-  if (visiblePicture.value === "corrected" && corrected && here) mainViewport.centre(here.x + here.scale * (corrected[0] + margin.value), here.y + here.scale * (corrected[1] + margin.value), NEAREST);
+  const worst = shownMap.value?.at.image.at(-1) ?? null,
+    corrected = shownMap.value?.at.corrected.at(-1) ?? null,
+    here = correctedPlacement.value;
+  if (visiblePicture.value === "corrected" && corrected && here)
+    mainViewport.centre(
+      here.x + here.scale * (corrected[0] + margin.value),
+      here.y + here.scale * (corrected[1] + margin.value),
+      NEAREST,
+    );
   else if (worst) mainViewport.centre(worst[0], worst[1], NEAREST);
 }
 
 /** What to do about the worst place of the map: the strongest fix first. @returns {{ text: string, fixes: Fix[] }} */
 export function worstPlaceFix() {
-  const it = report(), map = shownMap.value;
+  const it = report(),
+    map = shownMap.value;
   if (!it || !map || map.what !== "expected") return { text: "", fixes: [] };
-  const height = it.warnings.find((w) => w.reason === "height-unknown"), next = it.next_click;
+  const height = it.warnings.find((w) => w.reason === "height-unknown"),
+    next = it.next_click;
   if (heat.value.atHats && height) return { text: height.fix, fixes: fixesOf(height) };
   if (next && next.worst_mm_then < next.worst_mm) {
-    return { text: `One more click on the ${words(next.feature).toLowerCase()} makes the worst place ${next.worst_mm.toFixed(1)} → ${next.worst_mm_then.toFixed(1)} mm${next.z_mm ? " at hat height" : ""}.`, fixes: [nextClick()].filter((c) => c !== null) };
+    return {
+      text: `One more click on the ${words(next.feature).toLowerCase()} makes the worst place ` +
+        `${next.worst_mm.toFixed(1)} → ${next.worst_mm_then.toFixed(1)} mm${next.z_mm ? " at hat height" : ""}.`,
+      fixes: [nextClick()].filter((c) => c !== null),
+    };
   }
-  return { text: "More clicks near it, or a lens known from a board, make it better.", fixes: [click(fewest()), board()].filter((c) => c !== null) };
+  return {
+    text: "More clicks near it, or a lens known from a board, make it better.",
+    fixes: [click(fewest()), board()].filter((c) => c !== null),
+  };
 }

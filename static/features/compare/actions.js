@@ -11,7 +11,8 @@ import { shownMap as heatMap } from "./heat.js";
 /** @typedef {import("../../core/types").CompareMode} CompareMode */
 
 const isLive = () => atLive.value !== null;
-const has = () => (isLive() ? status.value?.calibration_applied === true : comparing.value && version.value !== null);
+const has = () =>
+  isLive() ? status.value?.calibration_applied === true : comparing.value && version.value !== null;
 /** Whether both pictures are there. */
 const both = () => comparedVersion.value !== null;
 
@@ -32,12 +33,69 @@ const MODES = [
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const COMPARE_ACTIONS = [
-  ...MODES.map(({ id, label, short, key }) => ({ id, label, short, keys: [key], group: "Compare", run: () => setCompareMode(id), enabled: has, pressed: () => mode.value === id })),
-  { id: "flip", label: "Show the other picture while the key is held", keys: ["f"], group: "Compare", run: (event) => hold(event), enabled: () => both() && visiblePicture.value !== "side" && visiblePicture.value !== "wipe" },
-  { id: "swap", label: "Swap the two pictures once", short: "Swap", keys: ["j"], group: "Compare", run: swap, enabled: () => both() && mode.value === "blink" },
-  { id: "blink-pause", label: "Let them blink, or stop it", short: "Pause", keys: ["u"], group: "Compare", run: pause, enabled: () => both() && mode.value === "blink" },
-  { id: "grid", label: "Lay a grid of field millimetres over both pictures", short: "Grid", keys: ["g"], group: "Compare",
-    run: () => { grid.value = { ...grid.value, on: !grid.value.on }; }, enabled: both, pressed: () => grid.value.on },
-  { id: "worst-place", label: "Show the worst place of the map", short: "Show the worst place", keys: ["x"], group: "Compare", run: centreWorstPlace, enabled: () => heatMap.value !== null },
-  { id: "cure-worst", label: "Go where one more click helps the worst place most", short: "Click there…", group: "Compare", run: goToNextClick, enabled: () => heatMap.value?.what === "expected" },
+  ...MODES.map(({ id, label, short, key }) => ({
+    id,
+    label,
+    short,
+    keys: [key],
+    group: "Compare",
+    run: () => setCompareMode(id),
+    enabled: has,
+    pressed: () => mode.value === id,
+  })),
+  {
+    id: "flip",
+    label: "Show the other picture while the key is held",
+    keys: ["f"],
+    group: "Compare",
+    run: (event) => hold(event),
+    enabled: () => both() && visiblePicture.value !== "side" && visiblePicture.value !== "wipe",
+  },
+  {
+    id: "swap",
+    label: "Swap the two pictures once",
+    short: "Swap",
+    keys: ["j"],
+    group: "Compare",
+    run: swap,
+    enabled: () => both() && mode.value === "blink",
+  },
+  {
+    id: "blink-pause",
+    label: "Let them blink, or stop it",
+    short: "Pause",
+    keys: ["u"],
+    group: "Compare",
+    run: pause,
+    enabled: () => both() && mode.value === "blink",
+  },
+  {
+    id: "grid",
+    label: "Lay a grid of field millimetres over both pictures",
+    short: "Grid",
+    keys: ["g"],
+    group: "Compare",
+    run: () => {
+      grid.value = { ...grid.value, on: !grid.value.on };
+    },
+    enabled: both,
+    pressed: () => grid.value.on,
+  },
+  {
+    id: "worst-place",
+    label: "Show the worst place of the map",
+    short: "Show the worst place",
+    keys: ["x"],
+    group: "Compare",
+    run: centreWorstPlace,
+    enabled: () => heatMap.value !== null,
+  },
+  {
+    id: "cure-worst",
+    label: "Go where one more click helps the worst place most",
+    short: "Click there…",
+    group: "Compare",
+    run: goToNextClick,
+    enabled: () => heatMap.value?.what === "expected",
+  },
 ];

@@ -5,19 +5,33 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 export const RATES = [0.5, 1, 2];
 
 /** showing: the one that is seen now. rate: swaps a second, when it goes by itself. */
-export const blink = signal(/** @type {{ showing: "raw" | "corrected", running: boolean, rate: number }} */ ({ showing: "raw", running: true, rate: 1 }));
+export const blink = signal(
+  /** @type {{ showing: "raw" | "corrected", running: boolean, rate: number }} */ ({
+    showing: "raw",
+    running: true,
+    rate: 1,
+  }),
+);
 /** While it is held, the other picture is seen. */
 export const isFlipped = signal(false);
 
 const wish = matchMedia("(prefers-reduced-motion: reduce)");
 /** Whether the operator's system asks for less motion: then nothing swaps by itself. */
 export const prefersLessMotion = signal(wish.matches);
-wish.addEventListener("change", () => { prefersLessMotion.value = wish.matches; });
+wish.addEventListener("change", () => {
+  prefersLessMotion.value = wish.matches;
+});
 
-export const swap = () => { blink.value = { ...blink.value, showing: blink.value.showing === "raw" ? "corrected" : "raw" }; };
-export const pause = () => { blink.value = { ...blink.value, running: !blink.value.running }; };
+export const swap = () => {
+  blink.value = { ...blink.value, showing: blink.value.showing === "raw" ? "corrected" : "raw" };
+};
+export const pause = () => {
+  blink.value = { ...blink.value, running: !blink.value.running };
+};
 /** @param {number} rate */
-export const setSwapRate = (rate) => { blink.value = { ...blink.value, rate, running: true }; };
+export const setSwapRate = (rate) => {
+  blink.value = { ...blink.value, rate, running: true };
+};
 
 /** What is seen of a way to compare: blinking is one of the two pictures, and a held key turns them over.
  * @param {import("../../core/types").CompareMode} mode */
@@ -39,14 +53,18 @@ export function hold(event) {
   for (const type of ends) addEventListener(type, end);
 }
 
-const goes = computed(() => blink.value.running && !prefersLessMotion.value && !isFlipped.value ? blink.value.rate : 0);
+const goes = computed(() =>
+  blink.value.running && !prefersLessMotion.value && !isFlipped.value ? blink.value.rate : 0,
+);
 
 /** Swap by itself while somebody looks, from now on. @param {() => boolean} isOn whether the pictures are to blink */
 export function startBlinking(isOn) {
   effect(() => {
     const rate = isOn() ? goes.value : 0;
     if (!rate) return;
-    const timer = setInterval(() => { if (!document.hidden) untracked(swap); }, 1000 / rate);
+    const timer = setInterval(() => {
+      if (!document.hidden) untracked(swap);
+    }, 1000 / rate);
     return () => clearInterval(timer);
   });
 }

@@ -1,4 +1,5 @@
-// The comparison of raw and corrected, of a still or a live picture: where each picture lies, and what is under the pointer.
+// The comparison of raw and corrected, of a still or a live picture: where each picture lies, and what is under the
+// pointer.
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { call } from "../../core/api.js";
 import { latestWins } from "../../core/latest_wins.js";
@@ -14,7 +15,9 @@ import { pictureShownIn, startBlinking } from "./blink.js";
 
 const isLive = computed(() => atLive.value !== null);
 /** The calibration whose two pictures are in sight. */
-export const comparedVersion = computed(() => (isLive.value ? liveRecord.value : comparing.value ? version.value : null));
+export const comparedVersion = computed(() =>
+  isLive.value ? liveRecord.value : comparing.value ? version.value : null,
+);
 /** The stage that they lie on. */
 export const activeViewport = computed(() => (isLive.value ? liveView : mainViewport));
 /** Corrected pixels shown around the field. */
@@ -26,31 +29,56 @@ const pointed = computed(() => (isLive.value ? livePointer.value : pointer.value
 /** Which of two panes the pointer is in: 0 the raw one. */
 export const paneUnder = signal(0);
 
-/** @typedef {{ of: string, raw: Feature[], corrected: Feature[] }} Lines in pixels of each picture, the corrected one's margin counted */
+/**
+ * @typedef {{ of: string, raw: Feature[], corrected: Feature[] }} Lines in pixels of each picture, the corrected one's
+ * margin counted
+ */
 const fetched = signal(/** @type {Lines | null} */ (null));
-const wanted = computed(() => (comparedVersion.value && (!isLive.value || margin.value) ? { id: comparedVersion.value.id, margin: margin.value } : null));
+const wanted = computed(() =>
+  comparedVersion.value && (!isLive.value || margin.value)
+    ? { id: comparedVersion.value.id, margin: margin.value }
+    : null,
+);
 /** The field's lines on both pictures. */
-export const lines = computed(() => (fetched.value?.of === JSON.stringify(wanted.value) ? fetched.value : null));
+export const lines = computed(() =>
+  fetched.value?.of === JSON.stringify(wanted.value) ? fetched.value : null,
+);
 
-/** Where the corrected picture lies, in raw picture pixels, so that its borders cover the raw ones: X = x + scale · U. */
+/**
+ * Where the corrected picture lies, in raw picture pixels, so that its borders cover the raw ones: X = x + scale · U.
+ */
 export const correctedPlacement = computed(() => {
   const it = lines.value;
   if (!it) return null;
-  const borders = (/** @type {Feature[]} */ f) => bounds(f.filter((l) => l.kind === "border").flatMap((l) => l.points));
-  const raw = borders(it.raw), corrected = borders(it.corrected);
+  const borders = (/** @type {Feature[]} */ f) =>
+    bounds(f.filter((l) => l.kind === "border").flatMap((l) => l.points));
+  const raw = borders(it.raw),
+    corrected = borders(it.corrected);
   const scale = Math.sqrt((raw.width * raw.height) / (corrected.width * corrected.height));
   return { scale, x: raw.x - scale * corrected.x, y: raw.y - scale * corrected.y };
 });
 
 /** What the pointer is over, in the words of POST transform. */
 export const pointedAt = computed(() => {
-  const at = pointed.value, id = comparedVersion.value?.id, here = correctedPlacement.value;
+  const at = pointed.value,
+    id = comparedVersion.value?.id,
+    here = correctedPlacement.value;
   if (!at || !id || !here) return null;
   const { k, tx } = activeViewport.value.view.value;
-  const isRaw = visiblePicture.value === "raw" || (visiblePicture.value === "wipe" && (at.x + 0.5) * k + tx < compare.value.at * activeViewport.value.size.value.width)
-    || (visiblePicture.value === "side" && paneUnder.value === 0);
+  const isRaw =
+    visiblePicture.value === "raw" ||
+    (visiblePicture.value === "wipe" &&
+      (at.x + 0.5) * k + tx < compare.value.at * activeViewport.value.size.value.width) ||
+    (visiblePicture.value === "side" && paneUnder.value === 0);
   if (isRaw) return { id, from: "image", point: /** @type {Point} */ ([at.x, at.y]) };
-  return { id, from: "corrected", point: /** @type {Point} */ ([(at.x - here.x) / here.scale - margin.value, (at.y - here.y) / here.scale - margin.value]) };
+  return {
+    id,
+    from: "corrected",
+    point: /** @type {Point} */ ([
+      (at.x - here.x) / here.scale - margin.value,
+      (at.y - here.y) / here.scale - margin.value,
+    ]),
+  };
 });
 
 /** Field millimetres under the pointer. */
@@ -58,15 +86,21 @@ export const fieldUnderPointer = signal(/** @type {Point | null} */ (null));
 /** The same place in the other picture, side by side: its pixel there. */
 export const counterpart = signal(/** @type {{ on: "image" | "corrected", point: Point } | null} */ (null));
 
-const askPosition = latestWins(async (/** @type {NonNullable<typeof pointedAt.value>} */ { id, from, point }) => {
-  const on = from === "image" ? "corrected" : "image", isSide = visiblePicture.peek() === "side";
-  const get = async (/** @type {string} */ to) => (await call("POST", `/calibrations/${id}/transform`, { from, to, points: [point] })).points[0];
-  try {
-    const [place, other] = await Promise.all([get("field"), isSide ? get(on) : null]);
-    fieldUnderPointer.value = place;
-    counterpart.value = other && { on, point: other };
-  } catch { fieldUnderPointer.value = counterpart.value = null; }
-});
+const askPosition = latestWins(
+  async (/** @type {NonNullable<typeof pointedAt.value>} */ { id, from, point }) => {
+    const on = from === "image" ? "corrected" : "image",
+      isSide = visiblePicture.peek() === "side";
+    const get = async (/** @type {string} */ to) =>
+      (await call("POST", `/calibrations/${id}/transform`, { from, to, points: [point] })).points[0];
+    try {
+      const [place, other] = await Promise.all([get("field"), isSide ? get(on) : null]);
+      fieldUnderPointer.value = place;
+      counterpart.value = other && { on, point: other };
+    } catch {
+      fieldUnderPointer.value = counterpart.value = null;
+    }
+  },
+);
 
 /** Fetch lines and positions for what is compared, from now on. */
 export function startComparing() {
@@ -75,17 +109,32 @@ export function startComparing() {
   effect(() => {
     const now = wanted.value;
     if (!now || fetched.peek()?.of === JSON.stringify(now)) return;
-    const get = async (/** @type {string} */ frame) => (await call("GET", `/calibrations/${now.id}/overlay.json?frame=${frame}&margin_px=${now.margin}`)).features;
-    Promise.all([get("raw"), get("corrected")]).then(([raw, corrected]) => { fetched.value = { of: JSON.stringify(now), raw, corrected }; }, notifyError);
+    const get = async (/** @type {string} */ frame) =>
+      (await call("GET", `/calibrations/${now.id}/overlay.json?frame=${frame}&margin_px=${now.margin}`))
+        .features;
+    Promise.all([get("raw"), get("corrected")]).then(([raw, corrected]) => {
+      fetched.value = { of: JSON.stringify(now), raw, corrected };
+    }, notifyError);
   });
   effect(() => {
     const question = pointedAt.value;
-    untracked(() => { if (question) void askPosition(question); else fieldUnderPointer.value = counterpart.value = null; });
+    untracked(() => {
+      if (question) void askPosition(question);
+      else fieldUnderPointer.value = counterpart.value = null;
+    });
   });
-  effect(() => { // a stage that is higher than wide has them one above the other
-    const isSide = comparedVersion.value !== null && mode.value === "side", { width, height } = activeViewport.value.size.value;
-    const picture = comparedVersion.value ? { width: comparedVersion.value.image_size[0], height: comparedVersion.value.image_size[1] } : snapshot.value;
-    const panes = !isSide ? { columns: 1, rows: 1 } : height > 1.1 * width ? { columns: 1, rows: 2 } : { columns: 2, rows: 1 };
+  effect(() => {
+    // a stage that is higher than wide has them one above the other
+    const isSide = comparedVersion.value !== null && mode.value === "side",
+      { width, height } = activeViewport.value.size.value;
+    const picture = comparedVersion.value
+      ? { width: comparedVersion.value.image_size[0], height: comparedVersion.value.image_size[1] }
+      : snapshot.value;
+    const panes = !isSide
+      ? { columns: 1, rows: 1 }
+      : height > 1.1 * width
+        ? { columns: 1, rows: 2 }
+        : { columns: 2, rows: 1 };
     untracked(() => activeViewport.value.divide(panes, picture));
   });
 }

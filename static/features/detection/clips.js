@@ -7,7 +7,8 @@ import { heldFrame, holdClipFrame, holdFrame, isDetected, releaseFrame } from ".
 
 /** @typedef {import("./types").Clip} Clip */
 
-const SECONDS = 5, TICK_MS = 200;
+const SECONDS = 5,
+  TICK_MS = 200;
 
 const all = signal(/** @type {Clip[]} */ ([]));
 /** Those of the camera that is shown, newest first. */
@@ -20,11 +21,19 @@ export const playing = signal(false);
 export async function recordClip() {
   const camera = detectionCamera.value?.id;
   if (!camera || recording.value) return;
-  const stop = new AbortController(), begun = Date.now();
-  const tick = setInterval(() => { recording.value = { share: Math.min(1, (Date.now() - begun) / 1000 / SECONDS), stop }; }, TICK_MS);
+  const stop = new AbortController(),
+    begun = Date.now();
+  const tick = setInterval(() => {
+    recording.value = { share: Math.min(1, (Date.now() - begun) / 1000 / SECONDS), stop };
+  }, TICK_MS);
   recording.value = { share: 0, stop };
   try {
-    const clip = await (await request("POST", `/cameras/${encodeURIComponent(camera)}/clip`, { json: { seconds: SECONDS }, stop: stop.signal })).json();
+    const clip = await (
+      await request("POST", `/cameras/${encodeURIComponent(camera)}/clip`, {
+        json: { seconds: SECONDS },
+        stop: stop.signal,
+      })
+    ).json();
     await readClips();
     if (detectionCamera.value?.id === camera) openClip(clip.clip);
   } catch (error) {
@@ -52,7 +61,10 @@ export function seek(number) {
 /** Of a clip, or of the camera. */
 export function nextFrame() {
   const it = heldFrame.value;
-  if (!it?.clip) { void holdFrame(); return; }
+  if (!it?.clip) {
+    void holdFrame();
+    return;
+  }
   playing.value = false;
   seek(it.number + 1);
 }
@@ -62,7 +74,9 @@ export function previousFrame() {
   seek((heldFrame.value?.number ?? 0) - 1);
 }
 
-export const play = () => { playing.value = !playing.value; };
+export const play = () => {
+  playing.value = !playing.value;
+};
 
 /** @param {Clip} clip */
 export async function removeClip(clip) {
@@ -87,11 +101,15 @@ async function readClips() {
 /** Know the clips as long as the page is there; while one plays, show the next frame once this one is seen. */
 export function startClips() {
   const id = computed(() => detectionCamera.value?.id);
-  effect(() => { if (id.value) void readClips(); playing.value = false; });
+  effect(() => {
+    if (id.value) void readClips();
+    playing.value = false;
+  });
   effect(() => {
     const it = heldFrame.value;
     if (!it?.clip || !playing.value || !isDetected.value) return undefined;
-    const { clip, number } = it, timer = setTimeout(() => holdClipFrame(clip, (number + 1) % clip.frames), 1000 / (clip.fps || 10));
+    const { clip, number } = it,
+      timer = setTimeout(() => holdClipFrame(clip, (number + 1) % clip.frames), 1000 / (clip.fps || 10));
     return () => clearTimeout(timer);
   });
 }

@@ -5,11 +5,28 @@ import { cameras, notify, notifyError } from "../../core/state.js";
 import { detectionCamera, detectionState, setDetection, tune } from "./detection.js";
 import { asSnapshot } from "./held_frame.js";
 
-/** @typedef {import("./types").Profile} Profile @typedef {import("./types").Place} Place @typedef {import("./types").Preset} Preset */
+/**
+ * @typedef {import("./types").Profile} Profile
+ * @typedef {import("./types").Place} Place
+ * @typedef {import("./types").Preset} Preset
+ */
 
 export const BACKGROUND = "background";
-/** Every colour that can be taught, as the leagues have them; each with a picture of itself. @type {[string, string][]} */
-export const COLOURS = [["orange", "#fa701e"], ["yellow", "#f6d628"], ["blue", "#1860d2"], ["pink", "#fa5cbe"], ["green", "#6ee85c"], ["cyan", "#3cd6de"], ["purple", "#7834d6"], ["red", "#de1e2c"], [BACKGROUND, "#4a5b52"]];
+/**
+ * Every colour that can be taught, as the leagues have them; each with a picture of itself.
+ * @type {[string, string][]}
+ */
+export const COLOURS = [
+  ["orange", "#fa701e"],
+  ["yellow", "#f6d628"],
+  ["blue", "#1860d2"],
+  ["pink", "#fa5cbe"],
+  ["green", "#6ee85c"],
+  ["cyan", "#3cd6de"],
+  ["purple", "#7834d6"],
+  ["red", "#de1e2c"],
+  [BACKGROUND, "#4a5b52"],
+];
 const READ_NEAR = ["pink", "green"]; // by the butterfly patterns, without being looked for everywhere
 const DOUBT_MS = 5000;
 
@@ -25,9 +42,11 @@ export const overwriteCandidate = signal("");
 
 /** Colours that the plan looks for, or that were taught. */
 export const neededColours = computed(() => {
-  const it = detectionState.value, names = new Set(Object.keys(it?.profile?.colours ?? {}));
+  const it = detectionState.value,
+    names = new Set(Object.keys(it?.profile?.colours ?? {}));
   for (const stage of it?.plan.stages ?? []) {
-    for (const option of ["everywhere", "numbers", "teams"]) for (const name of /** @type {string[]} */ (stage[option] ?? [])) names.add(name);
+    for (const option of ["everywhere", "numbers", "teams"])
+      for (const name of /** @type {string[]} */ (stage[option] ?? [])) names.add(name);
     if (stage.stage === "ball") names.add(String(stage.colour));
     if (stage.stage === "butterfly") for (const name of READ_NEAR) names.add(name);
   }
@@ -35,7 +54,9 @@ export const neededColours = computed(() => {
 });
 
 /** @param {string} name */
-export const choose = (name) => { colour.value = colour.value === name ? "" : name; };
+export const choose = (name) => {
+  colour.value = colour.value === name ? "" : name;
+};
 
 let queue = Promise.resolve();
 
@@ -43,13 +64,23 @@ let queue = Promise.resolve();
 export function teach(place) {
   const name = colour.value;
   if (!name) return;
-  queue = queue.then(() => learn(`Learning ${name}`, () => ({ clicks: { [name]: [place] }, ...(detectionState.value?.profile ? { base: detectionState.value.profile } : {}) })));
+  queue = queue.then(() =>
+    learn(`Learning ${name}`, () => ({
+      clicks: { [name]: [place] },
+      ...(detectionState.value?.profile ? { base: detectionState.value.profile } : {}),
+    })),
+  );
 }
 
 /** All colours from the picture's own patches, without a click. */
-export const learnAutomatically = () => { queue = queue.then(() => learn("Looking for colours", () => ({ automatic: true }))); };
+export const learnAutomatically = () => {
+  queue = queue.then(() => learn("Looking for colours", () => ({ automatic: true })));
+};
 
-/** @param {string} what @param {() => Record<string, unknown>} body made when its turn has come, onto what was learned before */
+/**
+ * @param {string} what
+ * @param {() => Record<string, unknown>} body made when its turn has come, onto what was learned before
+ */
 async function learn(what, body) {
   const id = detectionCamera.value?.id;
   if (!id || !detectionState.value) return;
@@ -57,7 +88,10 @@ async function learn(what, body) {
   learning.value = { what, stop };
   try {
     const snapshot = await asSnapshot();
-    const response = await request("POST", `/cameras/${encodeURIComponent(id)}/colours/learn`, { json: { ...body(), snapshot }, stop: stop.signal });
+    const response = await request("POST", `/cameras/${encodeURIComponent(id)}/colours/learn`, {
+      json: { ...body(), snapshot },
+      stop: stop.signal,
+    });
     const answer = await response.json();
     if (detectionCamera.value?.id !== id) return;
     notes.value = answer.notes;
@@ -72,7 +106,7 @@ async function learn(what, body) {
 /** A camera's own profile does not go by the name of the one that it shares with others. @param {Profile} profile */
 function named(profile) {
   const shared = detectionState.value?.colours;
-  return { ...profile, name: shared ? `${shared}, changed` : detectionCamera.value?.id ?? "clicked" };
+  return { ...profile, name: shared ? `${shared}, changed` : (detectionCamera.value?.id ?? "clicked") };
 }
 
 /** Take one sample away again. @param {string} name @param {number} index */
@@ -80,9 +114,18 @@ export function forget(name, index) {
   const it = detectionState.value?.profile;
   if (!it) return;
   const without = (/** @type {import("./types").Sample[]} */ samples) => samples.filter((_, i) => i !== index);
-  if (name === BACKGROUND) { void tune({ profile: named({ ...it, background: without(it.background) }) }); return; }
-  const left = Object.entries({ ...it.colours, [name]: without(it.colours[name] ?? []) }).filter(([, samples]) => samples.length);
-  void tune(left.length ? { profile: named({ ...it, colours: Object.fromEntries(left) }) } : { profile: null, colours: null });
+  if (name === BACKGROUND) {
+    void tune({ profile: named({ ...it, background: without(it.background) }) });
+    return;
+  }
+  const left = Object.entries({ ...it.colours, [name]: without(it.colours[name] ?? []) }).filter(
+    ([, samples]) => samples.length,
+  );
+  void tune(
+    left.length
+      ? { profile: named({ ...it, colours: Object.fromEntries(left) }) }
+      : { profile: null, colours: null },
+  );
 }
 
 /** Without any of them: the camera finds its colours by itself, in each first picture. */
@@ -92,25 +135,40 @@ export const forgetAll = () => tune({ profile: null, colours: null });
 export const usePreset = (name) => tune({ profile: null, colours: name || null });
 
 /** What is typed, as an address can hold it. @param {string} text */
-export const presetName = (text) => text.trim().replace(/[^A-Za-z0-9._-]+/g, "-").replace(/^[-._]+/, "").slice(0, 64);
+export const presetName = (text) =>
+  text
+    .trim()
+    .replace(/[^A-Za-z0-9._-]+/g, "-")
+    .replace(/^[-._]+/, "")
+    .slice(0, 64);
 
 let doubt = 0;
 
-/** Keep what this camera goes by under a name; over another of that name only when asked for twice. @param {string} typed */
+/**
+ * Keep what this camera goes by under a name; over another of that name only when asked for twice.
+ * @param {string} typed
+ */
 export async function savePreset(typed) {
-  const name = presetName(typed), profile = detectionState.value?.profile, at = `/colours/${encodeURIComponent(name)}`;
+  const name = presetName(typed),
+    profile = detectionState.value?.profile,
+    at = `/colours/${encodeURIComponent(name)}`;
   if (!name || !profile) return;
   const isThere = presets.value.some((p) => p.name === name);
   clearTimeout(doubt);
   if (isThere && overwriteCandidate.value !== name) {
     overwriteCandidate.value = name;
-    doubt = setTimeout(() => { overwriteCandidate.value = ""; }, DOUBT_MS);
+    doubt = setTimeout(() => {
+      overwriteCandidate.value = "";
+    }, DOUBT_MS);
     return;
   }
   overwriteCandidate.value = "";
   try {
-    const tag = isThere ? (await request("GET", at)).headers.get("ETag") ?? "" : "";
-    await request("PUT", at, { json: { profile: { ...profile, name } }, headers: isThere ? { "If-Match": tag } : {} });
+    const tag = isThere ? ((await request("GET", at)).headers.get("ETag") ?? "") : "";
+    await request("PUT", at, {
+      json: { profile: { ...profile, name } },
+      headers: isThere ? { "If-Match": tag } : {},
+    });
     await readPresets();
     await tune({ colours: name, profile: null });
   } catch (error) {
@@ -120,12 +178,18 @@ export async function savePreset(typed) {
 
 /** @param {string} name */
 export async function removePreset(name) {
-  const old = presets.value.find((p) => p.name === name), at = `/colours/${encodeURIComponent(name)}`;
+  const old = presets.value.find((p) => p.name === name),
+    at = `/colours/${encodeURIComponent(name)}`;
   try {
     await call("DELETE", at);
     await readPresets();
     const again = () => call("PUT", at, { profile: old?.profile }).then(readPresets, notifyError);
-    notify({ level: "info", text: `The colours ${name} were removed.`, fix: "", action: old ? { label: "Put them back", run: () => void again() } : undefined });
+    notify({
+      level: "info",
+      text: `The colours ${name} were removed.`,
+      fix: "",
+      action: old ? { label: "Put them back", run: () => void again() } : undefined,
+    });
   } catch (error) {
     notifyError(error);
   }
@@ -133,18 +197,32 @@ export async function removePreset(name) {
 
 /** Let another camera go by the same colours. @param {string} id */
 export async function copyTo(id) {
-  const it = detectionState.value, other = cameras.value.find((c) => c.id === id), at = `/cameras/${encodeURIComponent(id)}/seeing`;
+  const it = detectionState.value,
+    other = cameras.value.find((c) => c.id === id),
+    at = `/cameras/${encodeURIComponent(id)}/seeing`;
   if (!it || !other) return;
   const shared = it.colours && it.profile?.name === it.colours;
   /** @param {Record<string, unknown>} colours @returns {Promise<Record<string, unknown>>} what it went by before */
   const put = async (colours) => {
-    const response = await request("GET", at), { on, plan, publish, ...theirs } = await response.json();
-    await request("PUT", at, { json: { on, plan, publish, ...colours }, headers: { "If-Match": response.headers.get("ETag") ?? "" } });
-    return { colours: theirs.colours, profile: theirs.learned === "clicks" && theirs.profile?.name !== theirs.colours ? theirs.profile : null };
+    const response = await request("GET", at),
+      { on, plan, publish, ...theirs } = await response.json();
+    await request("PUT", at, {
+      json: { on, plan, publish, ...colours },
+      headers: { "If-Match": response.headers.get("ETag") ?? "" },
+    });
+    return {
+      colours: theirs.colours,
+      profile: theirs.learned === "clicks" && theirs.profile?.name !== theirs.colours ? theirs.profile : null,
+    };
   };
   try {
     const before = await put({ colours: shared ? it.colours : null, profile: shared ? null : it.profile });
-    notify({ level: "info", text: `${other.name} goes by these colours now.`, fix: "", action: { label: "Take it back", run: () => void put(before).catch(notifyError) } });
+    notify({
+      level: "info",
+      text: `${other.name} goes by these colours now.`,
+      fix: "",
+      action: { label: "Take it back", run: () => void put(before).catch(notifyError) },
+    });
     await readPresets();
   } catch (error) {
     notifyError(error);

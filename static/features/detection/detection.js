@@ -7,13 +7,20 @@ import { page } from "../../core/page.js";
 import { openSocket } from "../../core/socket.js";
 import { cameras, notifyError } from "../../core/state.js";
 
-/** @typedef {import("./types").DetectionState} DetectionState @typedef {import("./types").DetectionSettings} DetectionSettings @typedef {import("./types").DetectionFrame} DetectionFrame */
+/**
+ * @typedef {import("./types").DetectionState} DetectionState
+ * @typedef {import("./types").DetectionSettings} DetectionSettings
+ * @typedef {import("./types").DetectionFrame} DetectionFrame
+ */
 /** @typedef {Pick<DetectionSettings, "plan" | "colours" | "profile">} Tuned what can be undone */
 
 const LOOK_MS = 3000; // somebody else may change it, and a camera finds its colours by itself
-const MOST_UNDO = 40, MOST_RECENT = 20;
+const MOST_UNDO = 40,
+  MOST_RECENT = 20;
 
-export const detectionCamera = computed(() => (page.value?.name === "seeing" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
+export const detectionCamera = computed(() =>
+  page.value?.name === "seeing" ? (cameras.value.find((c) => c.id === page.value?.argument) ?? null) : null,
+);
 export const detectionState = signal(/** @type {DetectionState | null} */ (null));
 /** What the newest frame showed; null before the first. */
 export const latestFrame = signal(/** @type {DetectionFrame | null} */ (null));
@@ -21,7 +28,9 @@ export const latestFrame = signal(/** @type {DetectionFrame | null} */ (null));
 const recent = signal(/** @type {DetectionFrame[]} */ ([]));
 export const shownSeq = signal(0);
 /** What is seen in the very picture that is shown: it comes another way, earlier or later. */
-export const shownFrame = computed(() => recent.value.findLast((frame) => frame.seq <= shownSeq.value) ?? latestFrame.value);
+export const shownFrame = computed(
+  () => recent.value.findLast((frame) => frame.seq <= shownSeq.value) ?? latestFrame.value,
+);
 /** Why nothing is detected, with its fix. */
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 export const kinds = signal(/** @type {import("./types").StageKind[]} */ ([]));
@@ -33,33 +42,48 @@ export const past = signal(/** @type {Tuned[]} */ ([]));
 export const future = signal(/** @type {Tuned[]} */ ([]));
 
 export const detectionNextStep = computed(() => {
-  const it = latestFrame.value, robots = it?.items.filter((i) => i.kind !== "ball").length ?? 0, balls = it?.items.filter((i) => i.kind === "ball").length ?? 0;
-  const sentence = !detectionCamera.value ? "There is no such camera." : refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : !it ? "Waiting for the camera…"
-    : `${plural(robots, "robot")} and ${plural(balls, "ball")} in ${number(it.ms, 1)} ms.`;
+  const it = latestFrame.value,
+    robots = it?.items.filter((i) => i.kind !== "ball").length ?? 0,
+    balls = it?.items.filter((i) => i.kind === "ball").length ?? 0;
+  const sentence = !detectionCamera.value
+    ? "There is no such camera."
+    : refusal.value
+      ? `${refusal.value.detail} ${refusal.value.fix}`
+      : !it
+        ? "Waiting for the camera…"
+        : `${plural(robots, "robot")} and ${plural(balls, "ball")} in ${number(it.ms, 1)} ms.`;
   return { action: "back", label: "Back", missing: "", done: it !== null && !refusal.value, sentence };
 });
 
 /** @type {import("../../core/socket.js").Socket | null} */
 let socket = null;
 const wishes = requestOrder();
-let etag = "", saving = 0;
+let etag = "",
+  saving = 0;
 let queue = Promise.resolve();
 
 /** Read and listen as long as the page is there, and again when the line breaks. */
 export function startDetection() {
   let look = 0;
-  const current = computed(() => detectionCamera.value?.id), isHeard = computed(() => isListening.value && detectionState.value?.on !== false);
+  const current = computed(() => detectionCamera.value?.id),
+    isHeard = computed(() => isListening.value && detectionState.value?.on !== false);
   effect(() => {
     const id = current.value;
     clearInterval(look);
-    if (detectionState.peek()?.camera !== id) { detectionState.value = latestFrame.value = null; [past.value, future.value] = remembered(id); }
+    if (detectionState.peek()?.camera !== id) {
+      detectionState.value = latestFrame.value = null;
+      [past.value, future.value] = remembered(id);
+    }
     if (!id || !online.value) return;
     void read(id);
     if (!kinds.peek().length) void readStages();
-    look = setInterval(() => { if (!document.hidden && !saving) void read(id); }, LOOK_MS);
+    look = setInterval(() => {
+      if (!document.hidden && !saving) void read(id);
+    }, LOOK_MS);
   });
   effect(() => {
-    const id = current.value, wanted = isHeard.value;
+    const id = current.value,
+      wanted = isHeard.value;
     socket?.close();
     socket = refusal.value = null;
     recent.value = [];
@@ -70,11 +94,13 @@ export function startDetection() {
 
   /** @param {string} id */
   function listen(id) {
-    return openSocket(`/cameras/${encodeURIComponent(id)}/detections`, { onMessage: (message) => {
-      refusal.value = "detail" in message ? message : null;
-      latestFrame.value = refusal.value ? null : message;
-      if (latestFrame.value) recent.value = [...recent.value, latestFrame.value].slice(-MOST_RECENT);
-    } });
+    return openSocket(`/cameras/${encodeURIComponent(id)}/detections`, {
+      onMessage: (message) => {
+        refusal.value = "detail" in message ? message : null;
+        latestFrame.value = refusal.value ? null : message;
+        if (latestFrame.value) recent.value = [...recent.value, latestFrame.value].slice(-MOST_RECENT);
+      },
+    });
   }
 }
 
@@ -92,7 +118,8 @@ async function readStages() {
 async function read(id) {
   const isStill = wishes.since();
   try {
-    const response = await request("GET", `/cameras/${encodeURIComponent(id)}/seeing`), answer = await response.json();
+    const response = await request("GET", `/cameras/${encodeURIComponent(id)}/seeing`),
+      answer = await response.json();
     if (saving || !isStill() || detectionCamera.value?.id !== id) return; // older than what is being kept, or was since
     etag = response.headers.get("ETag") ?? "";
     keep(id, answer);
@@ -108,10 +135,17 @@ function keep(id, answer) {
 }
 
 /** The profile that belongs to a camera alone. @param {DetectionState} it */
-export const ownProfile = (it) => (it.learned === "clicks" && it.profile && it.profile.name !== it.colours ? it.profile : null);
+export const ownProfile = (it) =>
+  it.learned === "clicks" && it.profile && it.profile.name !== it.colours ? it.profile : null;
 
 /** What an operator has set. @param {DetectionState} it @returns {DetectionSettings} */
-const setOf = (it) => ({ on: it.on, plan: it.plan, colours: it.colours, profile: ownProfile(it), publish: it.publish });
+const setOf = (it) => ({
+  on: it.on,
+  plan: it.plan,
+  colours: it.colours,
+  profile: ownProfile(it),
+  publish: it.publish,
+});
 
 /** @param {DetectionState} it @returns {Tuned} */
 const tunedOf = (it) => ({ plan: it.plan, colours: it.colours, profile: ownProfile(it) });
@@ -138,15 +172,37 @@ function travel(from, to) {
 
 /** Set it: seen at once, kept by the server, one after the other. @param {Partial<DetectionSettings>} changes */
 export function setDetection(changes) {
-  const it = detectionState.value, id = it?.camera;
+  const it = detectionState.value,
+    id = it?.camera;
   if (!it || !id) return Promise.resolve();
   remember(id);
   const before = setOf(it);
   const { profile, ...rest } = changes;
-  detectionState.value = { ...it, ...rest, ...(profile ? { profile, learned: /** @type {const} */ ("clicks") } : profile === null ? { profile: null, learned: null, health: [] } : {}) };
+  detectionState.value = {
+    ...it,
+    ...rest,
+    ...(profile
+      ? { profile, learned: /** @type {const} */ ("clicks") }
+      : profile === null
+        ? { profile: null, learned: null, health: [] }
+        : {}),
+  };
   saving += 1;
   wishes.begin();
-  queue = queue.then(() => put(id, before, changes)).catch((error) => { notifyError(error); void call("GET", `/cameras/${encodeURIComponent(id)}/seeing`).then((now) => { if (detectionCamera.value?.id === id) keep(id, now); }, () => {}); }).finally(() => { saving -= 1; });
+  queue = queue
+    .then(() => put(id, before, changes))
+    .catch((error) => {
+      notifyError(error);
+      void call("GET", `/cameras/${encodeURIComponent(id)}/seeing`).then(
+        (now) => {
+          if (detectionCamera.value?.id === id) keep(id, now);
+        },
+        () => {},
+      );
+    })
+    .finally(() => {
+      saving -= 1;
+    });
   return queue;
 }
 
@@ -166,8 +222,11 @@ async function put(id, before, changes) {
     await send(before);
   } catch (error) {
     if (!(error instanceof Problem) || error.status !== 412) throw error;
-    const response = await request("GET", at), now = setOf({ ...await response.json(), camera: id });
-    const isOurs = /** @type {(keyof DetectionSettings)[]} */ (Object.keys(changes)).every((name) => JSON.stringify(now[name]) === JSON.stringify(before[name]));
+    const response = await request("GET", at),
+      now = setOf({ ...(await response.json()), camera: id });
+    const isOurs = /** @type {(keyof DetectionSettings)[]} */ (Object.keys(changes)).every(
+      (name) => JSON.stringify(now[name]) === JSON.stringify(before[name]),
+    );
     etag = response.headers.get("ETag") ?? "";
     if (!isOurs) throw error; // they changed the very same: the operator is to look first
     await send(now);
@@ -179,10 +238,18 @@ const keyOf = (id) => `touchline.seeing.${id}`;
 
 /** @param {string} id */
 function remember(id) {
-  try { sessionStorage.setItem(keyOf(id), JSON.stringify([past.value, future.value])); } catch { /* full, or forbidden: undo then ends with the tab */ }
+  try {
+    sessionStorage.setItem(keyOf(id), JSON.stringify([past.value, future.value]));
+  } catch {
+    /* full, or forbidden: undo then ends with the tab */
+  }
 }
 
 /** @param {string | undefined} id @returns {[Tuned[], Tuned[]]} */
 function remembered(id) {
-  try { return JSON.parse(sessionStorage.getItem(keyOf(id ?? "")) ?? "[[],[]]"); } catch { return [[], []]; }
+  try {
+    return JSON.parse(sessionStorage.getItem(keyOf(id ?? "")) ?? "[[],[]]");
+  } catch {
+    return [[], []];
+  }
 }

@@ -4,7 +4,8 @@ import { detectionCamera, detectionState } from "./detection.js";
 import { fieldPositions } from "./field_positions.js";
 import { detections } from "./held_frame.js";
 
-const NEARER = 1.5, NEAREST = 8;
+const NEARER = 1.5,
+  NEAREST = 8;
 export const MASK = "stage-colours";
 
 /** "raw", "corrected", or "stage-" and the name of one. */
@@ -18,17 +19,31 @@ export const canCorrect = computed(() => fieldPositions.value !== null && detect
 export const view = computed(() => {
   const name = chosenView.value;
   if (name === "corrected") return canCorrect.value ? name : "raw";
-  return !name.startsWith("stage-") || detectionState.value?.plan.stages.some((s) => `stage-${s.stage}` === name) ? name : "raw";
+  return !name.startsWith("stage-") ||
+    detectionState.value?.plan.stages.some((s) => `stage-${s.stage}` === name)
+    ? name
+    : "raw";
 });
 
 /** @param {string} name */
-export const setView = (name) => { chosenView.value = name; };
+export const setView = (name) => {
+  chosenView.value = name;
+};
 /** @param {string} name there, or back to the picture as it was taken */
-export const toggleView = (name) => { chosenView.value = view.value === name ? "raw" : name; };
+export const toggleView = (name) => {
+  chosenView.value = view.value === name ? "raw" : name;
+};
 /** @param {1 | -1} step */
-export const zoomDisplay = (step) => { zoom.value = Math.min(NEAREST, Math.max(1, step > 0 ? zoom.value * NEARER : zoom.value / NEARER)); };
+export const zoomDisplay = (step) => {
+  zoom.value = Math.min(NEAREST, Math.max(1, step > 0 ? zoom.value * NEARER : zoom.value / NEARER));
+};
 
 export function startDisplay() {
   const id = computed(() => detectionCamera.value?.id);
-  effect(() => { if (id.value) { chosenView.value = "raw"; zoom.value = 1; } });
+  effect(() => {
+    if (id.value) {
+      chosenView.value = "raw";
+      zoom.value = 1;
+    }
+  });
 }

@@ -7,26 +7,48 @@ import { cameras, notify, notifyError } from "../../core/state.js";
 import { openedCamera, status } from "../live/camera_page.js";
 import { refreshStatuses } from "../live/camera_status.js";
 
-/** @typedef {{ calibration: string, version: number, snapshot: string, parent: string, points: number, lines: number, lines_px: number, picture_px: number, sentence: string }} Registered */
+/**
+ * @typedef {{ calibration: string, version: number, snapshot: string, parent: string, points: number, lines: number,
+ * lines_px: number, picture_px: number, sentence: string }} Registered
+ */
 
 const work = longWork();
 /** How far the registering is, and why it was refused. */
 export const { search: registering, refusal: notRegistered } = work;
-const last = signal(/** @type {{ camera: string, made: Registered, apart: { rms_mm: number | null, max_mm: number | null } | null } | null} */ (null));
+const last = signal(
+  /**
+   * @type {{ camera: string, made: Registered, apart: { rms_mm: number | null, max_mm: number | null } | null } | null}
+   */ (
+    null
+  ),
+);
 /** The version that was made for the camera on show, as long as it is not used. */
-export const registered = computed(() => (last.value && last.value.camera === openedCamera.value?.id && last.value.made.calibration !== status.value?.active_calibration ? last.value : null));
-export const canRegister = computed(() => registering.value === null && status.value?.state === "live" && status.value.calibration_applied);
+export const registered = computed(() =>
+  last.value &&
+  last.value.camera === openedCamera.value?.id &&
+  last.value.made.calibration !== status.value?.active_calibration
+    ? last.value
+    : null,
+);
+export const canRegister = computed(
+  () => registering.value === null && status.value?.state === "live" && status.value.calibration_applied,
+);
 
 /** Take a picture without what moves, keep the lens, and fit the pose to the field's lines: a new version. */
 export async function registerPose() {
   const camera = openedCamera.value?.id;
   if (!camera || !canRegister.value) return;
   last.value = null;
-  await work.watch((stop, onProgress) => runJob(`/cameras/${camera}/reregister`, {}, stop, onProgress), async (/** @type {Registered} */ made) => {
-    last.value = { camera, made, apart: null };
-    const apart = await call("GET", `/calibrations/${made.parent}/difference/${made.calibration}.json`).catch(() => null);
-    if (last.value?.made === made) last.value = { camera, made, apart };
-  });
+  await work.watch(
+    (stop, onProgress) => runJob(`/cameras/${camera}/reregister`, {}, stop, onProgress),
+    async (/** @type {Registered} */ made) => {
+      last.value = { camera, made, apart: null };
+      const apart = await call("GET", `/calibrations/${made.parent}/difference/${made.calibration}.json`).catch(
+        () => null,
+      );
+      if (last.value?.made === made) last.value = { camera, made, apart };
+    },
+  );
 }
 
 /** Use the new version from now on; the one before stays. */
@@ -35,7 +57,12 @@ export async function useRegistered() {
   if (!it) return;
   const { camera, made } = it;
   await use(camera, made.calibration);
-  notify({ level: "info", text: `Version ${made.version} is active.`, fix: "The one before stays.", action: { label: "Go back to it", run: () => void use(camera, made.parent) } });
+  notify({
+    level: "info",
+    text: `Version ${made.version} is active.`,
+    fix: "The one before stays.",
+    action: { label: "Go back to it", run: () => void use(camera, made.parent) },
+  });
 }
 
 /** @param {string} camera @param {string} calibration */
@@ -43,21 +70,43 @@ async function use(camera, calibration) {
   try {
     await call("POST", `/calibrations/${calibration}/activate`);
     const changed = cameras.value.find((c) => c.id === camera);
-    if (changed) cameras.value = cameras.value.with(cameras.value.indexOf(changed), { ...changed, active_calibration: calibration });
+    if (changed)
+      cameras.value = cameras.value.with(cameras.value.indexOf(changed), {
+        ...changed,
+        active_calibration: calibration,
+      });
     await refreshStatuses();
   } catch (error) {
     notifyError(error);
   }
 }
 
-export const closeRegistered = () => { last.value = null; };
+export const closeRegistered = () => {
+  last.value = null;
+};
 
 // A refusal is of the camera that was on show.
-effect(() => { void openedCamera.value?.id; notRegistered.value = null; });
+effect(() => {
+  void openedCamera.value?.id;
+  notRegistered.value = null;
+});
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const DRIFT_ACTIONS = [
-  { id: "reregister", label: "Re-register the pose of this camera from the field's lines, its lens kept", short: "Re-register the pose", group: "Pictures",
-    run: () => void registerPose(), enabled: () => canRegister.value },
-  { id: "stop-reregister", label: "Stop registering the pose", short: "Stop", group: "Pictures", run: () => registering.value?.stop.abort(), enabled: () => registering.value !== null },
+  {
+    id: "reregister",
+    label: "Re-register the pose of this camera from the field's lines, its lens kept",
+    short: "Re-register the pose",
+    group: "Pictures",
+    run: () => void registerPose(),
+    enabled: () => canRegister.value,
+  },
+  {
+    id: "stop-reregister",
+    label: "Stop registering the pose",
+    short: "Stop",
+    group: "Pictures",
+    run: () => registering.value?.stop.abort(),
+    enabled: () => registering.value !== null,
+  },
 ];

@@ -18,14 +18,31 @@ export const running = computed(() => (jobs.value ?? []).filter((job) => !isOver
 
 /** What a kind of work is called. @type {Record<string, string>} */
 export const KINDS = {
-  calibration: "Fitting a calibration", comparison: "Comparing the models", board: "Finding a lens from a board", straightness: "Judging straight edges", motion: "Judging rolls",
-  pair: "Geometry of two cameras", auto: "Calibrating without clicks", register: "Registering a pose anew", check: "Checking a calibration", batch: "A whole archive of pictures",
+  calibration: "Fitting a calibration",
+  comparison: "Comparing the models",
+  board: "Finding a lens from a board",
+  straightness: "Judging straight edges",
+  motion: "Judging rolls",
+  pair: "Geometry of two cameras",
+  auto: "Calibrating without clicks",
+  register: "Registering a pose anew",
+  check: "Checking a calibration",
+  batch: "A whole archive of pictures",
 };
 
 export const jobsNextStep = computed(() => {
   const now = running.value.length;
-  return { action: "back", label: "Back", missing: "", done: now === 0, sentence: !isConnected.value ? "The server does not answer; this is what was known last."
-    : now ? `${plural(now, "job")} at work or waiting. You may go on with anything else meanwhile.` : "Nothing is at work." };
+  return {
+    action: "back",
+    label: "Back",
+    missing: "",
+    done: now === 0,
+    sentence: !isConnected.value
+      ? "The server does not answer; this is what was known last."
+      : now
+        ? `${plural(now, "job")} at work or waiting. You may go on with anything else meanwhile.`
+        : "Nothing is at work.",
+  };
 });
 
 /** Hear of all jobs from now on. */
@@ -36,7 +53,9 @@ export function startJobs() {
       jobs.value = now.items;
       isConnected.value = true;
     },
-    onBreak: () => { isConnected.value = false; },
+    onBreak: () => {
+      isConnected.value = false;
+    },
   });
 }
 

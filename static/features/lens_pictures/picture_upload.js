@@ -7,13 +7,23 @@ const AT_ONCE = 2; // uploads
 
 /** @typedef {import("../../core/types").UploadedPicture} UploadedPicture */
 
-/** A desk's pictures. @param {UploadedPicture[]} before @param {"board" | "straight"} purpose @param {() => void} changed keeps the list over a reload */
+/**
+ * A desk's pictures.
+ * @param {UploadedPicture[]} before
+ * @param {"board" | "straight"} purpose
+ * @param {() => void} changed keeps the list over a reload
+ */
 export function pictureList(before, purpose, changed) {
   const pictures = signal(before);
-  const uploading = computed(() => pictures.value.some((p) => p.state === "waiting" || p.state === "uploading"));
+  const uploading = computed(() =>
+    pictures.value.some((p) => p.state === "waiting" || p.state === "uploading"),
+  );
   const ready = computed(() => pictures.value.filter((p) => p.state === "kept"));
   /** @param {UploadedPicture[]} next */
-  const set = (next) => { pictures.value = next; changed(); };
+  const set = (next) => {
+    pictures.value = next;
+    changed();
+  };
   /** @param {string} key @param {Partial<UploadedPicture>} changes */
   const mark = (key, changes) => set(pictures.value.map((p) => (p.key === key ? { ...p, ...changes } : p)));
 
@@ -33,11 +43,22 @@ export function pictureList(before, purpose, changed) {
   }
 
   return {
-    pictures, uploading, ready,
+    pictures,
+    uploading,
+    ready,
     /** Upload pictures, a few at a time. @param {Iterable<File>} files */
     async add(files) {
-      const waiting = [...files].map((file) => ({ file, key: `${file.name}-${crypto.getRandomValues(new Uint32Array(1))[0]}` }));
-      pictures.value = [...pictures.value, ...waiting.map(({ file, key }) => /** @type {UploadedPicture} */ ({ key, name: file.name, state: "waiting", id: "", why: "" }))];
+      const waiting = [...files].map((file) => ({
+        file,
+        key: `${file.name}-${crypto.getRandomValues(new Uint32Array(1))[0]}`,
+      }));
+      pictures.value = [
+        ...pictures.value,
+        ...waiting.map(
+          ({ file, key }) =>
+            /** @type {UploadedPicture} */ ({ key, name: file.name, state: "waiting", id: "", why: "" }),
+        ),
+      ];
       const upload = async () => {
         for (let next = waiting.shift(); next; next = waiting.shift()) await send(next.key, next.file);
       };
@@ -47,7 +68,10 @@ export function pictureList(before, purpose, changed) {
     async take(camera) {
       try {
         const { id } = await call("POST", "/snapshots", { camera, purpose });
-        set([...pictures.value, { key: id, name: `Picture ${pictures.value.length + 1}`, state: "kept", id, why: "" }]);
+        set([
+          ...pictures.value,
+          { key: id, name: `Picture ${pictures.value.length + 1}`, state: "kept", id, why: "" },
+        ]);
       } catch (error) {
         notifyError(error);
       }

@@ -4,47 +4,109 @@ import { ServerUnreachable, call, request, toRefusal } from "../../core/api.js";
 import { atBoard, atLive, atPair, atStraight, cameras, notify, notifyError } from "../../core/state.js";
 import { STATES, refreshStatuses, statuses } from "./camera_status.js";
 
-/** @typedef {import("../../core/types").Camera} Camera @typedef {{ id: string, name: string, source: string, field: string | null, region: string | null }} CameraForm */
+/**
+ * @typedef {import("../../core/types").Camera} Camera
+ * @typedef {{ id: string, name: string, source: string, field: string | null, region: string | null }} CameraForm
+ */
 
 /** How the camera is looked at. */
-export const cameraView = signal(/** @type {{ view: import("../../core/types").CompareMode, lines: boolean }} */ ({ view: "raw", lines: false }));
+export const cameraView = signal(
+  /** @type {{ view: import("../../core/types").CompareMode, lines: boolean }} */ ({
+    view: "raw",
+    lines: false,
+  }),
+);
 /** What stands in the form; null: it is closed. etag: of the camera that is changed, "" of a new one. */
 export const form = signal(/** @type {{ values: CameraForm, etag: string } | null} */ (null));
 /** The picture of the source that was tried, and for which address. */
-export const testedSource = signal(/** @type {{ source: string, picture: string, width: number, height: number, fps: number } | null} */ (null));
+export const testedSource = signal(
+  /** @type {{ source: string, picture: string, width: number, height: number, fps: number } | null} */ (null),
+);
 export const sourceTest = signal(/** @type {AbortController | null} */ (null));
 export const refusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
 /** What can be set on the camera, as it was read back. */
-export const controls = signal(/** @type {{ id: string, items: import("../../core/types").Control[] } | null} */ (null));
+export const controls = signal(
+  /** @type {{ id: string, items: import("../../core/types").Control[] } | null} */ (null),
+);
 /** What is plugged in; null before anybody looked. */
 export const discoveredCameras = signal(/** @type {{ address: string, title: string }[] | null} */ (null));
 export const sourceKinds = signal(/** @type {import("../../core/types").SourceKind[]} */ ([]));
 
 export const openedCamera = computed(() => cameras.value.find((c) => c.id === atLive.value) ?? null);
-export const status = computed(() => (openedCamera.value ? statuses.value[openedCamera.value.id] ?? null : null));
+export const status = computed(() =>
+  openedCamera.value ? (statuses.value[openedCamera.value.id] ?? null) : null,
+);
 
 /** Where the operator stands, and the next thing to do. */
 export const cameraNextStep = computed(() => {
-  const it = openedCamera.value, now = status.value;
+  const it = openedCamera.value,
+    now = status.value;
   if (form.value) {
-    const { source } = form.value.values, isTried = testedSource.value?.source === source;
-    if (isTried) return { action: "keep-camera", label: "Keep this camera", missing: form.value.values.id ? "" : "Give it a short name.", done: true, sentence: "The source gives pictures." };
-    return { action: "try-camera", label: "Try it", missing: sourceTest.value ? "It is being tried." : source ? "" : "Say where its pictures come from.", done: false,
-      sentence: "Say where the pictures come from, and try it: nothing is kept before that." };
+    const { source } = form.value.values,
+      isTried = testedSource.value?.source === source;
+    if (isTried)
+      return {
+        action: "keep-camera",
+        label: "Keep this camera",
+        missing: form.value.values.id ? "" : "Give it a short name.",
+        done: true,
+        sentence: "The source gives pictures.",
+      };
+    return {
+      action: "try-camera",
+      label: "Try it",
+      missing: sourceTest.value ? "It is being tried." : source ? "" : "Say where its pictures come from.",
+      done: false,
+      sentence: "Say where the pictures come from, and try it: nothing is kept before that.",
+    };
   }
-  if (!it) return { action: "step-camera", label: "Back to the cameras", missing: "", done: false, sentence: "There is no such camera." };
-  if (now?.state === "mismatch") return { action: "confirm-camera", label: "It is the same camera", missing: now.problem?.reason === "other-camera" ? "" : now.problem?.fix ?? "", done: false, sentence: now.problem?.what ?? "" };
-  if (now?.drift?.state === "knocked") return { action: "reregister", label: "Re-register the pose", missing: "", done: false, sentence: now.drift.sentence };
-  return { action: "take-live", label: `Take a picture with ${it.name}`, missing: now && now.state !== "live" ? `${STATES[now.state]}. ${now.problem?.what ?? ""}` : "", done: now?.state === "live",
-    sentence: now?.problem ? `${now.problem.what} ${now.problem.fix}` : now?.drift?.alarm ? now.drift.sentence : now?.words[0]?.text ?? "The camera is live." };
+  if (!it)
+    return {
+      action: "step-camera",
+      label: "Back to the cameras",
+      missing: "",
+      done: false,
+      sentence: "There is no such camera.",
+    };
+  if (now?.state === "mismatch")
+    return {
+      action: "confirm-camera",
+      label: "It is the same camera",
+      missing: now.problem?.reason === "other-camera" ? "" : (now.problem?.fix ?? ""),
+      done: false,
+      sentence: now.problem?.what ?? "",
+    };
+  if (now?.drift?.state === "knocked")
+    return {
+      action: "reregister",
+      label: "Re-register the pose",
+      missing: "",
+      done: false,
+      sentence: now.drift.sentence,
+    };
+  return {
+    action: "take-live",
+    label: `Take a picture with ${it.name}`,
+    missing: now && now.state !== "live" ? `${STATES[now.state]}. ${now.problem?.what ?? ""}` : "",
+    done: now?.state === "live",
+    sentence: now?.problem
+      ? `${now.problem.what} ${now.problem.fix}`
+      : now?.drift?.alarm
+        ? now.drift.sentence
+        : (now?.words[0]?.text ?? "The camera is live."),
+  };
 });
 
 // What can be set is known once the camera gives pictures.
 effect(() => {
-  const it = openedCamera.value, state = status.value?.state;
-  if (it && (state === "live" || state === "mismatch") && controls.peek()?.id !== it.id) void readControls(it.id);
+  const it = openedCamera.value,
+    state = status.value?.state;
+  if (it && (state === "live" || state === "mismatch") && controls.peek()?.id !== it.id)
+    void readControls(it.id);
 });
-effect(() => { if (atBoard.value || atPair.value || atStraight.value) leave(); });
+effect(() => {
+  if (atBoard.value || atPair.value || atStraight.value) leave();
+});
 
 /** Look at a camera. @param {string} id */
 export function openLive(id) {
@@ -61,8 +123,19 @@ export async function openForm(camera) {
   try {
     void discoverCameras();
     if (!sourceKinds.value.length) sourceKinds.value = (await call("GET", "/cameras/sources")).items;
-    const etag = camera ? (await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "" : "";
-    form.value = { values: camera ? { id: camera.id, name: camera.name, source: camera.source, field: camera.field, region: camera.region } : { id: "", name: "", source: "", field: null, region: null }, etag };
+    const etag = camera ? ((await request("GET", `/cameras/${camera.id}`)).headers.get("ETag") ?? "") : "";
+    form.value = {
+      values: camera
+        ? {
+            id: camera.id,
+            name: camera.name,
+            source: camera.source,
+            field: camera.field,
+            region: camera.region,
+          }
+        : { id: "", name: "", source: "", field: null, region: null },
+      etag,
+    };
     atLive.value = camera?.id ?? "new camera";
   } catch (error) {
     notifyError(error);
@@ -74,7 +147,9 @@ export async function discoverCameras() {
   discoveredCameras.value = null;
   try {
     discoveredCameras.value = (await call("GET", "/cameras/found")).items;
-  } catch { discoveredCameras.value = []; }
+  } catch {
+    discoveredCameras.value = [];
+  }
 }
 
 function leave() {
@@ -99,13 +174,17 @@ export function setFormValue(changes) {
 export async function tryCamera() {
   const source = form.value?.values.source;
   if (!source) return;
-  const stop = sourceTest.value = new AbortController();
+  const stop = (sourceTest.value = new AbortController());
   refusal.value = testedSource.value = null;
   try {
     const answer = await request("POST", "/cameras/test", { json: { source }, stop: stop.signal });
-    testedSource.value = { source, ...await answer.json() };
+    testedSource.value = { source, ...(await answer.json()) };
   } catch (error) {
-    if (!stop.signal.aborted) refusal.value = error instanceof ServerUnreachable ? { detail: error.message, fix: "Try again when it is back." } : toRefusal(error);
+    if (!stop.signal.aborted)
+      refusal.value =
+        error instanceof ServerUnreachable
+          ? { detail: error.message, fix: "Try again when it is back." }
+          : toRefusal(error);
   } finally {
     if (sourceTest.value === stop) sourceTest.value = null;
   }
@@ -117,7 +196,11 @@ export async function saveCamera() {
   if (!it) return;
   const { id, ...rest } = it.values;
   try {
-    const kept = await (it.etag ? request("PATCH", `/cameras/${id}`, { json: rest, headers: { "If-Match": it.etag } }) : request("POST", "/cameras", { json: it.values })).then((a) => a.json());
+    const kept = await (
+      it.etag
+        ? request("PATCH", `/cameras/${id}`, { json: rest, headers: { "If-Match": it.etag } })
+        : request("POST", "/cameras", { json: it.values })
+    ).then((a) => a.json());
     cameras.value = it.etag ? cameras.value.map((c) => (c.id === id ? kept : c)) : [...cameras.value, kept];
     openLive(kept.id);
     void refreshStatuses();
@@ -133,9 +216,24 @@ export async function removeCamera(camera) {
     await request("DELETE", `/cameras/${camera.id}`, { headers: { "If-Match": etag } });
     cameras.value = cameras.value.filter((c) => c.id !== camera.id);
     leave();
-    const again = () => request("POST", "/cameras", { json: { id: camera.id, name: camera.name, source: camera.source, field: camera.field, region: camera.region } })
-      .then(async (a) => { cameras.value = [...cameras.value, await a.json()]; }, notifyError);
-    notify({ level: "info", text: `${camera.name} was removed; its pictures and calibrations stay.`, fix: "", action: camera.source.includes("@") ? undefined : { label: "Put it back", run: () => void again() } });
+    const again = () =>
+      request("POST", "/cameras", {
+        json: {
+          id: camera.id,
+          name: camera.name,
+          source: camera.source,
+          field: camera.field,
+          region: camera.region,
+        },
+      }).then(async (a) => {
+        cameras.value = [...cameras.value, await a.json()];
+      }, notifyError);
+    notify({
+      level: "info",
+      text: `${camera.name} was removed; its pictures and calibrations stay.`,
+      fix: "",
+      action: camera.source.includes("@") ? undefined : { label: "Put it back", run: () => void again() },
+    });
   } catch (error) {
     notifyError(error);
   }
@@ -155,7 +253,9 @@ async function readControls(id) {
   try {
     const { items } = await call("GET", `/cameras/${id}/controls`);
     if (atLive.value === id) controls.value = { id, items };
-  } catch { /* a camera that is off has nothing to set */ }
+  } catch {
+    /* a camera that is off has nothing to set */
+  }
 }
 
 /** Set one, and show what the camera says it is afterwards. @param {string} name @param {unknown} value */
@@ -165,7 +265,8 @@ export async function setControl(name, value) {
   try {
     const { items } = await call("PATCH", `/cameras/${at.id}/controls`, { controls: { [name]: value } });
     const [set] = items;
-    if (controls.value?.id === at.id) controls.value = { ...at, items: controls.value.items.map((c) => (c.name === name ? set : c)) };
+    if (controls.value?.id === at.id)
+      controls.value = { ...at, items: controls.value.items.map((c) => (c.name === name ? set : c)) };
   } catch (error) {
     controls.value = { ...at }; // draw the old value again
     notifyError(error);

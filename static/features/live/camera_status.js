@@ -10,14 +10,21 @@ const EVERY_MS = 1000;
 export const statuses = signal(/** @type {Record<string, CameraStatus>} */ ({}));
 /** Whose status is wanted now, by what shows it. @type {Map<object, string[]>} */
 const wanted = new Map();
-let timer = 0, asking = false;
+let timer = 0,
+  asking = false;
 
-/** Keep those cameras' statuses fresh until the returned function is called. @param {string[]} ids @returns {() => void} */
+/**
+ * Keep those cameras' statuses fresh until the returned function is called.
+ * @param {string[]} ids
+ * @returns {() => void}
+ */
 export function followCameras(ids) {
   const key = {};
   wanted.set(key, ids);
   void refreshStatuses();
-  return () => { wanted.delete(key); };
+  return () => {
+    wanted.delete(key);
+  };
 }
 
 /** Ask at once, and again as long as somebody looks. */
@@ -35,16 +42,41 @@ export async function refreshStatuses() {
 }
 
 /** @param {CameraStatus | undefined} before @returns {CameraStatus} */
-const lost = (before) => /** @type {any} */ ({ ...before, state: "offline", words: [], problem: {
-  reason: "server-gone", what: "The server does not answer.", fix: "Check that it runs; the page tries again by itself." } });
+const lost = (before) =>
+  /** @type {any} */ ({
+    ...before,
+    state: "offline",
+    words: [],
+    problem: {
+      reason: "server-gone",
+      what: "The server does not answer.",
+      fix: "Check that it runs; the page tries again by itself.",
+    },
+  });
 
-/** A stream's address. fps: at most; 0 all. @param {string} id @param {string} view @param {number} width @param {number} fps */
+/**
+ * A stream's address. fps: at most; 0 all.
+ * @param {string} id
+ * @param {string} view
+ * @param {number} width
+ * @param {number} fps
+ */
 export function streamAddress(id, view, width, fps = 0) {
-  const to = new URL(address(`/cameras/${encodeURIComponent(id)}/stream?view=${view}&width=${width}&ack=true${fps ? `&fps=${fps}` : ""}`), location.href);
+  const to = new URL(
+    address(
+      `/cameras/${encodeURIComponent(id)}/stream?view=${view}&width=${width}&ack=true${fps ? `&fps=${fps}` : ""}`,
+    ),
+    location.href,
+  );
   to.protocol = to.protocol.replace("http", "ws");
   return to.href;
 }
 
 /** What a state is called. */
-export const STATES = { connecting: "Connecting", live: "Live", stalled: "Stalled", offline: "Offline", mismatch: "Check camera" };
-
+export const STATES = {
+  connecting: "Connecting",
+  live: "Live",
+  stalled: "Stalled",
+  offline: "Offline",
+  mismatch: "Check camera",
+};

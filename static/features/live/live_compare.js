@@ -16,17 +16,27 @@ export const liveMargin = signal(0);
 const fetched = signal(/** @type {import("../../core/types").Calibration | null} */ (null));
 
 /** Whether both pictures of a live camera are in sight. */
-const isTwofold = computed(() => openedCamera.value !== null && status.value?.calibration_applied === true && !["raw", "corrected"].includes(cameraView.value.view));
+const isTwofold = computed(
+  () =>
+    openedCamera.value !== null &&
+    status.value?.calibration_applied === true &&
+    !["raw", "corrected"].includes(cameraView.value.view),
+);
 
 /** The calibration that is applied to the camera whose pictures are compared. */
-export const liveRecord = computed(() => (isTwofold.value && fetched.value?.id === status.value?.active_calibration ? fetched.value : null));
+export const liveRecord = computed(() =>
+  isTwofold.value && fetched.value?.id === status.value?.active_calibration ? fetched.value : null,
+);
 
 /** Fetch the calibration of the camera that is compared, from now on. */
 export function startLiveComparing() {
   effect(() => {
     const id = isTwofold.value ? status.value?.active_calibration : null;
     untracked(() => {
-      if (id && fetched.value?.id !== id) call("GET", `/calibrations/${id}`).then((it) => { fetched.value = it; }, notifyError);
+      if (id && fetched.value?.id !== id)
+        call("GET", `/calibrations/${id}`).then((it) => {
+          fetched.value = it;
+        }, notifyError);
     });
   });
 }

@@ -1,13 +1,19 @@
-// Decodes a camera's stream on a canvas of its own, away from the page: what arrives is drawn at once, and nothing queues.
+// Decodes a camera's stream on a canvas of its own, away from the page: what arrives is drawn at once, and nothing
+// queues.
 import { readTimecode, rows } from "./timecode.js";
 
 /** @type {OffscreenCanvas} */ let canvas;
 /** @type {OffscreenCanvas | undefined} of the corrected half, where the two are drawn apart */ let second;
 /** @type {OffscreenCanvasRenderingContext2D | null} */ let pen = null;
 /** @type {WebSocket | null} */ let socket = null;
-let address = "", wait_ms = 0, again = 0, decoding = false, timed = false;
+let address = "",
+  wait_ms = 0,
+  again = 0,
+  decoding = false,
+  timed = false;
 /** @type {ArrayBuffer | null} */ let newest = null;
-const FIRST_WAIT_MS = 250, LONGEST_WAIT_MS = 4000;
+const FIRST_WAIT_MS = 250,
+  LONGEST_WAIT_MS = 4000;
 
 addEventListener("message", ({ data }) => {
   if (data.canvases) {
@@ -31,7 +37,10 @@ function connect(to) {
   here.binaryType = "arraybuffer";
   here.addEventListener("message", ({ data }) => {
     if (here !== socket) return;
-    if (typeof data === "string") { postMessage({ problem: JSON.parse(data) }); return; }
+    if (typeof data === "string") {
+      postMessage({ problem: JSON.parse(data) });
+      return;
+    }
     here.send(""); // the next one may come: this one is taken
     wait_ms = 0;
     newest = data;
@@ -42,7 +51,9 @@ function connect(to) {
     socket = null;
     wait_ms = Math.min(LONGEST_WAIT_MS, wait_ms ? 2 * wait_ms : FIRST_WAIT_MS);
     postMessage({ closed: true });
-    again = setTimeout(() => { if (address === to) connect(to); }, wait_ms);
+    again = setTimeout(() => {
+      if (address === to) connect(to);
+    }, wait_ms);
   });
 }
 
@@ -52,7 +63,12 @@ function taken() {
   return pen ? readTimecode(pen.getImageData(0, top, canvas.width, height)) : null;
 }
 
-/** One part of a picture on a canvas of its size. @param {OffscreenCanvas} on @param {ImageBitmap} picture @param {import("../../core/types").Half} half */
+/**
+ * One part of a picture on a canvas of its size.
+ * @param {OffscreenCanvas} on
+ * @param {ImageBitmap} picture
+ * @param {import("../../core/types").Half} half
+ */
 function part(on, picture, { x, y, width, height }) {
   if (on.width !== width || on.height !== height) Object.assign(on, { width, height });
   on.getContext("2d", { alpha: false })?.drawImage(picture, x, y, width, height, 0, 0, width, height);
@@ -67,14 +83,22 @@ async function show() {
     const length = new DataView(message).getUint32(0, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(message, 4, length)));
     try {
-      const picture = await createImageBitmap(new Blob([new Uint8Array(message, 4 + length)], { type: "image/jpeg" }));
+      const picture = await createImageBitmap(
+        new Blob([new Uint8Array(message, 4 + length)], { type: "image/jpeg" }),
+      );
       if (second && head.halves) {
         part(canvas, picture, head.halves.raw);
         part(second, picture, head.halves.corrected);
       } else part(canvas, picture, { x: 0, y: 0, width: picture.width, height: picture.height });
       picture.close();
-      postMessage({ head, age_ms: Date.now() - 1000 * head.time, ...(timed ? { shown_ms: Date.now(), taken_ms: taken() } : {}) });
-    } catch { /* a part that is no picture: the next one is */ }
+      postMessage({
+        head,
+        age_ms: Date.now() - 1000 * head.time,
+        ...(timed ? { shown_ms: Date.now(), taken_ms: taken() } : {}),
+      });
+    } catch {
+      /* a part that is no picture: the next one is */
+    }
   }
   decoding = false;
 }

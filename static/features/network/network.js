@@ -4,31 +4,45 @@ import { call, online } from "../../core/api.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import { notify, notifyError } from "../../core/state.js";
 
-/** @typedef {import("./types").Publishing} Publishing @typedef {import("./types").GeometrySender} GeometrySender @typedef {import("./types").ReceivedCamera} ReceivedCamera */
+/**
+ * @typedef {import("./types").Publishing} Publishing
+ * @typedef {import("./types").GeometrySender} GeometrySender
+ * @typedef {import("./types").ReceivedCamera} ReceivedCamera
+ */
 
-const OPEN_MS = 2000, CLOSED_MS = 10_000;
+const OPEN_MS = 2000,
+  CLOSED_MS = 10_000;
 
 export const publishing = signal(/** @type {Publishing | null} */ (null));
 export const receivedGeometry = signal(/** @type {import("./types").ReceivedGeometry | null} */ (null));
 /** Whether the panel is unfolded. */
 export const unfolded = signal(false);
-const changes = requestOrder(), underway = signal(0);
+const changes = requestOrder(),
+  underway = signal(0);
 /** Whether a change is under way. */
 export const changing = computed(() => underway.value > 0);
 
 /** Who else publishes another calibration for a camera number of ours. */
-export const contradictions = computed(() => (receivedGeometry.value?.items ?? []).flatMap((sender) => sender.cameras.filter((c) => c.contradicts).map((camera) => ({ sender, camera }))));
+export const contradictions = computed(() =>
+  (receivedGeometry.value?.items ?? []).flatMap((sender) =>
+    sender.cameras.filter((c) => c.contradicts).map((camera) => ({ sender, camera })),
+  ),
+);
 
 /** Keep both fresh until the returned function is called. @returns {() => void} */
 export function followNetwork() {
-  let timer = 0, ended = false;
+  let timer = 0,
+    ended = false;
   const look = async () => {
     clearTimeout(timer);
     if (!document.hidden && online.value && !changing.value) await refreshNetwork();
     if (!ended) timer = setTimeout(() => void look(), unfolded.value ? OPEN_MS : CLOSED_MS);
   };
   void look();
-  return () => { ended = true; clearTimeout(timer); };
+  return () => {
+    ended = true;
+    clearTimeout(timer);
+  };
 }
 
 export async function refreshNetwork() {
@@ -37,7 +51,9 @@ export async function refreshNetwork() {
     const [state, others] = await Promise.all([call("GET", "/publishing"), call("GET", "/publishing/heard")]);
     receivedGeometry.value = others;
     if (isStill()) publishing.value = state; // else it is older than what was asked for since
-  } catch { /* a silent server is told elsewhere */ }
+  } catch {
+    /* a silent server is told elsewhere */
+  }
 }
 
 /** @param {Record<string, unknown>} wanted */
@@ -56,16 +72,31 @@ export async function setPublishing(wanted) {
   await refreshNetwork();
 }
 
-/** Keep what a sender says of one camera as a version of ours. @param {GeometrySender} sender @param {ReceivedCamera} camera @param {string} name */
+/**
+ * Keep what a sender says of one camera as a version of ours.
+ * @param {GeometrySender} sender
+ * @param {ReceivedCamera} camera
+ * @param {string} name
+ */
 export async function saveReceived(sender, camera, name) {
   try {
-    const made = await call("POST", `/publishing/heard/${sender.id}/import`, { camera_id: camera.camera_id, camera: name, sha256: sender.sha256 });
-    const activate = () => call("POST", `/calibrations/${made.id}/activate`).then(async () => {
-      notify({ level: "info", text: `Version ${made.version} of ${name} is active.`, fix: "" });
-      await refreshNetwork();
-    }, notifyError);
-    notify({ level: "info", text: `Camera ${camera.camera_id} of ${sender.address} is kept as version ${made.version} of ${name}; nothing is known of its error.`,
-      fix: "It is not active yet.", action: { label: "Activate it", run: () => void activate() } });
+    const made = await call("POST", `/publishing/heard/${sender.id}/import`, {
+      camera_id: camera.camera_id,
+      camera: name,
+      sha256: sender.sha256,
+    });
+    const activate = () =>
+      call("POST", `/calibrations/${made.id}/activate`).then(async () => {
+        notify({ level: "info", text: `Version ${made.version} of ${name} is active.`, fix: "" });
+        await refreshNetwork();
+      }, notifyError);
+    notify({
+      level: "info",
+      text: `Camera ${camera.camera_id} of ${sender.address} is kept as version ${made.version} of ${name}; nothing ` +
+        `is known of its error.`,
+      fix: "It is not active yet.",
+      action: { label: "Activate it", run: () => void activate() },
+    });
   } catch (error) {
     notifyError(error);
   }

@@ -7,10 +7,34 @@ import { openPair } from "./pair.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const PAIR_ACTIONS = [
-  { id: "pair", label: "Compare two cameras…", group: "Pictures", run: () => { closePicture(); step.value = "camera"; void openPair(); } },
-  { id: "worst-match", label: "Show the worst match of two cameras", short: "Show the worst", keys: ["x"], group: "Points", run: showWorst,
-    enabled: () => atPair.value && worstMatch.value >= 0 },
-  { id: "pair-lines", label: "Switch epipolar lines between matches and calibrations", short: "Lines", group: "View", keys: ["s"],
-    run: () => { chosenBasis.value = linesBasis.value === "matches" ? "calibrations" : "matches"; },
-    enabled: () => atPair.value && linesBases.value.matches !== null && linesBases.value.calibrations !== null },
+  {
+    id: "pair",
+    label: "Compare two cameras…",
+    group: "Pictures",
+    run: () => {
+      closePicture();
+      step.value = "camera";
+      void openPair();
+    },
+  },
+  {
+    id: "worst-match",
+    label: "Show the worst match of two cameras",
+    short: "Show the worst",
+    keys: ["x"],
+    group: "Points",
+    run: showWorst,
+    enabled: () => atPair.value && worstMatch.value >= 0,
+  },
+  {
+    id: "pair-lines",
+    label: "Switch epipolar lines between matches and calibrations",
+    short: "Lines",
+    group: "View",
+    keys: ["s"],
+    run: () => {
+      chosenBasis.value = linesBasis.value === "matches" ? "calibrations" : "matches";
+    },
+    enabled: () => atPair.value && linesBases.value.matches !== null && linesBases.value.calibrations !== null,
+  },
 ];

@@ -4,17 +4,23 @@ import { chosen, pair, side, views } from "./pair.js";
 
 /** @typedef {import("./types").Side} Side @typedef {import("../../canvas/tools/pick.js").At} At */
 
-const REACH_PX = 11, REACH_TOUCH_PX = 22; // how near a press must be to hold a point
+const REACH_PX = 11,
+  REACH_TOUCH_PX = 22; // how near a press must be to hold a point
 const STILL_PX = 3; // a press that moves less is a click: hands shake
 
 /** The mark within reach, the nearest one. @param {Side} s @param {At} at */
 function markAt(s, { x, y, touch }) {
-  let best = -1, nearest = touch ? REACH_TOUCH_PX : REACH_PX;
+  let best = -1,
+    nearest = touch ? REACH_TOUCH_PX : REACH_PX;
   pair.doc.value.matches.forEach((match, index) => {
     const point = match[s];
     if (!point) return;
-    const [sx, sy] = views[s].toStage(...point), away = Math.hypot(sx - x, sy - y);
-    if (away < nearest) { best = index; nearest = away; }
+    const [sx, sy] = views[s].toStage(...point),
+      away = Math.hypot(sx - x, sy - y);
+    if (away < nearest) {
+      best = index;
+      nearest = away;
+    }
   });
   return best;
 }
@@ -22,11 +28,20 @@ function markAt(s, { x, y, touch }) {
 /** @param {Side} s @param {() => boolean} canClick whether both pictures are there */
 export function matchTool(s, canClick) {
   /** start: the document as the drag begins; added: a point that is new */
-  let drag = /** @type {{ before: import("./types").PairDoc, start: import("./types").PairDoc, from: At, index: number, added: boolean, moved: boolean, chosenBefore: typeof chosen.value } | null} */ (null);
+  let drag =
+    /**
+     * @type {{ before: import("./types").PairDoc, start: import("./types").PairDoc, from: At, index: number, added:
+     *   boolean, moved: boolean, chosenBefore: typeof chosen.value } | null}
+     */ (
+      null
+    );
 
   /** @param {At} at */
   function down(at) {
-    const hit = markAt(s, at), before = pair.doc.value, chosenBefore = chosen.value, spot = views[s].toPicture(at.x, at.y);
+    const hit = markAt(s, at),
+      before = pair.doc.value,
+      chosenBefore = chosen.value,
+      spot = views[s].toPicture(at.x, at.y);
     side.value = s;
     if (hit >= 0) {
       chosen.value = { side: s, index: hit };
@@ -43,7 +58,8 @@ export function matchTool(s, canClick) {
   function move(at) {
     if (!drag || (!drag.moved && Math.hypot(at.x - drag.from.x, at.y - drag.from.y) < STILL_PX)) return;
     drag.moved = true;
-    const [x0, y0] = views[s].toPicture(drag.from.x, drag.from.y), [x, y] = views[s].toPicture(at.x, at.y);
+    const [x0, y0] = views[s].toPicture(drag.from.x, drag.from.y),
+      [x, y] = views[s].toPicture(at.x, at.y);
     pair.showWhileDragging(withMoved(drag.start, s, drag.index, x - x0, y - y0));
   }
 

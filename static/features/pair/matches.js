@@ -1,7 +1,11 @@
 // Edits matches: click, move, nudge, remove, select. A match is one thing, a point in each picture.
 import { chosen, nextHeight, other, pair, pictures, side, views, wantedHeight } from "./pair.js";
 
-/** @typedef {import("./types").Side} Side @typedef {import("./types").PairDoc} PairDoc @typedef {import("../../core/types").Point} Point */
+/**
+ * @typedef {import("./types").Side} Side
+ * @typedef {import("./types").PairDoc} PairDoc
+ * @typedef {import("../../core/types").Point} Point
+ */
 
 /** A hundredth of a pixel is finer than anybody can click. @param {number} v */
 const rounded = (v) => Math.round(v * 100) / 100;
@@ -9,7 +13,10 @@ const rounded = (v) => Math.round(v * 100) / 100;
 /** A point that stays on its picture. @param {Side} s @param {number} x @param {number} y @returns {Point} */
 function onPicture(s, x, y) {
   const { width, height } = pictures.value[s] ?? { width: 1, height: 1 };
-  return [rounded(Math.min(Math.max(x, -0.5), width - 0.5)), rounded(Math.min(Math.max(y, -0.5), height - 0.5))];
+  return [
+    rounded(Math.min(Math.max(x, -0.5), width - 0.5)),
+    rounded(Math.min(Math.max(y, -0.5), height - 0.5)),
+  ];
 }
 
 /** @param {Side} s @param {number} x @param {number} y */
@@ -18,13 +25,29 @@ export function isOn(s, x, y) {
   return x >= -0.5 && y >= -0.5 && x <= width - 0.5 && y <= height - 0.5;
 }
 
-/** @param {PairDoc} before @param {number} index @param {Partial<import("./types").Match>} changes @returns {PairDoc} */
-export const withMatch = (before, index, changes) => ({ ...before, matches: before.matches.map((m, i) => (i === index ? { ...m, ...changes } : m)) });
+/**
+ * @param {PairDoc} before
+ * @param {number} index
+ * @param {Partial<import("./types").Match>} changes
+ * @returns {PairDoc}
+ */
+export const withMatch = (before, index, changes) => ({
+  ...before,
+  matches: before.matches.map((m, i) => (i === index ? { ...m, ...changes } : m)),
+});
 
-/** The document with one more click: the point that a match waits for in this picture, else a new match. @param {PairDoc} before @param {Side} s @param {number} x @param {number} y */
+/**
+ * The document with one more click: the point that a match waits for in this picture, else a new match.
+ * @param {PairDoc} before
+ * @param {Side} s
+ * @param {number} x
+ * @param {number} y
+ */
 export function withClick(before, s, x, y) {
-  const point = onPicture(s, x, y), next = wantedHeight.value;
-  const waits = !next.isNew && next.side === s ? next.index : before.matches.findIndex((m) => !m[s] && m[other(s)]);
+  const point = onPicture(s, x, y),
+    next = wantedHeight.value;
+  const waits =
+    !next.isNew && next.side === s ? next.index : before.matches.findIndex((m) => !m[s] && m[other(s)]);
   if (waits >= 0) return { next: withMatch(before, waits, { [s]: point }), index: waits };
   const fresh = { a: null, b: null, z_mm: nextHeight.value, [s]: point };
   return { next: { ...before, matches: [...before.matches, fresh] }, index: before.matches.length };
@@ -48,7 +71,7 @@ export function nudgeChosen(dx, dy) {
 /** The chosen point, if it is still there. */
 export function chosenPoint() {
   const it = chosen.value;
-  return it ? pair.doc.value.matches[it.index]?.[it.side] ?? null : null;
+  return it ? (pair.doc.value.matches[it.index]?.[it.side] ?? null) : null;
 }
 
 /** Remove a match, both its points; undo brings it back. @param {number} index */

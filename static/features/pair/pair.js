@@ -6,7 +6,17 @@ import { plural } from "../../core/format.js";
 import { createHistory, isEqual } from "../../core/history.js";
 import { requestOrder } from "../../core/latest_wins.js";
 import {
-  atBoard, atPair, atStraight, busy, cameras, help, notices, notify, notifyError, snapshot, snapshots,
+  atBoard,
+  atPair,
+  atStraight,
+  busy,
+  cameras,
+  help,
+  notices,
+  notify,
+  notifyError,
+  snapshot,
+  snapshots,
 } from "../../core/state.js";
 import { createViewport } from "../../canvas/viewport.js";
 
@@ -14,7 +24,11 @@ const LAST = "touchline.pair"; // the two pictures that were compared last
 const MARGIN = { top: 10, side: 10, bottom: 10 };
 export const ENOUGH = 12; // matches: seven numbers are fitted, the others bear them out
 
-/** @typedef {import("./types").Side} Side @typedef {import("./types").Match} Match @typedef {import("./types").PairDoc} PairDoc */
+/**
+ * @typedef {import("./types").Side} Side
+ * @typedef {import("./types").Match} Match
+ * @typedef {import("./types").PairDoc} PairDoc
+ */
 
 /** @type {Side[]} */
 export const SIDES = ["a", "b"];
@@ -22,14 +36,20 @@ export const SIDES = ["a", "b"];
 const EMPTY = { matches: [], calibrations: { a: null, b: null } };
 
 export const pair = createHistory(EMPTY);
-export const pictures = signal(/** @type {Record<Side, import("../../core/types").Snapshot | null>} */ ({ a: null, b: null }));
+export const pictures = signal(
+  /** @type {Record<Side, import("../../core/types").Snapshot | null>} */ ({ a: null, b: null }),
+);
 /** Versions that each picture could have been taken with, newest first. */
-export const suitedCalibrations = signal(/** @type {Record<Side, import("../../core/types").Calibration[]>} */ ({ a: [], b: [] }));
+export const suitedCalibrations = signal(
+  /** @type {Record<Side, import("../../core/types").Calibration[]>} */ ({ a: [], b: [] }),
+);
 export const views = { a: createViewport(MARGIN), b: createViewport(MARGIN) };
 /** Where the keys work. */
 export const side = signal(/** @type {Side} */ ("a"));
 export const chosen = signal(/** @type {{ side: Side, index: number } | null} */ (null));
-export const pointed = signal(/** @type {{ side: Side, x: number, y: number, touch: boolean, down: boolean } | null} */ (null));
+export const pointed = signal(
+  /** @type {{ side: Side, x: number, y: number, touch: boolean, down: boolean } | null} */ (null),
+);
 /** How high the next points lie, mm; null: not known. */
 export const nextHeight = signal(/** @type {number | null} */ (0));
 
@@ -41,17 +61,26 @@ export const other = (s) => (s === "a" ? "b" : "a");
 /** @param {Side} s */
 export const sideName = (s) => (s === "a" ? "left" : "right");
 
-/** What is proposed while nobody has chosen: the one that is active for the picture's camera, else one made from the picture. @param {Side} s */
+/**
+ * What is proposed while nobody has chosen: the one that is active for the picture's camera, else one made from the
+ * picture.
+ * @param {Side} s
+ */
 function proposed(s) {
-  const picture = pictures.value[s], all = suitedCalibrations.value[s];
-  return (picture?.camera ? all.find((c) => c.active && c.camera === picture.camera) : null) ?? all.find((c) => c.snapshot === picture?.id) ?? null;
+  const picture = pictures.value[s],
+    all = suitedCalibrations.value[s];
+  return (
+    (picture?.camera ? all.find((c) => c.active && c.camera === picture.camera) : null) ??
+    all.find((c) => c.snapshot === picture?.id) ??
+    null
+  );
 }
 
 /** Each picture's calibration: the operator's choice, else the proposal. "" is the choice of none. */
 export const calibrations = computed(() => {
   const of = (/** @type {Side} */ s) => {
     const id = pair.doc.value.calibrations[s];
-    return id === null ? proposed(s) : suitedCalibrations.value[s].find((c) => c.id === id) ?? null;
+    return id === null ? proposed(s) : (suitedCalibrations.value[s].find((c) => c.id === id) ?? null);
   };
   return { a: of("a"), b: of("b") };
 });
@@ -59,39 +88,64 @@ export const calibrations = computed(() => {
 /** How high a robot's hat is over the field of the pair, mm; null while no calibration says which field it is. */
 export const hatMm = computed(() => {
   const it = calibrations.value.a ?? calibrations.value.b;
-  return it ? it.field_definition.hat_height_mm ?? 150 : null; // kept before fields said so: the largest league
+  return it ? (it.field_definition.hat_height_mm ?? 150) : null; // kept before fields said so: the largest league
 });
 
 /** What the next click makes: the second point of a match that waits for it, else a new match. */
 export const wantedHeight = computed(() => {
-  const { matches } = pair.doc.value, waits = (/** @type {Match | undefined} */ m) => m && !(m.a && m.b);
-  const index = chosen.value && waits(matches[chosen.value.index]) ? chosen.value.index : matches.findIndex(waits);
-  return index < 0 ? { index: matches.length, side: /** @type {Side} */ ("a"), isNew: true } : { index, side: /** @type {Side} */ (matches[index].a ? "b" : "a"), isNew: false };
+  const { matches } = pair.doc.value,
+    waits = (/** @type {Match | undefined} */ m) => m && !(m.a && m.b);
+  const index =
+    chosen.value && waits(matches[chosen.value.index]) ? chosen.value.index : matches.findIndex(waits);
+  return index < 0
+    ? { index: matches.length, side: /** @type {Side} */ ("a"), isNew: true }
+    : { index, side: /** @type {Side} */ (matches[index].a ? "b" : "a"), isNew: false };
 });
 
-effect(() => { if (atBoard.value || atStraight.value || snapshot.value) atPair.value = false; }); // at one place at a time
+effect(() => {
+  if (atBoard.value || atStraight.value || snapshot.value) atPair.value = false;
+}); // at one place at a time
 
 /** @param {string} a @param {string} b */
 const key = (a, b) => `${LAST}.${a}.${b}`;
 
 const wishes = requestOrder();
 
-/** Go to the pair: to these two pictures, else to those that were compared last. @param {string} [a] @param {string} [b] */
+/**
+ * Go to the pair: to these two pictures, else to those that were compared last.
+ * @param {string} [a]
+ * @param {string} [b]
+ */
 export async function openPair(a, b) {
   const [lastA, lastB] = read(LAST) ?? [];
-  const wantedIds = a || b ? [a, b] : [lastA, lastB], isNewest = wishes.begin();
-  batch(() => { atPair.value = true; atBoard.value = false; atStraight.value = false; help.value = ""; });
-  const found = await Promise.all(wantedIds.map((id) => (id ? call("GET", `/snapshots/${encodeURIComponent(id)}`).catch(() => gone(Boolean(a || b))) : null)));
-  if (atPair.value && isNewest()) show({ a: found[0] ?? null, b: found[1] ?? null }); // else others were chosen meanwhile
+  const wantedIds = a || b ? [a, b] : [lastA, lastB],
+    isNewest = wishes.begin();
+  batch(() => {
+    atPair.value = true;
+    atBoard.value = false;
+    atStraight.value = false;
+    help.value = "";
+  });
+  const found = await Promise.all(
+    wantedIds.map((id) =>
+      id ? call("GET", `/snapshots/${encodeURIComponent(id)}`).catch(() => gone(Boolean(a || b))) : null,
+    ),
+  );
+  // else others were chosen meanwhile
+  if (atPair.value && isNewest()) show({ a: found[0] ?? null, b: found[1] ?? null });
 }
 
 /** @param {boolean} wasAsked */
 function gone(wasAsked) {
-  if (wasAsked) notify({ level: "warn", text: "A picture of this address cannot be opened.", fix: "Choose another one." });
+  if (wasAsked)
+    notify({ level: "warn", text: "A picture of this address cannot be opened.", fix: "Choose another one." });
   return null;
 }
 
-/** Show two pictures, with what was clicked in them. @param {Record<Side, import("../../core/types").Snapshot | null>} next */
+/**
+ * Show two pictures, with what was clicked in them.
+ * @param {Record<Side, import("../../core/types").Snapshot | null>} next
+ */
 function show(next) {
   wishes.begin();
   const kept = next.a && next.b ? read(key(next.a.id, next.b.id)) : null;
@@ -111,7 +165,8 @@ function show(next) {
 export const setPicture = (s, picture) => show({ ...pictures.value, [s]: picture });
 
 /** @param {Side} s @param {string} camera */
-export const takeFor = (s, camera) => bring(s, "Taking a picture…", () => call("POST", "/snapshots", { camera }));
+export const takeFor = (s, camera) =>
+  bring(s, "Taking a picture…", () => call("POST", "/snapshots", { camera }));
 
 /** Which picture the files are for that come next; null: the one that is missing. */
 export const filesFor = { side: /** @type {Side | null} */ (null) };
@@ -148,20 +203,36 @@ async function bring(s, doing, fetchIt) {
 async function listSuited(s) {
   const picture = pictures.value[s];
   try {
-    const found = picture ? (await call("GET", `/calibrations?limit=50${picture.camera ? `&camera=${encodeURIComponent(picture.camera)}` : ""}`)).items : [];
+    const found = picture
+      ? (
+          await call(
+            "GET",
+            `/calibrations?limit=50${picture.camera ? `&camera=${encodeURIComponent(picture.camera)}` : ""}`,
+          )
+        ).items
+      : [];
     if (pictures.value[s]?.id !== picture?.id) return;
-    suitedCalibrations.value = { ...suitedCalibrations.value, [s]: found.filter((/** @type {import("../../core/types").Calibration} */ c) => picture && String(c.image_size) === `${picture.width},${picture.height}`) };
+    suitedCalibrations.value = {
+      ...suitedCalibrations.value,
+      [s]: found.filter(
+        (/** @type {import("../../core/types").Calibration} */ c) =>
+          picture && String(c.image_size) === `${picture.width},${picture.height}`,
+      ),
+    };
   } catch (error) {
     notifyError(error);
   }
 }
 
 /** Where a picture comes from, in words. @param {Side} s */
-export const sourceOf = (s) => cameras.value.find((c) => c.id === pictures.value[s]?.camera)?.name ?? "Picture from a file";
+export const sourceOf = (s) =>
+  cameras.value.find((c) => c.id === pictures.value[s]?.camera)?.name ?? "Picture from a file";
 
 /** What is missing, in one sentence. */
 export const missing = computed(() => {
-  const { matches } = pair.doc.value, next = wantedHeight.value, some = calibrations.value.a !== null && calibrations.value.b !== null;
+  const { matches } = pair.doc.value,
+    next = wantedHeight.value,
+    some = calibrations.value.a !== null && calibrations.value.b !== null;
   const lacking = SIDES.find((s) => !pictures.value[s]);
   if (lacking) return `Choose the ${sideName(lacking)} picture.`;
   if (!next.isNew) return `Click point ${next.index + 1} in the ${sideName(next.side)} picture too.`;
@@ -173,12 +244,17 @@ export const missing = computed(() => {
 /** Keep every change in this browser, and follow another tab that works on the same two pictures. */
 export function startPair() {
   effect(() => {
-    const { a, b } = pictures.value, document = pair.doc.value;
-    if (a && b && !pair.dragging.value) untracked(() => { if (!isEqual(document, { ...EMPTY, ...read(key(a.id, b.id)) })) write(key(a.id, b.id), document); });
+    const { a, b } = pictures.value,
+      document = pair.doc.value;
+    if (a && b && !pair.dragging.value)
+      untracked(() => {
+        if (!isEqual(document, { ...EMPTY, ...read(key(a.id, b.id)) })) write(key(a.id, b.id), document);
+      });
   });
   addEventListener("storage", (event) => {
     const { a, b } = pictures.value;
-    if (a && b && event.key === key(a.id, b.id) && event.newValue && !pair.dragging.value) pair.change({ ...EMPTY, ...JSON.parse(event.newValue) });
+    if (a && b && event.key === key(a.id, b.id) && event.newValue && !pair.dragging.value)
+      pair.change({ ...EMPTY, ...JSON.parse(event.newValue) });
   });
 }
 
@@ -186,7 +262,9 @@ export function startPair() {
 function read(name) {
   try {
     return JSON.parse(localStorage.getItem(name) ?? "null");
-  } catch { return null; }
+  } catch {
+    return null;
+  }
 }
 
 /** @param {string} name @param {unknown} value */
@@ -194,6 +272,10 @@ function write(name, value) {
   try {
     localStorage.setItem(name, JSON.stringify(value));
   } catch {
-    notify({ level: "warn", text: "This browser keeps nothing for this page: matches would be lost by a reload.", fix: "Allow it to store data, or free some room." });
+    notify({
+      level: "warn",
+      text: "This browser keeps nothing for this page: matches would be lost by a reload.",
+      fix: "Allow it to store data, or free some room.",
+    });
   }
 }

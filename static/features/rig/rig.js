@@ -8,13 +8,26 @@ import { page } from "../../core/page.js";
 import { cameras, fields, notify, notifyError } from "../../core/state.js";
 import { openPage } from "../shell/open_page.js";
 
-/** @typedef {import("./types").Rig} Rig @typedef {import("./types").RigCheck} Checked @typedef {import("./types").Stitched} Stitched @typedef {import("./types").Draft} Draft */
+/**
+ * @typedef {import("./types").Rig} Rig
+ * @typedef {import("./types").RigCheck} Checked
+ * @typedef {import("./types").Stitched} Stitched
+ * @typedef {import("./types").Draft} Draft
+ */
 
 const WIDTH_PX = 1200;
-const AGAIN_MS = 2500, TRIES = 12; // for cameras that are waking up
+const AGAIN_MS = 2500,
+  TRIES = 12; // for cameras that are waking up
 
 export const rigs = signal(/** @type {Rig[]} */ ([]));
-export const stitched = signal(/** @type {{ of: string, info: Stitched | null, refusal: import("../../core/types").Refusal | null, at: number } | null} */ (null));
+export const stitched = signal(
+  /**
+   * @type {{ of: string, info: Stitched | null, refusal: import("../../core/types").Refusal | null, at: number } |
+   *   null}
+   */ (
+    null
+  ),
+);
 /** The newest check, and of which rig it was. */
 export const rigCheck = signal(/** @type {{ of: string, found: Checked } | null} */ (null));
 export const plane = signal(/** @type {"carpet" | "hat"} */ ("carpet"));
@@ -25,45 +38,89 @@ export const { search, refusal, watch } = longWork();
 
 const name = computed(() => (page.value?.name === "rig" ? page.value.argument : null));
 export const rig = computed(() => rigs.value.find((r) => r.name === name.value) ?? null);
-export const found = computed(() => (rigCheck.value && rigCheck.value.of === name.value ? rigCheck.value.found : null));
+export const found = computed(() =>
+  rigCheck.value && rigCheck.value.of === name.value ? rigCheck.value.found : null,
+);
 /** Cameras that have other rectangles than the rig. */
-export const others = computed(() => (rig.value?.cameras ?? []).filter((c) => c.troubles.some((t) => t.reason === "other-rectangles")));
+export const others = computed(() =>
+  (rig.value?.cameras ?? []).filter((c) => c.troubles.some((t) => t.reason === "other-rectangles")),
+);
 /** The pair whose cameras are furthest apart on the plane that is shown. */
 export const worst = computed(() => {
-  const known = (found.value?.pairs ?? []).flatMap((p) => { const at = p.agreement?.[plane.value]; return at ? [{ pair: p, at }] : []; });
-  return known.reduce((/** @type {typeof known[0] | null} */ best, it) => (!best || it.at.max_mm > best.at.max_mm ? it : best), null);
+  const known = (found.value?.pairs ?? []).flatMap((p) => {
+    const at = p.agreement?.[plane.value];
+    return at ? [{ pair: p, at }] : [];
+  });
+  return known.reduce(
+    (/** @type {typeof known[0] | null} */ best, it) => (!best || it.at.max_mm > best.at.max_mm ? it : best),
+    null,
+  );
 });
 
 /** Where the operator stands, and the next thing to do. */
 export const rigNextStep = computed(() => {
   const it = rig.value;
-  if (!name.value) return { action: "make-rig", label: "Make the rig", missing: lacking.value, done: false, sentence: lacking.value || "The rig can be made." };
-  if (!it) return { action: "back", label: "Back to the start", missing: "", done: false, sentence: "There is no such rig." };
-  if (search.value) return { action: "stop-rig", label: "Stop", missing: "", done: false, sentence: search.value.message || "The server is at it." };
+  if (!name.value)
+    return {
+      action: "make-rig",
+      label: "Make the rig",
+      missing: lacking.value,
+      done: false,
+      sentence: lacking.value || "The rig can be made.",
+    };
+  if (!it)
+    return {
+      action: "back",
+      label: "Back to the start",
+      missing: "",
+      done: false,
+      sentence: "There is no such rig.",
+    };
+  if (search.value)
+    return {
+      action: "stop-rig",
+      label: "Stop",
+      missing: "",
+      done: false,
+      sentence: search.value.message || "The server is at it.",
+    };
   const verdict = found.value?.verdict;
-  return { action: "check-rig", label: verdict ? "Check it again" : "Check the rig", missing: "", done: verdict?.level === "good", sentence: verdict ? verdict.sentence : "One picture of all cameras; check how far they are apart where two see the same." };
+  return {
+    action: "check-rig",
+    label: verdict ? "Check it again" : "Check the rig",
+    missing: "",
+    done: verdict?.level === "good",
+    sentence: verdict
+      ? verdict.sentence
+      : "One picture of all cameras; check how far they are apart where two see the same.",
+  };
 });
 
 /** What the form still wants. */
 const lacking = computed(() => {
   const { name: called, field, cameras: chosen } = draft.value;
-  if (!/^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$/.test(called)) return "Give it a short name: letters, digits and hyphens.";
+  if (!/^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$/.test(called))
+    return "Give it a short name: letters, digits and hyphens.";
   if (!field) return "Choose the field.";
   return chosen.length ? "" : "Choose its cameras.";
 });
 
 /** @param {Partial<Draft>} changes */
-export const setDraft = (changes) => { draft.value = { ...draft.value, ...changes }; };
+export const setDraft = (changes) => {
+  draft.value = { ...draft.value, ...changes };
+};
 
 /** Regions that suit so many cameras come first: halves for two, quarters for four. @param {string} id */
 export function toggleCamera(id) {
-  const now = draft.value.cameras, without = now.filter((c) => c.camera !== id);
+  const now = draft.value.cameras,
+    without = now.filter((c) => c.camera !== id);
   const region = cameras.value.find((c) => c.id === id)?.region ?? null;
   setDraft({ cameras: without.length < now.length ? without : [...now, { camera: id, region }] });
 }
 
 /** @param {string} id @param {string | null} region */
-export const setRegion = (id, region) => setDraft({ cameras: draft.value.cameras.map((c) => (c.camera === id ? { ...c, region } : c)) });
+export const setRegion = (id, region) =>
+  setDraft({ cameras: draft.value.cameras.map((c) => (c.camera === id ? { ...c, region } : c)) });
 
 export async function loadRigs() {
   try {
@@ -74,7 +131,12 @@ export async function loadRigs() {
 }
 
 export function openNewRig() {
-  draft.value = { name: "", title: "", field: cameras.value.find((c) => c.field)?.field ?? fields.value[0]?.name ?? "", cameras: cameras.value.map((c) => ({ camera: c.id, region: c.region })) };
+  draft.value = {
+    name: "",
+    title: "",
+    field: cameras.value.find((c) => c.field)?.field ?? fields.value[0]?.name ?? "",
+    cameras: cameras.value.map((c) => ({ camera: c.id, region: c.region })),
+  };
   draftRefusal.value = null;
   openPage("rig", "");
 }
@@ -96,7 +158,11 @@ export async function removeRig(it) {
     await call("DELETE", `/rigs/${encodeURIComponent(it.name)}`);
     rigs.value = rigs.value.filter((r) => r.name !== it.name);
     location.hash = "#/";
-    notify({ level: "info", text: `The rig ${it.title || it.name} was removed; its cameras and calibrations stay.`, fix: "" });
+    notify({
+      level: "info",
+      text: `The rig ${it.title || it.name} was removed; its cameras and calibrations stay.`,
+      fix: "",
+    });
   } catch (error) {
     notifyError(error);
   }
@@ -107,35 +173,58 @@ export async function removeRig(it) {
 export async function takeStitched(tries = TRIES) {
   const of = name.value;
   if (!of) return;
-  const taken = await call("GET", `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`).then((info) => ({ info, refusal: null }), (error) => ({ info: null, refusal: toRefusal(error) }));
+  const taken = await call("GET", `/rigs/${encodeURIComponent(of)}/stitched.json?width=${WIDTH_PX}`).then(
+    (info) => ({ info, refusal: null }),
+    (error) => ({ info: null, refusal: toRefusal(error) }),
+  );
   if (name.value !== of) return;
-  const now = stitched.value = { of, ...taken, at: Date.now() };
-  if (tries > 1 && !isWhole(now.info)) setTimeout(() => { if (name.value === of && stitched.value === now) void takeStitched(tries - 1); }, AGAIN_MS);
+  const now = (stitched.value = { of, ...taken, at: Date.now() });
+  if (tries > 1 && !isWhole(now.info))
+    setTimeout(() => {
+      if (name.value === of && stitched.value === now) void takeStitched(tries - 1);
+    }, AGAIN_MS);
 }
 
 /** @param {Stitched | null} info */
-const isWhole = (info) => (rig.value?.cameras ?? []).every((c) => !c.calibration || info?.cameras.some((shown) => shown.camera === c.camera));
+const isWhole = (info) =>
+  (rig.value?.cameras ?? []).every(
+    (c) => !c.calibration || info?.cameras.some((shown) => shown.camera === c.camera),
+  );
 
 /** @param {string} of @param {number} at */
-export const pictureAddress = (of, at) => address(`/rigs/${encodeURIComponent(of)}/stitched.jpg?width=${WIDTH_PX}&at=${at}`);
+export const pictureAddress = (of, at) =>
+  address(`/rigs/${encodeURIComponent(of)}/stitched.jpg?width=${WIDTH_PX}&at=${at}`);
 
 export async function checkRig() {
   const of = name.value;
   if (!of || search.value) return;
-  await watch((stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, {}, stop, onProgress), async (result) => {
-    rigCheck.value = { of, found: result };
-    await loadRigs();
-    void takeStitched();
-  });
+  await watch(
+    (stop, onProgress) => runJob(`/rigs/${encodeURIComponent(of)}/check?job=true`, {}, stop, onProgress),
+    async (result) => {
+      rigCheck.value = { of, found: result };
+      await loadRigs();
+      void takeStitched();
+    },
+  );
 }
 
 /** Cameras with other rectangles, refitted as new versions; none is activated. */
 export async function refitRig() {
   const of = name.value;
   if (!of || search.value) return;
-  await watch((stop, onProgress) => request("POST", `/rigs/${encodeURIComponent(of)}/refit`, { json: {} }).then(async (a) => followJob(await a.json(), stop, onProgress)), (/** @type {{ calibrations: string[] }} */ made) => {
-    notify({ level: "info", text: `${plural(made.calibrations.length, "new version")} with the rig's rectangles. None is active yet.`, fix: "Look at them under Saved versions, then activate them." });
-  });
+  await watch(
+    (stop, onProgress) =>
+      request("POST", `/rigs/${encodeURIComponent(of)}/refit`, { json: {} }).then(async (a) =>
+        followJob(await a.json(), stop, onProgress),
+      ),
+    (/** @type {{ calibrations: string[] }} */ made) => {
+      notify({
+        level: "info",
+        text: `${plural(made.calibrations.length, "new version")} with the rig's rectangles. None is active yet.`,
+        fix: "Look at them under Saved versions, then activate them.",
+      });
+    },
+  );
 }
 
 export const stopRig = () => search.value?.stop.abort();

@@ -4,8 +4,11 @@ import { online } from "../../core/api.js";
 import { openSocket } from "../../core/socket.js";
 import { rig } from "./rig.js";
 
-/** @typedef {{ track: number, kind: "ball" | "robot" | "marker", team: string | null, id: number | null, x_mm: number, y_mm: number, orientation_deg: number | null, cameras: string[], seam_mm: number | null }} Track
- * @typedef {{ items: Track[], seams: { things: number, median_mm: number | null, max_mm: number | null }, cameras: { camera: string, problem: { what: string, fix: string } | null }[] }} Tracks */
+/**
+ * @typedef {{ track: number, kind: "ball" | "robot" | "marker", team: string | null, id: number | null, x_mm: number,
+ * y_mm: number, orientation_deg: number | null, cameras: string[], seam_mm: number | null }} Track
+ * @typedef {{ items: Track[], seams: { things: number, median_mm: number | null, max_mm: number | null }, cameras: {
+ * camera: string, problem: { what: string, fix: string } | null }[] }} Tracks */
 
 /** Whether what plays is wanted. */
 export const following = signal(false);
@@ -13,7 +16,7 @@ export const following = signal(false);
 export const tracks = signal(/** @type {Tracks | null} */ (null));
 /** Why there is none. */
 export const tracksRefusal = signal(/** @type {import("../../core/types").Refusal | null} */ (null));
-const wanted = computed(() => (following.value && online.value ? rig.value?.name ?? null : null));
+const wanted = computed(() => (following.value && online.value ? (rig.value?.name ?? null) : null));
 
 /** Open and close the line as it is wanted. */
 export function startTracks() {
@@ -27,15 +30,26 @@ export function startTracks() {
 
   /** @param {string} name */
   function listen(name) {
-    return openSocket(`/rigs/${encodeURIComponent(name)}/tracks`, { onMessage: (now) => {
-      tracksRefusal.value = "detail" in now ? now : null;
-      if (!tracksRefusal.value) tracks.value = now;
-    } });
+    return openSocket(`/rigs/${encodeURIComponent(name)}/tracks`, {
+      onMessage: (now) => {
+        tracksRefusal.value = "detail" in now ? now : null;
+        if (!tracksRefusal.value) tracks.value = now;
+      },
+    });
   }
 }
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const TRACK_ACTIONS = [
-  { id: "follow-play", label: "Show ball and robots of all cameras of the rig, once each", short: "Ball and robots", group: "Pages", run: () => { following.value = !following.value; },
-    enabled: () => rig.value !== null, pressed: () => following.value },
+  {
+    id: "follow-play",
+    label: "Show ball and robots of all cameras of the rig, once each",
+    short: "Ball and robots",
+    group: "Pages",
+    run: () => {
+      following.value = !following.value;
+    },
+    enabled: () => rig.value !== null,
+    pressed: () => following.value,
+  },
 ];

@@ -13,7 +13,11 @@ const GOOD = 5; // rolls that are worth having
 const FEWEST = 3;
 const STANDARD_PCT = 3; // a standard lens' distortion, section IV of the method
 
-/** @typedef {import("./types").MovingTracks} Moving @typedef {import("./types").RollsResponse} RollsResponse @typedef {import("./types").SavedRoll} SavedRoll */
+/**
+ * @typedef {import("./types").MovingTracks} Moving
+ * @typedef {import("./types").RollsResponse} RollsResponse
+ * @typedef {import("./types").SavedRoll} SavedRoll
+ */
 
 /** What moves now; null before the first look. */
 export const movingTracks = signal(/** @type {Moving | null} */ (null));
@@ -30,19 +34,27 @@ export const kind = signal("auto");
 const work = longWork();
 export const { search, refusal: workRefusal } = work;
 /** What came of it last. */
-export const fittedLens = signal(/** @type {{ lens: string | null, calibration: string | null } | null} */ (null));
+export const fittedLens = signal(
+  /** @type {{ lens: string | null, calibration: string | null } | null} */ (null),
+);
 
-export const rollsCamera = computed(() => (page.value?.name === "rolls" ? cameras.value.find((c) => c.id === page.value?.argument) ?? null : null));
+export const rollsCamera = computed(() =>
+  page.value?.name === "rolls" ? (cameras.value.find((c) => c.id === page.value?.argument) ?? null) : null,
+);
 export const hasCorrected = computed(() => Boolean(rollsResponse.value?.report?.corrected));
 /** Which numbers are shown. */
-export const view = computed(() => /** @type {"raw" | "corrected"} */ (wantsCorrected.value && hasCorrected.value ? "corrected" : "raw"));
+export const view = computed(
+  () => /** @type {"raw" | "corrected"} */ (wantsCorrected.value && hasCorrected.value ? "corrected" : "raw"),
+);
 export const all = computed(() => rollsResponse.value?.report?.[view.value] ?? null);
 /** Newest first. */
 export const rolls = computed(() => (rollsResponse.value?.items ?? []).toReversed());
 export const counted = computed(() => rolls.value.filter((roll) => roll.counts && !roll.left_out));
 /** The one that was left out last, of those that still are. @type {import("@preact/signals").Signal<string[]>} */
 const leftOut = signal([]);
-export const canInclude = computed(() => rolls.value.some((roll) => roll.left_out && roll.id === leftOut.value.at(-1)));
+export const canInclude = computed(() =>
+  rolls.value.some((roll) => roll.left_out && roll.id === leftOut.value.at(-1)),
+);
 
 /** Of all rolls together: good, fair, poor, or unknown. */
 export const level = computed(() => {
@@ -53,11 +65,25 @@ export const level = computed(() => {
 
 export const rollsNextStep = computed(() => {
   const count = counted.value.length;
-  if (!rollsCamera.value) return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
-  const sentence = refusal.value ? `${refusal.value.detail} ${refusal.value.fix}` : !movingTracks.value ? "Waiting for the camera…"
-    : !count ? "Let a ball roll across the field, quickly, near its borders." : count < GOOD ? `${plural(count, "roll")} so far; ${GOOD} are worth having.`
-      : `${plural(count, "roll")}: ${pct(all.value?.border_pct)} ± ${number(all.value?.border_sigma_pct, 2)} % along the edge.`;
-  return { action: "fit-rolls", label: "Fit the lens", missing: count < FEWEST ? "Three rolls are the fewest." : search.value ? "The server is at it." : "", done: count >= GOOD, sentence };
+  if (!rollsCamera.value)
+    return { action: "back", label: "Back", missing: "", done: false, sentence: "There is no such camera." };
+  const sentence = refusal.value
+    ? `${refusal.value.detail} ${refusal.value.fix}`
+    : !movingTracks.value
+      ? "Waiting for the camera…"
+      : !count
+        ? "Let a ball roll across the field, quickly, near its borders."
+        : count < GOOD
+          ? `${plural(count, "roll")} so far; ${GOOD} are worth having.`
+          : `${plural(count, "roll")}: ${pct(all.value?.border_pct)} ± ${number(all.value?.border_sigma_pct, 2)} % ` +
+            `along the edge.`;
+  return {
+    action: "fit-rolls",
+    label: "Fit the lens",
+    missing: count < FEWEST ? "Three rolls are the fewest." : search.value ? "The server is at it." : "",
+    done: count >= GOOD,
+    sentence,
+  };
 });
 
 /** @type {import("../../core/socket.js").Socket | null} */
@@ -69,17 +95,23 @@ export function startRolls() {
     const id = rollsCamera.value?.id;
     socket?.close();
     socket = movingTracks.value = refusal.value = null;
-    if (rollsResponse.peek()?.camera !== id) { rollsResponse.value = fittedLens.value = null; leftOut.value = []; work.refusal.value = null; }
+    if (rollsResponse.peek()?.camera !== id) {
+      rollsResponse.value = fittedLens.value = null;
+      leftOut.value = [];
+      work.refusal.value = null;
+    }
     if (id && online.value) socket = listen(id);
   });
 
   /** @param {string} id */
   function listen(id) {
-    return openSocket(`/cameras/${encodeURIComponent(id)}/rolls/stream`, { onMessage: (message) => {
-      refusal.value = "detail" in message ? message : null;
-      movingTracks.value = refusal.value ? null : message;
-      if (message.told) rollsResponse.value = { ...message.told, camera: id };
-    } });
+    return openSocket(`/cameras/${encodeURIComponent(id)}/rolls/stream`, {
+      onMessage: (message) => {
+        refusal.value = "detail" in message ? message : null;
+        movingTracks.value = refusal.value ? null : message;
+        if (message.told) rollsResponse.value = { ...message.told, camera: id };
+      },
+    });
   }
 }
 
@@ -100,16 +132,24 @@ export async function excludeRoll(id, out) {
 export const forgetting = signal(false);
 let doubt = 0;
 
-export const excludeNewest = () => { if (counted.value[0]) void excludeRoll(counted.value[0].id, true); };
-export const includeRolls = () => { const id = leftOut.value.at(-1); if (id) void excludeRoll(id, false); };
+export const excludeNewest = () => {
+  if (counted.value[0]) void excludeRoll(counted.value[0].id, true);
+};
+export const includeRolls = () => {
+  const id = leftOut.value.at(-1);
+  if (id) void excludeRoll(id, false);
+};
 
 export async function forgetRolls() {
   const camera = rollsCamera.value;
   if (!camera) return;
   clearTimeout(doubt);
-  if (!forgetting.value) { // they cannot be had back: it takes two
+  if (!forgetting.value) {
+    // they cannot be had back: it takes two
     forgetting.value = true;
-    doubt = setTimeout(() => { forgetting.value = false; }, DOUBT_MS);
+    doubt = setTimeout(() => {
+      forgetting.value = false;
+    }, DOUBT_MS);
     return;
   }
   forgetting.value = false;
@@ -124,5 +164,10 @@ export async function forgetRolls() {
 /** @param {"lens" | "refined"} make */
 export function fitFromRolls(make) {
   const camera = rollsCamera.value?.id;
-  return work.watch((stop, how) => runJob("/motion", { camera, make, lens: kind.value }, stop, how), ({ lens, calibration }) => { fittedLens.value = { lens, calibration }; });
+  return work.watch(
+    (stop, how) => runJob("/motion", { camera, make, lens: kind.value }, stop, how),
+    ({ lens, calibration }) => {
+      fittedLens.value = { lens, calibration };
+    },
+  );
 }

@@ -8,7 +8,29 @@ const atScene = () => page.value?.name === "scene" && shownScene.value !== null 
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const SCENE_ACTIONS = [
-  { id: "scene", label: "Show the scene in 3-D", short: "Scene in 3-D", group: "Pages", keys: ["F8"], run: () => openPage("scene", version.value?.id ?? firstScene.value), enabled: () => page.value?.name !== "scene" },
-  { id: "scene-free", label: "Look at the scene freely", short: "Freely", group: "View", run: () => changeView({ view: "free" }), enabled: atScene },
-  { id: "scene-above", label: "Look at the scene from above", short: "From above", group: "View", run: () => changeView({ view: "above" }), enabled: atScene },
+  {
+    id: "scene",
+    label: "Show the scene in 3-D",
+    short: "Scene in 3-D",
+    group: "Pages",
+    keys: ["F8"],
+    run: () => openPage("scene", version.value?.id ?? firstScene.value),
+    enabled: () => page.value?.name !== "scene",
+  },
+  {
+    id: "scene-free",
+    label: "Look at the scene freely",
+    short: "Freely",
+    group: "View",
+    run: () => changeView({ view: "free" }),
+    enabled: atScene,
+  },
+  {
+    id: "scene-above",
+    label: "Look at the scene from above",
+    short: "From above",
+    group: "View",
+    run: () => changeView({ view: "above" }),
+    enabled: atScene,
+  },
 ];

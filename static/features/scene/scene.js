@@ -8,12 +8,25 @@ import { mainViewport } from "../../canvas/viewport.js";
 import { openById } from "../calibrate/pictures.js";
 import { openPage } from "../shell/open_page.js";
 
-/** @typedef {import("./types").SceneShown} SceneShown @typedef {import("./types").SceneViewSettings} SceneViewSettings @typedef {import("./types").ClickedPlace} Clicked */
+/**
+ * @typedef {import("./types").SceneShown} SceneShown
+ * @typedef {import("./types").SceneViewSettings} SceneViewSettings
+ * @typedef {import("./types").ClickedPlace} Clicked
+ */
 
-const AGAIN_MS = 2000, NEAR = 3; // screen pixels per picture pixel: so near a place is shown in the point editor
+const AGAIN_MS = 2000,
+  NEAR = 3; // screen pixels per picture pixel: so near a place is shown in the point editor
 const MOST_VERSIONS = 200;
 /** @type {SceneViewSettings} */
-const FIRST = { layers: ["pictures", "arrows", "footprints", "labels", "moved"], hidden: [], sheet: "none", scale: null, dark: true, view: "free", through: "" };
+const FIRST = {
+  layers: ["pictures", "arrows", "footprints", "labels", "moved"],
+  hidden: [],
+  sheet: "none",
+  scale: null,
+  dark: true,
+  view: "free",
+  through: "",
+};
 
 /** Where the scene is, "" until it has begun. */
 export const place = signal("");
@@ -28,19 +41,38 @@ export const versions = signal(/** @type {import("../../core/types").Calibration
 
 /** What follows #/scene/: a version's id, rig/NAME or lens/ID; null where no scene is open. */
 export const what = computed(() => (page.value?.name === "scene" ? page.value.argument : null));
-const system = matchMedia("(prefers-color-scheme: dark)"), systemDark = signal(system.matches);
-system.addEventListener("change", () => { systemDark.value = system.matches; });
+const system = matchMedia("(prefers-color-scheme: dark)"),
+  systemDark = signal(system.matches);
+system.addEventListener("change", () => {
+  systemDark.value = system.matches;
+});
 const dark = computed(() => (theme.value === "system" ? systemDark.value : theme.value === "dark"));
 
 /** The version that is shown alone. */
-export const only = computed(() => (shownScene.value?.cameras.length === 1 ? shownScene.value.cameras[0] : null));
+export const only = computed(() =>
+  shownScene.value?.cameras.length === 1 ? shownScene.value.cameras[0] : null,
+);
 
 export const sceneNextStep = computed(() => {
-  const it = shownScene.value, cannot = it?.cameras.find((c) => c.why_no_frustum);
-  return { action: "back", label: "Back", missing: "", done: it !== null && !refusal.value, sentence: refusal.value ? `${refusal.value.detail} ${refusal.value.fix}`
-    : what.value === "" ? "Choose a version to see where its camera hangs." : !it ? "The scene is being set up…"
-      : it.boards ? `${it.boards.boards} views of the board, as they were held before the camera.` : cannot ? "This model knows of no camera; its corrected picture lies on the field."
-        : "Drag to turn it; click the carpet to learn what is there." };
+  const it = shownScene.value,
+    cannot = it?.cameras.find((c) => c.why_no_frustum);
+  return {
+    action: "back",
+    label: "Back",
+    missing: "",
+    done: it !== null && !refusal.value,
+    sentence: refusal.value
+      ? `${refusal.value.detail} ${refusal.value.fix}`
+      : what.value === ""
+        ? "Choose a version to see where its camera hangs."
+        : !it
+          ? "The scene is being set up…"
+          : it.boards
+            ? `${it.boards.boards} views of the board, as they were held before the camera.`
+            : cannot
+              ? "This model knows of no camera; its corrected picture lies on the field."
+              : "Drag to turn it; click the carpet to learn what is there.",
+  };
 });
 
 /** @type {WebSocket | null} */
@@ -60,21 +92,46 @@ export function changeView(changes) {
 }
 
 /** @param {import("./types").Layer} layer */
-export const toggleLayer = (layer) => changeView({ layers: sceneView.value.layers.includes(layer) ? sceneView.value.layers.filter((l) => l !== layer) : [...sceneView.value.layers, layer] });
+export const toggleLayer = (layer) =>
+  changeView({
+    layers: sceneView.value.layers.includes(layer)
+      ? sceneView.value.layers.filter((l) => l !== layer)
+      : [...sceneView.value.layers, layer],
+  });
 
 /** @param {string} key of a camera */
-export const toggleCamera = (key) => changeView({ hidden: sceneView.value.hidden.includes(key) ? sceneView.value.hidden.filter((k) => k !== key) : [...sceneView.value.hidden, key] });
+export const toggleCamera = (key) =>
+  changeView({
+    hidden: sceneView.value.hidden.includes(key)
+      ? sceneView.value.hidden.filter((k) => k !== key)
+      : [...sceneView.value.hidden, key],
+  });
 
 /** How often a picture may come: a browser that draws on the processor is not done with one before the next. */
 function picturesPerSecond() {
   const gl = document.createElement("canvas").getContext("webgl");
-  return gl && !/swiftshader|llvmpipe|software/i.test(String(gl.getParameter(gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER))) ? 5 : 0.5;
+  return gl &&
+    !/swiftshader|llvmpipe|software/i.test(
+      String(
+        gl.getParameter(gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER),
+      ),
+    )
+    ? 5
+    : 0.5;
 }
 
 /** What the server is asked for. @param {string} argument @param {string} older */
 function wanted(argument, older) {
-  const [first, name] = argument.split("/"), fps = fastest ??= picturesPerSecond();
-  return { fps, ...(first === "rig" ? { rig: name } : first === "lens" ? { lens: name } : { calibrations: [first], ...(older ? { before: older } : {}) }) };
+  const [first, name] = argument.split("/"),
+    fps = (fastest ??= picturesPerSecond());
+  return {
+    fps,
+    ...(first === "rig"
+      ? { rig: name }
+      : first === "lens"
+        ? { lens: name }
+        : { calibrations: [first], ...(older ? { before: older } : {}) }),
+  };
 }
 
 /** Open the line when a scene is looked at, close it when it is left; that ends the scene's process. */
@@ -88,16 +145,28 @@ export function startScene() {
       if (!line) begin();
     });
   });
-  effect(() => { // another version, rig or lens
-    const now = what.value, older = before.value;
+  effect(() => {
+    // another version, rig or lens
+    const now = what.value,
+      older = before.value;
     untracked(() => {
       clicked.value = null;
-      if (older && !versions.value.some((v) => v.id === now)) { before.value = ""; return; } // another camera's
+      if (older && !versions.value.some((v) => v.id === now)) {
+        before.value = "";
+        return;
+      } // another camera's
       if (now && place.value) send({ show: wanted(now, older) });
     });
   });
-  effect(() => { const now = dark.value; untracked(() => changeView({ dark: now })); });
-  effect(() => { const id = only.value?.camera, one = only.value?.calibration; untracked(() => void loadVersions(id ?? null, one ?? "")); });
+  effect(() => {
+    const now = dark.value;
+    untracked(() => changeView({ dark: now }));
+  });
+  effect(() => {
+    const id = only.value?.camera,
+      one = only.value?.calibration;
+    untracked(() => void loadVersions(id ?? null, one ?? ""));
+  });
 
   function leave() {
     line?.close();
@@ -109,7 +178,7 @@ export function startScene() {
   }
 
   function begin() {
-    const to = line = new WebSocket(address("/scene"));
+    const to = (line = new WebSocket(address("/scene")));
     let wasIdle = false; // closed because nobody looked: then it is opened anew by hand alone
     const isCurrent = () => line === to;
     to.addEventListener("message", ({ data }) => {
@@ -118,7 +187,10 @@ export function startScene() {
       if (message.address) {
         place.value = message.address;
         const { scale, ...rest } = sceneView.value;
-        send({ set: { ...rest, ...(scale === null ? {} : { scale }) }, show: wanted(what.value ?? "", before.value) });
+        send({
+          set: { ...rest, ...(scale === null ? {} : { scale }) },
+          show: wanted(what.value ?? "", before.value),
+        });
       } else if (message.shown) {
         shownScene.value = message.shown;
         refusal.value = null;
@@ -132,17 +204,26 @@ export function startScene() {
       if (!isCurrent()) return;
       line = null;
       place.value = "";
-      if (!wasIdle) timer = setTimeout(() => { if (what.value && !line && online.value) begin(); }, AGAIN_MS);
+      if (!wasIdle)
+        timer = setTimeout(() => {
+          if (what.value && !line && online.value) begin();
+        }, AGAIN_MS);
     });
   }
 }
 
 /** @param {string | null} camera @param {string} shownNow */
 async function loadVersions(camera, shownNow) {
-  if (!camera) { versions.value = []; return; }
+  if (!camera) {
+    versions.value = [];
+    return;
+  }
   if (versions.value[0]?.camera === camera && versions.value.some((v) => v.id === shownNow)) return;
   try {
-    const { items } = await call("GET", `/calibrations?limit=${MOST_VERSIONS}&camera=${encodeURIComponent(camera)}`);
+    const { items } = await call(
+      "GET",
+      `/calibrations?limit=${MOST_VERSIONS}&camera=${encodeURIComponent(camera)}`,
+    );
     versions.value = items.toReversed();
   } catch (error) {
     notifyError(error);
@@ -160,8 +241,13 @@ export async function showInPicture(at) {
   if (!at.snapshot || !at.pixel) return;
   const [x, y] = at.pixel;
   await openById(at.snapshot, "borders");
-  requestAnimationFrame(() => { mainViewport.centre(x, y, NEAR); pointer.value = { x, y, touch: false, down: false }; }); // as if it were pointed at
+  requestAnimationFrame(() => {
+    mainViewport.centre(x, y, NEAR);
+    pointer.value = { x, y, touch: false, down: false };
+  }); // as if it were pointed at
 }
 
 /** The scene to begin with where none is named: that of the first camera with an active version. */
-export const firstScene = computed(() => cameras.value.find((c) => c.active_calibration)?.active_calibration ?? "");
+export const firstScene = computed(
+  () => cameras.value.find((c) => c.active_calibration)?.active_calibration ?? "",
+);

@@ -11,14 +11,27 @@ export const serverSettings = signal(/** @type {import("./types").ServerSettings
 export const health = signal(/** @type {import("./types").Health | null} */ (null));
 
 export const settingsNextStep = computed(() => {
-  const now = health.value, wrong = now ? now.warnings.length + now.damaged.length : 0;
-  return { action: "back", label: "Back", missing: "", done: wrong === 0, sentence: !now ? "Asking the server…"
-    : wrong ? "Something needs care: it stands at the top." : "The server says that all is well." };
+  const now = health.value,
+    wrong = now ? now.warnings.length + now.damaged.length : 0;
+  return {
+    action: "back",
+    label: "Back",
+    missing: "",
+    done: wrong === 0,
+    sentence: !now
+      ? "Asking the server…"
+      : wrong
+        ? "Something needs care: it stands at the top."
+        : "The server says that all is well.",
+  };
 });
 
 export async function fetchSettings() {
   try {
-    [serverSettings.value, health.value] = await Promise.all([call("GET", "/settings"), call("GET", "/health")]);
+    [serverSettings.value, health.value] = await Promise.all([
+      call("GET", "/settings"),
+      call("GET", "/health"),
+    ]);
   } catch (error) {
     notifyError(error);
   }

@@ -7,22 +7,34 @@ const EVERY_MS = 60_000;
 
 /** Look now, whenever the server is back, and every minute. */
 export function startHealth() {
-  effect(() => { if (online.value) look(); });
-  setInterval(() => { if (online.value && !document.hidden) look(); }, EVERY_MS);
+  effect(() => {
+    if (online.value) look();
+  });
+  setInterval(() => {
+    if (online.value && !document.hidden) look();
+  }, EVERY_MS);
 }
 
 /** Messages that were shown: one that somebody dismissed does not come again. @type {Set<string>} */
 const shownTexts = new Set();
 
 async function look() {
-  /** @type {{ warnings: { text: string, fix: string }[], damaged: { kind: string, file: string, note: string | null }[] }} */
+  /**
+   * @type {{ warnings: { text: string, fix: string }[], damaged: { kind: string, file: string, note: string | null }[]
+   * }}
+   */
   let health;
   try {
     health = await call("GET", "/health");
-  } catch { return; } // a silent server is told elsewhere
+  } catch {
+    return;
+  } // a silent server is told elsewhere
   for (const { text, fix } of health.warnings) once(text, fix);
   for (const { kind, file, note } of health.damaged) {
-    once(`Something kept was damaged (${kind}) and is now in ${file}.`, note ?? "Restore it from a backup, or make it anew: see “What is kept” in the manual.");
+    once(
+      `Something kept was damaged (${kind}) and is now in ${file}.`,
+      note ?? "Restore it from a backup, or make it anew: see “What is kept” in the manual.",
+    );
   }
 }
 

@@ -10,6 +10,15 @@ import { sceneNextStep } from "../scene/scene.js";
 import { settingsNextStep } from "../settings/settings.js";
 import { versionListNextStep } from "../versions/version_list.js";
 
-const NEXT_STEPS = { jobs: jobsNextStep, settings: settingsNextStep, versions: versionListNextStep, capture: captureNextStep, rig: rigNextStep, rolls: rollsNextStep, scene: sceneNextStep, seeing: detectionNextStep };
+const NEXT_STEPS = {
+  jobs: jobsNextStep,
+  settings: settingsNextStep,
+  versions: versionListNextStep,
+  capture: captureNextStep,
+  rig: rigNextStep,
+  rolls: rollsNextStep,
+  scene: sceneNextStep,
+  seeing: detectionNextStep,
+};
 
 export const pageNextStep = computed(() => NEXT_STEPS[page.value?.name ?? "jobs"].value);

@@ -1,4 +1,5 @@
-// Addresses of the page (#/SNAPSHOT/STEP, #/lens, #/straight, #/live/CAMERA, #/pair/LEFT/RIGHT, #/rig/NAME …), and how each is followed.
+// Addresses of the page (#/SNAPSHOT/STEP, #/lens, #/straight, #/live/CAMERA, #/pair/LEFT/RIGHT, #/rig/NAME …), and how
+// each is followed.
 import { computed } from "@preact/signals";
 import { PAGE_NAMES, addressOf, page } from "../../core/page.js";
 import { atBoard, atLive, atPair, atStraight, snapshot, step } from "../../core/state.js";
@@ -10,7 +11,10 @@ import { openStraight } from "../straight/straight.js";
 import { openPage } from "./open_page.js";
 import { STEPS } from "./steps.js";
 
-const BOARD = "lens", PAIR = "pair", STRAIGHT = "straight", LIVE = "live"; // no picture's ids: those are hexadecimal
+const BOARD = "lens",
+  PAIR = "pair",
+  STRAIGHT = "straight",
+  LIVE = "live"; // no picture's ids: those are hexadecimal
 
 /** @returns {{ id: string, at: import("../../core/types").StepId }} */
 function read() {
@@ -20,7 +24,21 @@ function read() {
 }
 
 /** The address of where the page is now. */
-export const here = computed(() => (page.value ? addressOf(page.value) : snapshot.value ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}` : atLive.value !== null ? `#/${LIVE}/${encodeURIComponent(atLive.value)}` : atBoard.value ? `#/${BOARD}` : atPair.value ? pairAddress() : atStraight.value ? `#/${STRAIGHT}` : "#/"));
+export const here = computed(() =>
+  page.value
+    ? addressOf(page.value)
+    : snapshot.value
+      ? `#/${encodeURIComponent(snapshot.value.id)}/${step.value}`
+      : atLive.value !== null
+        ? `#/${LIVE}/${encodeURIComponent(atLive.value)}`
+        : atBoard.value
+          ? `#/${BOARD}`
+          : atPair.value
+            ? pairAddress()
+            : atStraight.value
+              ? `#/${STRAIGHT}`
+              : "#/",
+);
 
 const pairAddress = () => {
   const { a, b } = pictures.value;
@@ -38,11 +56,14 @@ export async function follow() {
   }
   page.value = null;
   if (id === BOARD || id === PAIR || id === STRAIGHT || id === LIVE) {
-    const asked = location.hash, names = asked.split("/").slice(2).map(decodeURIComponent), name = names[0] ?? "";
+    const asked = location.hash,
+      names = asked.split("/").slice(2).map(decodeURIComponent),
+      name = names[0] ?? "";
     closePicture(); // which writes another address for a moment
     step.value = "camera";
-    if (id === LIVE) { if (atLive.value !== name) openLive(name); }
-    else if (id === BOARD && !atBoard.value) void openBoard();
+    if (id === LIVE) {
+      if (atLive.value !== name) openLive(name);
+    } else if (id === BOARD && !atBoard.value) void openBoard();
     else if (id === STRAIGHT && !atStraight.value) void openStraight();
     else if (id === PAIR && !(atPair.value && asked === pairAddress())) await openPair(...names);
     return;

@@ -20,31 +20,75 @@ export const { pictures, ready, add: addEdgePictures, take: takeEdgePicture, rem
 const work = longWork();
 export const { search, refusal } = work;
 /** What was found, from which pictures, by which job: the server keeps the report as long as the job. */
-export const straightnessResult = signal(/** @type {{ report: Straightness, ids: string[], kind: string, job: string } | null} */ (null));
+export const straightnessResult = signal(
+  /** @type {{ report: Straightness, ids: string[], kind: string, job: string } | null} */ (null),
+);
 /** Which of the pictures is looked at, and how. */
-export const shownPicture = signal(/** @type {{ id: string, straight: boolean }} */ ({ id: "", straight: false }));
+export const shownPicture = signal(
+  /** @type {{ id: string, straight: boolean }} */ ({ id: "", straight: false }),
+);
 /** The edge that is pointed at, by its name. */
 export const pointed = signal("");
 /** The straightened picture, once it is there. */
 export const straightened = signal(/** @type {{ of: string, url: string } | null} */ (null));
 
 /** Whether the report is of just these pictures and this kind of lens. */
-export const isResultCurrent = computed(() => straightnessResult.value !== null && straightnessResult.value.kind === kind.value && String(straightnessResult.value.ids) === String(ready.value.map((p) => p.id)));
-export const viewedPicture = computed(() => ready.value.find((p) => p.id === shownPicture.value.id) ?? ready.value[0] ?? null);
+export const isResultCurrent = computed(
+  () =>
+    straightnessResult.value !== null &&
+    straightnessResult.value.kind === kind.value &&
+    String(straightnessResult.value.ids) === String(ready.value.map((p) => p.id)),
+);
+export const viewedPicture = computed(
+  () => ready.value.find((p) => p.id === shownPicture.value.id) ?? ready.value[0] ?? null,
+);
 /** The edges of the picture that is looked at. */
 export const edges = computed(() => {
-  const at = isResultCurrent.value && viewedPicture.value ? straightnessResult.value?.ids.indexOf(viewedPicture.value.id) : -1;
-  return straightnessResult.value && at !== -1 ? straightnessResult.value.report.lines.filter((line) => line.picture === at) : [];
+  const at =
+    isResultCurrent.value && viewedPicture.value
+      ? straightnessResult.value?.ids.indexOf(viewedPicture.value.id)
+      : -1;
+  return straightnessResult.value && at !== -1
+    ? straightnessResult.value.report.lines.filter((line) => line.picture === at)
+    : [];
 });
 
 /** Where the operator stands, and the next thing to do. */
 export const straightNextStep = computed(() => {
   const has = ready.value.length > 0 || list.uploading.value;
-  if (search.value) return { action: "judge-edges", label: "Judging the edges…", missing: "The server is at it.", done: false, sentence: "The server looks for straight edges, then for the lens that makes them straight." };
-  if (isResultCurrent.value) return { action: "straighten", label: shownPicture.value.straight ? "Show it as taken" : "Show it straightened", missing: "", done: true, sentence: "The edges are judged; what they tell stands on the right." };
-  if (!has) return { action: "add-edges", label: "Add pictures…", missing: "", done: false, sentence: "Add one or more pictures of one camera that show long straight things." };
-  return { action: "judge-edges", label: "Judge the edges", missing: list.uploading.value ? "The pictures are being uploaded." : "", done: false,
-    sentence: list.uploading.value ? "The pictures are being uploaded." : `${plural(ready.value.length, "picture")} of one camera; the more directions their edges run in, the better.` };
+  if (search.value)
+    return {
+      action: "judge-edges",
+      label: "Judging the edges…",
+      missing: "The server is at it.",
+      done: false,
+      sentence: "The server looks for straight edges, then for the lens that makes them straight.",
+    };
+  if (isResultCurrent.value)
+    return {
+      action: "straighten",
+      label: shownPicture.value.straight ? "Show it as taken" : "Show it straightened",
+      missing: "",
+      done: true,
+      sentence: "The edges are judged; what they tell stands on the right.",
+    };
+  if (!has)
+    return {
+      action: "add-edges",
+      label: "Add pictures…",
+      missing: "",
+      done: false,
+      sentence: "Add one or more pictures of one camera that show long straight things.",
+    };
+  return {
+    action: "judge-edges",
+    label: "Judge the edges",
+    missing: list.uploading.value ? "The pictures are being uploaded." : "",
+    done: false,
+    sentence: list.uploading.value
+      ? "The pictures are being uploaded."
+      : `${plural(ready.value.length, "picture")} of one camera; the more directions their edges run in, the better.`,
+  };
 });
 
 /** @param {string} name */
@@ -53,16 +97,26 @@ export function chooseKind(name) {
   keep();
 }
 
-effect(() => { if (atBoard.value || atPair.value) atStraight.value = false; }); // at one place at a time
+effect(() => {
+  if (atBoard.value || atPair.value) atStraight.value = false;
+}); // at one place at a time
 
 /** Go to the desk, and on with what was judged or is being judged. */
 export async function openStraight() {
-  batch(() => { atStraight.value = true; atBoard.value = false; atPair.value = false; });
+  batch(() => {
+    atStraight.value = true;
+    atBoard.value = false;
+    atPair.value = false;
+  });
   if (!before.job || straightnessResult.value || search.value) return;
   try {
     const job = await call("GET", `/jobs/${encodeURIComponent(before.job)}`);
     if (job.state === "done") show(job.result, before.ids, before.judged, job.id);
-    else if (job.state === "queued" || job.state === "running") await work.watch((stop, onProgress) => followJob(job, stop, onProgress), (report) => show(report, before.ids, before.judged, job.id));
+    else if (job.state === "queued" || job.state === "running")
+      await work.watch(
+        (stop, onProgress) => followJob(job, stop, onProgress),
+        (report) => show(report, before.ids, before.judged, job.id),
+      );
   } catch (error) {
     if (!(error instanceof ServerUnreachable)) delete before.job; // the server was stopped meanwhile
   }
@@ -75,13 +129,18 @@ export function removePictures() {
 }
 
 export function judgeEdges() {
-  const ids = ready.value.map((p) => p.id), lens = kind.value;
+  const ids = ready.value.map((p) => p.id),
+    lens = kind.value;
   const body = { snapshots: ids, lens };
   let job = "";
-  return work.watch((stop, onProgress) => runJob("/straightness?job=true", body, stop, (now) => {
-    if (!job) keep({ job: job = now.id, ids, judged: lens });
-    onProgress(now);
-  }), (report) => show(report, ids, lens, job));
+  return work.watch(
+    (stop, onProgress) =>
+      runJob("/straightness?job=true", body, stop, (now) => {
+        if (!job) keep({ job: (job = now.id), ids, judged: lens });
+        onProgress(now);
+      }),
+    (report) => show(report, ids, lens, job),
+  );
 }
 
 /** @param {Straightness} report @param {string[]} ids @param {string} lens @param {string} job */
@@ -107,13 +166,19 @@ export function showStraight(straight) {
 
 /** Fetch the straightened picture that is to be seen. */
 async function straighten() {
-  const picture = viewedPicture.value, lens = straightnessResult.value?.report.lens;
+  const picture = viewedPicture.value,
+    lens = straightnessResult.value?.report.lens;
   if (!shownPicture.value.straight || !picture || !lens || straightened.value?.of === picture.id) return;
   try {
-    const answer = await request("POST", `/straightness/picture.jpg?width=${Math.min(WIDEST_PX, lens.image_size[0])}`, { json: { snapshot: picture.id, lens } });
+    const answer = await request(
+      "POST",
+      `/straightness/picture.jpg?width=${Math.min(WIDEST_PX, lens.image_size[0])}`,
+      { json: { snapshot: picture.id, lens } },
+    );
     const url = URL.createObjectURL(await answer.blob());
     forgetStraightened();
-    if (viewedPicture.value?.id === picture.id && straightnessResult.value?.report.lens === lens) straightened.value = { of: picture.id, url };
+    if (viewedPicture.value?.id === picture.id && straightnessResult.value?.report.lens === lens)
+      straightened.value = { of: picture.id, url };
     else URL.revokeObjectURL(url);
   } catch (error) {
     notifyError(error);
@@ -130,6 +195,17 @@ function keep(more = {}) {
   Object.assign(before, more);
   const { job, ids, judged: by } = before;
   try {
-    localStorage.setItem(KEPT, JSON.stringify({ kind: kind.value, pictures: pictures.value.filter((p) => p.state === "kept"), job, ids, judged: by }));
-  } catch { /* a full or forbidden store: only a reload is the poorer */ }
+    localStorage.setItem(
+      KEPT,
+      JSON.stringify({
+        kind: kind.value,
+        pictures: pictures.value.filter((p) => p.state === "kept"),
+        job,
+        ids,
+        judged: by,
+      }),
+    );
+  } catch {
+    /* a full or forbidden store: only a reload is the poorer */
+  }
 }

@@ -5,8 +5,21 @@ import { activate, isSaved, saveVersion, version } from "./versions.js";
 
 /** @type {import("../../core/actions.js").Action[]} */
 export const VERSION_ACTIONS = [
-  { id: "save", label: "Save a version and compare", short: "Save and compare", keys: ["ctrl+s"], group: "Steps", run: () => void saveVersion(),
-    enabled: () => snapshot.value !== null && doc.value.observations.length > 0 }, // if something is missing, the server says what
-  { id: "activate", label: "Activate this version for its camera", short: "Activate", group: "Steps",
-    run: () => void (version.value && activate(version.value.id)), enabled: () => isSaved.value && !version.value?.active },
+  {
+    id: "save",
+    label: "Save a version and compare",
+    short: "Save and compare",
+    keys: ["ctrl+s"],
+    group: "Steps",
+    run: () => void saveVersion(),
+    enabled: () => snapshot.value !== null && doc.value.observations.length > 0,
+  }, // if something is missing, the server says what
+  {
+    id: "activate",
+    label: "Activate this version for its camera",
+    short: "Activate",
+    group: "Steps",
+    run: () => void (version.value && activate(version.value.id)),
+    enabled: () => isSaved.value && !version.value?.active,
+  },
 ];

@@ -4,7 +4,9 @@ import { call } from "../../core/api.js";
 import { notifyError } from "../../core/state.js";
 
 /** Of one version; null while nothing is known. */
-export const formats = signal(/** @type {{ id: string, items: import("../../core/types").Format[] } | null} */ (null));
+export const formats = signal(
+  /** @type {{ id: string, items: import("../../core/types").Format[] } | null} */ (null),
+);
 
 /** @param {string} id of a calibration */
 export async function askFormats(id) {

@@ -9,25 +9,52 @@ import { cameras, notify, notifyError } from "../../core/state.js";
 
 const PAGE = 50;
 /** What is shown: of one camera, by its id; "" of pictures from files. */
-export const versionList = signal(/** @type {{ camera: string, items: Kept[], next: string | null, history: import("./types").Activation[] } | null} */ (null));
+export const versionList = signal(
+  /**
+   * @type {{ camera: string, items: Kept[], next: string | null, history: import("./types").Activation[] } | null}
+   */ (
+    null
+  ),
+);
 /** The two that are compared, the one chosen first being first. */
 export const comparedPair = signal(/** @type {string[]} */ ([]));
-export const pairDifference = signal(/** @type {{ ids: string, is: import("./types").VersionDifference | null, why: import("../../core/types").Refusal | null } | null} */ (null));
+export const pairDifference = signal(
+  /**
+   * @type {{ ids: string, is: import("./types").VersionDifference | null, why: import("../../core/types").Refusal |
+   *   null } | null}
+   */ (
+    null
+  ),
+);
 
 /** The camera whose versions are shown: that of the address, else the first there is. */
 export const listedCamera = computed(() => page.value?.argument || "");
 export const activeVersion = computed(() => versionList.value?.items.find((v) => v.active) ?? null);
 /** What was active before the present one, and still is there. */
 export const formerVersion = computed(() => {
-  const now = activeVersion.value?.id, before = versionList.value?.history.find((h) => h.calibration !== now && h.version !== null);
+  const now = activeVersion.value?.id,
+    before = versionList.value?.history.find((h) => h.calibration !== now && h.version !== null);
   return now && before ? before : null;
 });
 
 export const versionListNextStep = computed(() => {
-  const it = versionList.value, active = activeVersion.value;
-  return { action: "back", label: "Back", missing: "", done: active !== null, sentence: !it ? "Asking the server…"
-    : !it.items.length ? "Nothing is saved here yet: take a picture, click its borders and save." : !it.camera ? "Pictures from files have no camera to activate a version for."
-      : active ? `Version ${active.version} is what the camera is corrected with.` : "No version is active: the camera is shown as it is." };
+  const it = versionList.value,
+    active = activeVersion.value;
+  return {
+    action: "back",
+    label: "Back",
+    missing: "",
+    done: active !== null,
+    sentence: !it
+      ? "Asking the server…"
+      : !it.items.length
+        ? "Nothing is saved here yet: take a picture, click its borders and save."
+        : !it.camera
+          ? "Pictures from files have no camera to activate a version for."
+          : active
+            ? `Version ${active.version} is what the camera is corrected with.`
+            : "No version is active: the camera is shown as it is.",
+  };
 });
 
 /** Of which camera it is, in a path. @param {string} camera */
@@ -39,10 +66,21 @@ const looks = requestOrder();
 export async function loadVersionList(camera) {
   const isNewest = looks.begin();
   try {
-    const [list, history] = await Promise.all([call("GET", `/calibrations?limit=${PAGE}&${query(camera)}`), call("GET", `/calibrations/activations?${query(camera)}`)]);
+    const [list, history] = await Promise.all([
+      call("GET", `/calibrations?limit=${PAGE}&${query(camera)}`),
+      call("GET", `/calibrations/activations?${query(camera)}`),
+    ]);
     if (!isNewest() || listedCamera.value !== camera) return; // somewhere else by now, or looked again since
-    if (versionList.value?.camera !== camera) { comparedPair.value = []; pairDifference.value = null; }
-    versionList.value = { camera, items: own(list.items, camera), next: list.next_cursor, history: history.items };
+    if (versionList.value?.camera !== camera) {
+      comparedPair.value = [];
+      pairDifference.value = null;
+    }
+    versionList.value = {
+      camera,
+      items: own(list.items, camera),
+      next: list.next_cursor,
+      history: history.items,
+    };
   } catch (error) {
     notifyError(error);
   }
@@ -80,31 +118,55 @@ export function activateVersion(it) {
     await call("POST", `/calibrations/${it.id}/activate`);
     const camera = versionList.value?.camera;
     const changed = cameras.value.find((c) => c.id === camera);
-    if (changed) cameras.value = cameras.value.with(cameras.value.indexOf(changed), { ...changed, active_calibration: it.id });
-    if (before) notify({ level: "info", text: `Version ${it.version} is active.`, fix: `Version ${before.version} was, and stays.`, action: { label: `Go back to version ${before.version}`, run: () => void activateVersion(before) } });
+    if (changed)
+      cameras.value = cameras.value.with(cameras.value.indexOf(changed), {
+        ...changed,
+        active_calibration: it.id,
+      });
+    if (before)
+      notify({
+        level: "info",
+        text: `Version ${it.version} is active.`,
+        fix: `Version ${before.version} was, and stays.`,
+        action: { label: `Go back to version ${before.version}`, run: () => void activateVersion(before) },
+      });
   });
 }
 
 /** @param {Kept} it @param {string} note */
-export const annotate = (it, note) => (note === it.note ? Promise.resolve() : changing(() => call("PATCH", `/calibrations/${it.id}`, { note })));
+export const annotate = (it, note) =>
+  note === it.note ? Promise.resolve() : changing(() => call("PATCH", `/calibrations/${it.id}`, { note }));
 
 /** @param {Kept} it */
-export const deleteVersion = (it) => changing(async () => {
-  await call("DELETE", `/calibrations/${it.id}`);
-  comparedPair.value = comparedPair.value.filter((id) => id !== it.id);
-  notify({ level: "info", text: `Version ${it.version} was deleted.`, fix: "Its number is not used again.", action: { label: "Put it back", run: () => void changing(() => call("POST", `/calibrations/${it.id}/restore`)) } });
-});
+export const deleteVersion = (it) =>
+  changing(async () => {
+    await call("DELETE", `/calibrations/${it.id}`);
+    comparedPair.value = comparedPair.value.filter((id) => id !== it.id);
+    notify({
+      level: "info",
+      text: `Version ${it.version} was deleted.`,
+      fix: "Its number is not used again.",
+      action: {
+        label: "Put it back",
+        run: () => void changing(() => call("POST", `/calibrations/${it.id}/restore`)),
+      },
+    });
+  });
 
 /** Take it among the two that are compared, or out again. @param {string} id */
 export function choose(id) {
-  comparedPair.value = comparedPair.value.includes(id) ? comparedPair.value.filter((one) => one !== id) : [...comparedPair.value, id].slice(-2);
+  comparedPair.value = comparedPair.value.includes(id)
+    ? comparedPair.value.filter((one) => one !== id)
+    : [...comparedPair.value, id].slice(-2);
   if (comparedPair.value.length === 2) void compare();
 }
 
 async function compare() {
-  const [a, b] = comparedPair.value, ids = `${a} ${b}`;
+  const [a, b] = comparedPair.value,
+    ids = `${a} ${b}`;
   pairDifference.value = { ids, is: null, why: null };
-  let is = null, why = null;
+  let is = null,
+    why = null;
   try {
     is = await call("GET", `/calibrations/${a}/difference/${b}.json`);
   } catch (error) {

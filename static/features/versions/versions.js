@@ -13,14 +13,28 @@ export const note = signal("");
 
 /** Whether the saved version is what the document says now. */
 export const isSaved = computed(() => {
-  const saved = version.value, now = doc.value;
-  return saved !== null && saved.field === now.field && saved.region === now.region && saved.rotate === rotation.value
-    && saved.model.name === now.model && isEqual(given(saved.options), given(now.options))
-    && isEqual(saved.observations.map(plain), now.observations.map(plain));
+  const saved = version.value,
+    now = doc.value;
+  return (
+    saved !== null &&
+    saved.field === now.field &&
+    saved.region === now.region &&
+    saved.rotate === rotation.value &&
+    saved.model.name === now.model &&
+    isEqual(given(saved.options), given(now.options)) &&
+    isEqual(saved.observations.map(plain), now.observations.map(plain))
+  );
 });
 
-/** Options that say something, in one order; a lens by its id, for a version keeps the lens itself. @param {Record<string, any>} options */
-const given = (options) => Object.entries(options).filter(([, v]) => v !== null).map(([name, v]) => [name, v.id ?? v]).toSorted();
+/**
+ * Options that say something, in one order; a lens by its id, for a version keeps the lens itself.
+ * @param {Record<string, any>} options
+ */
+const given = (options) =>
+  Object.entries(options)
+    .filter(([, v]) => v !== null)
+    .map(([name, v]) => [name, v.id ?? v])
+    .toSorted();
 
 /** @param {import("../../core/types").Observation} o */
 const plain = ({ feature, kind, points, z_mm = 0 }) => [feature, kind, points, z_mm];
@@ -67,7 +81,8 @@ export async function findVersion(picture) {
     const newest = versions.value.find((v) => v.snapshot === picture);
     if (!newest || snapshot.value?.id !== picture) return;
     const found = await call("GET", `/calibrations/${newest.id}`);
-    if (snapshot.value?.id === picture && version.value === null) version.value = found; // one may have been saved meanwhile
+    // one may have been saved meanwhile
+    if (snapshot.value?.id === picture && version.value === null) version.value = found;
   } catch (error) {
     notifyError(error);
   }
@@ -83,7 +98,11 @@ export function forgetVersion() {
 const lists = requestOrder();
 
 async function list() {
-  const camera = snapshot.value?.camera, isNewest = lists.begin();
-  const found = await call("GET", `/calibrations?limit=20${camera ? `&camera=${encodeURIComponent(camera)}` : ""}`);
+  const camera = snapshot.value?.camera,
+    isNewest = lists.begin();
+  const found = await call(
+    "GET",
+    `/calibrations?limit=20${camera ? `&camera=${encodeURIComponent(camera)}` : ""}`,
+  );
   if (isNewest()) versions.value = found.items;
 }

@@ -8,77 +8,257 @@ import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
 import { Working } from "../../../ui/working.js";
 import {
-  boardRequest, changeBoard, foundLens, lensForNextPicture, pictures, refusal, removePicture, removePictures, search,
-  showLens, takeBoardPicture, viewReport,
+  boardRequest,
+  changeBoard,
+  foundLens,
+  lensForNextPicture,
+  pictures,
+  refusal,
+  removePicture,
+  removePictures,
+  search,
+  showLens,
+  takeBoardPicture,
+  viewReport,
 } from "../board.js";
 import { lenses } from "../lenses.js";
 import { LensTabs, Pictures } from "../../lens_pictures/panels/picture_list.js";
 
-const DICTIONARIES = [...[4, 5, 6, 7].flatMap((n) => [50, 100, 250, 1000].map((count) => `DICT_${n}X${n}_${count}`)),
-  "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_16h5", "DICT_APRILTAG_25h9", "DICT_APRILTAG_36h10", "DICT_APRILTAG_36h11"];
-const WITH_LENS = new Set(["brown-conrady", "fisheye"]); // what boards are for; a board tells more than the others have numbers for
+const DICTIONARIES = [
+  ...[4, 5, 6, 7].flatMap((n) => [50, 100, 250, 1000].map((count) => `DICT_${n}X${n}_${count}`)),
+  "DICT_ARUCO_ORIGINAL",
+  "DICT_APRILTAG_16h5",
+  "DICT_APRILTAG_25h9",
+  "DICT_APRILTAG_36h10",
+  "DICT_APRILTAG_36h11",
+];
+// what boards are for; a board tells more than the others have numbers for
+const WITH_LENS = new Set(["brown-conrady", "fisheye"]);
 
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
 export function BoardForm() {
   const it = boardRequest.value;
-  return html`<section aria-label="Board"><${Title} of="board">Board<//>
-      <label class="pair tall"><span>Kind</span><select data-testid="board-kind" value=${it.kind} onChange=${(/** @type {Changed} */ e) => changeBoard({ kind: e.target.value })}>
-        <option value="chessboard">Chessboard</option><option value="charuco">ChArUco</option></select></label>
-      <${Whole} name="columns" label="Inner corners across" /><${Whole} name="rows" label="Inner corners down" /><${Length} name="square_mm" label="Side of a square" />
-      ${it.kind === "charuco" && html`<${Length} name="marker_mm" label="Side of a marker" />
-        <label class="pair tall"><span>Dictionary</span><select data-testid="board-dictionary" value=${it.dictionary} onChange=${(/** @type {Changed} */ e) => changeBoard({ dictionary: e.target.value })}>
-          ${DICTIONARIES.map((d) => html`<option key=${d} value=${d}>${d.replace("DICT_", "").replaceAll("_", " ")}</option>`)}</select></label>
-        <label class="pair"><span>Printed by OpenCV before 4.6</span><input type="checkbox" checked=${it.legacy} onChange=${(/** @type {Changed} */ e) => changeBoard({ legacy: e.target.checked })}/></label>`}
-      <p class="reason">Inner corners are those where four squares meet.</p></section>
-    <section aria-label="Lens"><${Title} of="lens">Lens<//>
-      <label class="pair tall"><span>Model</span><select data-testid="board-model" value=${it.model} onChange=${(/** @type {Changed} */ e) => changeBoard({ model: e.target.value })}>
-        ${models.value.filter((m) => WITH_LENS.has(m.name)).map((m) => html`<option key=${m.name} value=${m.name}>${m.title}</option>`)}</select></label>
-      <label class="pair tall"><span>Note</span><input type="text" data-testid="board-note" maxlength="200" placeholder="4 mm lens of the north camera" value=${it.note}
-        onInput=${(/** @type {Changed} */ e) => changeBoard({ note: e.target.value })}/></label></section>`;
+  return html`
+    <section aria-label="Board">
+      <${Title} of="board">Board<//>
+      <label class="pair tall">
+        <span>Kind</span>
+        <select
+          data-testid="board-kind"
+          value=${it.kind}
+          onChange=${(/** @type {Changed} */ e) => changeBoard({ kind: e.target.value })}
+        >
+          <option value="chessboard">Chessboard</option>
+          <option value="charuco">ChArUco</option>
+        </select>
+      </label>
+      <${Whole} name="columns" label="Inner corners across" />
+      <${Whole} name="rows" label="Inner corners down" />
+      <${Length} name="square_mm" label="Side of a square" />
+      ${it.kind === "charuco" && html`
+        <${Length} name="marker_mm" label="Side of a marker" />
+        <label class="pair tall">
+          <span>Dictionary</span>
+          <select
+            data-testid="board-dictionary"
+            value=${it.dictionary}
+            onChange=${(/** @type {Changed} */ e) => changeBoard({ dictionary: e.target.value })}
+          >
+            ${DICTIONARIES.map((d) => html`<option key=${d} value=${d}>
+              ${d.replace("DICT_", "").replaceAll("_", " ")}
+            </option>`)}
+          </select>
+        </label>
+        <label class="pair">
+          <span>Printed by OpenCV before 4.6</span>
+          <input
+            type="checkbox"
+            checked=${it.legacy}
+            onChange=${(/** @type {Changed} */ e) => changeBoard({ legacy: e.target.checked })}
+          />
+        </label>
+      `}
+      <p class="reason">Inner corners are those where four squares meet.</p>
+    </section>
+    <section aria-label="Lens">
+      <${Title} of="lens">Lens<//>
+      <label class="pair tall">
+        <span>Model</span>
+        <select
+          data-testid="board-model"
+          value=${it.model}
+          onChange=${(/** @type {Changed} */ e) => changeBoard({ model: e.target.value })}
+        >
+          ${models.value
+            .filter((m) => WITH_LENS.has(m.name))
+            .map((m) => html`<option key=${m.name} value=${m.name}>
+              ${m.title}
+            </option>`)}
+        </select>
+      </label>
+      <label class="pair tall">
+        <span>Note</span>
+        <input
+          type="text"
+          data-testid="board-note"
+          maxlength="200"
+          placeholder="4 mm lens of the north camera"
+          value=${it.note}
+          onInput=${(/** @type {Changed} */ e) => changeBoard({ note: e.target.value })}
+        />
+      </label>
+    </section>
+  `;
 }
 
 /** @param {{ name: "columns" | "rows", label: string }} props */
-const Whole = ({ name, label }) => html`<label class="pair"><span>${label}</span><${Typed} type="number" data-testid=${`board-${name}`} min="2" max="100" step="1" value=${boardRequest.value[name]}
-  take=${(/** @type {string} */ text) => changeBoard({ [name]: Number(text) })}/></label>`;
+const Whole = ({ name, label }) => html`<label class="pair">
+  <span>${label}</span>
+  <${Typed}
+    type="number"
+    data-testid=${`board-${name}`}
+    min="2"
+    max="100"
+    step="1"
+    value=${boardRequest.value[name]}
+    take=${(/** @type {string} */ text) => changeBoard({ [name]: Number(text) })}
+  />
+</label>`;
 
 /** @param {{ name: "square_mm" | "marker_mm", label: string }} props */
-const Length = ({ name, label }) => html`<label class="pair length"><span>${label}</span><span class="with-unit"><${Typed} type="number" data-testid=${`board-${name}`} min="0.1" step="any" value=${boardRequest.value[name]}
-  take=${(/** @type {string} */ text) => changeBoard({ [name]: Number(text) })}/><small>mm</small></span></label>`;
+const Length = ({ name, label }) => html`<label class="pair length">
+  <span>${label}</span>
+  <span class="with-unit">
+    <${Typed}
+      type="number"
+      data-testid=${`board-${name}`}
+      min="0.1"
+      step="any"
+      value=${boardRequest.value[name]}
+      take=${(/** @type {string} */ text) => changeBoard({ [name]: Number(text) })}
+    />
+    <small>mm</small>
+  </span>
+</label>`;
 
 /** The middle of the page while it is at the board. */
 export function BoardPage() {
-  const now = search.value, all = pictures.value;
-  return html`<div class="start desk" data-testid="board-desk"><${LensTabs}/>
+  const now = search.value,
+    all = pictures.value;
+  return html`<div class="start desk" data-testid="board-desk">
+    <${LensTabs} />
     <h1>Calibrate a lens with a board</h1>
-    <p class="dim">A board tells the lens; the field's lines then tell where the camera hangs. About twenty pictures, tilted to every side, all over the picture.</p>
-    <${Working} now=${now} what="Finding the lens" stop="stop-finding" why=${refusal.value} name="board"/>
-    <${Pictures} of="the board" name="board" add="add-pictures" count=${all.length} busy=${now !== null} take=${takeBoardPicture} clear=${removePictures}>${all.map((p) => html`<${View} key=${p.key} picture=${p}/>`)}<//>
-    ${lenses.value.length > 0 && html`<section aria-label="Lenses found before"><h2>Lenses found before</h2><ul class="versions" data-testid="lenses">${lenses.value.map((l) => html`<li key=${l.id} class=${l.id === foundLens.value?.id ? "now" : ""}>
-      <div><b>${l.note || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners")}</b></div><em>${number(l.rms_px, 2)} px rms</em>
-      <small>${dayAndTime(l.created_at)}, ${plural(l.views, "view")}, ${l.image_size[0]} × ${l.image_size[1]} px</small>
-      <button type="button" onClick=${() => void showLens(l.id).catch(notifyError)}>Show its report</button></li>`)}</ul></section>`}
+    <p class="dim">
+      A board tells the lens; the field's lines then tell where the camera hangs. About twenty pictures,
+      tilted to every side, all over the picture.
+    </p>
+    <${Working} now=${now} what="Finding the lens" stop="stop-finding" why=${refusal.value} name="board" />
+    <${Pictures}
+      of="the board"
+      name="board"
+      add="add-pictures"
+      count=${all.length}
+      busy=${now !== null}
+      take=${takeBoardPicture}
+      clear=${removePictures}
+    >
+      ${all.map((p) => html`<${View} key=${p.key} picture=${p} />`)}
+    <//>
+    ${lenses.value.length > 0 && html`<section aria-label="Lenses found before">
+      <h2>Lenses found before</h2>
+      <ul class="versions" data-testid="lenses">
+        ${lenses.value.map((l) => html`<li key=${l.id} class=${l.id === foundLens.value?.id ? "now" : ""}>
+          <div>
+            <b>
+              ${l.note || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners")}
+            </b>
+          </div>
+          <em>${number(l.rms_px, 2)} px rms</em>
+          <small>
+            ${dayAndTime(l.created_at)}, ${plural(l.views, "view")}, ${l.image_size[0]} × ${l.image_size[1]}${" "}
+            px
+          </small>
+          <button type="button" onClick=${() => void showLens(l.id).catch(notifyError)}>
+            Show its report
+          </button>
+        </li>`)}
+      </ul>
+    </section>`}
   </div>`;
 }
 
 /** One picture, and what was seen in it. @param {{ picture: import("../../../core/types").UploadedPicture }} props */
 function View({ picture }) {
-  const { key, name, state, id, why } = picture, seen = state === "kept" ? viewReport(picture) : null, view = seen?.view;
-  const level = state === "refused" || (seen && !view) ? "poor" : view && !view.used ? "fair" : view ? "good" : "";
-  return html`<li data-testid="view" data-level=${level}>${id ? html`<img loading="lazy" alt="" src=${address(`/snapshots/${id}/image.jpg`)}/>` : html`<div class="blank"></div>`}
-    <button type="button" class="remove" aria-label=${`Remove ${name}`} title="Remove this picture" disabled=${search.value !== null} onClick=${() => removePicture(key)}>×</button>
-    <small class="name" title=${name}>${name}</small>
-    <small>${state === "waiting" ? "Waiting…" : state === "uploading" ? "Uploading…" : state === "refused" ? why
-      : !seen ? "Uploaded" : view?.used ? html`<b class="level good">✓</b> ${number(view.rms_px, 2)} px, ${number(view.tilt_deg, 0)}°${view.nearer ? ` ${view.nearer}` : ""}`
-        : html`<b class=${`level ${level}`}>${view ? "Left out." : "No board."}</b> ${seen.why}`}</small></li>`;
+  const { key, name, state, id, why } = picture,
+    seen = state === "kept" ? viewReport(picture) : null,
+    view = seen?.view;
+  const level =
+    state === "refused" || (seen && !view) ? "poor" : view && !view.used ? "fair" : view ? "good" : "";
+  return html`<li data-testid="view" data-level=${level}>
+    ${id
+      ? html`<img loading="lazy" alt="" src=${address(`/snapshots/${id}/image.jpg`)} />`
+      : html`<div class="blank"></div>`}
+    <button
+      type="button"
+      class="remove"
+      aria-label=${`Remove ${name}`}
+      title="Remove this picture"
+      disabled=${search.value !== null}
+      onClick=${() => removePicture(key)}
+    >
+      ×
+    </button>
+    <small class="name" title=${name}>
+      ${name}
+    </small>
+    <small>
+      ${state === "waiting" ? (
+        "Waiting…"
+      ) : state === "uploading" ? (
+        "Uploading…"
+      ) : state === "refused" ? (
+        why
+      ) : !seen ? (
+        "Uploaded"
+      ) : view?.used
+        ? html`
+          <b class="level good">✓</b> ${number(view.rms_px, 2)} px, ${number(view.tilt_deg, 0)}°
+          ${view.nearer ? ` ${view.nearer}` : ""}
+        `
+        : html`
+          <b class=${`level ${level}`}>${view ? "Left out." : "No board."}</b> ${seen.why}
+        `}
+    </small>
+  </li>`;
 }
 
 /** On the start page: the lens that the next picture gets. */
 export function LensForNextPicture() {
   const lens = lensForNextPicture.value;
-  return lens && html`<div class="plainly line" data-testid="held-next"><span>The next picture is fitted with the lens <b>${lens.note || "from the board"}</b> (${lens.image_size[0]} × ${lens.image_size[1]} px).</span>
-    <button type="button" onClick=${() => { lensForNextPicture.value = null; }}>Do not use it</button></div>`;
+  return (
+    lens && html`<div class="plainly line" data-testid="held-next">
+      <span>
+        The next picture is fitted with the lens <b>${lens.note || "from the board"}</b> (${lens.image_size[0]}${" "}
+        × ${lens.image_size[1]} px).
+      </span>
+      <button
+        type="button"
+        onClick=${() => {
+          lensForNextPicture.value = null;
+        }}
+      >
+        Do not use it
+      </button>
+    </div>`
+  );
 }
 
 /** The way there, on the start page. */
-export const ToBoard = () => html`<section aria-label="Lens"><h2>Know the lens first</h2><div class="line"><${ActionButton} id="board"/><${ActionButton} id="straight"/></div></section>`;
+export const ToBoard = () => html`<section aria-label="Lens">
+  <h2>Know the lens first</h2>
+  <div class="line">
+    <${ActionButton} id="board" />
+    <${ActionButton} id="straight" />
+  </div>
+</section>`;

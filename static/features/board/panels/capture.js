@@ -16,32 +16,123 @@ const WIDTH_PX = 960;
 export function CapturePage() {
   const camera = captureCamera.value;
   useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
-  if (!camera) return html`<div class="start desk"><h1>No such camera</h1><p class="dim">It was removed, or the address is wrong.</p><p><a href="#/">Back to the cameras</a></p></div>`;
-  const it = boardView.value, all = views.value;
-  return html`<div class="start desk" data-testid="capture-page"><h1>A board before ${camera.name}</h1>
-    <p class="dim">Hold the board as the outline shows. Whenever it stands still in a new way, a picture is taken by itself.</p>
-    <div class="line wrap"><${ActionButton} id="capture" withKey label=${automatic.value ? "Stop taking by itself" : "Take by itself"}/><${ActionButton} id="take-view"/><${ActionButton} id="find-captured" label="Find the lens"/></div>
+  if (!camera)
+    return html`<div class="start desk">
+      <h1>No such camera</h1>
+      <p class="dim">It was removed, or the address is wrong.</p>
+      <p>
+        <a href="#/">Back to the cameras</a>
+      </p>
+    </div>`;
+  const it = boardView.value,
+    all = views.value;
+  return html`<div class="start desk" data-testid="capture-page">
+    <h1>A board before ${camera.name}</h1>
+    <p class="dim">
+      Hold the board as the outline shows. Whenever it stands still in a new way, a picture is taken by
+      itself.
+    </p>
+    <div class="line wrap">
+      <${ActionButton}
+        id="capture"
+        withKey
+        label=${automatic.value ? "Stop taking by itself" : "Take by itself"}
+      />
+      <${ActionButton} id="take-view" />
+      <${ActionButton} id="find-captured" label="Find the lens" />
+    </div>
     <div class="captured" data-state=${!it ? "" : it.quad ? (it.still && it.new ? "good" : "seen") : "none"}>
-      <${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} width=${WIDTH_PX}/>
+      <${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} width=${WIDTH_PX} />
       ${it && html`<svg class="over" viewBox=${`-0.5 -0.5 ${it.width} ${it.height}`} aria-hidden="true">
-        ${it.wanted && html`<g class="wanted"><polygon points=${it.wanted.outline.join(" ")}/></g>`}
-        ${it.quad && html`<path class="outline" d=${`${path(it.quad)}Z`}/>`}
-        ${it.corners.map(([x, y], i) => html`<circle key=${i} cx=${x} cy=${y} r=${it.width / 200}/>`)}</svg>`}</div>
-    <p class="hint-line" role="status" data-testid="capture-hint">${refusal.value ? html`<b>${refusal.value.detail}</b> ${refusal.value.fix}` : !it ? "Waiting for the camera…" : it.taken ? html`<b class="level good">Taken.</b>` : !automatic.value && it.quad ? "Press Space to take this view." : it.hint || "Taking it…"}</p>
-    <section aria-label="Views taken"><h2>${plural(all.length, "view")} taken</h2><ul class="views" data-testid="captured-views">${all.map((p) => html`<li key=${p.key} data-testid="captured-view"><img loading="lazy" alt="" src=${address(`/snapshots/${p.id}/image.jpg`)}/>
-      <button type="button" class="remove" aria-label=${`Remove ${p.name}`} title="Remove this view" onClick=${() => removePicture(p.key)}>×</button><small class="name">${p.name}</small></li>`)}</ul></section></div>`;
+        ${it.wanted && html`<g class="wanted">
+          <polygon points=${it.wanted.outline.join(" ")} />
+        </g>`}
+        ${it.quad && html`<path class="outline" d=${`${path(it.quad)}Z`} />`}
+        ${it.corners.map(([x, y], i) => html`<circle key=${i} cx=${x} cy=${y} r=${it.width / 200} />`)}
+      </svg>`}
+    </div>
+    <p class="hint-line" role="status" data-testid="capture-hint">
+      ${refusal.value
+        ? html`
+          <b>${refusal.value.detail}</b> ${refusal.value.fix}
+        `
+        : !it
+        ? (
+        "Waiting for the camera…"
+      )
+        : it.taken
+        ? html`<b class="level good">Taken.</b>`
+        : !automatic.value && it.quad
+        ? (
+        "Press Space to take this view."
+      )
+        : (
+        it.hint || "Taking it…"
+      )}
+    </p>
+    <section aria-label="Views taken">
+      <h2>${plural(all.length, "view")} taken</h2>
+      <ul class="views" data-testid="captured-views">
+        ${all.map((p) => html`<li key=${p.key} data-testid="captured-view">
+          <img loading="lazy" alt="" src=${address(`/snapshots/${p.id}/image.jpg`)} />
+          <button
+            type="button"
+            class="remove"
+            aria-label=${`Remove ${p.name}`}
+            title="Remove this view"
+            onClick=${() => removePicture(p.key)}
+          >
+            ×
+          </button>
+          <small class="name">${p.name}</small>
+        </li>`)}
+      </ul>
+    </section>
+  </div>`;
 }
 
 /** On the left: which board. */
-export const CaptureForm = () => html`<${BoardForm}/>`;
+export const CaptureForm = () => html`<${BoardForm} />`;
 
 /** On the right: what is covered, and what is wanted. */
 export function CaptureReport() {
   const it = boardView.value;
-  if (!it) return html`<section><h2>Coverage</h2><p class="reason">It is drawn as soon as the camera is seen.</p></section>`;
-  const columns = it.cells[0].length, most = Math.max(...it.cells.flat(), 1);
-  return html`<section aria-label="Coverage"><h2>Coverage, ${Math.round(100 * it.share)} % of the picture</h2>
-      <svg class="coverage" data-testid="capture-coverage" viewBox=${`0 0 ${columns} ${it.cells.length}`} role="img" aria-label=${`Corners in ${Math.round(100 * it.share)} % of the picture`}>
-        ${it.cells.flatMap((row, y) => row.map((count, x) => html`<rect key=${`${x},${y}`} x=${x + 0.04} y=${y + 0.04} width=".92" height=".92" rx=".08" class=${count ? "" : "none"} style=${`opacity:${count ? 0.25 + 0.75 * Math.sqrt(count / most) : 1}`}/>`))}</svg>
-      <dl class="details">${Object.entries(it.tilts).map(([how, count]) => html`<div key=${how}><dt>${how === "face on" ? "Facing the camera" : `${how[0].toUpperCase()}${how.slice(1)} edge nearer`}</dt><dd>${plural(count, "view")}</dd></div>`)}</dl></section>`;
+  if (!it)
+    return html`<section>
+      <h2>Coverage</h2>
+      <p class="reason">It is drawn as soon as the camera is seen.</p>
+    </section>`;
+  const columns = it.cells[0].length,
+    most = Math.max(...it.cells.flat(), 1);
+  return html`<section aria-label="Coverage">
+    <h2>Coverage, ${Math.round(100 * it.share)} % of the picture</h2>
+    <svg
+      class="coverage"
+      data-testid="capture-coverage"
+      viewBox=${`0 0 ${columns} ${it.cells.length}`}
+      role="img"
+      aria-label=${`Corners in ${Math.round(100 * it.share)} % of the picture`}
+    >
+      ${it.cells.flatMap((row, y) =>
+        row.map((count, x) => html`<rect
+          key=${`${x},${y}`}
+          x=${x + 0.04}
+          y=${y + 0.04}
+          width=".92"
+          height=".92"
+          rx=".08"
+          class=${count ? "" : "none"}
+          style=${`opacity:${count ? 0.25 + 0.75 * Math.sqrt(count / most) : 1}`}
+        />`),
+      )}
+    </svg>
+    <dl class="details">
+      ${Object.entries(it.tilts).map(([how, count]) => html`<div key=${how}>
+        <dt>
+          ${how === "face on" ? "Facing the camera" : `${how[0].toUpperCase()}${how.slice(1)} edge nearer`}
+        </dt>
+        <dd>${plural(count, "view")}</dd>
+      </div>`)}
+    </dl>
+  </section>`;
 }

@@ -9,19 +9,55 @@ const STANDARD_PCT = 3; // Eq. (9): a standard lens is within ± 3 %
 
 /** @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one */
 export function Distortion({ report }) {
-  const it = report ?? preview.value?.report, isNow = !report;
+  const it = report ?? preview.value?.report,
+    isNow = !report;
   const rows = BORDERS.map((border) => {
-    const curve = curves.value[border], reported = it?.distortion.per_border[border];
-    return { border, before: isNow && isCurve(curve) ? curve.distortion_pct : reported?.before_pct ?? null, after: isNow && stale.value ? null : reported?.after_pct ?? null };
+    const curve = curves.value[border],
+      reported = it?.distortion.per_border[border];
+    return {
+      border,
+      before: isNow && isCurve(curve) ? curve.distortion_pct : (reported?.before_pct ?? null),
+      after: isNow && stale.value ? null : (reported?.after_pct ?? null),
+    };
   });
-  const all = it?.distortion, full = Math.max(1.5 * STANDARD_PCT, ...rows.map(({ before }) => 1.1 * Math.abs(before ?? 0))), at = (/** @type {number} */ v) => 50 + (50 * v) / full;
-  return html`<section aria-label="Distortion"><h2>Distortion, of ±${STANDARD_PCT} % for a standard lens</h2>
-    ${rows.map(({ border, before, after }) => html`<div key=${border} class="bar-row" data-testid=${`distortion-${border}`} title=${after === null ? "" : `After correction ${pct(after)} %`}><i class="chip" style=${`--colour:${colour(border)}`}>${border[0].toUpperCase()}</i><span>${words(border)}</span>
-      <div class="bar" aria-hidden="true"><i class="band" style=${`left:${at(-STANDARD_PCT)}%;right:${100 - at(STANDARD_PCT)}%`}></i><s class="zero"></s>
-        ${before !== null && html`<b class=${Math.abs(before) > STANDARD_PCT ? "over" : ""} style=${`left:${Math.min(50, at(before))}%;width:${Math.abs(at(before) - 50)}%`}></b>`}
-        ${after !== null && html`<s class="after" style=${`left:${at(Math.max(-full, Math.min(full, after)))}%`}></s>`}</div>
-      <em>${before === null ? "–" : `${pct(before)} %`}</em></div>`)}
-    <p class="key"><span><i class="band"></i>standard lens</span><span><i class="after"></i>after correction</span></p>
-    ${all && html`<p class="reason" data-testid="distortion">${words(all.kind === "none" ? "no clear bend" : all.kind)}: ${pct(all.before_pct)} % before, ${pct(all.after_pct)} % after correction.</p>`}
+  const all = it?.distortion,
+    full = Math.max(1.5 * STANDARD_PCT, ...rows.map(({ before }) => 1.1 * Math.abs(before ?? 0))),
+    at = (/** @type {number} */ v) => 50 + (50 * v) / full;
+  return html`<section aria-label="Distortion">
+    <h2>Distortion, of ±${STANDARD_PCT} % for a standard lens</h2>
+    ${rows.map(({ border, before, after }) => html`<div
+      key=${border}
+      class="bar-row"
+      data-testid=${`distortion-${border}`}
+      title=${after === null ? "" : `After correction ${pct(after)} %`}
+    >
+      <i class="chip" style=${`--colour:${colour(border)}`}>
+        ${border[0].toUpperCase()}
+      </i>
+      <span>${words(border)}</span>
+      <div class="bar" aria-hidden="true">
+        <i class="band" style=${`left:${at(-STANDARD_PCT)}%;right:${100 - at(STANDARD_PCT)}%`}></i>
+        <s class="zero"></s>
+        ${before !== null && html`<b
+          class=${Math.abs(before) > STANDARD_PCT ? "over" : ""}
+          style=${`left:${Math.min(50, at(before))}%;width:${Math.abs(at(before) - 50)}%`}
+        ></b>`}
+        ${after !== null && 
+          html`<s class="after" style=${`left:${at(Math.max(-full, Math.min(full, after)))}%`}></s>`}
+      </div>
+      <em>${before === null ? "–" : `${pct(before)} %`}</em>
+    </div>`)}
+    <p class="key">
+      <span>
+        <i class="band"></i>standard lens
+      </span>
+      <span>
+        <i class="after"></i>after correction
+      </span>
+    </p>
+    ${all && html`<p class="reason" data-testid="distortion">
+      ${words(all.kind === "none" ? "no clear bend" : all.kind)}: ${pct(all.before_pct)} % before,${" "}
+      ${pct(all.after_pct)} % after correction.
+    </p>`}
   </section>`;
 }

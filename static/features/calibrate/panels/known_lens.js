@@ -9,29 +9,63 @@ import { calibrations, isSuited, lenses } from "../../board/lenses.js";
 
 /** @param {Props} props */
 export function KnownLens({ option: { name }, value, about }) {
-  const boards = lenses.value.filter((l) => isSuited(l, doc.value.model)), made = calibrations.value.filter((c) => isSuited(c, doc.value.model));
-  const others = lenses.value.length + calibrations.value.length - boards.length - made.length, sigma = `${name}_sigma`;
+  const boards = lenses.value.filter((l) => isSuited(l, doc.value.model)),
+    made = calibrations.value.filter((c) => isSuited(c, doc.value.model));
+  const others = lenses.value.length + calibrations.value.length - boards.length - made.length,
+    sigma = `${name}_sigma`;
   const isKnown = value === null || [...boards, ...made].some((l) => l.id === value);
-  const hasSigma = boards.some((l) => l.id === value && l.rms_px !== null) || made.some((c) => c.id === value && c.report.covariance?.names.includes("log_focal"));
+  const hasSigma =
+    boards.some((l) => l.id === value && l.rms_px !== null) ||
+    made.some((c) => c.id === value && c.report.covariance?.names.includes("log_focal"));
   /** Another lens is held fast until the operator says otherwise. @param {string | null} id */
   const hold = (id) => {
     const { [name]: _lens, [sigma]: _sigma, ...rest } = doc.value.options;
     change({ ...doc.value, options: id ? { ...rest, [name]: id, [sigma]: "0" } : rest });
   };
-  return html`<select ...${about} value=${value ?? ""} onChange=${(/** @type {any} */ e) => hold(e.target.value || null)}>
+  return html`
+    <select ...${about} value=${value ?? ""} onChange=${(/** @type {any} */ e) => hold(e.target.value || null)}>
       <option value="">None: found from the clicks</option>
       ${!isKnown && html`<option value=${value}>One that is not suited or gone</option>`}
-      ${boards.length > 0 && html`<optgroup label="From boards and files">${boards.map((l) => html`<option key=${l.id} value=${l.id}>${boardTitle(l)}</option>`)}</optgroup>`}
-      ${made.length > 0 && html`<optgroup label="Of calibrations">${made.map((c) => html`<option key=${c.id} value=${c.id}>${madeTitle(c)}</option>`)}</optgroup>`}</select>
-    ${value !== null && html`<select data-testid=${`option-${sigma}`} aria-label="How fast the lens is held" value=${doc.value.options[sigma] ?? "0"}
-        onChange=${(/** @type {any} */ e) => change({ ...doc.value, options: { ...doc.value.options, [sigma]: e.target.value } })}>
-      <option value="0">held fast</option><option value="own" disabled=${!hasSigma}>as well as it is known${hasSigma ? "" : " (not known)"}</option></select>`}
-    ${others > 0 && html`<small>${others === 1 ? "1 other lens is" : `${others} other lenses are`} not listed: of another model, or not for ${snapshot.value?.width} × ${snapshot.value?.height} px.</small>`}`;
+      ${boards.length > 0 && html`<optgroup label="From boards and files">
+        ${boards.map((l) => html`<option key=${l.id} value=${l.id}>
+          ${boardTitle(l)}
+        </option>`)}
+      </optgroup>`}
+      ${made.length > 0 && html`<optgroup label="Of calibrations">
+        ${made.map((c) => html`<option key=${c.id} value=${c.id}>
+          ${madeTitle(c)}
+        </option>`)}
+      </optgroup>`}
+    </select>
+    ${value !== null && html`<select
+      data-testid=${`option-${sigma}`}
+      aria-label="How fast the lens is held"
+      value=${doc.value.options[sigma] ?? "0"}
+      onChange=${(/** @type {any} */ e) =>
+        change({ ...doc.value, options: { ...doc.value.options, [sigma]: e.target.value } })
+      }
+    >
+      <option value="0">held fast</option>
+      <option value="own" disabled=${!hasSigma}>
+        as well as it is known${hasSigma ? "" : " (not known)"}
+      </option>
+    </select>`}
+    ${others > 0 && html`<small>
+      ${others === 1 ? "1 other lens is" : `${others} other lenses are`} not listed: of another model, or not
+      for ${snapshot.value?.width} × ${snapshot.value?.height} px.
+    </small>`}
+  `;
 }
 
 /** @param {import("../../../core/types").Lens} l */
-const boardTitle = (l) => [l.note.replace(/\.$/, "") || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners"),
-  ...(l.views ? [plural(l.views, "view"), `${number(l.rms_px, 2)} px`] : []), dayAndTime(l.created_at)].join(", ");
+const boardTitle = (l) =>
+  [
+    l.note.replace(/\.$/, "") || (l.board ? `${l.board.columns} × ${l.board.rows} ${l.board.kind}` : "Corners"),
+    ...(l.views ? [plural(l.views, "view"), `${number(l.rms_px, 2)} px`] : []),
+    dayAndTime(l.created_at),
+  ].join(", ");
 
 /** @param {import("../../../core/types").Calibration} c */
-const madeTitle = (c) => `Version ${c.version} of ${cameras.value.find((it) => it.id === c.camera)?.name ?? "a picture from a file"}, ${dayAndTime(c.created_at)}`;
+const madeTitle = (c) =>
+  `Version ${c.version} of ${cameras.value.find((it) => it.id === c.camera)?.name ?? "a picture from a file"}, ` +
+    `${dayAndTime(c.created_at)}`;

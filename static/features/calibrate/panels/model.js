@@ -7,9 +7,35 @@ import { OptionField } from "./options.js";
 
 export function ModelPanel() {
   const it = model.value;
-  return html`${it && html`<section aria-label="Model"><h2>Model</h2><p data-testid="model-now"><b>${it.title}</b></p><p class="reason">${it.help} ${it.points_needed}</p></section>
-    <section aria-label="Options"><${Title} of="options">Options<//>${it.options.map((option) => html`<${OptionField} key=${it.name + option.name} option=${option}/>`)}</section>`}
-    <section aria-label="Note"><h2>Note for this version</h2>
-      <input type="text" data-testid="note" maxlength="2000" aria-label="Note for this version" placeholder="after the lens was cleaned" value=${note.value}
-        onInput=${(/** @type {any} */ e) => { note.value = e.target.value; }}/></section>`;
+  return html`
+    ${it && html`
+      <section aria-label="Model">
+        <h2>Model</h2>
+        <p data-testid="model-now">
+          <b>${it.title}</b>
+        </p>
+        <p class="reason">
+          ${it.help} ${it.points_needed}
+        </p>
+      </section>
+      <section aria-label="Options">
+        <${Title} of="options">Options<//>
+        ${it.options.map((option) => html`<${OptionField} key=${it.name + option.name} option=${option} />`)}
+      </section>
+    `}
+    <section aria-label="Note">
+      <h2>Note for this version</h2>
+      <input
+        type="text"
+        data-testid="note"
+        maxlength="2000"
+        aria-label="Note for this version"
+        placeholder="after the lens was cleaned"
+        value=${note.value}
+        onInput=${(/** @type {any} */ e) => {
+          note.value = e.target.value;
+        }}
+      />
+    </section>
+  `;
 }

@@ -8,14 +8,25 @@ import { ActionButton } from "../../../ui/action_button.js";
 import { comparison, isFresh, notCompared, ranking, useModel } from "../model_ranking.js";
 import { LEVEL } from "./levels.js";
 
-/** @typedef {import("../../../core/types").Ranked} Ranked @typedef {"title" | "held_out_mm" | "field_mm" | "parameters"} Column */
+/**
+ * @typedef {import("../../../core/types").Ranked} Ranked
+ * @typedef {"title" | "held_out_mm" | "field_mm" | "parameters"} Column
+ */
 
 const NO_DISTORTION = "No significant distortion. ";
 /** @type {{ id: Column, label: string, title: string }[]} */
 const COLUMNS = [
   { id: "title", label: "Model", title: "Sort by name" },
-  { id: "held_out_mm", label: "Held out", title: "Sort by held-out error: each click in turn is left out and predicted" },
-  { id: "field_mm", label: "On field", title: "Sort by error on the field: held-out error, and what it misses where nothing was clicked" },
+  {
+    id: "held_out_mm",
+    label: "Held out",
+    title: "Sort by held-out error: each click in turn is left out and predicted",
+  },
+  {
+    id: "field_mm",
+    label: "On field",
+    title: "Sort by error on the field: held-out error, and what it misses where nothing was clicked",
+  },
   { id: "parameters", label: "n", title: "Sort by the number of parameters" },
 ];
 
@@ -24,8 +35,14 @@ const order = signal(/** @type {{ by: Column, up: boolean }} */ ({ by: "field_mm
 
 /** Models with their figures, in the order that is wished; those without a figure last. */
 const rows = computed(() => {
-  const known = new Map(ranking.value?.ranking.map((r) => [r.model, r]) ?? []), { by, up } = order.value;
-  const all = models.value.map((m) => ({ name: m.name, title: m.title, it: known.get(m.name), failed: ranking.value?.failed.find((f) => f.model === m.name) }));
+  const known = new Map(ranking.value?.ranking.map((r) => [r.model, r]) ?? []),
+    { by, up } = order.value;
+  const all = models.value.map((m) => ({
+    name: m.name,
+    title: m.title,
+    it: known.get(m.name),
+    failed: ranking.value?.failed.find((f) => f.model === m.name),
+  }));
   return all.toSorted((a, b) => {
     if (by === "title") return (up ? 1 : -1) * a.title.localeCompare(b.title);
     const [x, y] = [a.it?.[by] ?? null, b.it?.[by] ?? null];
@@ -36,47 +53,169 @@ const rows = computed(() => {
 
 export function ModelTable() {
   const { by, up } = order.value;
-  return html`<section aria-label="Models"><h2>Models, on these clicks</h2>
-    <${Comparing}/><${Conclusion}/>
-    <table class=${`models${ranking.value && !isFresh() ? " stale" : ""}`} data-testid="models"><thead><tr>${COLUMNS.map(({ id, label, title }) => html`<th key=${id} scope="col" aria-sort=${by === id ? (up ? "ascending" : "descending") : "none"}>
-        <button type="button" title=${title} data-testid=${`sort-${id}`} onClick=${() => { order.value = { by: id, up: by === id ? !up : true }; }}>${label}<i aria-hidden="true">${by === id ? (up ? "▴" : "▾") : ""}</i></button></th>`)}</tr></thead>
-      ${rows.value.map((row) => html`<${Row} key=${row.name} ...${row}/>`)}</table></section>`;
+  return html`<section aria-label="Models">
+    <h2>Models, on these clicks</h2>
+    <${Comparing} />
+    <${Conclusion} />
+    <table class=${`models${ranking.value && !isFresh() ? " stale" : ""}`} data-testid="models">
+      <thead>
+        <tr>
+          ${COLUMNS.map(({ id, label, title }) => 
+            html`<th key=${id} scope="col" aria-sort=${by === id ? (up ? "ascending" : "descending") : "none"}>
+              <button
+                type="button"
+                title=${title}
+                data-testid=${`sort-${id}`}
+                onClick=${() => {
+                  order.value = { by: id, up: by === id ? !up : true };
+                }}
+              >
+                ${label}
+                <i aria-hidden="true">${by === id ? (up ? "▴" : "▾") : ""}</i>
+              </button>
+            </th>`)}
+        </tr>
+      </thead>
+      ${rows.value.map((row) => html`<${Row} key=${row.name} ...${row} />`)}
+    </table>
+  </section>`;
 }
 
 /** One model: what it would miss, or why it cannot be had. @param {typeof rows.value[number]} props */
 function Row({ name, title, it, failed }) {
-  const isOn = doc.value.model === name, isBest = name === ranking.value?.recommended;
-  return html`<tbody class=${isOn ? "now" : ""} data-row=${name}><tr><th scope="row"><button type="button" aria-pressed=${String(isOn)} data-testid=${`model-${name}`} title=${isOn ? "This one is used" : `Use ${title}`} onClick=${() => useModel(name)}>
-        <i class="dot" aria-hidden="true">${isOn ? "●" : "○"}</i>${title}</button></th>
-      <td>${it ? html`${mm(it.held_out_mm)}<small> mm</small>` : ""}</td><td class="value">${it ? html`${mm(it.field_mm)}<small> mm</small>` : failed ? "–" : ""}</td><td>${it ? it.parameters : ""}</td></tr>
-    ${it && html`<tr class="words"><td colspan="4"><b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}</b>${isBest && html`, <b class="recommended">recommended</b>`}</td></tr>`}
-    ${failed && html`<tr class="words"><td colspan="4" data-testid=${`failed-${name}`}><b class="level fair">Cannot be fitted.</b> ${failed.what} ${failed.fix}</td></tr>`}
-    ${isOn && it && html`<tr class="words"><td colspan="4"><dl class="reason details" data-testid="model-details">${details(it).map(([what, value]) => html`<div key=${what}><dt>${what}</dt><dd>${value}</dd></div>`)}</dl></td></tr>`}</tbody>`;
+  const isOn = doc.value.model === name,
+    isBest = name === ranking.value?.recommended;
+  return html`<tbody class=${isOn ? "now" : ""} data-row=${name}>
+    <tr>
+      <th scope="row">
+        <button
+          type="button"
+          aria-pressed=${String(isOn)}
+          data-testid=${`model-${name}`}
+          title=${isOn ? "This one is used" : `Use ${title}`}
+          onClick=${() => useModel(name)}
+        >
+          <i class="dot" aria-hidden="true">
+            ${isOn ? "●" : "○"}
+          </i>
+          ${title}
+        </button>
+      </th>
+      <td>
+        ${it
+          ? html`
+            ${mm(it.held_out_mm)}
+            <small> mm</small>
+          `
+          : (
+          ""
+        )}
+      </td>
+      <td class="value">
+        ${it
+          ? html`
+            ${mm(it.field_mm)}
+            <small> mm</small>
+          `
+          : failed
+          ? (
+          "–"
+        )
+          : (
+          ""
+        )}
+      </td>
+      <td>${it ? it.parameters : ""}</td>
+    </tr>
+    ${it && html`<tr class="words">
+      <td colspan="4">
+        <b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}</b>
+        ${isBest && html`
+          , <b class="recommended">recommended</b>
+        `}
+      </td>
+    </tr>`}
+    ${failed && html`<tr class="words">
+      <td colspan="4" data-testid=${`failed-${name}`}>
+        <b class="level fair">Cannot be fitted.</b> ${failed.what} ${failed.fix}
+      </td>
+    </tr>`}
+    ${isOn && it && html`<tr class="words">
+      <td colspan="4">
+        <dl class="reason details" data-testid="model-details">
+          ${details(it).map(([what, value]) => html`<div key=${what}>
+            <dt>${what}</dt>
+            <dd>${value}</dd>
+          </div>`)}
+        </dl>
+      </td>
+    </tr>`}
+  </tbody>`;
 }
 
 /** What the one figure is made of. @param {Ranked} row @returns {[string, string][]} */
-const details = (row) => /** @type {[string, string, number | null][]} */ ([
-  ["Held out", `${mm(row.held_out_mm)} mm`, row.held_out_mm], ["Clicks it did not use", `${mm(row.check_mm)} mm`, row.check_mm],
-  ["From the best camera with rays", `${mm(row.apart_mm)} mm`, row.apart_mm],
-  ["Expected on the carpet", `${mm(row.expected_mm)} mm`, row.expected_mm], [`Expected at hat height${row.hat_height_mm ? `, ${row.hat_height_mm} mm` : ""}`, `${mm(row.expected_hat_mm)} mm`, row.expected_hat_mm],
-  ["Residual", `${number(row.rms_px, 2)} px`, row.rms_px],
-]).filter(([, , value]) => value !== null).map(([what, value]) => [what, value]);
+const details = (row) =>
+  /** @type {[string, string, number | null][]} */ ([
+    ["Held out", `${mm(row.held_out_mm)} mm`, row.held_out_mm],
+    ["Clicks it did not use", `${mm(row.check_mm)} mm`, row.check_mm],
+    ["From the best camera with rays", `${mm(row.apart_mm)} mm`, row.apart_mm],
+    ["Expected on the carpet", `${mm(row.expected_mm)} mm`, row.expected_mm],
+    [
+      `Expected at hat height${row.hat_height_mm ? `, ${row.hat_height_mm} mm` : ""}`,
+      `${mm(row.expected_hat_mm)} mm`,
+      row.expected_hat_mm,
+    ],
+    ["Residual", `${number(row.rms_px, 2)} px`, row.rms_px],
+  ])
+    .filter(([, , value]) => value !== null)
+    .map(([what, value]) => [what, value]);
 
 /** How far the comparison is, or how to begin it again. */
 function Comparing() {
-  const now = comparison.value, why = notCompared.value?.why;
-  if (now) return html`<div class="working" data-testid="comparing"><div class="line"><progress max="1" value=${now.progress} aria-label="Comparing the models"></progress><${ActionButton} id="stop-comparing"/></div>
-    <p class="reason">${now.message || "Comparing the models…"}</p></div>`;
+  const now = comparison.value,
+    why = notCompared.value?.why;
+  if (now)
+    return html`<div class="working" data-testid="comparing">
+      <div class="line">
+        <progress max="1" value=${now.progress} aria-label="Comparing the models"></progress>
+        <${ActionButton} id="stop-comparing" />
+      </div>
+      <p class="reason">${now.message || "Comparing the models…"}</p>
+    </div>`;
   if (!notCompared.value) return null;
-  return html`<div class="working" data-testid="not-compared"><p class="reason">${why ? html`<b>${why.detail}</b> ${why.fix}` : "The models were not compared."}</p><${ActionButton} id="compare-models"/></div>`;
+  return html`<div class="working" data-testid="not-compared">
+    <p class="reason">
+      ${why
+        ? html`
+          <b>${why.detail}</b> ${why.fix}
+        `
+        : (
+        "The models were not compared."
+      )}
+    </p>
+    <${ActionButton} id="compare-models" />
+  </div>`;
 }
 
 /** What the comparison says, in a sentence. */
 function Conclusion() {
   const now = ranking.value;
   if (!now) return null;
-  const best = models.value.find((m) => m.name === now.recommended), failed = now.failed.length;
-  return html`${now.no_significant_distortion && html`<p class="plainly" data-testid="no-distortion"><b>No significant distortion.</b> A camera without any lens would do as well.</p>`}
-    <p class=${isFresh() ? "reason" : "reason stale"} data-testid="ranking">${best && html`<b>Recommended:</b> `}${now.reason.replace(NO_DISTORTION, "")}${failed > 0 && ` ${plural(failed, "model")} cannot be fitted; why stands at the end.`}</p>
-    ${best && best.name !== doc.value.model && html`<div class="line use"><${ActionButton} id="use-recommended" label=${`Use ${best.title}`}/></div>`}`;
+  const best = models.value.find((m) => m.name === now.recommended),
+    failed = now.failed.length;
+  return html`
+    ${now.no_significant_distortion && html`<p class="plainly" data-testid="no-distortion">
+      <b>No significant distortion.</b> A camera without any lens would do as well.
+    </p>`}
+    <p class=${isFresh() ? "reason" : "reason stale"} data-testid="ranking">
+      ${best && html`
+        <b>Recommended:</b>${" "}
+      `}
+      ${now.reason.replace(NO_DISTORTION, "")}
+      ${failed > 0 && ` ${plural(failed, "model")} cannot be fitted; why stands at the end.`}
+    </p>
+    ${best && best.name !== doc.value.model && html`<div class="line use">
+      <${ActionButton} id="use-recommended" label=${`Use ${best.title}`} />
+    </div>`}
+  `;
 }

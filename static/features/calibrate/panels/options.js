@@ -6,7 +6,10 @@ import { Typed } from "../../../ui/typed.js";
 import { KnownLens } from "./known_lens.js";
 
 /** @typedef {import("../../../core/types").Option} Option */
-/** @typedef {{ option: Option, value: any, set: (value: unknown) => void, about: Record<string, string> }} Props set(null): as if nothing had been said */
+/**
+ * @typedef {{ option: Option, value: any, set: (value: unknown) => void, about: Record<string, string> }} Props
+ * set(null): as if nothing had been said
+ */
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
 const FEW = 20; // so many whole numbers are a list, more are a number field
@@ -15,23 +18,39 @@ const TAPE_MM = 30; // how sure a tape measure makes, until the operator says ot
 /** @param {{ option: Option }} props */
 export function OptionField({ option }) {
   const { name, default: fallback } = option;
-  if (model.value?.options.some((o) => o.type === "calibration" && name === `${o.name}_sigma`)) return null; // stands beside that lens
+  // stands beside that lens
+  if (model.value?.options.some((o) => o.type === "calibration" && name === `${o.name}_sigma`)) return null;
   const value = doc.value.options[name] ?? fallback;
   /** @param {unknown} v */
   const set = (v) => {
     const { [name]: _, ...others } = doc.value.options;
     change({ ...doc.value, options: v === null || v === fallback ? others : { ...others, [name]: v } });
   };
-  return html`<${OptionRow} option=${option} id=${`option-${name}`} value=${value} set=${set}/>`;
+  return html`<${OptionRow} option=${option} id=${`option-${name}`} value=${value} set=${set} />`;
 }
 
-/** An option of anything, with what it stands at. @param {{ option: Option, id: string, value: any, set: (value: unknown) => void }} props set(null): as if nothing had been said */
+/**
+ * An option of anything, with what it stands at.
+ * @param {{ option: Option, id: string, value: any, set: (value: unknown) => void }} props set(null): as if nothing had
+ * been said
+ */
 export function OptionRow({ option, id, value, set }) {
   const { name, unit, help, type } = option;
-  const Control = CONTROLS[type] ?? NumberField, about = { id, "data-testid": id, "aria-describedby": `${id}-help` };
-  return html`<div class=${`option ${type}`}><label class="pair" for=${id}><span>${label(name)}</span>
-      <span class="with-unit"><${Control} option=${option} value=${value} set=${set} about=${about}/>${unit && html`<small>${unit}</small>`}</span></label>
-    <p class="reason" id=${`${id}-help`}>${help}${range(option)}</p></div>`;
+  const Control = CONTROLS[type] ?? NumberField,
+    about = { id, "data-testid": id, "aria-describedby": `${id}-help` };
+  return html`<div class=${`option ${type}`}>
+    <label class="pair" for=${id}>
+      <span>${label(name)}</span>
+      <span class="with-unit">
+        <${Control} option=${option} value=${value} set=${set} about=${about} />
+        ${unit && html`<small>${unit}</small>`}
+      </span>
+    </label>
+    <p class="reason" id=${`${id}-help`}>
+      ${help}
+      ${range(option)}
+    </p>
+  </div>`;
 }
 
 /** "w_max_rectangle_px" → "W max rectangle"; the unit stands beside the field. @param {string} name */
@@ -41,53 +60,110 @@ function label(name) {
 }
 
 /** @param {Option} option */
-const range = ({ range: r, type }) => (r ? ` ${type.endsWith("-or-auto") ? "Auto, or " : ""}${r[0]} to ${r[1]}.` : "");
+const range = ({ range: r, type }) =>
+  r ? ` ${type.endsWith("-or-auto") ? "Auto, or " : ""}${r[0]} to ${r[1]}.` : "";
 
 /** @param {Props} props */
-const Tick = ({ value, set, about }) => html`<input type="checkbox" ...${about} checked=${Boolean(value)} onChange=${(/** @type {Changed} */ e) => set(e.target.checked)}/>`;
+const Tick = ({ value, set, about }) => html`<input
+  type="checkbox"
+  ...${about}
+  checked=${Boolean(value)}
+  onChange=${(/** @type {Changed} */ e) => set(e.target.checked)}
+/>`;
 
 /** A list to choose from; what is not chosen is null. @param {Props & { choices: [string, unknown][] }} props */
-const List = ({ value, set, about, choices }) => html`<select ...${about} value=${String(choices.findIndex(([, v]) => v === value))}
-  onChange=${(/** @type {Changed} */ e) => set(choices[Number(e.target.value)][1])}>
-  ${choices.map(([text], i) => html`<option key=${text} value=${String(i)}>${text}</option>`)}</select>`;
+const List = ({ value, set, about, choices }) => html`<select
+  ...${about}
+  value=${String(choices.findIndex(([, v]) => v === value))}
+  onChange=${(/** @type {Changed} */ e) => set(choices[Number(e.target.value)][1])}
+>
+  ${choices.map(([text], i) => html`<option key=${text} value=${String(i)}>
+    ${text}
+  </option>`)}
+</select>`;
 
 /** @param {Props} props */
 function Choice(props) {
   const { choices, default: fallback } = props.option;
   /** @type {[string, unknown][]} */
   const named = choices.map((c) => [c, c]);
-  return html`<${List} ...${props} choices=${fallback === null ? [["Not set", null], ...named] : named}/>`;
+  return html`<${List} ...${props} choices=${fallback === null ? [["Not set", null], ...named] : named} />`;
 }
 
 /** @param {Props} props */
 function IntOrAuto(props) {
   const r = props.option.range;
-  if (!r || r[1] - r[0] > FEW) return html`<${NumberField} ...${props}/>`;
-  return html`<${List} ...${props} choices=${[["Auto", "auto"], ...Array.from({ length: r[1] - r[0] + 1 }, (_, i) => [String(r[0] + i), r[0] + i])]}/>`;
+  if (!r || r[1] - r[0] > FEW) return html`<${NumberField} ...${props} />`;
+  return html`<${List}
+    ...${props}
+    choices=${[
+      ["Auto", "auto"],
+      ...Array.from({ length: r[1] - r[0] + 1 }, (_, i) => [String(r[0] + i), r[0] + i]),
+    ]}
+  />`;
 }
 
 /** @param {Props} props */
 function NumberField({ option: { type, range: r }, value, set, about }) {
-  return html`<${Typed} type="number" ...${about} step=${type.startsWith("int") ? 1 : "any"} min=${r?.[0]} max=${r?.[1]} placeholder="Auto"
-    value=${value === "auto" || value === null ? "" : value} take=${(/** @type {string} */ text) => set(text === "" ? null : Number(text))}/>`;
+  return html`<${Typed}
+    type="number"
+    ...${about}
+    step=${type.startsWith("int") ? 1 : "any"}
+    min=${r?.[0]}
+    max=${r?.[1]}
+    placeholder="Auto"
+    value=${value === "auto" || value === null ? "" : value}
+    take=${(/** @type {string} */ text) => set(text === "" ? null : Number(text))}
+  />`;
 }
 
 /** A measure and how sure it is: 2 500 ± 30. @param {Props} props */
 function ValueAndSigma({ option: { range: r, default: fallback }, value, set, about }) {
   const now = /** @type {{ value: number, sigma: number } | null} */ (value ?? fallback);
-  const setValue = (/** @type {string} */ text) => set(text === "" ? null : { value: Number(text), sigma: now?.sigma ?? TAPE_MM });
-  return html`<${Typed} type="number" ...${about} step="any" min=${r?.[0]} max=${r?.[1]} placeholder="Not set" value=${now?.value ?? ""} take=${setValue}/>
-    ${now && html`<span>±</span><${Typed} type="number" aria-label="How sure, standard deviation" step="any" min="0.1" max="5000" value=${now.sigma}
-      take=${(/** @type {string} */ text) => set({ ...now, sigma: Number(text) })}/>`}`;
+  const setValue = (/** @type {string} */ text) =>
+    set(text === "" ? null : { value: Number(text), sigma: now?.sigma ?? TAPE_MM });
+  return html`
+    <${Typed}
+      type="number"
+      ...${about}
+      step="any"
+      min=${r?.[0]}
+      max=${r?.[1]}
+      placeholder="Not set"
+      value=${now?.value ?? ""}
+      take=${setValue}
+    />
+    ${now && html`
+      <span>±</span>
+      <${Typed}
+        type="number"
+        aria-label="How sure, standard deviation"
+        step="any"
+        min="0.1"
+        max="5000"
+        value=${now.sigma}
+        take=${(/** @type {string} */ text) => set({ ...now, sigma: Number(text) })}
+      />
+    `}
+  `;
 }
 
 /** Terms of a lens: Auto, or those that are ticked. @param {Props} props */
 function Terms({ option: { choices }, value, set, about }) {
-  const isAuto = value === "auto", chosen = isAuto ? [] : /** @type {string[]} */ (value);
+  const isAuto = value === "auto",
+    chosen = isAuto ? [] : /** @type {string[]} */ (value);
   /** @param {string} term */
   const toggle = (term) => set(choices.filter((c) => (c === term) !== chosen.includes(c)));
-  return html`<span class="terms" role="group"><label><input type="checkbox" ...${about} checked=${isAuto} onChange=${() => set(isAuto ? [choices[0]] : null)}/> Auto</label>
-    ${!isAuto && choices.map((term) => html`<label key=${term}><input type="checkbox" checked=${chosen.includes(term)} onChange=${() => toggle(term)}/> ${term}</label>`)}</span>`;
+  return html`<span class="terms" role="group">
+    <label>
+      <input type="checkbox" ...${about} checked=${isAuto} onChange=${() => set(isAuto ? [choices[0]] : null)} />${" "}
+      Auto
+    </label>
+    ${!isAuto &&
+      choices.map((term) => html`<label key=${term}>
+        <input type="checkbox" checked=${chosen.includes(term)} onChange=${() => toggle(term)} /> ${term}
+      </label>`)}
+  </span>`;
 }
 
 /** Some of a few names, in their order. @param {Props} props */
@@ -95,11 +171,28 @@ function Names({ option: { name, choices }, value, set, about }) {
   const chosen = /** @type {string[]} */ (value);
   /** @param {string} one */
   const toggle = (one) => set(chosen.includes(one) ? chosen.filter((c) => c !== one) : [...chosen, one]);
-  return html`<span class="terms" role="group" aria-label=${label(name)}>${choices.map((one, i) => html`<label key=${one}><input type="checkbox" ...${i ? {} : about} checked=${chosen.includes(one)} onChange=${() => toggle(one)}/> ${one}</label>`)}</span>`;
+  return html`<span class="terms" role="group" aria-label=${label(name)}>
+    ${choices.map((one, i) => html`<label key=${one}>
+      <input
+        type="checkbox"
+        ...${i ? {} : about}
+        checked=${chosen.includes(one)}
+        onChange=${() => toggle(one)}
+      />${" "}
+      ${one}
+    </label>`)}
+  </span>`;
 }
 
 /** @type {Record<string, (props: Props) => any>} */
 const CONTROLS = {
-  bool: Tick, choice: Choice, "int-or-auto": IntOrAuto, int: NumberField, float: NumberField,
-  "value-and-sigma": ValueAndSigma, "terms-or-auto": Terms, names: Names, calibration: KnownLens,
+  bool: Tick,
+  choice: Choice,
+  "int-or-auto": IntOrAuto,
+  int: NumberField,
+  float: NumberField,
+  "value-and-sigma": ValueAndSigma,
+  "terms-or-auto": Terms,
+  names: Names,
+  calibration: KnownLens,
 };

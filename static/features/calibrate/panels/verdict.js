@@ -14,20 +14,88 @@ import { Fixes, Warnings } from "./warnings.js";
 
 /** @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one */
 export function Verdict({ report }) {
-  const it = report ?? preview.value?.report, why = report ? null : refusal.value;
-  return html`<section aria-label="Verdict"><${Title} of="verdict">Verdict<//>
-    <div class=${`verdict${!report && stale.value ? " stale" : ""}`} data-testid="verdict" data-level=${it?.verdict.level ?? ""} aria-live="polite">
-      ${it ? html`<div class="big">${mm(it.verdict.mm)}<small> mm ${it.sigma_mm && it.verdict.mm === it.sigma_mm.rms ? "expected error" : "held-out error"}</small></div>
-        <p><b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}.</b> ${it.verdict.sentence}</p>
-        <dl>${it.sigma_mm ? html`<div><dd>${mm(it.sigma_mm.rms)} mm</dd><dt>carpet</dt></div>${it.sigma_mm.hat && html`<div><dd>${mm(it.sigma_mm.hat.rms)} mm</dd><dt>hats, ${it.sigma_mm.hat.z_mm} mm</dt></div>`}`
-          : html`<div><dd>${mm(it.rms_mm)} mm</dd><dt>borders</dt></div><div><dd>${mm(it.max_mm)} mm</dd><dt>worst click</dt></div>`}
-          <div><dd data-testid="rms-px">${number(it.rms_px, 2)} px</dd><dt>residual</dt></div></dl>`
-      : why ? html`<div class="big dim">– <small>mm</small></div><p data-testid="missing"><b>${why.detail}</b> ${why.fix}</p><${Fixes} trouble=${why}/>`
-        : html`<div class="big dim">– <small>mm</small></div><p>${snapshot.value ? "Click along the four borders; the verdict grows with every point." : "Open a picture first."}</p>`}
+  const it = report ?? preview.value?.report,
+    why = report ? null : refusal.value;
+  return html`<section aria-label="Verdict">
+    <${Title} of="verdict">Verdict<//>
+    <div
+      class=${`verdict${!report && stale.value ? " stale" : ""}`}
+      data-testid="verdict"
+      data-level=${it?.verdict.level ?? ""}
+      aria-live="polite"
+    >
+      ${it
+        ? html`
+          <div class="big">
+            ${mm(it.verdict.mm)}
+            <small>
+              ${" "}
+              mm ${it.sigma_mm && it.verdict.mm === it.sigma_mm.rms ? "expected error" : "held-out error"}
+            </small>
+          </div>
+          <p>
+            <b class=${`level ${it.verdict.level}`}>${LEVEL[it.verdict.level]}.</b> ${it.verdict.sentence}
+          </p>
+          <dl>
+            ${it.sigma_mm
+              ? html`
+                <div>
+                  <dd>${mm(it.sigma_mm.rms)} mm</dd>
+                  <dt>carpet</dt>
+                </div>
+                ${it.sigma_mm.hat && html`<div>
+                  <dd>${mm(it.sigma_mm.hat.rms)} mm</dd>
+                  <dt>hats, ${it.sigma_mm.hat.z_mm} mm</dt>
+                </div>`}
+              `
+              : html`
+                <div>
+                  <dd>${mm(it.rms_mm)} mm</dd>
+                  <dt>borders</dt>
+                </div>
+                <div>
+                  <dd>${mm(it.max_mm)} mm</dd>
+                  <dt>worst click</dt>
+                </div>
+              `}
+            <div>
+              <dd data-testid="rms-px">${number(it.rms_px, 2)} px</dd>
+              <dt>residual</dt>
+            </div>
+          </dl>
+        `
+        : why
+        ? html`
+          <div class="big dim">
+            – <small>mm</small>
+          </div>
+          <p data-testid="missing">
+            <b>${why.detail}</b> ${why.fix}
+          </p>
+          <${Fixes} trouble=${why} />
+        `
+        : html`
+          <div class="big dim">
+            – <small>mm</small>
+          </div>
+          <p>
+            ${snapshot.value
+              ? "Click along the four borders; the verdict grows with every point."
+              : "Open a picture first."}
+          </p>
+        `}
     </div>
-    ${it && html`<${Warnings} warnings=${it.warnings} canFix=${!report || isSaved.value}/>`}
+    ${it && html`<${Warnings} warnings=${it.warnings} canFix=${!report || isSaved.value} />`}
   </section>`;
 }
 
-/** All that is known of a fit. @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one */
-export const Figures = ({ report }) => html`<${Verdict} report=${report}/>${step.value === "model" && html`<${ModelTable}/>`}<${Distortion} report=${report}/>${(report || doc.value.observations.length > 0) && html`<${Residuals}/>`}`;
+/**
+ * All that is known of a fit.
+ * @param {{ report?: import("../../../core/types").Report }} props a saved version's report, else the present one
+ */
+export const Figures = ({ report }) => html`
+  <${Verdict} report=${report} />
+  ${step.value === "model" && html`<${ModelTable} />`}
+  <${Distortion} report=${report} />
+  ${(report || doc.value.observations.length > 0) && html`<${Residuals} />`}
+`;

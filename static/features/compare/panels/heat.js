@@ -14,43 +14,112 @@ import { version, versions } from "../../versions/versions.js";
 /** On the stage, while a map is wanted. */
 export function HeatLegend() {
   if (!isMapWanted.value) return null;
-  const { what } = heat.value, map = shownMap.value, why = mapRefusal.value;
+  const { what } = heat.value,
+    map = shownMap.value,
+    why = mapRefusal.value;
   return html`<section class="legend" data-off-stage data-testid="legend" aria-label="Scale of the map">
-    <h2>${what === "expected" ? "Expected error" : `Version ${version.value?.version} from version ${numberOf(heat.value.other)}`}</h2>
-    ${map && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${map.top} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
-      <div>${[0, 0.5, 1].map((share) => html`<span key=${share}>${tick(share * map.top)}${share === 1 ? " mm" : ""}</span>`)}</div></div>`}
-    ${why ? html`<p data-testid="no-map"><b>${why.detail}</b> ${why.fix} <button type="button" data-testid="no-map-cure" onClick=${goToModelComparison}>Compare the models</button></p>` : !map && html`<p class="dim">The server computes it…</p>`}
-    ${what === "expected" && html`<div class="switch" role="group" aria-label="Where"><${Height} atHats=${false} label="Carpet"/><${Height} atHats=${true} label=${`Hats, ${hatMm.value} mm`}/></div>`}
+    <h2>
+      ${what === "expected"
+        ? "Expected error"
+        : `Version ${version.value?.version} from version ${numberOf(heat.value.other)}`}
+    </h2>
+    ${map && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${map.top} mm`}>
+      <i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
+      <div>
+        ${[0, 0.5, 1].map((share) => html`<span key=${share}>
+          ${tick(share * map.top)}
+          ${share === 1 ? " mm" : ""}
+        </span>`)}
+      </div>
+    </div>`}
+    ${why
+      ? html`<p data-testid="no-map">
+        <b>${why.detail}</b> ${why.fix}${" "}
+        <button type="button" data-testid="no-map-cure" onClick=${goToModelComparison}>
+          Compare the models
+        </button>
+      </p>`
+      : (
+      !map && html`<p class="dim">The server computes it…</p>`
+    )}
+    ${what === "expected" && html`<div class="switch" role="group" aria-label="Where">
+      <${Height} atHats=${false} label="Carpet" />
+      <${Height} atHats=${true} label=${`Hats, ${hatMm.value} mm`} />
+    </div>`}
   </section>`;
 }
 
 /** @param {{ atHats: boolean, label: string }} props */
-const Height = ({ atHats, label }) => html`<button type="button" data-testid=${`height-${atHats ? "hats" : "carpet"}`} aria-pressed=${heat.value.atHats === atHats}
-  onClick=${() => { if (heat.value.atHats !== atHats) run("heat-height"); }}>${label}</button>`;
+const Height = ({ atHats, label }) => html`<button
+  type="button"
+  data-testid=${`height-${atHats ? "hats" : "carpet"}`}
+  aria-pressed=${heat.value.atHats === atHats}
+  onClick=${() => {
+    if (heat.value.atHats !== atHats) run("heat-height");
+  }}
+>
+  ${label}
+</button>`;
 
 /** 0, 1.5, 3: no more digits than the scale has. @param {number} value */
 const tick = (value) => String(Number(value.toPrecision(2)));
 
 /** In the compare step: what can be laid over the picture, with its figures. */
 export function HeatPanel() {
-  const { what } = heat.value, map = shownMap.value, before = comparableVersions.value;
-  return html`<section aria-label="Over the field"><${Title} of="map">Over the field<//>
-    <div class="line"><${ActionButton} id="heat" label=${what === "expected" ? "Hide expected error" : "Show expected error"}/>
-      <${ActionButton} id="arrows" label=${arrows.value.on ? "Hide residual arrows" : "Show residual arrows"}/></div>
-    ${map?.what === "expected" && html`<p class="reason" data-testid="heat-figures">${map.z_mm ? `At hat height, ${map.z_mm} mm` : "On the carpet"}: median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>.</p><${Worst}/>`}
-    ${before.length > 0 && html`<label class="pair tall other"><span>Difference from</span><select data-testid="other" value=${what === "difference" ? heat.value.other : ""}
-        onChange=${(/** @type {any} */ e) => (e.target.value ? differenceFrom(e.target.value) : run("difference"))}>
-      <option value="">${what === "difference" ? "Hide it" : ACTIONS.get("difference")?.short}</option>
-      ${before.map((v) => html`<option key=${v.id} value=${v.id}>Version ${v.version}, ${titleOf(v.model.name)}, ${dayAndTime(v.created_at)}</option>`)}</select></label>`}
-    ${map?.what === "difference" && html`<p class="reason" data-testid="heat-figures">Median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>. In the picture <b>${number(map.rms_px, 2)} px</b> rms, worst <b>${number(map.max_px, 2)} px</b>.</p><${Worst}/>`}
+  const { what } = heat.value,
+    map = shownMap.value,
+    before = comparableVersions.value;
+  return html`<section aria-label="Over the field">
+    <${Title} of="map">Over the field<//>
+    <div class="line">
+      <${ActionButton} id="heat" label=${what === "expected" ? "Hide expected error" : "Show expected error"} />
+      <${ActionButton} id="arrows" label=${arrows.value.on ? "Hide residual arrows" : "Show residual arrows"} />
+    </div>
+    ${map?.what === "expected" && html`
+      <p class="reason" data-testid="heat-figures">
+        ${map.z_mm ? `At hat height, ${map.z_mm} mm` : "On the carpet"}: median <b>${mm(map.median_mm)} mm</b>
+        , worst <b>${mm(map.worst_mm)} mm</b> at <b>${place(map.worst_place)}</b>.
+      </p>
+      <${Worst} />
+    `}
+    ${before.length > 0 && html`<label class="pair tall other">
+      <span>Difference from</span>
+      <select
+        data-testid="other"
+        value=${what === "difference" ? heat.value.other : ""}
+        onChange=${(/** @type {any} */ e) =>
+          e.target.value ? differenceFrom(e.target.value) : run("difference")
+        }
+      >
+        <option value="">${what === "difference" ? "Hide it" : ACTIONS.get("difference")?.short}</option>
+        ${before.map((v) => html`<option key=${v.id} value=${v.id}>
+          Version ${v.version}, ${titleOf(v.model.name)}, ${dayAndTime(v.created_at)}
+        </option>`)}
+      </select>
+    </label>`}
+    ${map?.what === "difference" && html`
+      <p class="reason" data-testid="heat-figures">
+        Median <b>${mm(map.median_mm)} mm</b>, worst <b>${mm(map.worst_mm)} mm</b> at${" "}
+        <b>${place(map.worst_place)}</b>. In the picture <b>${number(map.rms_px, 2)} px</b> rms, worst${" "}
+        <b>${number(map.max_px, 2)} px</b>.
+      </p>
+      <${Worst} />
+    `}
   </section>`;
 }
 
 /** The worst place: to it, and what to do there. */
 function Worst() {
   const { text, fixes } = worstPlaceFix();
-  return html`<div class="worst-cure" data-testid="worst-cure">${text && html`<p class="reason">${text}</p>`}<div class="line"><${ActionButton} id="worst-place"/>
-    ${fixes.map((fix) => html`<button key=${fix.test} type="button" data-testid=${fix.test} onClick=${fix.run}>${fix.label}</button>`)}</div></div>`;
+  return html`<div class="worst-cure" data-testid="worst-cure">
+    ${text && html`<p class="reason">${text}</p>`}
+    <div class="line">
+      <${ActionButton} id="worst-place" />
+      ${fixes.map((fix) => html`<button key=${fix.test} type="button" data-testid=${fix.test} onClick=${fix.run}>
+        ${fix.label}
+      </button>`)}
+    </div>
+  </div>`;
 }
 
 /** @param {import("../../../core/types").Point} place */

@@ -13,25 +13,69 @@ const RULER_PX = 100; // on the stage, at most
 export function ArrowLegend() {
   const all = shownArrows.value?.image.arrows;
   if (!all) return null;
-  const times = factor.value, cut = all.filter((a) => (a.px ?? 0) * times > longest.value).length, unseen = all.filter((a) => a.px === null).length;
-  const far = longestOf(all, false), stray = longestOf(all, true), strays = all.filter((a) => a.outlier).length;
-  return html`<section class="legend narrow" data-off-stage data-testid="arrow-legend" aria-label="Scale of the residual arrows">
-    <h2>Residuals ×${times}</h2><${Ruler}/>
-    <label class="magnify"><span class="sr">Magnification of the arrows</span><input type="range" data-testid="magnification" min="0" max=${FACTORS.length - 1} step="1"
-      value=${FACTORS.indexOf(times)} aria-valuetext=${`${times} times`} onInput=${(/** @type {any} */ e) => magnify(FACTORS[Number(e.target.value)])}/></label>
-    <div class="switch"><button type="button" data-testid="magnify-auto" aria-pressed=${arrows.value.factor === null} onClick=${() => run("arrows-auto")}>Auto</button></div>
-    <p data-testid="arrow-figures">${far && html`Longest <b>${number(far.px, 2)} px</b>, <b>${mm(far.mm)} mm</b>, ${nameOf(far)}. `}
-      ${stray && html`<b class="level fair">${plural(strays, "stray")}</b>, ${strays > 1 ? "up to " : ""}${number(stray.px, 1)} px. `}
-      ${cut > 0 && html`${cut} cut short. `}${unseen > 0 && html`${plural(unseen, "point")} out of the model's reach.`}</p>
+  const times = factor.value,
+    cut = all.filter((a) => (a.px ?? 0) * times > longest.value).length,
+    unseen = all.filter((a) => a.px === null).length;
+  const far = longestOf(all, false),
+    stray = longestOf(all, true),
+    strays = all.filter((a) => a.outlier).length;
+  return html`<section
+    class="legend narrow"
+    data-off-stage
+    data-testid="arrow-legend"
+    aria-label="Scale of the residual arrows"
+  >
+    <h2>Residuals ×${times}</h2>
+    <${Ruler} />
+    <label class="magnify">
+      <span class="sr">Magnification of the arrows</span>
+      <input
+        type="range"
+        data-testid="magnification"
+        min="0"
+        max=${FACTORS.length - 1}
+        step="1"
+        value=${FACTORS.indexOf(times)}
+        aria-valuetext=${`${times} times`}
+        onInput=${(/** @type {any} */ e) => magnify(FACTORS[Number(e.target.value)])}
+      />
+    </label>
+    <div class="switch">
+      <button
+        type="button"
+        data-testid="magnify-auto"
+        aria-pressed=${arrows.value.factor === null}
+        onClick=${() => run("arrows-auto")}
+      >
+        Auto
+      </button>
+    </div>
+    <p data-testid="arrow-figures">
+      ${far && html`
+        Longest <b>${number(far.px, 2)} px</b>, <b>${mm(far.mm)} mm</b>, ${nameOf(far)}.${" "}
+      `}
+      ${stray && html`
+        <b class="level fair">${plural(strays, "stray")}</b>, ${strays > 1 ? "up to " : ""}
+        ${number(stray.px, 1)} px.${" "}
+      `}
+      ${cut > 0 && html`${cut} cut short. `}
+      ${unseen > 0 && html`${plural(unseen, "point")} out of the model's reach.`}
+    </p>
   </section>`;
 }
 
 /** A length on the stage with what it means at the clicks. */
 function Ruler() {
-  const onCorrected = comparing.value && visiblePicture.value === "corrected", of = shownArrows.value?.[onCorrected ? "corrected" : "image"];
-  const unit = factor.value * view.value.k * (onCorrected ? correctedPlacement.value?.scale ?? 1 : 1), px = roundDown(RULER_PX / unit), each = of?.mm_per_px;
+  const onCorrected = comparing.value && visiblePicture.value === "corrected",
+    of = shownArrows.value?.[onCorrected ? "corrected" : "image"];
+  const unit = factor.value * view.value.k * (onCorrected ? (correctedPlacement.value?.scale ?? 1) : 1),
+    px = roundDown(RULER_PX / unit),
+    each = of?.mm_per_px;
   const label = `${plain(px)} ${onCorrected ? "corrected px" : "px"}${each ? ` ≈ ${plain(px * each, 1)} mm` : ""}`;
-  return html`<div class="ruler" role="img" aria-label=${`Ruler: ${label}`} data-testid="ruler" data-px=${px}><i style=${`width:${px * unit}px`}></i><span>${label}</span></div>`;
+  return html`<div class="ruler" role="img" aria-label=${`Ruler: ${label}`} data-testid="ruler" data-px=${px}>
+    <i style=${`width:${px * unit}px`}></i>
+    <span>${label}</span>
+  </div>`;
 }
 
 /** @param {number} value @param {number} [more] digits after the first */
@@ -44,4 +88,10 @@ function roundDown(value) {
 }
 
 /** @param {import("../../../core/types").Arrow} arrow */
-const nameOf = ({ feature, index }) => `${typeof feature === "string" ? words(feature).toLowerCase() : `spot ${feature.map((v) => number(v, 0)).join(", ")} mm,`} point ${index + 1}`;
+const nameOf = ({ feature, index }) => {
+  const name =
+    typeof feature === "string"
+      ? words(feature).toLowerCase()
+      : `spot ${feature.map((v) => number(v, 0)).join(", ")} mm,`;
+  return `${name} point ${index + 1}`;
+};

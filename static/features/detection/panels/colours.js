@@ -8,8 +8,21 @@ import { cameras } from "../../../core/state.js";
 import { ActionButton } from "../../../ui/action_button.js";
 import { Title } from "../../../ui/title.js";
 import {
-  BACKGROUND, COLOURS, colour, copyTo, forget, forgetAll, learning, neededColours, notes, overwriteCandidate,
-  presetName, presets, removePreset, savePreset, usePreset,
+  BACKGROUND,
+  COLOURS,
+  colour,
+  copyTo,
+  forget,
+  forgetAll,
+  learning,
+  neededColours,
+  notes,
+  overwriteCandidate,
+  presetName,
+  presets,
+  removePreset,
+  savePreset,
+  usePreset,
 } from "../colours.js";
 import { detectionCamera, detectionState } from "../detection.js";
 
@@ -18,44 +31,206 @@ const LEVELS = { good: "good", close: "fair", mixed: "poor" };
 export function DetectionForm() {
   const it = detectionState.value;
   if (!detectionCamera.value || !it) return null;
-  const first = COLOURS.filter(([name]) => neededColours.value.has(name) || name === BACKGROUND), others = COLOURS.filter(([name]) => !neededColours.value.has(name) && name !== BACKGROUND);
-  return html`<section aria-label="Colours" data-testid="colours"><${Title} of="colours">Colours<//>
-    <p class="reason" data-testid="learned">${it.learned === "clicks" ? html`Go by <b>${it.profile?.name}</b>.` : it.learned === "picture" ? "Found by the camera itself in its first picture. Choose a colour and click it to do better." : "The camera has not found its colours yet."}</p>
-    <ul class="colours">${first.map((one) => html`<${Colour} key=${one[0]} of=${one}/>`)}</ul>
-    ${others.length > 0 && html`<details class="more"><summary data-testid="more-colours">More colours</summary><ul class="colours">${others.map((one) => html`<${Colour} key=${one[0]} of=${one}/>`)}</ul></details>`}
-    ${learning.value && html`<div class="working" data-testid="learning"><div class="line"><progress aria-label=${learning.value.what}></progress><${ActionButton} id="stop-learning"/></div><p class="reason">${learning.value.what}…</p></div>`}
-    ${notes.value.map((note) => html`<p key=${note} class="reason">${note}</p>`)}
-    <div class="line wrap"><${ActionButton} id="find-colours"/>${it.learned === "clicks" && html`<button type="button" data-testid="forget-colours" onClick=${() => void forgetAll()}>Forget all</button>`}</div></section>
-    <${Presets}/>`;
+  const first = COLOURS.filter(([name]) => neededColours.value.has(name) || name === BACKGROUND),
+    others = COLOURS.filter(([name]) => !neededColours.value.has(name) && name !== BACKGROUND);
+  return html`
+    <section aria-label="Colours" data-testid="colours">
+      <${Title} of="colours">Colours<//>
+      <p class="reason" data-testid="learned">
+        ${it.learned === "clicks"
+          ? html`
+            Go by <b>${it.profile?.name}</b>.
+          `
+          : it.learned === "picture"
+          ? (
+          "Found by the camera itself in its first picture. Choose a colour and click it to do better."
+        )
+          : (
+          "The camera has not found its colours yet."
+        )}
+      </p>
+      <ul class="colours">
+        ${first.map((one) => html`<${Colour} key=${one[0]} of=${one} />`)}
+      </ul>
+      ${others.length > 0 && html`<details class="more">
+        <summary data-testid="more-colours">More colours</summary>
+        <ul class="colours">
+          ${others.map((one) => html`<${Colour} key=${one[0]} of=${one} />`)}
+        </ul>
+      </details>`}
+      ${learning.value && html`<div class="working" data-testid="learning">
+        <div class="line">
+          <progress aria-label=${learning.value.what}></progress>
+          <${ActionButton} id="stop-learning" />
+        </div>
+        <p class="reason">${learning.value.what}…</p>
+      </div>`}
+      ${notes.value.map((note) => html`<p key=${note} class="reason">
+        ${note}
+      </p>`)}
+      <div class="line wrap">
+        <${ActionButton} id="find-colours" />
+        ${it.learned === "clicks" && 
+          html`<button type="button" data-testid="forget-colours" onClick=${() => void forgetAll()}>
+            Forget all
+          </button>`}
+      </div>
+    </section>
+    <${Presets} />
+  `;
 }
 
 /** The same colours below the picture, where the panel is far from it: on a telephone. */
-export const Palette = () => html`<div class="palette" role="group" aria-label="Teach a colour">${COLOURS.filter(([name]) => neededColours.value.has(name) || name === BACKGROUND).map(([name, paint]) => html`<button key=${name} type="button" aria-pressed=${String(colour.value === name)} aria-label=${`Teach ${name}`} onClick=${() => run(`colour-${name}`)}><i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i></button>`)}</div>`;
+export const Palette = () => html`<div class="palette" role="group" aria-label="Teach a colour">
+  ${COLOURS.filter(([name]) => neededColours.value.has(name) || name === BACKGROUND).map(([name, paint]) => 
+    html`<button
+      key=${name}
+      type="button"
+      aria-pressed=${String(colour.value === name)}
+      aria-label=${`Teach ${name}`}
+      onClick=${() => run(`colour-${name}`)}
+    >
+      <i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i>
+    </button>`)}
+</div>`;
 
 /** One colour: chosen by a click, its samples to be taken away. @param {{ of: [string, string] }} props */
 function Colour({ of: [name, paint] }) {
-  const it = detectionState.value?.profile, samples = (name === BACKGROUND ? it?.background : it?.colours[name]) ?? [], health = detectionState.value?.health.find((h) => h.colour === name);
-  const place = COLOURS.findIndex(([one]) => one === name) + 1, isBackground = name === BACKGROUND;
+  const it = detectionState.value?.profile,
+    samples = (name === BACKGROUND ? it?.background : it?.colours[name]) ?? [],
+    health = detectionState.value?.health.find((h) => h.colour === name);
+  const place = COLOURS.findIndex(([one]) => one === name) + 1,
+    isBackground = name === BACKGROUND;
   return html`<li data-testid=${`colour-row-${name}`} data-level=${health?.level ?? ""}>
-    <button type="button" class="feature" data-testid=${`colour-${name}`} aria-pressed=${String(colour.value === name)} aria-keyshortcuts=${String(place)} title=${`Teach ${name} (${place})`} onClick=${() => run(`colour-${name}`)}>
-      <i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i><span>${name}</span><small>${isBackground && !samples.length ? "by itself" : plural(samples.length, "sample")}</small><kbd aria-hidden="true" data-key=${keyLabel(String(place))}></kbd></button>
-    ${samples.length > 0 && (!isBackground || colour.value === name) && html`<span class="samples">${samples.map((s, i) => html`<button key=${i} type="button" class="sample" data-testid=${`sample-${name}`} style=${`--colour:rgb(${s.rgb.join()})`} aria-label=${`Remove sample ${i + 1} of ${name}`} title="Remove this sample" onClick=${() => forget(name, i)}>×</button>`)}</span>`}
-    ${health && html`<p class="reason" data-testid=${`health-${name}`}><b class=${`level ${LEVELS[health.level]}`}>${health.level === "good" ? "Well apart" : health.level === "close" ? "Close" : "Mixed up"}</b>${health.margin === null ? "" : `, margin ${number(health.margin, 1)}`}. ${health.level === "good" ? "" : health.words}</p>`}
-    ${isBackground && colour.value === name && html`<p class="reason">What is nearly a colour and is none. What the picture mostly consists of needs no click.</p>`}</li>`;
+    <button
+      type="button"
+      class="feature"
+      data-testid=${`colour-${name}`}
+      aria-pressed=${String(colour.value === name)}
+      aria-keyshortcuts=${String(place)}
+      title=${`Teach ${name} (${place})`}
+      onClick=${() => run(`colour-${name}`)}
+    >
+      <i class="chip" style=${`--colour:${paint}`} aria-hidden="true"></i>
+      <span>${name}</span>
+      <small>${isBackground && !samples.length ? "by itself" : plural(samples.length, "sample")}</small>
+      <kbd aria-hidden="true" data-key=${keyLabel(String(place))}></kbd>
+    </button>
+    ${samples.length > 0 && (!isBackground || colour.value === name) && html`<span class="samples">
+      ${samples.map((s, i) => html`<button
+        key=${i}
+        type="button"
+        class="sample"
+        data-testid=${`sample-${name}`}
+        style=${`--colour:rgb(${s.rgb.join()})`}
+        aria-label=${`Remove sample ${i + 1} of ${name}`}
+        title="Remove this sample"
+        onClick=${() => forget(name, i)}
+      >
+        ×
+      </button>`)}
+    </span>`}
+    ${health && html`<p class="reason" data-testid=${`health-${name}`}>
+      <b class=${`level ${LEVELS[health.level]}`}>
+        ${health.level === "good" ? "Well apart" : health.level === "close" ? "Close" : "Mixed up"}
+      </b>
+      ${health.margin === null ? "" : `, margin ${number(health.margin, 1)}`}.${" "}
+      ${health.level === "good" ? "" : health.words}
+    </p>`}
+    ${isBackground && colour.value === name && html`<p class="reason">
+      What is nearly a colour and is none. What the picture mostly consists of needs no click.
+    </p>`}
+  </li>`;
 }
 
 /** Kept for a venue, by name; and copied to another camera. */
 function Presets() {
-  const it = detectionState.value, [typed, setTyped] = useState(""), name = presetName(typed), others = cameras.value.filter((c) => c.id !== it?.camera), [to, setTo] = useState("");
+  const it = detectionState.value,
+    [typed, setTyped] = useState(""),
+    name = presetName(typed),
+    others = cameras.value.filter((c) => c.id !== it?.camera),
+    [to, setTo] = useState("");
   if (!it) return null;
-  const isShared = it.colours !== null && it.profile?.name === it.colours, target = others.find((c) => c.id === to)?.id ?? others[0]?.id, used = presets.value.find((p) => p.name === it.colours);
-  return html`<section aria-label="Presets"><${Title} of="colour-presets">Presets of a venue<//>
-    <label class="pair tall"><span>Go by</span><select data-testid="preset" value=${isShared ? it.colours : ""} onChange=${(/** @type {any} */ e) => { if (e.target.value) void usePreset(e.target.value); }}>
-      <option value="">${isShared ? "choose…" : it.learned === "clicks" ? "this camera's own" : "what it finds"}</option>${presets.value.map((p) => html`<option key=${p.name} value=${p.name}>${p.name}</option>`)}</select></label>
-    ${isShared && used && used.used_by.length > 1 && html`<p class="reason">Shared by ${used.used_by.join(", ")}. A click here makes colours of this camera's own.</p>`}
-    <label class="pair tall"><span>Keep these colours as</span><input type="text" data-testid="preset-name" maxlength="64" placeholder="hall-2" value=${typed} onInput=${(/** @type {any} */ e) => setTyped(e.target.value)}/></label>
-    <div class="line wrap"><button type="button" data-testid="save-preset" disabled=${!name || !it.profile} onClick=${() => void savePreset(name)}>${overwriteCandidate.value === name && name ? `Press again to save over ${name}` : "Keep"}</button>
-      ${isShared && it.colours && html`<button type="button" data-testid="remove-preset" disabled=${(used?.used_by.length ?? 1) > 0} title=${(used?.used_by.length ?? 1) > 0 ? "Cameras go by it: give them other colours first." : "Remove it"} onClick=${() => void removePreset(it.colours ?? "")}>Remove ${it.colours}</button>`}</div>
-    ${others.length > 0 && html`<div class="line wrap copy"><label class="pair tall grow"><span>Copy to another camera</span><select data-testid="copy-to" value=${target} onChange=${(/** @type {any} */ e) => setTo(e.target.value)}>${others.map((c) => html`<option key=${c.id} value=${c.id}>${c.name}</option>`)}</select></label>
-      <button type="button" data-testid="copy-colours" disabled=${!it.profile} onClick=${() => { if (target) void copyTo(target); }}>Copy</button></div>`}</section>`;
+  const isShared = it.colours !== null && it.profile?.name === it.colours,
+    target = others.find((c) => c.id === to)?.id ?? others[0]?.id,
+    used = presets.value.find((p) => p.name === it.colours);
+  return html`<section aria-label="Presets">
+    <${Title} of="colour-presets">Presets of a venue<//>
+    <label class="pair tall">
+      <span>Go by</span>
+      <select
+        data-testid="preset"
+        value=${isShared ? it.colours : ""}
+        onChange=${(/** @type {any} */ e) => {
+          if (e.target.value) void usePreset(e.target.value);
+        }}
+      >
+        <option value="">
+          ${isShared ? "choose…" : it.learned === "clicks" ? "this camera's own" : "what it finds"}
+        </option>
+        ${presets.value.map((p) => html`<option key=${p.name} value=${p.name}>
+          ${p.name}
+        </option>`)}
+      </select>
+    </label>
+    ${isShared && used && used.used_by.length > 1 && html`<p class="reason">
+      Shared by ${used.used_by.join(", ")}. A click here makes colours of this camera's own.
+    </p>`}
+    <label class="pair tall">
+      <span>Keep these colours as</span>
+      <input
+        type="text"
+        data-testid="preset-name"
+        maxlength="64"
+        placeholder="hall-2"
+        value=${typed}
+        onInput=${(/** @type {any} */ e) => setTyped(e.target.value)}
+      />
+    </label>
+    <div class="line wrap">
+      <button
+        type="button"
+        data-testid="save-preset"
+        disabled=${!name || !it.profile}
+        onClick=${() => void savePreset(name)}
+      >
+        ${overwriteCandidate.value === name && name ? `Press again to save over ${name}` : "Keep"}
+      </button>
+      ${isShared && it.colours && html`<button
+        type="button"
+        data-testid="remove-preset"
+        disabled=${(used?.used_by.length ?? 1) > 0}
+        title=${
+          (used?.used_by.length ?? 1) > 0 ? "Cameras go by it: give them other colours first." : "Remove it"
+        }
+        onClick=${() => void removePreset(it.colours ?? "")}
+      >
+        Remove ${it.colours}
+      </button>`}
+    </div>
+    ${others.length > 0 && html`<div class="line wrap copy">
+      <label class="pair tall grow">
+        <span>Copy to another camera</span>
+        <select
+          data-testid="copy-to"
+          value=${target}
+          onChange=${(/** @type {any} */ e) => setTo(e.target.value)}
+        >
+          ${others.map((c) => html`<option key=${c.id} value=${c.id}>
+            ${c.name}
+          </option>`)}
+        </select>
+      </label>
+      <button
+        type="button"
+        data-testid="copy-colours"
+        disabled=${!it.profile}
+        onClick=${() => {
+          if (target) void copyTo(target);
+        }}
+      >
+        Copy
+      </button>
+    </div>`}
+  </section>`;
 }

@@ -16,43 +16,154 @@ import { ClipBar } from "./clips.js";
 import { Palette } from "./colours.js";
 import { StageStrip } from "./stages.js";
 
-const LETTERS_PX = 11.5, USUAL_PX = 680; // of the screen: letters beside the marks; how wide the picture is before it is known
-const WIDTH_PX = 1280, MARGIN = 0.06; // of the corrected picture, as the stream draws it around the field
+const LETTERS_PX = 11.5,
+  USUAL_PX = 680; // of the screen: letters beside the marks; how wide the picture is before it is known
+const WIDTH_PX = 1280,
+  MARGIN = 0.06; // of the corrected picture, as the stream draws it around the field
 
 /** @param {number} seq */
-const show = (seq) => { shownSeq.value = seq; };
+const show = (seq) => {
+  shownSeq.value = seq;
+};
 
 export function DetectionPage() {
-  const camera = detectionCamera.value, it = detectionState.value, why = heldFrame.value ? heldFrameRefusal.value : refusal.value;
+  const camera = detectionCamera.value,
+    it = detectionState.value,
+    why = heldFrame.value ? heldFrameRefusal.value : refusal.value;
   useEffect(() => (camera ? followCameras([camera.id]) : undefined), [camera?.id]);
-  if (!camera) return html`<div class="start desk"><h1>No such camera</h1><p class="dim">It was removed, or the address is wrong.</p><p><a href="#/">Back to the cameras</a></p></div>`;
-  return html`<div class="start desk seeing" data-testid="seeing-page"><h1>What ${camera.name} sees</h1>
-    <div class="line wrap"><div class="switch" role="group" aria-label="Show"><button type="button" data-testid="see-raw" aria-pressed=${String(view.value === "raw")} onClick=${() => setView("raw")}>Raw</button><${ActionButton} id="seen-corrected"/><${ActionButton} id="mask"/></div>
-      <${ActionButton} id="seen-labels"/><${ActionButton} id="undo-seeing"/><${ActionButton} id="redo-seeing"/><${ActionButton} id="seen-farther"/><${ActionButton} id="seen-nearer"/><${ActionButton} id="seen-whole"/></div>
-    <${Picture}/><${Palette}/>
-    <${ClipBar}/>
-    <p class="hint-line" role="status" data-testid="seeing-hint">${why ? html`<b>${why.detail}</b> ${why.fix}` : taking.value ? "Taking the frame…" : colour.value ? html`Click what is <b>${colour.value}</b>, or drag a box in it.${heldFrame.value ? "" : " What moves is clicked more easily in a held frame."}` : heldFrame.value ? "A held frame: change colours and stages, and see at once what they do." : ""}</p>
-    ${it && html`<${StageStrip}/>`}</div>`;
+  if (!camera)
+    return html`<div class="start desk">
+      <h1>No such camera</h1>
+      <p class="dim">It was removed, or the address is wrong.</p>
+      <p>
+        <a href="#/">Back to the cameras</a>
+      </p>
+    </div>`;
+  return html`<div class="start desk seeing" data-testid="seeing-page">
+    <h1>What ${camera.name} sees</h1>
+    <div class="line wrap">
+      <div class="switch" role="group" aria-label="Show">
+        <button
+          type="button"
+          data-testid="see-raw"
+          aria-pressed=${String(view.value === "raw")}
+          onClick=${() => setView("raw")}
+        >
+          Raw
+        </button>
+        <${ActionButton} id="seen-corrected" />
+        <${ActionButton} id="mask" />
+      </div>
+      <${ActionButton} id="seen-labels" />
+      <${ActionButton} id="undo-seeing" />
+      <${ActionButton} id="redo-seeing" />
+      <${ActionButton} id="seen-farther" />
+      <${ActionButton} id="seen-nearer" />
+      <${ActionButton} id="seen-whole" />
+    </div>
+    <${Picture} />
+    <${Palette} />
+    <${ClipBar} />
+    <p class="hint-line" role="status" data-testid="seeing-hint">
+      ${why
+        ? html`
+          <b>${why.detail}</b> ${why.fix}
+        `
+        : taking.value
+        ? (
+        "Taking the frame…"
+      )
+        : colour.value
+        ? html`
+          Click what is <b>${colour.value}</b>, or drag a box in it.
+          ${heldFrame.value ? "" : " What moves is clicked more easily in a held frame."}
+        `
+        : heldFrame.value
+        ? (
+        "A held frame: change colours and stages, and see at once what they do."
+      )
+        : (
+        ""
+      )}
+    </p>
+    ${it && html`<${StageStrip} />`}
+  </div>`;
 }
 
 /** The picture, what is seen in it, and what is clicked. */
 function Picture() {
-  const camera = /** @type {import("../../../core/types").Camera} */ (detectionCamera.value), held = heldFrame.value, now = detections.value, name = view.value, near = zoom.value;
-  const frame = useRef(/** @type {HTMLElement | null} */ (null)), before = useRef(1);
-  useEffect(() => { // what was in the middle stays there
-    const box = frame.current, k = near / before.current;
+  const camera = /** @type {import("../../../core/types").Camera} */ (detectionCamera.value),
+    held = heldFrame.value,
+    now = detections.value,
+    name = view.value,
+    near = zoom.value;
+  const frame = useRef(/** @type {HTMLElement | null} */ (null)),
+    before = useRef(1);
+  useEffect(() => {
+    // what was in the middle stays there
+    const box = frame.current,
+      k = near / before.current;
     before.current = near;
-    if (box && k !== 1) { box.scrollLeft = (box.scrollLeft + box.clientWidth / 2) * k - box.clientWidth / 2; box.scrollTop = (box.scrollTop + box.clientHeight / 2) * k - box.clientHeight / 2; }
+    if (box && k !== 1) {
+      box.scrollLeft = (box.scrollLeft + box.clientWidth / 2) * k - box.clientWidth / 2;
+      box.scrollTop = (box.scrollTop + box.clientHeight / 2) * k - box.clientHeight / 2;
+    }
   }, [near]);
-  const isCorrected = name === "corrected" && !held, stage = name.startsWith("stage-") ? name.slice(6) : "";
-  const isStraight = stage !== "" && detectionState.value?.plan.corrected === true; // a stage's own picture, in which raw places mean nothing
-  const width = held?.width ?? now?.width ?? 4, height = held?.height ?? now?.height ?? 3, size = isCorrected ? fieldPositions.value?.corrected : null, margin = size ? Math.round(MARGIN * size[0]) : 0;
+  const isCorrected = name === "corrected" && !held,
+    stage = name.startsWith("stage-") ? name.slice(6) : "";
+  // a stage's own picture, in which raw places mean nothing
+  const isStraight = stage !== "" && detectionState.value?.plan.corrected === true;
+  const width = held?.width ?? now?.width ?? 4,
+    height = held?.height ?? now?.height ?? 3,
+    size = isCorrected ? fieldPositions.value?.corrected : null,
+    margin = size ? Math.round(MARGIN * size[0]) : 0;
   const across = size ? size[0] + 2 * margin : width;
-  const box = size ? `${-margin - 0.5} ${-margin - 0.5} ${across} ${size[1] + 2 * margin}` : `-0.5 -0.5 ${width} ${height}`;
-  return html`<div class="captured sighted" ref=${frame} data-view=${name} data-held=${String(held !== null)} data-count=${now?.items.length ?? ""}><div class="zoomed" style=${`width:${100 * near}%`}>
-    ${stage ? html`<${StagePicture} key=${`${camera.id} ${stage}`} camera=${camera.id} stage=${stage} width=${WIDTH_PX} drawn=${show}/>`
-      : held ? html`<img class="held" data-testid="held-frame" alt=${`A held frame of ${camera.name}`} width=${held.width} height=${held.height} src=${framePicture(held)}/>`
-        : html`<${LiveView} key=${camera.id} id=${camera.id} name=${camera.name} view=${isCorrected ? "corrected" : "raw"} width=${WIDTH_PX} drawn=${show}/>`}
-    ${now && !isStraight && html`<svg class="over" viewBox=${box} aria-hidden="true"><${DetectionMarks} items=${(held ? now : shownFrame.value ?? now).items} corrected=${isCorrected} size=${(LETTERS_PX * across) / near / (frame.current?.clientWidth || USUAL_PX)} labels=${labels.value}/></svg>`}
-    ${colour.value && !isCorrected && !isStraight && (held || now) && html`<${ColourPicking} key=${`${width}×${height}`} width=${width} height=${height}/>`}</div></div>`;
+  const box = size
+    ? `${-margin - 0.5} ${-margin - 0.5} ${across} ${size[1] + 2 * margin}`
+    : `-0.5 -0.5 ${width} ${height}`;
+  return html`<div
+    class="captured sighted"
+    ref=${frame}
+    data-view=${name}
+    data-held=${String(held !== null)}
+    data-count=${now?.items.length ?? ""}
+  >
+    <div class="zoomed" style=${`width:${100 * near}%`}>
+      ${stage
+        ? html`<${StagePicture}
+          key=${`${camera.id} ${stage}`}
+          camera=${camera.id}
+          stage=${stage}
+          width=${WIDTH_PX}
+          drawn=${show}
+        />`
+        : held
+        ? html`<img
+          class="held"
+          data-testid="held-frame"
+          alt=${`A held frame of ${camera.name}`}
+          width=${held.width}
+          height=${held.height}
+          src=${framePicture(held)}
+        />`
+        : html`<${LiveView}
+          key=${camera.id}
+          id=${camera.id}
+          name=${camera.name}
+          view=${isCorrected ? "corrected" : "raw"}
+          width=${WIDTH_PX}
+          drawn=${show}
+        />`}
+      ${now && !isStraight && html`<svg class="over" viewBox=${box} aria-hidden="true">
+        <${DetectionMarks}
+          items=${(held ? now : (shownFrame.value ?? now)).items}
+          corrected=${isCorrected}
+          size=${(LETTERS_PX * across) / near / (frame.current?.clientWidth || USUAL_PX)}
+          labels=${labels.value}
+        />
+      </svg>`}
+      ${colour.value && !isCorrected && !isStraight && (held || now) && 
+        html`<${ColourPicking} key=${`${width}×${height}`} width=${width} height=${height} />`}
+    </div>
+  </div>`;
 }

@@ -9,40 +9,98 @@ import { closeRegistered, notRegistered, registered, registering, useRegistered 
 import { statuses } from "../../live/camera_status.js";
 
 const QUIET = new Set(["steady", "learning"]);
-const HELD = { calibration: "the calibration's own picture", start: "the first seconds after it was activated" };
+const HELD = {
+  calibration: "the calibration's own picture",
+  start: "the first seconds after it was activated",
+};
 
 /** On the desk of one camera. @param {{ id: string }} props */
 export function DriftPanel({ id }) {
-  const now = statuses.value[id], it = now?.drift;
+  const now = statuses.value[id],
+    it = now?.drift;
   if (!now?.calibration_applied || now.state !== "live") return null;
-  return html`<section aria-label="Does it stay?" data-testid="drift" data-state=${it?.state ?? ""}><${Title} of="drift">Does it stay?<//>
-    ${!it ? html`<p class="reason">Asking the camera…</p>` : it.alarm ? html`<div class="warning-line" role="alert" data-testid="drift-alarm"><b>${it.sentence}</b> ${it.fix}
-        <p class="reason">Since ${clock(1000 * it.since)}.</p><div class="line"><${ActionButton} id=${it.state === "knocked" ? "reregister" : "take-still"}/></div></div>`
-      : QUIET.has(it.state) ? html`<p data-testid="drift-words"><b>${it.sentence}</b></p>` : html`<div class="warning-line" role="status" data-testid="drift-words"><b>${it.sentence}</b> ${it.fix}</div>`}
-    <${Working} now=${registering.value} what="Registering the pose" stop="stop-reregister" why=${notRegistered.value} name="reregister"/>
-    <${RegisteredVersion}/>
+  return html`<section aria-label="Does it stay?" data-testid="drift" data-state=${it?.state ?? ""}>
+    <${Title} of="drift">Does it stay?<//>
+    ${!it
+      ? html`<p class="reason">Asking the camera…</p>`
+      : it.alarm
+      ? html`<div class="warning-line" role="alert" data-testid="drift-alarm">
+        <b>${it.sentence}</b> ${it.fix}
+        <p class="reason">Since ${clock(1000 * it.since)}.</p>
+        <div class="line">
+          <${ActionButton} id=${it.state === "knocked" ? "reregister" : "take-still"} />
+        </div>
+      </div>`
+      : QUIET.has(it.state)
+      ? html`<p data-testid="drift-words">
+        <b>${it.sentence}</b>
+      </p>`
+      : html`<div class="warning-line" role="status" data-testid="drift-words">
+        <b>${it.sentence}</b> ${it.fix}
+      </div>`}
+    <${Working}
+      now=${registering.value}
+      what="Registering the pose"
+      stop="stop-reregister"
+      why=${notRegistered.value}
+      name="reregister"
+    />
+    <${RegisteredVersion} />
     ${it?.px !== null && it?.px !== undefined && html`<dl class="details">
-      <div><dt>noise (σ)</dt><dd>${number(it.sigma_px, 3)} px, ${number(it.sigma_mm, 2)} mm</dd></div>
-      <div><dt>places seen</dt><dd>${it.seen}</dd></div></dl>`}
-    ${it?.reference && html`<p class="reason">Held against ${HELD[it.reference]}.</p>`}</section>`;
+      <div>
+        <dt>noise (σ)</dt>
+        <dd>
+          ${number(it.sigma_px, 3)} px, ${number(it.sigma_mm, 2)} mm
+        </dd>
+      </div>
+      <div>
+        <dt>places seen</dt>
+        <dd>${it.seen}</dd>
+      </div>
+    </dl>`}
+    ${it?.reference && html`<p class="reason">Held against ${HELD[it.reference]}.</p>`}
+  </section>`;
 }
 
 /** What the button made: to look at, and to use. */
 function RegisteredVersion() {
   const it = registered.value;
   if (!it) return null;
-  return html`<div class="registered" role="status" data-testid="registered"><p><b>Version ${it.made.version} is made, and not yet used.</b> ${it.made.sentence}</p>
-    ${it.apart && html`<p class="reason">It puts the field ${mm(it.apart.rms_mm)} mm from where the active version does, ${mm(it.apart.max_mm)} mm at most.</p>`}
-    <div class="line wrap"><button type="button" data-testid="use-registered" onClick=${() => void useRegistered()}>Activate version ${it.made.version}</button>
-      <a data-testid="look-at-registered" href=${`#/${it.made.snapshot}/compare`}>Look at it on its picture</a>
-      <a data-testid="compare-registered" href=${addressOf({ name: "versions", argument: it.camera })}>Compare it with the others</a>
-      <button type="button" data-testid="close-registered" onClick=${closeRegistered}>Leave it</button></div></div>`;
+  return html`<div class="registered" role="status" data-testid="registered">
+    <p>
+      <b>Version ${it.made.version} is made, and not yet used.</b> ${it.made.sentence}
+    </p>
+    ${it.apart && html`<p class="reason">
+      It puts the field ${mm(it.apart.rms_mm)} mm from where the active version does, ${mm(it.apart.max_mm)}${" "}
+      mm at most.
+    </p>`}
+    <div class="line wrap">
+      <button type="button" data-testid="use-registered" onClick=${() => void useRegistered()}>
+        Activate version ${it.made.version}
+      </button>
+      <a data-testid="look-at-registered" href=${`#/${it.made.snapshot}/compare`}>
+        Look at it on its picture
+      </a>
+      <a data-testid="compare-registered" href=${addressOf({ name: "versions", argument: it.camera })}>
+        Compare it with the others
+      </a>
+      <button type="button" data-testid="close-registered" onClick=${closeRegistered}>
+        Leave it
+      </button>
+    </div>
+  </div>`;
 }
 
 /** On the card of a camera among others. @param {{ id: string }} props */
 export function DriftWords({ id }) {
-  const now = statuses.value[id], it = now?.state === "live" ? now.drift : null;
+  const now = statuses.value[id],
+    it = now?.state === "live" ? now.drift : null;
   if (!it) return null;
-  return it.alarm ? html`<div class="warning-line" role="alert" data-testid=${`drift-${id}`} data-state=${it.state}><b>${it.sentence}</b> <a href=${`#/live/${encodeURIComponent(id)}`}>See what to do</a></div>`
-    : html`<small data-testid=${`drift-${id}`} data-state=${it.state}>${it.sentence}</small>`;
+  return it.alarm
+    ? html`<div class="warning-line" role="alert" data-testid=${`drift-${id}`} data-state=${it.state}>
+      <b>${it.sentence}</b> <a href=${`#/live/${encodeURIComponent(id)}`}>See what to do</a>
+    </div>`
+    : html`<small data-testid=${`drift-${id}`} data-state=${it.state}>
+      ${it.sentence}
+    </small>`;
 }

@@ -9,27 +9,48 @@ import { help } from "../../../core/state.js";
 import { TourButton } from "./tour.js";
 
 export function Help() {
-  useEffect(() => { if (help.value === "manual" && isUnread()) void openManual(CONTENTS); }, [help.value]);
+  useEffect(() => {
+    if (help.value === "manual" && isUnread()) void openManual(CONTENTS);
+  }, [help.value]);
   return html`<section class="help" aria-label="Help" data-testid="help-panel">
-    <div class="line help-head"><div class="tabs" role="tablist" aria-label="Help"><${Tab} id="manual" label="Manual"/><${Tab} id="keys" label="Keys"/></div>
-      <button type="button" class="close" data-testid="close-help" onClick=${() => run("escape")}>Close</button></div>
-    ${help.value === "keys" ? html`<${Keys}/>` : html`<${Manual}/>`}</section>`;
+    <div class="line help-head">
+      <div class="tabs" role="tablist" aria-label="Help">
+        <${Tab} id="manual" label="Manual" />
+        <${Tab} id="keys" label="Keys" />
+      </div>
+      <button type="button" class="close" data-testid="close-help" onClick=${() => run("escape")}>
+        Close
+      </button>
+    </div>
+    ${help.value === "keys" ? html`<${Keys} />` : html`<${Manual} />`}
+  </section>`;
 }
 
 /** @param {{ id: "manual" | "keys", label: string }} props */
-const Tab = ({ id, label }) => html`<button type="button" role="tab" aria-selected=${help.value === id} onClick=${() => { help.value = id; }}>${label}</button>`;
+const Tab = ({ id, label }) => html`<button
+  type="button"
+  role="tab"
+  aria-selected=${help.value === id}
+  onClick=${() => {
+    help.value = id;
+  }}
+>
+  ${label}
+</button>`;
 
 function Manual() {
   const article = useRef(/** @type {HTMLElement | null} */ (null));
   const { name, text, heading, asked } = manualPage.value;
   useEffect(() => {
-    const all = [...article.current?.querySelectorAll("h1, h2, h3, h4") ?? []];
+    const all = [...(article.current?.querySelectorAll("h1, h2, h3, h4") ?? [])];
     for (const it of all) it.id = `manual-${slug(it.textContent ?? "")}`;
-    const at = /** @type {HTMLElement | undefined} */ (all.find((it) => it.id === `manual-${heading}`) ?? all[0]);
+    const at = /** @type {HTMLElement | undefined} */ (
+      all.find((it) => it.id === `manual-${heading}`) ?? all[0]
+    );
     if (!at) return;
     at.tabIndex = -1; // so that reading goes on there
     if (heading || asked > 1) at.focus({ preventScroll: true });
-    (heading ? at : at.closest("aside") ?? at).scrollIntoView({ block: "start" });
+    (heading ? at : (at.closest("aside") ?? at)).scrollIntoView({ block: "start" });
     if (!heading) at.closest("aside")?.scrollTo(0, 0);
   }, [text, heading, asked]);
   /** @param {MouseEvent} e */
@@ -40,15 +61,51 @@ function Manual() {
     void openManual(link);
   };
   return html`<div class="manual" data-testid="manual" data-page=${name}>
-    ${name !== CONTENTS ? html`<button type="button" onClick=${() => void openManual(CONTENTS)}>← Show all pages</button>` : html`<${TourButton}/>`}
-    <article ref=${article} onClick=${follow} dangerouslySetInnerHTML=${{ __html: marked.parse(text, { async: false }) }}/></div>`;
+    ${name !== CONTENTS
+      ? html`<button type="button" onClick=${() => void openManual(CONTENTS)}>
+        ← Show all pages
+      </button>`
+      : html`<${TourButton} />`}
+    <article
+      ref=${article}
+      onClick=${follow}
+      dangerouslySetInnerHTML=${{ __html: marked.parse(text, { async: false }) }}
+    />
+  </div>`;
 }
 
 function Keys() {
   const listed = [...ACTIONS.values()].filter((a) => a.keys?.length && a.group);
-  return html`<div class="keys" data-testid="keys">${[...new Set(listed.map((a) => a.group))].map((group) => html`<h3 key=${group}>${group}</h3>
-    <dl>${listed.filter((a) => a.group === group).map((a) => html`<div key=${a.id}><dt>${a.label}</dt>
-      <dd>${(a.keys ?? []).slice(0, a.id === "nudge" ? 4 : 2).map((key) => html`<kbd key=${key}>${keyLabel(key)}</kbd> `)}</dd></div>`)}</dl>`)}
-    <h3>Mouse and fingers</h3><dl>${[["Add a point", "click, tap"], ["Move a point", "drag; the loupe shows raw pixels"], ["Place a point freely", "hold Alt, or switch Snap off"], ["Choose a line", "click it where the fit draws it"], ["Select several", "Shift drag, Ctrl click"],
-      ["Zoom", "wheel, two fingers"], ["Pan", "Space drag, middle button, two fingers"]].map(([what, how]) => html`<div key=${what}><dt>${what}</dt><dd>${how}</dd></div>`)}</dl></div>`;
+  return html`<div class="keys" data-testid="keys">
+    ${[...new Set(listed.map((a) => a.group))].map((group) => html`
+      <h3 key=${group}>${group}</h3>
+      <dl>
+        ${listed
+          .filter((a) => a.group === group)
+          .map((a) => html`<div key=${a.id}>
+            <dt>${a.label}</dt>
+            <dd>
+              ${(a.keys ?? []).slice(0, a.id === "nudge" ? 4 : 2).map((key) => html`
+                <kbd key=${key}>${keyLabel(key)}</kbd>${" "}
+              `)}
+            </dd>
+          </div>`)}
+      </dl>
+    `)}
+    <h3>Mouse and fingers</h3>
+    <dl>
+      ${[
+        ["Add a point", "click, tap"],
+        ["Move a point", "drag; the loupe shows raw pixels"],
+        ["Place a point freely", "hold Alt, or switch Snap off"],
+        ["Choose a line", "click it where the fit draws it"],
+        ["Select several", "Shift drag, Ctrl click"],
+        ["Zoom", "wheel, two fingers"],
+        ["Pan", "Space drag, middle button, two fingers"],
+      ].map(([what, how]) => html`<div key=${what}>
+        <dt>${what}</dt>
+        <dd>${how}</dd>
+      </div>`)}
+    </dl>
+  </div>`;
 }

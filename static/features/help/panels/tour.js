@@ -7,57 +7,115 @@ import { help } from "../../../core/state.js";
 import { STOPS, go, leaveTour, stop, takeTour, tour } from "../tour.js";
 import { steps } from "../../shell/steps.js";
 
-const LOOK_MS = 250, ROUND_PX = 4, NARROW_PX = 720; // up to there the card lies over the lower part of the page
+const LOOK_MS = 250,
+  ROUND_PX = 4,
+  NARROW_PX = 720; // up to there the card lies over the lower part of the page
 
 export function Tour() {
-  const { on, at } = tour.value, it = stop.value, place = steps.value.find((s) => s.id === it.step);
+  const { on, at } = tour.value,
+    it = stop.value,
+    place = steps.value.find((s) => s.id === it.step);
   useEffect(() => {
     if (!on) return;
     run(`step-${it.step}`); // as far as it is open
-    const soon = setTimeout(() => find(it.at)?.scrollIntoView({ block: innerWidth <= NARROW_PX ? "start" : "nearest" }), LOOK_MS);
+    const soon = setTimeout(
+      () => find(it.at)?.scrollIntoView({ block: innerWidth <= NARROW_PX ? "start" : "nearest" }),
+      LOOK_MS,
+    );
     return () => clearTimeout(soon);
   }, [on, at, place?.open]);
   if (!on) return null;
   const last = at === STOPS.length - 1;
-  return html`<section class="tour" aria-label="Tour" data-testid="tour" data-stop=${it.id}>
-    <progress max=${STOPS.length} value=${at + 1} aria-label=${`Stop ${at + 1} of ${STOPS.length}`}></progress>
-    <div aria-live="polite"><h2>${at + 1}. ${it.title}</h2><p>${it.text}</p></div>
-    <dl data-testid="tour-numbers">${it.numbers().map(([what, value]) => html`<div key=${what}><dt>${what}</dt><dd>${value}</dd></div>`)}</dl>
-    ${place && !place.open ? html`<p class="waits" data-testid="tour-waits">Not open yet: ${place.sentence}</p>` : !it.done() && place && html`<p class="waits" data-testid="tour-waits">${place.sentence}</p>`}
-    <div class="line"><button type="button" data-testid="tour-back" disabled=${at === 0} onClick=${() => go(-1)}>Back</button>
-      <button type="button" class="ahead" data-testid="tour-ahead" onClick=${() => go(1)}>${last ? "Finish" : "Go on"}</button>
-      <button type="button" data-testid="tour-more" onClick=${() => void openManual(it.more)}>More…</button>
-      <button type="button" class="later" data-testid="tour-leave" onClick=${leaveTour}>Leave</button></div></section>
-    <${Ring}/>`;
+  return html`
+    <section class="tour" aria-label="Tour" data-testid="tour" data-stop=${it.id}>
+      <progress max=${STOPS.length} value=${at + 1} aria-label=${`Stop ${at + 1} of ${STOPS.length}`}></progress>
+      <div aria-live="polite">
+        <h2>
+          ${at + 1}. ${it.title}
+        </h2>
+        <p>${it.text}</p>
+      </div>
+      <dl data-testid="tour-numbers">
+        ${it.numbers().map(([what, value]) => html`<div key=${what}>
+          <dt>${what}</dt>
+          <dd>${value}</dd>
+        </div>`)}
+      </dl>
+      ${place && !place.open
+        ? html`<p class="waits" data-testid="tour-waits">
+          Not open yet: ${place.sentence}
+        </p>`
+        : (
+        !it.done() &&
+        place && html`<p class="waits" data-testid="tour-waits">
+          ${place.sentence}
+        </p>`
+      )}
+      <div class="line">
+        <button type="button" data-testid="tour-back" disabled=${at === 0} onClick=${() => go(-1)}>
+          Back
+        </button>
+        <button type="button" class="ahead" data-testid="tour-ahead" onClick=${() => go(1)}>
+          ${last ? "Finish" : "Go on"}
+        </button>
+        <button type="button" data-testid="tour-more" onClick=${() => void openManual(it.more)}>
+          More…
+        </button>
+        <button type="button" class="later" data-testid="tour-leave" onClick=${leaveTour}>
+          Leave
+        </button>
+      </div>
+    </section>
+    <${Ring} />
+  `;
 }
 
 /** The first of them that is in the page and has a size. @param {string} selector */
-const find = (selector) => [...document.querySelectorAll(selector)].find((e) => e.getBoundingClientRect().width > 0);
+const find = (selector) =>
+  [...document.querySelectorAll(selector)].find((e) => e.getBoundingClientRect().width > 0);
 
 /** Around the panel that is spoken of, wherever it goes. */
 function Ring() {
   const [box, setBox] = useState(/** @type {number[] | null} */ (null));
-  const { at } = stop.value, hidden = help.value !== "";
+  const { at } = stop.value,
+    hidden = help.value !== "";
   useEffect(() => {
     const look = () => {
-      const r = find(at)?.getBoundingClientRect(), frame = find(at)?.closest("aside, .middle, header")?.getBoundingClientRect();
-      const [top, bottom] = r && frame ? [Math.max(r.top, frame.top), Math.min(r.bottom, frame.bottom, innerHeight)] : [0, 0];
-      const next = r && bottom > top ? [r.left - ROUND_PX, top - ROUND_PX, r.width + 2 * ROUND_PX, bottom - top + 2 * ROUND_PX].map(Math.round) : null;
+      const r = find(at)?.getBoundingClientRect(),
+        frame = find(at)?.closest("aside, .middle, header")?.getBoundingClientRect();
+      const [top, bottom] =
+        r && frame ? [Math.max(r.top, frame.top), Math.min(r.bottom, frame.bottom, innerHeight)] : [0, 0];
+      const next =
+        r && bottom > top
+          ? [r.left - ROUND_PX, top - ROUND_PX, r.width + 2 * ROUND_PX, bottom - top + 2 * ROUND_PX].map(
+              Math.round,
+            )
+          : null;
       setBox((before) => (String(before) === String(next) ? before : next));
     };
     look();
     const timer = setInterval(look, LOOK_MS);
     addEventListener("scroll", look, { capture: true, passive: true });
-    return () => { clearInterval(timer); removeEventListener("scroll", look, { capture: true }); };
+    return () => {
+      clearInterval(timer);
+      removeEventListener("scroll", look, { capture: true });
+    };
   }, [at, hidden]);
   if (!box) return null;
   const [left, top, width, height] = box;
-  return html`<div class="tour-ring" data-testid="tour-ring" aria-hidden="true" style=${`left:${left}px;top:${top}px;width:${width}px;height:${height}px`}></div>`;
+  return html`<div
+    class="tour-ring"
+    data-testid="tour-ring"
+    aria-hidden="true"
+    style=${`left:${left}px;top:${top}px;width:${width}px;height:${height}px`}
+  ></div>`;
 }
 
 /** Begins it, or goes on with it. */
 export function TourButton() {
   const { on, at } = tour.value;
   if (on) return null;
-  return html`<button type="button" data-testid="take-tour" title=${ACTIONS.get("tour")?.label} onClick=${takeTour}>${at ? `Go on with the tour (${at + 1} of ${STOPS.length})` : "Take the tour…"}</button>`;
+  return html`<button type="button" data-testid="take-tour" title=${ACTIONS.get("tour")?.label} onClick=${takeTour}>
+    ${at ? `Go on with the tour (${at + 1} of ${STOPS.length})` : "Take the tour…"}
+  </button>`;
 }

@@ -5,14 +5,48 @@ import { html } from "../../../core/html.js";
 import { atStraight, cameras } from "../../../core/state.js";
 
 /** @type {[string, string][]} */
-const KINDS = [["board", "A board"], ["straight", "Straight edges"]];
+const KINDS = [
+  ["board", "A board"],
+  ["straight", "Straight edges"],
+];
 
-export const LensTabs = () => html`<div class="tabs desks" role="tablist" aria-label="Know the lens by">${KINDS.map(([id, label]) => html`<button key=${id} type="button" role="tab"
-  data-testid=${`desk-${id}`} aria-selected=${String((id === "straight") === atStraight.value)} onClick=${() => run(id)}>${label}</button>`)}</div>`;
+export const LensTabs = () => html`<div class="tabs desks" role="tablist" aria-label="Know the lens by">
+  ${KINDS.map(([id, label]) => html`<button
+    key=${id}
+    type="button"
+    role="tab"
+    data-testid=${`desk-${id}`}
+    aria-selected=${String((id === "straight") === atStraight.value)}
+    onClick=${() => run(id)}
+  >
+    ${label}
+  </button>`)}
+</div>`;
 
-/** The list of pictures, and the ways to add one. @param {{ of: string, name: string, add: string, count: number, busy: boolean, take: (camera: string) => unknown, clear: () => void, children: any }} props */
-export const Pictures = ({ of, name, add, count, busy, take, clear, children }) => html`<section aria-label=${`Pictures of ${of}`}><h2>${plural(count, "picture")} of ${of}</h2>
-  <ul class="views" data-testid="views">${children}</ul>
-  <button type="button" class="drop" data-testid=${add} onClick=${() => run(add)}><b>${ACTIONS.get(add)?.label}</b><small>many at once; or drop them here. PNG, JPEG, BMP or WebP.</small></button>
-  <div class="line">${cameras.value.map(({ id, name: camera }) => html`<button key=${id} type="button" data-testid=${`${name}-camera-${id}`} onClick=${() => void take(id)}>Take one with ${camera}</button>`)}
-    ${count > 0 && html`<button type="button" disabled=${busy} onClick=${clear}>Remove all pictures</button>`}</div></section>`;
+/**
+ * The list of pictures, and the ways to add one.
+ * @param {{ of: string, name: string, add: string, count: number, busy: boolean, take: (camera: string) => unknown,
+ * clear: () => void, children: any }} props
+ */
+export const Pictures = ({ of, name, add, count, busy, take, clear, children }) => 
+  html`<section aria-label=${`Pictures of ${of}`}>
+    <h2>
+      ${plural(count, "picture")} of ${of}
+    </h2>
+    <ul class="views" data-testid="views">
+      ${children}
+    </ul>
+    <button type="button" class="drop" data-testid=${add} onClick=${() => run(add)}>
+      <b>${ACTIONS.get(add)?.label}</b>
+      <small>many at once; or drop them here. PNG, JPEG, BMP or WebP.</small>
+    </button>
+    <div class="line">
+      ${cameras.value.map(({ id, name: camera }) => 
+        html`<button key=${id} type="button" data-testid=${`${name}-camera-${id}`} onClick=${() => void take(id)}>
+          Take one with ${camera}
+        </button>`)}
+      ${count > 0 && html`<button type="button" disabled=${busy} onClick=${clear}>
+        Remove all pictures
+      </button>`}
+    </div>
+  </section>`;

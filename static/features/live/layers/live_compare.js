@@ -1,28 +1,51 @@
-// A camera's raw and corrected picture on one stage, of the very same frame: wiped, blinking or side by side, under one view.
+// A camera's raw and corrected picture on one stage, of the very same frame: wiped, blinking or side by side, under one
+// view.
 import { useEffect, useRef } from "preact/hooks";
 import { number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
-import { OnCorrected, OnRaw, Wipe, correctedClip, correctedPlace, rawClip } from "../../../canvas/layers/compare.js";
+import {
+  OnCorrected,
+  OnRaw,
+  Wipe,
+  correctedClip,
+  correctedPlace,
+  rawClip,
+} from "../../../canvas/layers/compare.js";
 import { listen } from "../../../canvas/tools/pointer.js";
 import {
-  comparedVersion, correctedPlacement, fieldUnderPointer, mode, paneUnder, pointedAt, visiblePicture,
+  comparedVersion,
+  correctedPlacement,
+  fieldUnderPointer,
+  mode,
+  paneUnder,
+  pointedAt,
+  visiblePicture,
 } from "../../compare/comparison.js";
 import { STATES, statuses, streamAddress } from "../camera_status.js";
 import { liveMargin, livePointer, liveView } from "../live_compare.js";
 import { useLiveStream } from "./live_stream.js";
 
-const WIDTH = 1600, WIDE = 2880, ENLARGED = 1.6; // px of both halves together; the wider one where more is seen than that gives
+const WIDTH = 1600,
+  WIDE = 2880,
+  ENLARGED = 1.6; // px of both halves together; the wider one where more is seen than that gives
 const NOTHING = { down: () => {}, move: () => {}, up: () => {}, cancel: () => {} };
 
 /** @param {{ id: string, name: string, children: any }} props children: the words beside what is drawn */
 export function LiveCompare({ id, name, children }) {
-  const stage = useRef(/** @type {HTMLElement | null} */ (null)), raw = useRef(/** @type {HTMLElement | null} */ (null)), corrected = useRef(/** @type {HTMLElement | null} */ (null));
-  const it = comparedVersion.value, { k, tx, ty } = liveView.view.value, [width, height] = it?.image_size ?? [4, 3];
+  const stage = useRef(/** @type {HTMLElement | null} */ (null)),
+    raw = useRef(/** @type {HTMLElement | null} */ (null)),
+    corrected = useRef(/** @type {HTMLElement | null} */ (null));
+  const it = comparedVersion.value,
+    { k, tx, ty } = liveView.view.value,
+    [width, height] = it?.image_size ?? [4, 3];
   const isNear = k * devicePixelRatio * width > (ENLARGED * WIDTH) / 2;
   const { head, problem } = useLiveStream([raw, corrected], streamAddress(id, "side", isNear ? WIDE : WIDTH));
-  const around = head?.halves?.margin_px ?? 0, isSide = mode.value === "side";
+  const around = head?.halves?.margin_px ?? 0,
+    isSide = mode.value === "side";
 
-  useEffect(() => { if (around) liveMargin.value = around; }, [around]);
+  useEffect(() => {
+    if (around) liveMargin.value = around;
+  }, [around]);
   useEffect(() => {
     const element = /** @type {HTMLElement} */ (stage.current);
     const watch = new ResizeObserver(([entry]) => {
@@ -30,33 +53,108 @@ export function LiveCompare({ id, name, children }) {
       if (liveView.view.value.fitted) liveView.fit({ width, height });
     });
     watch.observe(element);
-    const off = listen(element, { pick: NOTHING, isPicking: () => false, ...liveView, point: (at) => { livePointer.value = at; } });
-    return () => { watch.disconnect(); off(); livePointer.value = null; };
+    const off = listen(element, {
+      pick: NOTHING,
+      isPicking: () => false,
+      ...liveView,
+      point: (at) => {
+        livePointer.value = at;
+      },
+    });
+    return () => {
+      watch.disconnect();
+      off();
+      livePointer.value = null;
+    };
   }, [width, height]);
 
   /** Which of two pictures the pointer is over. @param {PointerEvent} e */
   const inPane = (e) => {
-    const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect(), { columns, rows } = liveView.panes.value, { width: w, height: h } = liveView.size.value;
-    paneUnder.value = (columns > 1 && e.clientX - left >= w / 2) || (rows > 1 && e.clientY - top >= h / 2) ? 1 : 0;
+    const { left, top } = /** @type {Element} */ (e.currentTarget).getBoundingClientRect(),
+      { columns, rows } = liveView.panes.value,
+      { width: w, height: h } = liveView.size.value;
+    paneUnder.value =
+      (columns > 1 && e.clientX - left >= w / 2) || (rows > 1 && e.clientY - top >= h / 2) ? 1 : 0;
   };
-  const status = statuses.value[id], state = status?.state ?? "connecting", at = correctedPlace.value;
-  const size = it?.corrected_size.map((side) => side + 2 * liveMargin.value) ?? [4, 3], wrong = problem ?? (status?.problem && { detail: status.problem.what, fix: status.problem.fix });
+  const status = statuses.value[id],
+    state = status?.state ?? "connecting",
+    at = correctedPlace.value;
+  const size = it?.corrected_size.map((side) => side + 2 * liveMargin.value) ?? [4, 3],
+    wrong = problem ?? (status?.problem && { detail: status.problem.what, fix: status.problem.fix });
   const isLive = state === "live" || state === "mismatch";
-  return html`<div class="live-compare"><div class=${`live compared${isLive ? "" : " not-live"}`} ref=${stage} tabindex="0" data-testid=${`live-${id}`} data-state=${state} data-seq=${head?.seq ?? 0} data-compared=${it && correctedPlacement.value ? visiblePicture.value : ""}
-      role="group" aria-label=${`${name}, ${STATES[state].toLowerCase()}, raw and corrected. Arrow keys pan, plus and minus zoom.`} style=${`aspect-ratio:${(isSide ? 2 : 1) * width}/${height}`}
-      onPointerMoveCapture=${inPane} onPointerDownCapture=${inPane}>
-    <div class="half" style=${rawClip.value}><div class="sheet" ref=${raw} data-testid="live-raw" style=${`width:${width}px;height:${height}px;transform:translate(${tx}px,${ty}px) scale(${k})`}></div><${OnRaw}/></div>
-    <div class="half" style=${it && at ? correctedClip.value : "visibility:hidden"}><div class="sheet" ref=${corrected} data-testid="live-corrected"
-      style=${at ? `width:${size[0]}px;height:${size[1]}px;transform:translate(${at.x}px,${at.y}px) scale(${at.k})` : ""}></div><${OnCorrected}/></div>
-    <${Wipe}/>
-    <span class="badge" data-is=${state} data-testid=${`state-${id}`}>${STATES[state]}${state === "live" && status ? html` <small>${number(status.fps, status.fps < 10 ? 1 : 0)} fps</small>` : ""}</span>
-    ${wrong && state !== "mismatch" && html`<p class="wrong" role="status"><b>${wrong.detail}</b> ${wrong.fix}</p>`}</div>
-    <${LiveReadOut}/><div class="live-legends">${children}</div></div>`;
+  return html`<div class="live-compare">
+    <div
+      class=${`live compared${isLive ? "" : " not-live"}`}
+      ref=${stage}
+      tabindex="0"
+      data-testid=${`live-${id}`}
+      data-state=${state}
+      data-seq=${head?.seq ?? 0}
+      data-compared=${it && correctedPlacement.value ? visiblePicture.value : ""}
+      role="group"
+      aria-label=${`${name}, ${STATES[state].toLowerCase()}, raw and corrected. Arrow keys pan, plus and minus zoom.`}
+      style=${`aspect-ratio:${(isSide ? 2 : 1) * width}/${height}`}
+      onPointerMoveCapture=${inPane}
+      onPointerDownCapture=${inPane}
+    >
+      <div class="half" style=${rawClip.value}>
+        <div
+          class="sheet"
+          ref=${raw}
+          data-testid="live-raw"
+          style=${`width:${width}px;height:${height}px;transform:translate(${tx}px,${ty}px) scale(${k})`}
+        ></div>
+        <${OnRaw} />
+      </div>
+      <div class="half" style=${it && at ? correctedClip.value : "visibility:hidden"}>
+        <div
+          class="sheet"
+          ref=${corrected}
+          data-testid="live-corrected"
+          style=${
+            at
+              ? `width:${size[0]}px;height:${size[1]}px;transform:translate(${at.x}px,${at.y}px) scale(${at.k})`
+              : ""
+          }
+        ></div>
+        <${OnCorrected} />
+      </div>
+      <${Wipe} />
+      <span class="badge" data-is=${state} data-testid=${`state-${id}`}>
+        ${STATES[state]}
+        ${state === "live" && status
+          ? html`
+            ${" "}
+            <small>${number(status.fps, status.fps < 10 ? 1 : 0)} fps</small>
+          `
+          : (
+          ""
+        )}
+      </span>
+      ${wrong && state !== "mismatch" && html`<p class="wrong" role="status">
+        <b>${wrong.detail}</b> ${wrong.fix}
+      </p>`}
+    </div>
+    <${LiveReadOut} />
+    <div class="live-legends">${children}</div>
+  </div>`;
 }
 
 /** What is under the pointer. */
 function LiveReadOut() {
-  const on = pointedAt.value, spot = fieldUnderPointer.value;
-  return html`<p class="reason" data-testid="live-read-out">${on ? html`${on.from === "corrected" ? "Corrected pixel" : "Pixel"} <b>${number(on.point[0])}, ${number(on.point[1])}</b>, field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b>`
-    : "Zoom with the wheel or two fingers, drag to pan; both pictures go together."}</p>`;
+  const on = pointedAt.value,
+    spot = fieldUnderPointer.value;
+  return html`<p class="reason" data-testid="live-read-out">
+    ${on
+      ? html`
+        ${on.from === "corrected" ? "Corrected pixel" : "Pixel"}${" "}
+        <b>
+          ${number(on.point[0])}, ${number(on.point[1])}
+        </b>
+        , field <b>${spot ? `${number(spot[0], 0)}, ${number(spot[1], 0)} mm` : "out of reach"}</b>
+      `
+      : (
+      "Zoom with the wheel or two fingers, drag to pan; both pictures go together."
+    )}
+  </p>`;
 }

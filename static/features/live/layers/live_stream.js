@@ -3,7 +3,8 @@ import { useEffect, useRef, useState } from "preact/hooks";
 
 /** @typedef {import("../../../core/types").LiveHead} LiveHead @typedef {{ current: HTMLElement | null }} Place */
 
-/** The newest frame's head, and what the server says against the stream. One place gets a canvas with the whole picture;
+/**
+ * The newest frame's head, and what the server says against the stream. One place gets a canvas with the whole picture;
  * two get one each, for the two halves of a picture that stands side by side. address: "" none.
  * @param {Place[]} places @param {string} address */
 export function useLiveStream(places, address) {
@@ -12,19 +13,29 @@ export function useLiveStream(places, address) {
   const [problem, setProblem] = useState(/** @type {{ detail: string, fix: string } | null} */ (null));
   const [seen, setSeen] = useState(!document.hidden);
 
-  useEffect(() => { // the same canvases and one worker, for as long as this stands
-    const it = new Worker(new URL("../stream_worker.js", import.meta.url), { type: "module" }), canvases = places.map(() => document.createElement("canvas"));
-    canvases.forEach((canvas, i) => { canvas.setAttribute("aria-hidden", "true"); places[i].current?.prepend(canvas); });
+  useEffect(() => {
+    // the same canvases and one worker, for as long as this stands
+    const it = new Worker(new URL("../stream_worker.js", import.meta.url), { type: "module" }),
+      canvases = places.map(() => document.createElement("canvas"));
+    canvases.forEach((canvas, i) => {
+      canvas.setAttribute("aria-hidden", "true");
+      places[i].current?.prepend(canvas);
+    });
     const off = canvases.map((canvas) => canvas.transferControlToOffscreen());
     it.postMessage({ canvases: off }, off);
     it.addEventListener("message", ({ data }) => {
-      if (data.head) { setHead({ ...data.head, age_ms: data.age_ms }); setProblem(null); }
-      else if (data.problem) setProblem(data.problem);
+      if (data.head) {
+        setHead({ ...data.head, age_ms: data.age_ms });
+        setProblem(null);
+      } else if (data.problem) setProblem(data.problem);
     });
     worker.current = it;
     let near = true;
     const look = () => setSeen(near && !document.hidden);
-    const watch = new IntersectionObserver((entries) => { near = entries.some((entry) => entry.isIntersecting); look(); });
+    const watch = new IntersectionObserver((entries) => {
+      near = entries.some((entry) => entry.isIntersecting);
+      look();
+    });
     watch.observe(/** @type {Element} */ (places[0].current));
     document.addEventListener("visibilitychange", look);
     return () => {
@@ -35,6 +46,8 @@ export function useLiveStream(places, address) {
     };
   }, []);
   const wanted = seen ? address : "";
-  useEffect(() => { worker.current?.postMessage({ address: wanted }); }, [wanted]); // nothing is sent for nobody's eyes
+  useEffect(() => {
+    worker.current?.postMessage({ address: wanted });
+  }, [wanted]); // nothing is sent for nobody's eyes
   return { head, problem };
 }

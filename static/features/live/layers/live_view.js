@@ -8,22 +8,65 @@ import { useLiveStream } from "./live_stream.js";
 
 const OLD_MS = 1500; // a picture older than this is not called live
 
-/** width: of the stream, px. fps: at most; 0 all. @param {{ id: string, name: string, view?: "raw" | "corrected" | "side", width?: number, fps?: number, lines?: boolean, drawn?: (seq: number) => void }} props drawn: told which frame is shown */
+/**
+ * width: of the stream, px. fps: at most; 0 all.
+ * @param {{ id: string, name: string, view?: "raw" | "corrected" | "side", width?: number, fps?: number, lines?:
+ * boolean, drawn?: (seq: number) => void }} props drawn: told which frame is shown
+ */
 export function LiveView({ id, name, view = "raw", width = 480, fps = 0, lines = false, drawn }) {
   const frame = useRef(/** @type {HTMLElement | null} */ (null));
   const { head, problem } = useLiveStream([frame], streamAddress(id, view, width, fps));
 
-  useEffect(() => { if (head) drawn?.(head.seq); }, [head?.seq]);
+  useEffect(() => {
+    if (head) drawn?.(head.seq);
+  }, [head?.seq]);
 
-  const status = statuses.value[id], state = status?.state ?? "connecting";
+  const status = statuses.value[id],
+    state = status?.state ?? "connecting";
   const isOld = head !== null && (status?.frame_age_s ?? 0) * 1000 > OLD_MS;
   const wrong = problem ?? (status?.problem && { detail: status.problem.what, fix: status.problem.fix });
-  return html`<div class=${`live ${isOld || (state !== "live" && state !== "mismatch") ? "not-live" : ""}`} ref=${frame} data-testid=${`live-${id}`} data-state=${state} data-seq=${head?.seq ?? 0} data-age=${head ? Math.round(head.age_ms) : ""}
-      role="img" aria-label=${`${name}, ${STATES[state].toLowerCase()}`} style=${head ? `aspect-ratio:${head.width}/${head.height}` : ""}>
-    ${lines && head?.overlays && html`<svg viewBox=${`-0.5 -0.5 ${head.width} ${head.height}`} aria-hidden="true"><g class="field-lines">
-      ${head.overlays.field.map((line, i) => html`<path key=${i} class="casing" d=${path(line.points)}/>`)}
-      ${head.overlays.field.map((line, i) => html`<path key=${i} d=${path(line.points)} style=${line.kind === "border" ? `stroke:${colour(line.feature)}` : ""}/>`)}</g></svg>`}
-    <span class="badge" aria-hidden="true" data-is=${state} data-testid=${`state-${id}`}>${STATES[state]}${state === "live" && status ? html` <small>${number(status.fps, status.fps < 10 ? 1 : 0)} fps</small>` : ""}${isOld && status?.frame_age_s ? html` <small>picture ${number(status.frame_age_s, 0)} s old</small>` : ""}</span>
-    ${wrong && state !== "mismatch" && html`<p class="wrong" role="status"><b>${wrong.detail}</b> ${wrong.fix}</p>`}
+  return html`<div
+    class=${`live ${isOld || (state !== "live" && state !== "mismatch") ? "not-live" : ""}`}
+    ref=${frame}
+    data-testid=${`live-${id}`}
+    data-state=${state}
+    data-seq=${head?.seq ?? 0}
+    data-age=${head ? Math.round(head.age_ms) : ""}
+    role="img"
+    aria-label=${`${name}, ${STATES[state].toLowerCase()}`}
+    style=${head ? `aspect-ratio:${head.width}/${head.height}` : ""}
+  >
+    ${lines && head?.overlays && html`<svg viewBox=${`-0.5 -0.5 ${head.width} ${head.height}`} aria-hidden="true">
+      <g class="field-lines">
+        ${head.overlays.field.map((line, i) => html`<path key=${i} class="casing" d=${path(line.points)} />`)}
+        ${head.overlays.field.map((line, i) => html`<path
+          key=${i}
+          d=${path(line.points)}
+          style=${line.kind === "border" ? `stroke:${colour(line.feature)}` : ""}
+        />`)}
+      </g>
+    </svg>`}
+    <span class="badge" aria-hidden="true" data-is=${state} data-testid=${`state-${id}`}>
+      ${STATES[state]}
+      ${state === "live" && status
+        ? html`
+          ${" "}
+          <small>${number(status.fps, status.fps < 10 ? 1 : 0)} fps</small>
+        `
+        : (
+        ""
+      )}
+      ${isOld && status?.frame_age_s
+        ? html`
+          ${" "}
+          <small>picture ${number(status.frame_age_s, 0)} s old</small>
+        `
+        : (
+        ""
+      )}
+    </span>
+    ${wrong && state !== "mismatch" && html`<p class="wrong" role="status">
+      <b>${wrong.detail}</b> ${wrong.fix}
+    </p>`}
   </div>`;
 }

@@ -9,15 +9,39 @@ import { openForm, openLive } from "../camera_page.js";
 import { followCameras } from "../camera_status.js";
 import { LiveView } from "../layers/live_view.js";
 
-const CARD_PX = 480, CARD_FPS = 8; // enough to see what goes on; the desk shows every frame
+const CARD_PX = 480,
+  CARD_FPS = 8; // enough to see what goes on; the desk shows every frame
 
 export function Cameras() {
   const ids = cameras.value.map((c) => c.id).join(" ");
   useEffect(() => (ids ? followCameras(ids.split(" ")) : undefined), [ids]);
-  return html`<section aria-label="Cameras"><${Title} of="cameras">${cameras.value.length ? "Take a picture with a camera" : "Cameras"}<//>
-    <ul class="cards cameras">${cameras.value.map(({ id, name, field }) => html`<li key=${id} class="card">
-      <button type="button" class="looked" data-testid=${`look-at-${id}`} onClick=${() => openLive(id)}><span class="sr">Look at </span><${LiveView} id=${id} name=${name} width=${CARD_PX} fps=${CARD_FPS}/></button>
-      <b>${name}</b><small>${fields.value.find((f) => f.name === field)?.title ?? field ?? "no field said"}</small><${DriftWords} id=${id}/>
-      <button type="button" data-testid=${`camera-${id}`} aria-label=${`Take a picture with ${name}`} disabled=${busy.value !== ""} onClick=${() => void takePicture(id)}>Take a picture</button></li>`)}
-      <li><button type="button" class="card add" data-testid="add-camera" onClick=${() => void openForm(null)}><b>Add a camera…</b><small>network, USB, industrial, a video, or a simulated one</small></button></li></ul></section>`;
+  return html`<section aria-label="Cameras">
+    <${Title} of="cameras">${cameras.value.length ? "Take a picture with a camera" : "Cameras"}<//>
+    <ul class="cards cameras">
+      ${cameras.value.map(({ id, name, field }) => html`<li key=${id} class="card">
+        <button type="button" class="looked" data-testid=${`look-at-${id}`} onClick=${() => openLive(id)}>
+          <span class="sr">Look at </span>
+          <${LiveView} id=${id} name=${name} width=${CARD_PX} fps=${CARD_FPS} />
+        </button>
+        <b>${name}</b>
+        <small>${fields.value.find((f) => f.name === field)?.title ?? field ?? "no field said"}</small>
+        <${DriftWords} id=${id} />
+        <button
+          type="button"
+          data-testid=${`camera-${id}`}
+          aria-label=${`Take a picture with ${name}`}
+          disabled=${busy.value !== ""}
+          onClick=${() => void takePicture(id)}
+        >
+          Take a picture
+        </button>
+      </li>`)}
+      <li>
+        <button type="button" class="card add" data-testid="add-camera" onClick=${() => void openForm(null)}>
+          <b>Add a camera…</b>
+          <small>network, USB, industrial, a video, or a simulated one</small>
+        </button>
+      </li>
+    </ul>
+  </section>`;
 }

@@ -7,13 +7,29 @@ import { cameras } from "../../../core/state.js";
 import { Title } from "../../../ui/title.js";
 import { Typed } from "../../../ui/typed.js";
 import {
-  changing, contradictions, followNetwork, publishing, receivedGeometry, saveReceived, setPublishing, unfolded,
+  changing,
+  contradictions,
+  followNetwork,
+  publishing,
+  receivedGeometry,
+  saveReceived,
+  setPublishing,
+  unfolded,
 } from "../network.js";
 
 /** @typedef {import("../types").Publishing} Publishing @typedef {import("../types").PublishedCamera} PublishedCamera */
-/** @typedef {import("../types").GeometrySender} GeometrySender @typedef {import("../types").ReceivedCamera} ReceivedCamera */
+/**
+ * @typedef {import("../types").GeometrySender} GeometrySender
+ * @typedef {import("../types").ReceivedCamera} ReceivedCamera
+ */
 
-const STATES = { off: "Off the air", starting: "Starting", "on-air": "On the air", silent: "Nothing to send", failing: "Cannot send" };
+const STATES = {
+  off: "Off the air",
+  starting: "Starting",
+  "on-air": "On the air",
+  silent: "Nothing to send",
+  failing: "Cannot send",
+};
 /** For which of our cameras a heard one is to be kept, by sender and number. */
 const targets = signal(/** @type {Record<string, string>} */ ({}));
 
@@ -21,25 +37,72 @@ export function Network() {
   useEffect(followNetwork, []);
   const it = publishing.value;
   if (!it) return null;
-  return html`<section aria-label="Network"><${Title} of="network">Network<//>
-    <details class="network" data-testid="network" open=${unfolded.value} onToggle=${(/** @type {any} */ e) => { unfolded.value = e.target.open; }}>
-      <summary data-testid="network-state" data-state=${it.state}><b>${STATES[it.state]}</b> <small>${summary(it)}</small>
-        ${contradictions.value.length > 0 && html` <em class="approximate">two publishers</em>`}</summary>
-      ${contradictions.value.map(({ sender, camera }) => html`<div key=${`${sender.id}-${camera.camera_id}`} class="warning-line" role="alert" data-testid="contradiction">
-        <b>${sender.address} also publishes camera ${camera.camera_id}, which is ${camera.ours}, with another calibration.</b> Two publishers confuse every team: switch one of them off, or take theirs over.</div>`)}
-      ${it.problem && html`<div class="warning-line" role="alert" data-testid="network-problem"><b>${it.problem.what}</b> ${it.problem.fix} It is tried again every second.</div>`}
+  return html`<section aria-label="Network">
+    <${Title} of="network">Network<//>
+    <details
+      class="network"
+      data-testid="network"
+      open=${unfolded.value}
+      onToggle=${(/** @type {any} */ e) => {
+        unfolded.value = e.target.open;
+      }}
+    >
+      <summary data-testid="network-state" data-state=${it.state}>
+        <b>${STATES[it.state]}</b> <small>${summary(it)}</small>
+        ${contradictions.value.length > 0 && html`
+          ${" "}
+          <em class="approximate">two publishers</em>
+        `}
+      </summary>
+      ${contradictions.value.map(({ sender, camera }) => html`<div
+        key=${`${sender.id}-${camera.camera_id}`}
+        class="warning-line"
+        role="alert"
+        data-testid="contradiction"
+      >
+        <b>
+          ${sender.address} also publishes camera ${camera.camera_id}, which is ${camera.ours}, with another
+          calibration.
+        </b>${" "}
+        Two publishers confuse every team: switch one of them off, or take theirs over.
+      </div>`)}
+      ${it.problem && html`<div class="warning-line" role="alert" data-testid="network-problem">
+        <b>${it.problem.what}</b> ${it.problem.fix} It is tried again every second.
+      </div>`}
       <div class="line">
-        <button type="button" data-testid="publish" aria-pressed=${String(it.enabled)} disabled=${changing.value} onClick=${() => void setPublishing({ enabled: !it.enabled })}>${it.enabled ? "Stop publishing" : "Publish geometry"}</button>
-        <button type="button" data-testid="listen" aria-pressed=${String(it.absorb)} disabled=${changing.value} onClick=${() => void setPublishing({ absorb: !it.absorb })}>${it.absorb ? "Stop listening" : "Listen to others"}</button></div>
-      <${Way} it=${it}/><${Sent} it=${it}/><${Others} it=${it}/>
-    </details></section>`;
+        <button
+          type="button"
+          data-testid="publish"
+          aria-pressed=${String(it.enabled)}
+          disabled=${changing.value}
+          onClick=${() => void setPublishing({ enabled: !it.enabled })}
+        >
+          ${it.enabled ? "Stop publishing" : "Publish geometry"}
+        </button>
+        <button
+          type="button"
+          data-testid="listen"
+          aria-pressed=${String(it.absorb)}
+          disabled=${changing.value}
+          onClick=${() => void setPublishing({ absorb: !it.absorb })}
+        >
+          ${it.absorb ? "Stop listening" : "Listen to others"}
+        </button>
+      </div>
+      <${Way} it=${it} />
+      <${Sent} it=${it} />
+      <${Others} it=${it} />
+    </details>
+  </section>`;
 }
 
 /** @param {Publishing} it */
 function summary(it) {
-  if (it.state === "off") return `${it.absorb ? "Listening only. " : ""}Cameras are not published to the league's programs.`;
+  if (it.state === "off")
+    return `${it.absorb ? "Listening only. " : ""}Cameras are not published to the league's programs.`;
   const count = it.cameras.filter((c) => c.published).length;
-  return `${count} of ${it.cameras.length} cameras to ${it.group}, port ${it.port}, by ${it.interface || "the system's choice"}`;
+  return `${count} of ${it.cameras.length} cameras to ${it.group}, port ${it.port}, by ` +
+    `${it.interface || "the system's choice"}`;
 }
 
 /** Where packets go. @param {{ it: Publishing }} props */
@@ -47,64 +110,221 @@ function Way({ it }) {
   const known = it.interfaces.filter((i) => i.address !== null);
   const listed = it.interface === "" || known.some((i) => i.name === it.interface);
   return html`<div class="way">
-    <label>Interface<select data-testid="network-interface" value=${it.interface} onChange=${(/** @type {any} */ e) => void setPublishing({ interface: e.target.value })}>
-      <option value="">The system's choice</option>${known.map((i) => html`<option key=${i.name} value=${i.name}>${i.name}, ${i.address}</option>`)}
-      ${!listed && html`<option value=${it.interface}>${it.interface}</option>`}</select></label>
-    <${Entry} name="group" label="Group" value=${it.group} type="text"/><${Entry} name="port" label="Port" value=${it.port}/>
-    <${Entry} name="ttl" label="TTL" value=${it.ttl} title="0 this machine, 1 the local network, more passes routers"/>
-    <${Entry} name="interval_s" label="Every, s" value=${it.interval_s} step="any"/>
-    <${Entry} name="limit_mm" label="Limit, mm" value=${it.limit_mm} step="any" title="A camera that loses more is left out until you approve it"/></div>`;
+    <label>
+      Interface
+      <select
+        data-testid="network-interface"
+        value=${it.interface}
+        onChange=${(/** @type {any} */ e) => void setPublishing({ interface: e.target.value })}
+      >
+        <option value="">The system's choice</option>
+        ${known.map((i) => html`<option key=${i.name} value=${i.name}>
+          ${i.name}, ${i.address}
+        </option>`)}
+        ${!listed && html`<option value=${it.interface}>${it.interface}</option>`}
+      </select>
+    </label>
+    <${Entry} name="group" label="Group" value=${it.group} type="text" />
+    <${Entry} name="port" label="Port" value=${it.port} />
+    <${Entry}
+      name="ttl"
+      label="TTL"
+      value=${it.ttl}
+      title="0 this machine, 1 the local network, more passes routers"
+    />
+    <${Entry} name="interval_s" label="Every, s" value=${it.interval_s} step="any" />
+    <${Entry}
+      name="limit_mm"
+      label="Limit, mm"
+      value=${it.limit_mm}
+      step="any"
+      title="A camera that loses more is left out until you approve it"
+    />
+  </div>`;
 }
 
-/** @param {{ name: string, label: string, value: string | number, type?: string, step?: string, title?: string }} props */
+/**
+ * @param {{ name: string, label: string, value: string | number, type?: string, step?: string, title?: string }} props
+ */
 function Entry({ name, label, value, type = "number", step = "1", title = "" }) {
-  const take = (/** @type {string} */ text) => (text === "" ? undefined : setPublishing({ [name]: type === "number" ? Number(text) : text.trim() }));
-  return html`<label title=${title}>${label}<${Typed} type=${type} step=${step} data-testid=${`network-${name}`} value=${value} take=${take}/></label>`;
+  const take = (/** @type {string} */ text) =>
+    text === "" ? undefined : setPublishing({ [name]: type === "number" ? Number(text) : text.trim() });
+  return html`<label title=${title}>
+    ${label}
+    <${Typed} type=${type} step=${step} data-testid=${`network-${name}`} value=${value} take=${take} />
+  </label>`;
 }
 
 /** What is sent of each camera. @param {{ it: Publishing }} props */
 function Sent({ it }) {
-  if (!it.cameras.length) return html`<p class="reason">No camera has an active calibration: there is nothing to send yet.</p>`;
-  return html`<table class="sent"><caption>${it.enabled ? "What is sent" : "What would be sent"}, and what the league's one-term lens loses of it at worst</caption>
-    <thead><tr><th>camera</th><th>number</th><th>carpet, mm</th><th>hat, mm</th><th></th></tr></thead>
-    <tbody>${it.cameras.map((c) => html`<tr key=${c.camera} data-testid=${`sent-${c.camera}`} data-published=${String(c.published)}>
-      <th>${nameOf(c.camera)} <small>version ${c.version}, ${c.model}</small></th>
-      <td><${Typed} type="number" min="0" aria-label=${`Number of ${nameOf(c.camera)}`} data-testid=${`number-${c.camera}`} value=${c.camera_id}
-        take=${(/** @type {string} */ text) => setPublishing({ numbers: { [c.camera]: text === "" ? null : Number(text) } })}/></td>
-      <td class=${above(c.loss?.worst_mm, it)} title=${c.loss ? `worst at ${c.loss.worst_place.map((v) => number(v, 0)).join(", ")} mm` : ""}>${c.loss ? millimetres(c.loss.worst_mm) : "–"}</td>
-      <td class=${above(c.loss?.hat_worst_mm, it)} title=${c.loss && c.loss.hat_worst_mm === null ? "The model has no rays: what happens above the carpet is not known." : ""}>${c.loss ? (c.loss.hat_worst_mm === null ? "not known" : millimetres(c.loss.hat_worst_mm)) : "–"}</td>
-      <td>${c.published ? html`<span class="sent-mark">${it.enabled ? "sent" : "ready"}</span>` : html`<em class="approximate">left out</em>`}</td></tr>
-      ${c.problem && html`<tr key=${`${c.camera}-why`} class="why"><td colspan="5">${c.problem.what} ${c.problem.fix}
-        ${c.problem.reason === "loss-above-limit" && html` <button type="button" data-testid=${`approve-${c.camera}`} disabled=${changing.value} onClick=${() => void setPublishing({ approved: { [c.camera]: c.calibration } })}>Approve this loss</button>`}</td></tr>`}`)}</tbody></table>`;
+  if (!it.cameras.length)
+    return html`<p class="reason">No camera has an active calibration: there is nothing to send yet.</p>`;
+  return html`<table class="sent">
+    <caption>
+      ${it.enabled ? "What is sent" : "What would be sent"}, and what the league's one-term lens loses of it at
+      worst
+    </caption>
+    <thead>
+      <tr>
+        <th>camera</th>
+        <th>number</th>
+        <th>carpet, mm</th>
+        <th>hat, mm</th>
+        <th></th>
+      </tr>
+    </thead>
+    <tbody>
+      ${it.cameras.map((c) => html`
+        <tr key=${c.camera} data-testid=${`sent-${c.camera}`} data-published=${String(c.published)}>
+          <th>
+            ${nameOf(c.camera)}${" "}
+            <small>
+              version ${c.version}, ${c.model}
+            </small>
+          </th>
+          <td>
+            <${Typed}
+              type="number"
+              min="0"
+              aria-label=${`Number of ${nameOf(c.camera)}`}
+              data-testid=${`number-${c.camera}`}
+              value=${c.camera_id}
+              take=${(/** @type {string} */ text) =>
+                setPublishing({ numbers: { [c.camera]: text === "" ? null : Number(text) } })
+              }
+            />
+          </td>
+          <td
+            class=${above(c.loss?.worst_mm, it)}
+            title=${c.loss ? `worst at ${c.loss.worst_place.map((v) => number(v, 0)).join(", ")} mm` : ""}
+          >
+            ${c.loss ? millimetres(c.loss.worst_mm) : "–"}
+          </td>
+          <td
+            class=${above(c.loss?.hat_worst_mm, it)}
+            title=${
+              c.loss && c.loss.hat_worst_mm === null
+                ? "The model has no rays: what happens above the carpet is not known."
+                : ""
+            }
+          >
+            ${c.loss ? (c.loss.hat_worst_mm === null ? "not known" : millimetres(c.loss.hat_worst_mm)) : "–"}
+          </td>
+          <td>
+            ${c.published
+              ? html`<span class="sent-mark">${it.enabled ? "sent" : "ready"}</span>`
+              : html`<em class="approximate">left out</em>`}
+          </td>
+        </tr>
+        ${c.problem && html`<tr key=${`${c.camera}-why`} class="why">
+          <td colspan="5">
+            ${c.problem.what} ${c.problem.fix}
+            ${c.problem.reason === "loss-above-limit" && html`
+              ${" "}
+              <button
+                type="button"
+                data-testid=${`approve-${c.camera}`}
+                disabled=${changing.value}
+                onClick=${() => void setPublishing({ approved: { [c.camera]: c.calibration } })}
+              >
+                Approve this loss
+              </button>
+            `}
+          </td>
+        </tr>`}
+      `)}
+    </tbody>
+  </table>`;
 }
 
 /** Who else is there. @param {{ it: Publishing }} props */
 function Others({ it }) {
   const all = receivedGeometry.value;
-  if (!it.absorb || !all) return html`<p class="reason">${it.enabled ? "Nobody is listened to: whether somebody else publishes the same cameras is not known." : "Listen, to see who publishes geometry here and to take it over."}</p>`;
-  if (all.problem) return html`<div class="warning-line" role="alert"><b>${all.problem.what}</b> ${all.problem.fix}</div>`;
-  if (!all.items.length) return html`<p class="reason" data-testid="nobody">Nobody else was heard yet.</p>`;
-  return html`<ul class="plain others">${all.items.map((sender) => html`<li key=${sender.id} data-testid=${`heard-${sender.id}`}>
-    <b>${sender.address}</b> <small>port ${sender.port}, ${sender.source}, ${number(sender.age_s, 0)} s ago${sender.refused ? `, ${sender.refused} packets refused` : ""}</small>
-    <small class="where">${sender.field ? `${sender.field.known ? sender.field.title : "an unknown field"}, ${number(sender.field.length_mm, 0)} × ${number(sender.field.width_mm, 0)} mm` : sender.problem ? sender.problem.what : sender.refusal ?? "no geometry yet"}</small>
-    ${sender.cameras.map((camera) => html`<${Other} key=${camera.camera_id} sender=${sender} camera=${camera}/>`)}</li>`)}</ul>`;
+  if (!it.absorb || !all)
+    return html`<p class="reason">
+      ${it.enabled
+        ? "Nobody is listened to: whether somebody else publishes the same cameras is not known."
+        : "Listen, to see who publishes geometry here and to take it over."}
+    </p>`;
+  if (all.problem)
+    return html`<div class="warning-line" role="alert">
+      <b>${all.problem.what}</b> ${all.problem.fix}
+    </div>`;
+  if (!all.items.length)
+    return html`<p class="reason" data-testid="nobody">
+      Nobody else was heard yet.
+    </p>`;
+  return html`<ul class="plain others">
+    ${all.items.map((sender) => html`<li key=${sender.id} data-testid=${`heard-${sender.id}`}>
+      <b>${sender.address}</b>${" "}
+      <small>
+        port ${sender.port}, ${sender.source}, ${number(sender.age_s, 0)} s ago
+        ${sender.refused ? `, ${sender.refused} packets refused` : ""}
+      </small>
+      <small class="where">
+        ${sender.field
+          ? `${sender.field.known ? sender.field.title : "an unknown field"}, ${number(sender.field.length_mm, 0)} ` +
+            `× ${number(sender.field.width_mm, 0)} mm`
+          : sender.problem
+            ? sender.problem.what
+            : (sender.refusal ?? "no geometry yet")}
+      </small>
+      ${sender.cameras.map((camera) => 
+        html`<${Other} key=${camera.camera_id} sender=${sender} camera=${camera} />`)}
+    </li>`)}
+  </ul>`;
 }
 
 /** One camera of somebody else's. @param {{ sender: GeometrySender, camera: ReceivedCamera }} props */
 function Other({ sender, camera }) {
   const key = `${sender.id} ${camera.camera_id}`;
-  const target = targets.value[key] ?? camera.ours ?? cameras.value[camera.camera_id % Math.max(1, cameras.value.length)]?.id ?? "";
-  return html`<div class="line other"><span>Camera ${camera.camera_id} <small>${camera.problem ? camera.problem.what : `at ${(camera.position_mm ?? []).map((v) => number(v, 0)).join(", ")} mm`}</small></span>
-    ${!camera.problem && cameras.value.length > 0 && html`<select aria-label="Keep it for" value=${target} onChange=${(/** @type {any} */ e) => { targets.value = { ...targets.value, [key]: e.target.value }; }}>
-      ${cameras.value.map((c) => html`<option key=${c.id} value=${c.id}>${c.name}</option>`)}</select>
-      <button type="button" data-testid=${`take-over-${sender.id}-${camera.camera_id}`} onClick=${() => void saveReceived(sender, camera, target)}>Take over</button>`}</div>`;
+  const target =
+    targets.value[key] ??
+    camera.ours ??
+    cameras.value[camera.camera_id % Math.max(1, cameras.value.length)]?.id ??
+    "";
+  return html`<div class="line other">
+    <span>
+      Camera ${camera.camera_id}${" "}
+      <small>
+        ${camera.problem
+          ? camera.problem.what
+          : `at ${(camera.position_mm ?? []).map((v) => number(v, 0)).join(", ")} mm`}
+      </small>
+    </span>
+    ${!camera.problem && cameras.value.length > 0 && html`
+      <select
+        aria-label="Keep it for"
+        value=${target}
+        onChange=${(/** @type {any} */ e) => {
+          targets.value = { ...targets.value, [key]: e.target.value };
+        }}
+      >
+        ${cameras.value.map((c) => html`<option key=${c.id} value=${c.id}>
+          ${c.name}
+        </option>`)}
+      </select>
+      <button
+        type="button"
+        data-testid=${`take-over-${sender.id}-${camera.camera_id}`}
+        onClick=${() => void saveReceived(sender, camera, target)}
+      >
+        Take over
+      </button>
+    `}
+  </div>`;
 }
 
 /** @param {string} id */
 const nameOf = (id) => cameras.value.find((c) => c.id === id)?.name ?? id;
 
-/** What is above the limit looks so, approved or not. @param {number | null | undefined} value @param {Publishing} it */
-const above = (value, it) => (value !== null && value !== undefined && value > it.limit_mm ? "approximate" : "");
+/**
+ * What is above the limit looks so, approved or not.
+ * @param {number | null | undefined} value
+ * @param {Publishing} it
+ */
+const above = (value, it) =>
+  value !== null && value !== undefined && value > it.limit_mm ? "approximate" : "";
 
 /** Losses are told as finely as they matter. @param {number} value */
 const millimetres = (value) => (value < 0.005 ? "0.00" : number(value, value < 10 ? 2 : 1));

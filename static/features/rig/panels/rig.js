@@ -1,4 +1,5 @@
-// A rig's page: its cameras at the left, the whole field in one picture in the middle, what the check says at the right.
+// A rig's page: its cameras at the left, the whole field in one picture in the middle, what the check says at the
+// right.
 import { run } from "../../../core/actions.js";
 import { dayAndTime, mm, number } from "../../../core/format.js";
 import { html } from "../../../core/html.js";
@@ -9,105 +10,448 @@ import { Working } from "../../../ui/working.js";
 import { path } from "../../../canvas/drawing.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
 import {
-  draft, draftRefusal, found, openNewRig, others, pictureAddress, plane, refitRig, refusal, removeRig, rig, rigs,
-  search, setDraft, setRegion, showMap, stitched, takeStitched, toggleCamera, worst,
+  draft,
+  draftRefusal,
+  found,
+  openNewRig,
+  others,
+  pictureAddress,
+  plane,
+  refitRig,
+  refusal,
+  removeRig,
+  rig,
+  rigs,
+  search,
+  setDraft,
+  setRegion,
+  showMap,
+  stitched,
+  takeStitched,
+  toggleCamera,
+  worst,
 } from "../rig.js";
 import { openPage } from "../../shell/open_page.js";
 import { TrackMarks, TrackReport } from "./tracks.js";
 
-/** @typedef {import("../types").Pair} Pair @typedef {import("../../../core/types").Point} Point @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
+/**
+ * @typedef {import("../types").Pair} Pair
+ * @typedef {import("../../../core/types").Point} Point
+ * @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed
+ */
 
 const LEVEL = { good: "Good", fair: "Fair", poor: "Poor" };
-const BY = { pictures: "by pictures of now", matches: "by matches", clicks: "by the calibrations' clicks" };
+const BY = {
+  pictures: "by pictures of now",
+  matches: "by matches",
+  clicks: "by the calibrations' clicks",
+};
 
 /** On the start page. */
-export const Rigs = () => html`<section aria-label="Rigs"><h2>Cameras that share a field</h2><div class="line" data-testid="rigs">
-  ${rigs.value.map((r) => html`<button key=${r.name} type="button" data-testid=${`rig-${r.name}`} onClick=${() => openPage("rig", r.name)}>${r.title || r.name}</button>`)}
-  <button type="button" data-testid="new-rig" onClick=${openNewRig}>Make a rig…</button></div></section>`;
+export const Rigs = () => html`<section aria-label="Rigs">
+  <h2>Cameras that share a field</h2>
+  <div class="line" data-testid="rigs">
+    ${rigs.value.map((r) => html`<button
+      key=${r.name}
+      type="button"
+      data-testid=${`rig-${r.name}`}
+      onClick=${() => openPage("rig", r.name)}
+    >
+      ${r.title || r.name}
+    </button>`)}
+    <button type="button" data-testid="new-rig" onClick=${openNewRig}>
+      Make a rig…
+    </button>
+  </div>
+</section>`;
 
 export function RigForm() {
-  const it = rig.value, common = it?.rectangles;
-  if (!it) return html`<section><h2>A rig</h2><p class="reason">The cameras above one field, each with the part that it shows. All of them are given the same calibration rectangles.</p></section>`;
-  return html`<section aria-label="Cameras of the rig"><h2>${it.title || it.name}</h2><ul class="plain rig-cameras">${it.cameras.map((c) => html`<li key=${c.camera} data-testid=${`member-${c.camera}`}>
-      <b>${c.title}</b> <small>${c.region ?? "its own region"}${c.version ? `, version ${c.version}` : ""}</small>
-      ${c.troubles.map((t) => html`<p key=${t.reason} class="warning-line" data-reason=${t.reason}><b>${t.text}</b> ${t.fix}</p>`)}</li>`)}</ul></section>
-    <section aria-label="Rectangles"><h2>Rectangles of all</h2>${common ? html`<p class="reason" data-testid="rectangles">${common.n_rectangles_x} × ${common.n_rectangles_y} of ${number(common.w_max_rectangle_px, 1)} × ${number(common.h_max_rectangle_px, 1)} px, ${it.rectangles_from === "rig" ? "as the rig says" : "as most of its cameras have"}.</p>` : html`<p class="reason">No camera is calibrated yet.</p>`}
-      ${others.value.length > 0 && html`<button type="button" data-testid="refit-rig" disabled=${search.value !== null} onClick=${() => void refitRig()}>Refit with the rig's rectangles</button><p class="reason">A new version from the same clicks. It is not activated by itself.</p>`}</section>
-    <section aria-label="This rig"><button type="button" onClick=${() => void removeRig(it)}>Remove the rig</button><p class="reason">Saved ${dayAndTime(it.updated_at)}. Its cameras and their calibrations stay.</p></section>`;
+  const it = rig.value,
+    common = it?.rectangles;
+  if (!it)
+    return html`<section>
+      <h2>A rig</h2>
+      <p class="reason">
+        The cameras above one field, each with the part that it shows. All of them are given the same
+        calibration rectangles.
+      </p>
+    </section>`;
+  return html`
+    <section aria-label="Cameras of the rig">
+      <h2>${it.title || it.name}</h2>
+      <ul class="plain rig-cameras">
+        ${it.cameras.map((c) => html`<li key=${c.camera} data-testid=${`member-${c.camera}`}>
+          <b>${c.title}</b>${" "}
+          <small>
+            ${c.region ?? "its own region"}
+            ${c.version ? `, version ${c.version}` : ""}
+          </small>
+          ${c.troubles.map((t) => html`<p key=${t.reason} class="warning-line" data-reason=${t.reason}>
+            <b>${t.text}</b> ${t.fix}
+          </p>`)}
+        </li>`)}
+      </ul>
+    </section>
+    <section aria-label="Rectangles">
+      <h2>Rectangles of all</h2>
+      ${common
+        ? html`<p class="reason" data-testid="rectangles">
+          ${common.n_rectangles_x} × ${common.n_rectangles_y} of ${number(common.w_max_rectangle_px, 1)} ×${" "}
+          ${number(common.h_max_rectangle_px, 1)} px,${" "}
+          ${it.rectangles_from === "rig" ? "as the rig says" : "as most of its cameras have"}.
+        </p>`
+        : html`<p class="reason">No camera is calibrated yet.</p>`}
+      ${others.value.length > 0 && html`
+        <button
+          type="button"
+          data-testid="refit-rig"
+          disabled=${search.value !== null}
+          onClick=${() => void refitRig()}
+        >
+          Refit with the rig's rectangles
+        </button>
+        <p class="reason">A new version from the same clicks. It is not activated by itself.</p>
+      `}
+    </section>
+    <section aria-label="This rig">
+      <button type="button" onClick=${() => void removeRig(it)}>
+        Remove the rig
+      </button>
+      <p class="reason">Saved ${dayAndTime(it.updated_at)}. Its cameras and their calibrations stay.</p>
+    </section>
+  `;
 }
 
 export function RigPage() {
-  if (!page.value?.argument) return html`<${NewRig}/>`;
-  const it = rig.value, now = stitched.value;
-  if (!it) return html`<div class="start"><p class="dim">There is no rig called ${page.value.argument}.</p></div>`;
-  return html`<div class="start rig" data-testid="rig-page"><h1>${it.title || it.name}</h1>
-    <div class="line"><button type="button" data-testid="check-rig" disabled=${search.value !== null} onClick=${() => run("check-rig")}>Check the rig</button>
-      <${ActionButton} id="follow-play"/>
-      <button type="button" data-testid="take-stitched" onClick=${() => void takeStitched()}>Take the picture anew</button>
-      <a href=${addressOf({ name: "scene", argument: `rig/${it.name}` })} data-testid="rig-scene">Scene in 3-D</a>
-      ${found.value && html`<div class="switch" role="group" aria-label="What is shown"><button type="button" data-testid="show-map" aria-pressed=${showMap.value} onClick=${() => { showMap.value = !showMap.value; }}>Disagreement</button></div>
-        <div class="switch" role="group" aria-label="Where">${/** @type {const} */ (["carpet", "hat"]).map((at) => html`<button key=${at} type="button" data-testid=${`plane-${at}`} aria-pressed=${plane.value === at} onClick=${() => { plane.value = at; }}>${at === "carpet" ? "Carpet" : "Hats"}</button>`)}</div>`}</div>
-    <${Working} now=${search.value} what="Checking the rig" stop="stop-rig" why=${refusal.value} name="rig"/>
-    ${now?.refusal && html`<div class="warning-line" role="alert" data-testid="no-stitched"><b>${now.refusal.detail}</b> ${now.refusal.fix}</div>`}
-    ${now?.info && now.of === it.name && html`<${Picture} name=${it.name} at=${now.at} info=${now.info}/>`}</div>`;
+  if (!page.value?.argument) return html`<${NewRig} />`;
+  const it = rig.value,
+    now = stitched.value;
+  if (!it)
+    return html`<div class="start">
+      <p class="dim">There is no rig called ${page.value.argument}.</p>
+    </div>`;
+  return html`<div class="start rig" data-testid="rig-page">
+    <h1>${it.title || it.name}</h1>
+    <div class="line">
+      <button
+        type="button"
+        data-testid="check-rig"
+        disabled=${search.value !== null}
+        onClick=${() => run("check-rig")}
+      >
+        Check the rig
+      </button>
+      <${ActionButton} id="follow-play" />
+      <button type="button" data-testid="take-stitched" onClick=${() => void takeStitched()}>
+        Take the picture anew
+      </button>
+      <a href=${addressOf({ name: "scene", argument: `rig/${it.name}` })} data-testid="rig-scene">
+        Scene in 3-D
+      </a>
+      ${found.value && html`
+        <div class="switch" role="group" aria-label="What is shown">
+          <button
+            type="button"
+            data-testid="show-map"
+            aria-pressed=${showMap.value}
+            onClick=${() => {
+              showMap.value = !showMap.value;
+            }}
+          >
+            Disagreement
+          </button>
+        </div>
+        <div class="switch" role="group" aria-label="Where">
+          ${
+            /** @type {const} */ (["carpet", "hat"]).map((at) => html`<button
+              key=${at}
+              type="button"
+              data-testid=${`plane-${at}`}
+              aria-pressed=${plane.value === at}
+              onClick=${() => {
+                plane.value = at;
+              }}
+            >
+              ${at === "carpet" ? "Carpet" : "Hats"}
+            </button>`)
+          }
+        </div>
+      `}
+    </div>
+    <${Working}
+      now=${search.value}
+      what="Checking the rig"
+      stop="stop-rig"
+      why=${refusal.value}
+      name="rig"
+    />
+    ${now?.refusal && html`<div class="warning-line" role="alert" data-testid="no-stitched">
+      <b>${now.refusal.detail}</b> ${now.refusal.fix}
+    </div>`}
+    ${now?.info && now.of === it.name && html`<${Picture} name=${it.name} at=${now.at} info=${now.info} />`}
+  </div>`;
 }
 
-/** The whole field, with its lines, the map and the worst place as vectors. @param {{ name: string, at: number, info: import("../types").Stitched }} props */
+/**
+ * The whole field, with its lines, the map and the worst place as vectors.
+ * @param {{ name: string, at: number, info: import("../types").Stitched }} props
+ */
 function Picture({ name, at, info }) {
-  const { width, height, px_per_mm: k, corner: [[x0, y0]] } = info, pairs = found.value?.pairs ?? [], top = worst.value?.at.max_mm ?? 0;
+  const {
+      width,
+      height,
+      px_per_mm: k,
+      corner: [[x0, y0]],
+    } = info,
+    pairs = found.value?.pairs ?? [],
+    top = worst.value?.at.max_mm ?? 0;
   /** @param {Point} p @returns {Point} */
   const px = ([x, y]) => [(x - x0) * k, (y0 - y) * k];
   const mark = showMap.value && worst.value ? px(worst.value.at.where) : null;
-  return html`<figure class="stitched"><div class="over"><img data-testid="stitched" src=${pictureAddress(name, at)} width=${width} height=${height} alt="The whole field, corrected, from all cameras"/>
-    <svg viewBox=${`-0.5 -0.5 ${width} ${height}`} data-testid="rig-overlay" role="img" aria-label=${worst.value ? `Worst ${mm(top)} mm` : "The field's lines"}>
-      ${showMap.value && pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} top=${top}/>`)}
-      ${info.overlay.map((l) => html`<path key=${l.feature} class="paint" d=${path(l.points)}/>`)}
-      <${TrackMarks} px=${px} k=${k}/>
-      ${mark && html`<g class="where" data-testid="rig-worst" transform=${`translate(${mark[0]} ${mark[1]})`}><circle r="12"/><path d="M-7-7L7 7M-7 7L7-7"/><text x=${mark[0] > width * 0.8 ? -18 : 18} y="6" text-anchor=${mark[0] > width * 0.8 ? "end" : "start"}>worst: ${mm(top)} mm</text></g>`}</svg></div>
-    <figcaption>${showMap.value && worst.value && html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${mm(top)} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i><div><span>0</span><span>${mm(top / 2)}</span><span>${mm(top)} mm</span></div></div>`}
-      <p class="reason" data-testid="unseen">${info.unseen.words}</p></figcaption></figure>`;
+  return html`<figure class="stitched">
+    <div class="over">
+      <img
+        data-testid="stitched"
+        src=${pictureAddress(name, at)}
+        width=${width}
+        height=${height}
+        alt="The whole field, corrected, from all cameras"
+      />
+      <svg
+        viewBox=${`-0.5 -0.5 ${width} ${height}`}
+        data-testid="rig-overlay"
+        role="img"
+        aria-label=${worst.value ? `Worst ${mm(top)} mm` : "The field's lines"}
+      >
+        ${showMap.value &&
+          pairs.map((p) => html`<${Cells} key=${`${p.a} ${p.b}`} pair=${p} px=${px} k=${k} top=${top} />`)}
+        ${info.overlay.map((l) => html`<path key=${l.feature} class="paint" d=${path(l.points)} />`)}
+        <${TrackMarks} px=${px} k=${k} />
+        ${mark && html`<g class="where" data-testid="rig-worst" transform=${`translate(${mark[0]} ${mark[1]})`}>
+          <circle r="12" />
+          <path d="M-7-7L7 7M-7 7L7-7" />
+          <text
+            x=${mark[0] > width * 0.8 ? -18 : 18}
+            y="6"
+            text-anchor=${mark[0] > width * 0.8 ? "end" : "start"}
+          >
+            worst: ${mm(top)} mm
+          </text>
+        </g>`}
+      </svg>
+    </div>
+    <figcaption>
+      ${showMap.value && worst.value && 
+        html`<div class="scale" role="img" aria-label=${`Colours from 0 to ${mm(top)} mm`}>
+          <i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
+          <div>
+            <span>0</span>
+            <span>${mm(top / 2)}</span>
+            <span>${mm(top)} mm</span>
+          </div>
+        </div>`}
+      <p class="reason" data-testid="unseen">
+        ${info.unseen.words}
+      </p>
+    </figcaption>
+  </figure>`;
 }
 
 /** One pair's map. @param {{ pair: Pair, px: (p: Point) => Point, k: number, top: number }} props */
 function Cells({ pair, px, k, top }) {
   const at = pair.agreement?.[plane.value];
   if (!at) return null;
-  const { x, y, mm: cells } = at.map, w = (x[1] - x[0]) * k, h = (y[1] - y[0]) * k;
-  return html`<g class="cells" data-testid="cells">${cells.flatMap((row, j) => row.map((v, i) => {
-    if (v === null) return null;
-    const [cx, cy] = px([x[i], y[j]]);
-    return html`<rect key=${`${i},${j}`} x=${cx - w / 2} y=${cy - h / 2} width=${w} height=${h} fill=${STOPS[Math.round((v / (top || 1)) * (STOPS.length - 1))]}><title>${mm(v)} mm</title></rect>`;
-  }))}</g>`;
+  const { x, y, mm: cells } = at.map,
+    w = (x[1] - x[0]) * k,
+    h = (y[1] - y[0]) * k;
+  return html`<g class="cells" data-testid="cells">
+    ${cells.flatMap((row, j) =>
+      row.map((v, i) => {
+        if (v === null) return null;
+        const [cx, cy] = px([x[i], y[j]]);
+        return html`<rect
+          key=${`${i},${j}`}
+          x=${cx - w / 2}
+          y=${cy - h / 2}
+          width=${w}
+          height=${h}
+          fill=${STOPS[Math.round((v / (top || 1)) * (STOPS.length - 1))]}
+        >
+          <title>${mm(v)} mm</title>
+        </rect>`;
+      }),
+    )}
+  </g>`;
 }
 
 export function RigReport() {
-  const it = found.value, titles = Object.fromEntries((rig.value?.cameras ?? []).map((c) => [c.camera, c.title]));
-  if (!it) return html`<${TrackReport}/><section><h2>Do they agree?</h2><ul class="plain"><li><b>Empty the field</b>, or at least the part that two cameras see.</li><li><b>Check the rig</b>: the field's lines are looked for where both look.</li><li>A camera that was <b>knocked</b> since it was calibrated is found and named.</li></ul></section>`;
+  const it = found.value,
+    titles = Object.fromEntries((rig.value?.cameras ?? []).map((c) => [c.camera, c.title]));
+  if (!it)
+    return html`
+      <${TrackReport} />
+      <section>
+        <h2>Do they agree?</h2>
+        <ul class="plain">
+          <li>
+            <b>Empty the field</b>, or at least the part that two cameras see.
+          </li>
+          <li>
+            <b>Check the rig</b>: the field's lines are looked for where both look.
+          </li>
+          <li>
+            A camera that was <b>knocked</b> since it was calibrated is found and named.
+          </li>
+        </ul>
+      </section>
+    `;
   const { level, sentence, fix } = it.verdict;
-  return html`<${TrackReport}/><section aria-label="Verdict"><h2>The rig</h2><div class="verdict" data-testid="rig-verdict" data-level=${level}>${level && html`<b class=${`level ${level}`}>${LEVEL[level]}.</b>`} ${sentence}${fix && html`<p class="fix">${fix}</p>`}</div>
-      ${it.missing.map((t) => html`<p key=${t.camera} class="warning-line"><b>${titles[t.camera] ?? t.camera}: ${t.text}</b> ${t.fix}</p>`)}</section>
-    ${it.pairs.map((p) => html`<section key=${`${p.a} ${p.b}`} aria-label=${`${titles[p.a]} and ${titles[p.b]}`} data-testid=${`pair-${p.a}-${p.b}`}><h2>${titles[p.a] ?? p.a} – ${titles[p.b] ?? p.b}</h2><${OnePair} p=${p}/></section>`)}`;
+  return html`
+    <${TrackReport} />
+    <section aria-label="Verdict">
+      <h2>The rig</h2>
+      <div class="verdict" data-testid="rig-verdict" data-level=${level}>
+        ${level && html`<b class=${`level ${level}`}>${LEVEL[level]}.</b>`} ${sentence}
+        ${fix && html`<p class="fix">${fix}</p>`}
+      </div>
+      ${it.missing.map((t) => html`<p key=${t.camera} class="warning-line">
+        <b>
+          ${titles[t.camera] ?? t.camera}: ${t.text}
+        </b>${" "}
+        ${t.fix}
+      </p>`)}
+    </section>
+    ${it.pairs.map((p) => html`<section
+      key=${`${p.a} ${p.b}`}
+      aria-label=${`${titles[p.a]} and ${titles[p.b]}`}
+      data-testid=${`pair-${p.a}-${p.b}`}
+    >
+      <h2>
+        ${titles[p.a] ?? p.a} – ${titles[p.b] ?? p.b}
+      </h2>
+      <${OnePair} p=${p} />
+    </section>`)}
+  `;
 }
 
 /** @param {{ p: Pair }} props */
 function OnePair({ p }) {
   const at = p.agreement?.[plane.value];
-  if (p.failed) return html`<p class="reason"><b>${p.failed.what}</b> ${p.failed.fix}</p>`;
-  return html`${p.verdict?.level && html`<p><b class=${`level ${p.verdict.level}`}>${LEVEL[p.verdict.level]}.</b> ${p.verdict.sentence}</p>`}${p.verdict?.fix && html`<p class="fix">${p.verdict.fix}</p>`}
-    ${at && html`<dl class="details"><div><dt>mean</dt><dd data-testid="pair-mean">${mm(at.mean_mm)} mm</dd></div><div><dt>95 % below</dt><dd>${mm(at.p95_mm)} mm</dd></div><div><dt>worst</dt><dd data-testid="pair-max">${mm(at.max_mm)} mm at ${number(at.where[0], 0)}, ${number(at.where[1], 0)}</dd></div></dl>`}
-    ${p.from && html`<p class="reason">${BY[p.from]}: ${p.agreement?.believed} of ${p.agreement?.n} measures; both see ${number(p.agreement?.overlap_m2, 1)} m².</p>`}
-    ${p.fundamental && html`<details class="more"><summary>Show the fundamental matrix</summary><pre>${p.fundamental.matrix.map((row) => row.map((v) => v.toExponential(5).padStart(13)).join(" ")).join("\n")}</pre><p class="reason">Foretold by the calibrations, in ideal pixels; ${number(p.fundamental.baseline_mm, 0)} mm apart.</p></details>`}`;
+  if (p.failed)
+    return html`<p class="reason">
+      <b>${p.failed.what}</b> ${p.failed.fix}
+    </p>`;
+  return html`
+    ${p.verdict?.level && html`<p>
+      <b class=${`level ${p.verdict.level}`}>${LEVEL[p.verdict.level]}.</b> ${p.verdict.sentence}
+    </p>`}
+    ${p.verdict?.fix && html`<p class="fix">${p.verdict.fix}</p>`}
+    ${at && html`<dl class="details">
+      <div>
+        <dt>mean</dt>
+        <dd data-testid="pair-mean">${mm(at.mean_mm)} mm</dd>
+      </div>
+      <div>
+        <dt>95 % below</dt>
+        <dd>${mm(at.p95_mm)} mm</dd>
+      </div>
+      <div>
+        <dt>worst</dt>
+        <dd data-testid="pair-max">
+          ${mm(at.max_mm)} mm at ${number(at.where[0], 0)}, ${number(at.where[1], 0)}
+        </dd>
+      </div>
+    </dl>`}
+    ${p.from && html`<p class="reason">
+      ${BY[p.from]}: ${p.agreement?.believed} of ${p.agreement?.n} measures; both see${" "}
+      ${number(p.agreement?.overlap_m2, 1)} m².
+    </p>`}
+    ${p.fundamental && html`<details class="more">
+      <summary>Show the fundamental matrix</summary>
+      <pre>
+        ${p.fundamental.matrix
+          .map((row) => row.map((v) => v.toExponential(5).padStart(13)).join(" "))
+          .join("\n")}
+      </pre>
+      <p class="reason">
+        Foretold by the calibrations, in ideal pixels; ${number(p.fundamental.baseline_mm, 0)} mm
+        apart.
+      </p>
+    </details>`}
+  `;
 }
 
 function NewRig() {
-  const { name, title, field, cameras: chosen } = draft.value, regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
-  return html`<div class="start rig" data-testid="new-rig-page"><h1>Make a rig</h1>
-    <label class="pair tall"><span>Short name</span><input data-testid="rig-name" value=${name} maxlength="64" onInput=${(/** @type {Changed} */ e) => setDraft({ name: e.target.value.trim() })}/></label>
-    <label class="pair tall"><span>Title</span><input value=${title} maxlength="100" onInput=${(/** @type {Changed} */ e) => setDraft({ title: e.target.value })}/></label>
-    <label class="pair tall"><span>Field</span><select data-testid="rig-field" value=${field} onChange=${(/** @type {Changed} */ e) => setDraft({ field: e.target.value })}>${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>${f.title}</option>`)}</select></label>
-    <section aria-label="Cameras"><h2>Cameras</h2><ul class="plain">${cameras.value.map((c) => { const on = chosen.find((it) => it.camera === c.id); return html`<li key=${c.id} class="line">
-      <label><input type="checkbox" data-testid=${`with-${c.id}`} checked=${Boolean(on)} onChange=${() => toggleCamera(c.id)}/> ${c.name}</label>
-      ${on && html`<select aria-label=${`Part that ${c.name} shows`} data-testid=${`part-${c.id}`} value=${on.region ?? ""} onChange=${(/** @type {Changed} */ e) => setRegion(c.id, e.target.value || null)}><option value="">the part it is calibrated on</option>${regions.map((r) => html`<option key=${r} value=${r}>${r}</option>`)}</select>`}</li>`; })}</ul></section>
-    ${draftRefusal.value && html`<div class="warning-line" role="alert" data-testid="rig-refusal"><b>${draftRefusal.value.detail}</b> ${draftRefusal.value.fix}</div>`}
-    <div class="line"><button type="button" class="go" data-testid="make-rig" onClick=${() => run("make-rig")}>Make the rig</button></div></div>`;
+  const { name, title, field, cameras: chosen } = draft.value,
+    regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
+  return html`<div class="start rig" data-testid="new-rig-page">
+    <h1>Make a rig</h1>
+    <label class="pair tall">
+      <span>Short name</span>
+      <input
+        data-testid="rig-name"
+        value=${name}
+        maxlength="64"
+        onInput=${(/** @type {Changed} */ e) => setDraft({ name: e.target.value.trim() })}
+      />
+    </label>
+    <label class="pair tall">
+      <span>Title</span>
+      <input
+        value=${title}
+        maxlength="100"
+        onInput=${(/** @type {Changed} */ e) => setDraft({ title: e.target.value })}
+      />
+    </label>
+    <label class="pair tall">
+      <span>Field</span>
+      <select
+        data-testid="rig-field"
+        value=${field}
+        onChange=${(/** @type {Changed} */ e) => setDraft({ field: e.target.value })}
+      >
+        ${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>
+          ${f.title}
+        </option>`)}
+      </select>
+    </label>
+    <section aria-label="Cameras">
+      <h2>Cameras</h2>
+      <ul class="plain">
+        ${cameras.value.map((c) => {
+          const on = chosen.find((it) => it.camera === c.id);
+          return html`<li key=${c.id} class="line">
+            <label>
+              <input
+                type="checkbox"
+                data-testid=${`with-${c.id}`}
+                checked=${Boolean(on)}
+                onChange=${() => toggleCamera(c.id)}
+              />${" "}
+              ${c.name}
+            </label>
+            ${on && html`<select
+              aria-label=${`Part that ${c.name} shows`}
+              data-testid=${`part-${c.id}`}
+              value=${on.region ?? ""}
+              onChange=${(/** @type {Changed} */ e) => setRegion(c.id, e.target.value || null)}
+            >
+              <option value="">the part it is calibrated on</option>
+              ${regions.map((r) => html`<option key=${r} value=${r}>
+                ${r}
+              </option>`)}
+            </select>`}
+          </li>`;
+        })}
+      </ul>
+    </section>
+    ${draftRefusal.value && html`<div class="warning-line" role="alert" data-testid="rig-refusal">
+      <b>${draftRefusal.value.detail}</b> ${draftRefusal.value.fix}
+    </div>`}
+    <div class="line">
+      <button type="button" class="go" data-testid="make-rig" onClick=${() => run("make-rig")}>
+        Make the rig
+      </button>
+    </div>
+  </div>`;
 }

@@ -9,45 +9,194 @@ import { Title } from "../../../ui/title.js";
 import { STOPS } from "../../../canvas/layers/heat.js";
 import { rigs } from "../../rig/rig.js";
 import {
-  before, changeView, clicked, firstScene, only, place, refusal, sceneView, showInPicture, showVersion, shownScene,
-  toggleCamera, toggleLayer, versions, what,
+  before,
+  changeView,
+  clicked,
+  firstScene,
+  only,
+  place,
+  refusal,
+  sceneView,
+  showInPicture,
+  showVersion,
+  shownScene,
+  toggleCamera,
+  toggleLayer,
+  versions,
+  what,
 } from "../scene.js";
 import { openPage } from "../../shell/open_page.js";
 
-/** @typedef {import("../types").SceneCamera} SceneCamera @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
+/**
+ * @typedef {import("../types").SceneCamera} SceneCamera
+ * @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed
+ */
 
 /** @type {[import("../types").Layer, string][]} */
-const LAYERS = [["pictures", "Pictures"], ["rays", "Rays of the clicks"], ["arrows", "Residuals"], ["footprints", "What is seen of the carpet"], ["labels", "Height and tilt"], ["things", "Ball and robots, live"]];
+const LAYERS = [
+  ["pictures", "Pictures"],
+  ["rays", "Rays of the clicks"],
+  ["arrows", "Residuals"],
+  ["footprints", "What is seen of the carpet"],
+  ["labels", "Height and tilt"],
+  ["things", "Ball and robots, live"],
+];
 const LOG = 100; // steps of the slider in a power of ten
 
 export function SceneForm() {
   const it = shownScene.value;
-  return html`<${Which}/>${it && !it.boards && html`
-    <section aria-label="Views"><h2>Look</h2><div class="switch" role="group" aria-label="From where">
-      ${["scene-free", "scene-above"].map((id) => html`<button key=${id} type="button" data-testid=${id} aria-pressed=${String(sceneView.value.view === id.slice(6))} onClick=${() => run(id)}>${id === "scene-free" ? "Freely" : "From above"}</button>`)}</div>
-      ${it.cameras.map((c) => html`<div key=${c.key} class="line"><label class="seen grow"><input type="checkbox" data-testid=${`seen-${c.title}`} checked=${!sceneView.value.hidden.includes(c.key)} onChange=${() => toggleCamera(c.key)}/> <i class="dot" style=${`background:rgb(${c.colour.join()})`}></i> ${c.title}</label>
-        ${c.height_mm !== null && html`<button type="button" data-testid=${`through-${c.title}`} aria-pressed=${String(sceneView.value.view === "camera" && sceneView.value.through === c.key)} onClick=${() => changeView({ view: "camera", through: c.key })}>Look through it</button>`}</div>`)}</section>
-    <section aria-label="Layers"><h2>Show</h2><ul class="plain">${LAYERS.map(([id, label]) => html`<li key=${id}><label><input type="checkbox" data-testid=${`layer-${id}`} checked=${sceneView.value.layers.includes(id)} onChange=${() => toggleLayer(id)}/> ${label}</label></li>`)}</ul>
-      <${Scale}/>
-      <h2>Expected error</h2><div class="switch" role="group" aria-label="Expected error">${/** @type {const} */ (["none", "carpet", "hat"]).map((id) => html`<button key=${id} type="button" data-testid=${`sheet-${id}`} aria-pressed=${String(sceneView.value.sheet === id)}
-        disabled=${id !== "none" && it.sheet_top_mm === null} onClick=${() => changeView({ sheet: id })}>${id === "none" ? "None" : id === "carpet" ? "Carpet" : "Hats"}</button>`)}</div>
-      ${sceneView.value.sheet !== "none" && it.sheet_top_mm !== null && html`<div class="scale scene-scale" role="img" aria-label=${`Colours from 0 to ${mm(it.sheet_top_mm)} mm`}><i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i><div><span>0</span><span>${mm(it.sheet_top_mm / 2)}</span><span>${mm(it.sheet_top_mm)} mm</span></div></div>`}</section>`}`;
+  return html`
+    <${Which} />
+    ${it && !it.boards && html`
+      <section aria-label="Views">
+        <h2>Look</h2>
+        <div class="switch" role="group" aria-label="From where">
+          ${["scene-free", "scene-above"].map((id) => html`<button
+            key=${id}
+            type="button"
+            data-testid=${id}
+            aria-pressed=${String(sceneView.value.view === id.slice(6))}
+            onClick=${() => run(id)}
+          >
+            ${id === "scene-free" ? "Freely" : "From above"}
+          </button>`)}
+        </div>
+        ${it.cameras.map((c) => html`<div key=${c.key} class="line">
+          <label class="seen grow">
+            <input
+              type="checkbox"
+              data-testid=${`seen-${c.title}`}
+              checked=${!sceneView.value.hidden.includes(c.key)}
+              onChange=${() => toggleCamera(c.key)}
+            />${" "}
+            <i class="dot" style=${`background:rgb(${c.colour.join()})`}></i> ${c.title}
+          </label>
+          ${c.height_mm !== null && html`<button
+            type="button"
+            data-testid=${`through-${c.title}`}
+            aria-pressed=${String(
+              sceneView.value.view === "camera" && sceneView.value.through === c.key,
+            )}
+            onClick=${() => changeView({ view: "camera", through: c.key })}
+          >
+            Look through it
+          </button>`}
+        </div>`)}
+      </section>
+      <section aria-label="Layers">
+        <h2>Show</h2>
+        <ul class="plain">
+          ${LAYERS.map(([id, label]) => html`<li key=${id}>
+            <label>
+              <input
+                type="checkbox"
+                data-testid=${`layer-${id}`}
+                checked=${sceneView.value.layers.includes(id)}
+                onChange=${() => toggleLayer(id)}
+              />${" "}
+              ${label}
+            </label>
+          </li>`)}
+        </ul>
+        <${Scale} />
+        <h2>Expected error</h2>
+        <div class="switch" role="group" aria-label="Expected error">
+          ${
+            /** @type {const} */ (["none", "carpet", "hat"]).map((id) => html`<button
+              key=${id}
+              type="button"
+              data-testid=${`sheet-${id}`}
+              aria-pressed=${String(sceneView.value.sheet === id)}
+              disabled=${id !== "none" && it.sheet_top_mm === null}
+              onClick=${() => changeView({ sheet: id })}
+            >
+              ${id === "none" ? "None" : id === "carpet" ? "Carpet" : "Hats"}
+            </button>`)
+          }
+        </div>
+        ${sceneView.value.sheet !== "none" && it.sheet_top_mm !== null && html`<div
+          class="scale scene-scale"
+          role="img"
+          aria-label=${`Colours from 0 to ${mm(it.sheet_top_mm)} mm`}
+        >
+          <i style=${`background:linear-gradient(to right, ${STOPS.join()})`}></i>
+          <div>
+            <span>0</span>
+            <span>${mm(it.sheet_top_mm / 2)}</span>
+            <span>${mm(it.sheet_top_mm)} mm</span>
+          </div>
+        </div>`}
+      </section>
+    `}
+  `;
 }
 
 /** Which version, rig or lens; of one camera all its versions in time. */
 function Which() {
-  const now = what.value ?? "", all = versions.value, at = all.findIndex((v) => v.id === now), it = all[at];
-  return html`<section aria-label="What is shown"><${Title} of="scene">The scene<//>
-    <label class="pair tall"><span>Of</span><select data-testid="scene-of" value=${only.value ? `camera/${only.value.camera}` : now} onChange=${(/** @type {Changed} */ e) => choose(e.target.value)}>
-      ${!now && html`<option value="">choose…</option>`}
-      ${cameras.value.filter((c) => c.active_calibration).map((c) => html`<option key=${c.id} value=${`camera/${c.id}`}>${c.name}</option>`)}
-      ${rigs.value.map((r) => html`<option key=${r.name} value=${`rig/${r.name}`}>${r.title || r.name}, all cameras</option>`)}
-      ${now.startsWith("lens/") && html`<option value=${now}>A lens from a board</option>`}
-      ${only.value && !cameras.value.some((c) => c.id === only.value?.camera && c.active_calibration) && html`<option value=${`camera/${only.value.camera}`}>${only.value.title}</option>`}</select></label>
-    ${it && html`<label class="pair tall"><span>Version ${it.version}, ${dayAndTime(it.created_at)}${it.active ? ", active" : ""}</span>
-        <input type="range" data-testid="scene-version" min="0" max=${all.length - 1} step="1" value=${at} disabled=${all.length < 2} onInput=${(/** @type {Changed} */ e) => showVersion(Number(e.target.value))}/></label>
-      <label class="pair tall"><span>What moved since</span><select data-testid="scene-before" value=${before.value} disabled=${all.length < 2} onChange=${(/** @type {Changed} */ e) => { before.value = e.target.value; }}>
-        <option value="">no other version</option>${all.filter((v) => v.id !== now).map((v) => html`<option key=${v.id} value=${v.id}>version ${v.version}, ${dayAndTime(v.created_at)}</option>`)}</select></label>`}</section>`;
+  const now = what.value ?? "",
+    all = versions.value,
+    at = all.findIndex((v) => v.id === now),
+    it = all[at];
+  return html`<section aria-label="What is shown">
+    <${Title} of="scene">The scene<//>
+    <label class="pair tall">
+      <span>Of</span>
+      <select
+        data-testid="scene-of"
+        value=${only.value ? `camera/${only.value.camera}` : now}
+        onChange=${(/** @type {Changed} */ e) => choose(e.target.value)}
+      >
+        ${!now && html`<option value="">choose…</option>`}
+        ${cameras.value
+          .filter((c) => c.active_calibration)
+          .map((c) => html`<option key=${c.id} value=${`camera/${c.id}`}>
+            ${c.name}
+          </option>`)}
+        ${rigs.value.map((r) => html`<option key=${r.name} value=${`rig/${r.name}`}>
+          ${r.title || r.name}, all cameras
+        </option>`)}
+        ${now.startsWith("lens/") && html`<option value=${now}>A lens from a board</option>`}
+        ${only.value && !cameras.value.some((c) => c.id === only.value?.camera && c.active_calibration) && 
+          html`<option value=${`camera/${only.value.camera}`}>${only.value.title}</option>`}
+      </select>
+    </label>
+    ${it && html`
+      <label class="pair tall">
+        <span>
+          Version ${it.version}, ${dayAndTime(it.created_at)}
+          ${it.active ? ", active" : ""}
+        </span>
+        <input
+          type="range"
+          data-testid="scene-version"
+          min="0"
+          max=${all.length - 1}
+          step="1"
+          value=${at}
+          disabled=${all.length < 2}
+          onInput=${(/** @type {Changed} */ e) => showVersion(Number(e.target.value))}
+        />
+      </label>
+      <label class="pair tall">
+        <span>What moved since</span>
+        <select
+          data-testid="scene-before"
+          value=${before.value}
+          disabled=${all.length < 2}
+          onChange=${(/** @type {Changed} */ e) => {
+            before.value = e.target.value;
+          }}
+        >
+          <option value="">no other version</option>
+          ${all
+            .filter((v) => v.id !== now)
+            .map((v) => html`<option key=${v.id} value=${v.id}>
+              version ${v.version}, ${dayAndTime(v.created_at)}
+            </option>`)}
+        </select>
+      </label>
+    `}
+  </section>`;
 }
 
 /** @param {string} chosen */
@@ -61,49 +210,185 @@ function choose(chosen) {
 /** Residuals and what moved are enlarged alike. */
 function Scale() {
   const scale = sceneView.value.scale ?? shownScene.value?.scale ?? 1;
-  return html`<label class="pair tall"><span>Residuals${only.value?.moved ? " and what moved" : ""}, × ${number(scale, scale < 10 ? 1 : 0)}</span>
-    <input type="range" data-testid="scene-scale" min="0" max=${3 * LOG} value=${Math.round(Math.log10(scale) * LOG)} onInput=${(/** @type {Changed} */ e) => changeView({ scale: 10 ** (Number(e.target.value) / LOG) })}/></label>`;
+  return html`<label class="pair tall">
+    <span>
+      Residuals${only.value?.moved ? " and what moved" : ""}, × ${number(scale, scale < 10 ? 1 : 0)}
+    </span>
+    <input
+      type="range"
+      data-testid="scene-scale"
+      min="0"
+      max=${3 * LOG}
+      value=${Math.round(Math.log10(scale) * LOG)}
+      onInput=${(/** @type {Changed} */ e) => changeView({ scale: 10 ** (Number(e.target.value) / LOG) })}
+    />
+  </label>`;
 }
 
 export function ScenePage() {
   const now = what.value;
-  if (!now) return html`<div class="start" data-testid="scene-page"><h1>The scene in 3-D</h1>${firstScene.value ? html`<p><a href=${addressOf({ name: "scene", argument: firstScene.value })}>Show the first camera that is calibrated</a></p>`
-    : html`<p class="dim">No camera is calibrated yet. <a href="#/">Take or open a picture</a>, click its borders and save.</p>`}</div>`;
-  return html`<div class="scene" data-testid="scene-page" data-ready=${String(shownScene.value !== null)}><h1 class="sr">The scene in 3-D</h1>
-    ${refusal.value && html`<div class="warning-line" role="alert" data-testid="scene-refusal"><b>${refusal.value.detail}</b> ${refusal.value.fix}</div>`}
-    ${place.value ? html`<iframe title="The scene in 3-D" data-testid="scene-frame" src=${place.value} sandbox="allow-scripts allow-same-origin"></iframe>` : !refusal.value && html`<p class="dim">The scene is being set up…</p>`}</div>`;
+  if (!now)
+    return html`<div class="start" data-testid="scene-page">
+      <h1>The scene in 3-D</h1>
+      ${firstScene.value
+        ? html`<p>
+          <a href=${addressOf({ name: "scene", argument: firstScene.value })}>
+            Show the first camera that is calibrated
+          </a>
+        </p>`
+        : html`<p class="dim">
+          No camera is calibrated yet. <a href="#/">Take or open a picture</a>, click its borders and save.
+        </p>`}
+    </div>`;
+  return html`<div class="scene" data-testid="scene-page" data-ready=${String(shownScene.value !== null)}>
+    <h1 class="sr">The scene in 3-D</h1>
+    ${refusal.value && html`<div class="warning-line" role="alert" data-testid="scene-refusal">
+      <b>${refusal.value.detail}</b> ${refusal.value.fix}
+    </div>`}
+    ${place.value
+      ? html`<iframe
+        title="The scene in 3-D"
+        data-testid="scene-frame"
+        src=${place.value}
+        sandbox="allow-scripts allow-same-origin"
+      ></iframe>`
+      : (
+      !refusal.value && html`<p class="dim">The scene is being set up…</p>`
+    )}
+  </div>`;
 }
 
 export function SceneReport() {
   const it = shownScene.value;
-  if (!it) return html`<section><${Title} of="scene">The scene<//><p class="reason">Where cameras hang, what they see, and where they err.</p></section>`;
-  return html`<${Place}/>${it.boards && html`<section aria-label="The board" data-testid="scene-boards"><h2>The board</h2><dl class="details"><div><dt>Views</dt><dd>${it.boards.boards}</dd></div>
-      <div><dt>From</dt><dd>${number(it.boards.nearest_mm, 0)} to ${number(it.boards.furthest_mm, 0)} mm</dd></div><div><dt>Covered</dt><dd>${number(100 * it.boards.covered, 0)} % of the picture</dd></div></dl></section>`}
-    ${it.missing.map((m) => html`<p key=${m.camera} class="warning-line"><b>${m.text}</b> ${m.fix}</p>`)}
-    ${it.cameras.map((c) => html`<${OneCamera} key=${c.key} it=${c}/>`)}`;
+  if (!it)
+    return html`<section>
+      <${Title} of="scene">The scene<//>
+      <p class="reason">Where cameras hang, what they see, and where they err.</p>
+    </section>`;
+  return html`
+    <${Place} />
+    ${it.boards && html`<section aria-label="The board" data-testid="scene-boards">
+      <h2>The board</h2>
+      <dl class="details">
+        <div>
+          <dt>Views</dt>
+          <dd>${it.boards.boards}</dd>
+        </div>
+        <div>
+          <dt>From</dt>
+          <dd>
+            ${number(it.boards.nearest_mm, 0)} to ${number(it.boards.furthest_mm, 0)} mm
+          </dd>
+        </div>
+        <div>
+          <dt>Covered</dt>
+          <dd>${number(100 * it.boards.covered, 0)} % of the picture</dd>
+        </div>
+      </dl>
+    </section>`}
+    ${it.missing.map((m) => html`<p key=${m.camera} class="warning-line">
+      <b>${m.text}</b> ${m.fix}
+    </p>`)}
+    ${it.cameras.map((c) => html`<${OneCamera} key=${c.key} it=${c} />`)}
+  `;
 }
 
 /** @param {{ it: SceneCamera }} props */
 function OneCamera({ it }) {
-  const sheet = it.sheet[sceneView.value.sheet === "hat" ? "hat" : "carpet"], { moved } = it;
-  return html`<section aria-label=${it.title} data-testid="scene-camera"><h2><i class="dot" style=${`background:rgb(${it.colour.join()})`}></i> ${it.title}, version ${it.version}</h2>
-    <dl class="details"><div><dt>Model</dt><dd>${it.model}</dd></div>
-      ${it.height_mm !== null && html`<div><dt>Height</dt><dd data-testid="scene-height">${number(it.height_mm / 1000, 2)} m</dd></div><div><dt>Tilt</dt><dd>${number(it.tilt_deg ?? 0, 1)}°</dd></div>`}
-      <div><dt>Points</dt><dd>${it.points}</dd></div>${sheet.max_mm !== null && html`<div><dt>Worst expected</dt><dd>${mm(sheet.max_mm)} mm</dd></div>`}</dl>
-    ${it.why_no_frustum && html`<p class="warning-line" data-testid="no-frustum">${it.why_no_frustum}</p>`}${it.why_not_whole && html`<p class="reason">${it.why_not_whole}</p>`}
-    ${sheet.why && html`<p class="reason">${sheet.why} ${sheet.fix}</p>`}
-    ${moved && html`<p class="plainly" data-testid="scene-moved"><b>${mm(moved.median_mm)} mm</b> apart on the carpet, median; ${mm(moved.max_mm)} mm at worst.${moved.shift_mm && ` The camera: ${number(Math.hypot(...moved.shift_mm), 0)} mm, turned by ${number(moved.turn_deg ?? 0, 2)}°.`}</p>`}
-    <p><a href=${address(`/calibrations/${it.calibration}/scene.html?dark=${sceneView.value.dark}`)} download=${`touchline-v${it.version}-scene.html`} data-testid="scene-file">Keep it as a file</a> · <a href=${address(`/calibrations/${it.calibration}/report.html`)} target="_blank" rel="noopener">Open report</a></p></section>`;
+  const sheet = it.sheet[sceneView.value.sheet === "hat" ? "hat" : "carpet"],
+    { moved } = it;
+  return html`<section aria-label=${it.title} data-testid="scene-camera">
+    <h2>
+      <i class="dot" style=${`background:rgb(${it.colour.join()})`}></i> ${it.title}, version ${it.version}
+    </h2>
+    <dl class="details">
+      <div>
+        <dt>Model</dt>
+        <dd>${it.model}</dd>
+      </div>
+      ${it.height_mm !== null && html`
+        <div>
+          <dt>Height</dt>
+          <dd data-testid="scene-height">${number(it.height_mm / 1000, 2)} m</dd>
+        </div>
+        <div>
+          <dt>Tilt</dt>
+          <dd>${number(it.tilt_deg ?? 0, 1)}°</dd>
+        </div>
+      `}
+      <div>
+        <dt>Points</dt>
+        <dd>${it.points}</dd>
+      </div>
+      ${sheet.max_mm !== null && html`<div>
+        <dt>Worst expected</dt>
+        <dd>${mm(sheet.max_mm)} mm</dd>
+      </div>`}
+    </dl>
+    ${it.why_no_frustum && html`<p class="warning-line" data-testid="no-frustum">
+      ${it.why_no_frustum}
+    </p>`}
+    ${it.why_not_whole && html`<p class="reason">${it.why_not_whole}</p>`}
+    ${sheet.why && html`<p class="reason">
+      ${sheet.why} ${sheet.fix}
+    </p>`}
+    ${moved && html`<p class="plainly" data-testid="scene-moved">
+      <b>${mm(moved.median_mm)} mm</b> apart on the carpet, median; ${mm(moved.max_mm)} mm at worst.
+      ${moved.shift_mm &&
+        ` The camera: ${number(Math.hypot(...moved.shift_mm), 0)} mm, turned by ${number(moved.turn_deg ?? 0, 2)}°.`}
+    </p>`}
+    <p>
+      <a
+        href=${address(`/calibrations/${it.calibration}/scene.html?dark=${sceneView.value.dark}`)}
+        download=${`touchline-v${it.version}-scene.html`}
+        data-testid="scene-file"
+      >
+        Keep it as a file
+      </a>${" "}
+      ·${" "}
+      <a href=${address(`/calibrations/${it.calibration}/report.html`)} target="_blank" rel="noopener">
+        Open report
+      </a>
+    </p>
+  </section>`;
 }
 
 /** What was clicked on the carpet. */
 function Place() {
   const at = clicked.value;
   if (!at) return null;
-  return html`<section aria-label="Place on the carpet" data-testid="scene-place"><h2>${number(at.place_mm[0], 0)}, ${number(at.place_mm[1], 0)} mm</h2>
-    ${at.cameras.map((c) => html`<div key=${c.key} data-testid=${`place-${c.title}`}><b>${c.title}</b>
-      ${!c.pixel || !c.inside ? html`<p class="reason">Does not see it.</p>` : html`<dl class="details"><div><dt>Pixel</dt><dd data-testid="place-pixel">${number(c.pixel[0], 1)}, ${number(c.pixel[1], 1)}</dd></div>
-        ${c.sigma_mm !== null && html`<div><dt>Expected error</dt><dd data-testid="place-sigma">${mm(c.sigma_mm)} mm</dd></div>`}${c.hat_sigma_mm !== null && html`<div><dt>At hats</dt><dd>${mm(c.hat_sigma_mm)} mm</dd></div>`}</dl>
-        ${c.sigma_mm === null && html`<p class="reason">This model tells no expected error there.</p>`}
-        ${c.snapshot ? html`<button type="button" data-testid="place-show" onClick=${() => void showInPicture(c)}>Show it in the picture</button>` : html`<p class="reason">Its picture is not kept here.</p>`}`}</div>`)}</section>`;
+  return html`<section aria-label="Place on the carpet" data-testid="scene-place">
+    <h2>
+      ${number(at.place_mm[0], 0)}, ${number(at.place_mm[1], 0)} mm
+    </h2>
+    ${at.cameras.map((c) => html`<div key=${c.key} data-testid=${`place-${c.title}`}>
+      <b>${c.title}</b>
+      ${!c.pixel || !c.inside
+        ? html`<p class="reason">Does not see it.</p>`
+        : html`
+          <dl class="details">
+            <div>
+              <dt>Pixel</dt>
+              <dd data-testid="place-pixel">
+                ${number(c.pixel[0], 1)}, ${number(c.pixel[1], 1)}
+              </dd>
+            </div>
+            ${c.sigma_mm !== null && html`<div>
+              <dt>Expected error</dt>
+              <dd data-testid="place-sigma">${mm(c.sigma_mm)} mm</dd>
+            </div>`}
+            ${c.hat_sigma_mm !== null && html`<div>
+              <dt>At hats</dt>
+              <dd>${mm(c.hat_sigma_mm)} mm</dd>
+            </div>`}
+          </dl>
+          ${c.sigma_mm === null && html`<p class="reason">This model tells no expected error there.</p>`}
+          ${c.snapshot
+            ? html`<button type="button" data-testid="place-show" onClick=${() => void showInPicture(c)}>
+              Show it in the picture
+            </button>`
+            : html`<p class="reason">Its picture is not kept here.</p>`}
+        `}
+    </div>`)}
+  </section>`;
 }

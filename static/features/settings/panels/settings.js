@@ -6,68 +6,196 @@ import { html } from "../../../core/html.js";
 import { MAX_NAME_LENGTH } from "../../../core/operator.js";
 import { addressOf, backAddress, leftPicture, page } from "../../../core/page.js";
 import { Typed } from "../../../ui/typed.js";
-import { chooseName, fetchSettings, forgetPreferences, health, operatorName, serverSettings } from "../settings.js";
+import {
+  chooseName,
+  fetchSettings,
+  forgetPreferences,
+  health,
+  operatorName,
+  serverSettings,
+} from "../settings.js";
 
 /** @typedef {import("../types").Setting} Setting */
 
 const MB = 1e6;
 /** Where what can be changed while the server runs is changed. @type {Record<string, [string, string]>} */
-const CHANGE = { cameras: ["#/", "Add or change cameras"], network: ["#/", "Change it under Network on the start page"] };
+const CHANGE = {
+  cameras: ["#/", "Add or change cameras"],
+  network: ["#/", "Change it under Network on the start page"],
+};
 
 export function SettingsPage() {
-  useEffect(() => { void fetchSettings(); }, []);
+  useEffect(() => {
+    void fetchSettings();
+  }, []);
   const it = serverSettings.value;
-  return html`<div class="start desk" data-testid="settings-page"><h1>Settings</h1>
-    <${Health}/><${Preferences}/>${it && html`<${Storage} room=${it.storage}/><${Server} items=${it.items}/>`}</div>`;
+  return html`<div class="start desk" data-testid="settings-page">
+    <h1>Settings</h1>
+    <${Health} />
+    <${Preferences} />
+    ${it && html`
+      <${Storage} room=${it.storage} />
+      <${Server} items=${it.items} />
+    `}
+  </div>`;
 }
 
 function Health() {
   const it = health.value;
   if (!it) return null;
-  return html`<section aria-label="Health"><h2>Health</h2>
-    ${it.warnings.length + it.damaged.length === 0 ? html`<p><b class="level good">All is well.</b> Version ${it.version}, up for ${span(it.uptime_s)}.</p>` : html`<ul class="warnings" data-testid="health-warnings">
-      ${it.warnings.map((w) => html`<li key=${w.reason}><b>${w.text}</b> ${w.fix}</li>`)}
-      ${it.damaged.map((d) => html`<li key=${d.file}><b>Something kept was damaged (${d.kind}) and is now in ${d.file}.</b> ${d.note ?? "Restore it from a backup, or make it anew."}</li>`)}</ul>`}</section>`;
+  return html`<section aria-label="Health">
+    <h2>Health</h2>
+    ${it.warnings.length + it.damaged.length === 0
+      ? html`<p>
+        <b class="level good">All is well.</b> Version ${it.version}, up for ${span(it.uptime_s)}.
+      </p>`
+      : html`<ul class="warnings" data-testid="health-warnings">
+        ${it.warnings.map((w) => html`<li key=${w.reason}>
+          <b>${w.text}</b> ${w.fix}
+        </li>`)}
+        ${it.damaged.map((d) => html`<li key=${d.file}>
+          <b>
+            Something kept was damaged (${d.kind}) and is now in ${d.file}.
+          </b>${" "}
+          ${d.note ?? "Restore it from a backup, or make it anew."}
+        </li>`)}
+      </ul>`}
+  </section>`;
 }
 
 /** @param {number} s */
-const span = (s) => (s < 120 ? `${number(s, 0)} s` : s < 7200 ? `${number(s / 60, 0)} min` : s < 172_800 ? `${number(s / 3600, 0)} h` : `${number(s / 86_400, 0)} days`);
+const span = (s) =>
+  s < 120
+    ? `${number(s, 0)} s`
+    : s < 7200
+      ? `${number(s / 60, 0)} min`
+      : s < 172_800
+        ? `${number(s / 3600, 0)} h`
+        : `${number(s / 86_400, 0)} days`;
 
 function Preferences() {
-  return html`<section aria-label="This browser"><h2>This browser</h2>
-    <label class="pair tall"><span>Your name: written beside what you make, and told to whoever has the same picture open</span>
-      <${Typed} type="text" data-testid="operator-name" maxlength=${MAX_NAME_LENGTH} autocomplete="name" placeholder="Nobody in particular" value=${operatorName.value} take=${chooseName}/></label>
-    <div class="line"><button type="button" data-testid="forget-preferences" onClick=${forgetPreferences}>Forget this browser's preferences</button><small class="grow">Name, colours, lists of pictures. Clicks that the server has not got yet stay.</small></div></section>`;
+  return html`<section aria-label="This browser">
+    <h2>This browser</h2>
+    <label class="pair tall">
+      <span>Your name: written beside what you make, and told to whoever has the same picture open</span>
+      <${Typed}
+        type="text"
+        data-testid="operator-name"
+        maxlength=${MAX_NAME_LENGTH}
+        autocomplete="name"
+        placeholder="Nobody in particular"
+        value=${operatorName.value}
+        take=${chooseName}
+      />
+    </label>
+    <div class="line">
+      <button type="button" data-testid="forget-preferences" onClick=${forgetPreferences}>
+        Forget this browser's preferences
+      </button>
+      <small class="grow">
+        Name, colours, lists of pictures. Clicks that the server has not got yet stay.
+      </small>
+    </div>
+  </section>`;
 }
 
 /** @param {{ room: import("../types").DiskUsage }} props */
 function Storage({ room }) {
   const { backups } = room;
-  return html`<section aria-label="Storage"><h2>Storage</h2>
-    <${Taken} name="pictures" what="Pictures" used=${room.pictures_bytes} limit=${room.pictures_limit_bytes}/>
-    ${backups && html`<${Taken} name="backups" what=${`Backups, ${backups.count}`} used=${backups.used_bytes} limit=${backups.limit_bytes}/>`}
-    <dl class="details"><div><dt>free on the disk</dt><dd>${size(room.free_bytes)}</dd></div>
-      ${room.database_bytes !== null && html`<div><dt>database</dt><dd>${size(room.database_bytes)}</dd></div>`}
-      <div><dt>newest backup</dt><dd data-testid="newest-backup">${!backups ? "made by the database's own means" : backups.newest_at ? ago(Date.parse(backups.newest_at), Date.now()) : "none yet"}</dd></div></dl>
-    <p class="reason">A backup is made after every save. Above their limit the oldest pictures that nothing needs are removed.</p>
-    <p><a data-testid="download-everything" href=${address("/archive")} download>Download everything (ZIP)</a></p></section>`;
+  return html`<section aria-label="Storage">
+    <h2>Storage</h2>
+    <${Taken} name="pictures" what="Pictures" used=${room.pictures_bytes} limit=${room.pictures_limit_bytes} />
+    ${backups && html`<${Taken}
+      name="backups"
+      what=${`Backups, ${backups.count}`}
+      used=${backups.used_bytes}
+      limit=${backups.limit_bytes}
+    />`}
+    <dl class="details">
+      <div>
+        <dt>free on the disk</dt>
+        <dd>${size(room.free_bytes)}</dd>
+      </div>
+      ${room.database_bytes !== null && html`<div>
+        <dt>database</dt>
+        <dd>${size(room.database_bytes)}</dd>
+      </div>`}
+      <div>
+        <dt>newest backup</dt>
+        <dd data-testid="newest-backup">
+          ${!backups
+            ? "made by the database's own means"
+            : backups.newest_at
+              ? ago(Date.parse(backups.newest_at), Date.now())
+              : "none yet"}
+        </dd>
+      </div>
+    </dl>
+    <p class="reason">
+      A backup is made after every save. Above their limit the oldest pictures that nothing needs are removed.
+    </p>
+    <p>
+      <a data-testid="download-everything" href=${address("/archive")} download>
+        Download everything (ZIP)
+      </a>
+    </p>
+  </section>`;
 }
 
 /** @param {{ name: string, what: string, used: number, limit: number }} props */
-const Taken = ({ name, what, used, limit }) => html`<div class="taken" data-testid=${`taken-${name}`}><div class="line"><span class="grow">${what}</span><b>${size(used)}</b><small>of ${size(limit)}</small></div>
-  <progress max="1" value=${Math.min(1, used / limit)} aria-label=${what}></progress></div>`;
+const Taken = ({ name, what, used, limit }) => html`<div class="taken" data-testid=${`taken-${name}`}>
+  <div class="line">
+    <span class="grow">${what}</span>
+    <b>${size(used)}</b>
+    <small>of ${size(limit)}</small>
+  </div>
+  <progress max="1" value=${Math.min(1, used / limit)} aria-label=${what}></progress>
+</div>`;
 
 /** @param {number} bytes */
-const size = (bytes) => (bytes >= 1000 * MB ? `${number(bytes / 1000 / MB, 1)} GB` : `${number(bytes / MB, bytes < 10 * MB ? 1 : 0)} MB`);
+const size = (bytes) =>
+  bytes >= 1000 * MB
+    ? `${number(bytes / 1000 / MB, 1)} GB`
+    : `${number(bytes / MB, bytes < 10 * MB ? 1 : 0)} MB`;
 
 /** @param {{ items: Setting[] }} props */
 function Server({ items }) {
   const sections = [...new Set(items.map(sectionOf))];
-  return html`<section aria-label="Server"><h2>Server</h2>
-    <p class="reason">Read when the server starts, from its settings file, the environment or the command line; change it there and start it anew. Passwords and the token are never shown.</p>
-    ${sections.map((section) => html`<details key=${section} class="more settings" open=${items.some((s) => sectionOf(s) === section && !isDefault(s))} data-testid=${`section-${section}`}><summary>${words(section)}</summary>
-      <dl>${items.filter((s) => sectionOf(s) === section).map((s) => html`<div key=${s.name} data-testid=${`setting-${s.name}`}><dt><code>${s.name}</code> <b>${shown(s)}</b>${!isDefault(s) && !s.secret && html` <small>instead of ${plain(s.default)}</small>`}</dt>
-        <dd><small>${s.help}</small>${s.change && html` <a href=${CHANGE[s.change][0]}>${CHANGE[s.change][1]}</a>`}</dd></div>`)}</dl></details>`)}</section>`;
+  return html`<section aria-label="Server">
+    <h2>Server</h2>
+    <p class="reason">
+      Read when the server starts, from its settings file, the environment or the command line; change it
+      there and start it anew. Passwords and the token are never shown.
+    </p>
+    ${sections.map((section) => html`<details
+      key=${section}
+      class="more settings"
+      open=${items.some((s) => sectionOf(s) === section && !isDefault(s))}
+      data-testid=${`section-${section}`}
+    >
+      <summary>${words(section)}</summary>
+      <dl>
+        ${items
+          .filter((s) => sectionOf(s) === section)
+          .map((s) => html`<div key=${s.name} data-testid=${`setting-${s.name}`}>
+            <dt>
+              <code>${s.name}</code> <b>${shown(s)}</b>
+              ${!isDefault(s) && !s.secret && html`
+                ${" "}
+                <small>instead of ${plain(s.default)}</small>
+              `}
+            </dt>
+            <dd>
+              <small>${s.help}</small>
+              ${s.change && html`
+                ${" "}
+                <a href=${CHANGE[s.change][0]}>${CHANGE[s.change][1]}</a>
+              `}
+            </dd>
+          </div>`)}
+      </dl>
+    </details>`)}
+  </section>`;
 }
 
 /** @param {Setting} s */
@@ -77,17 +205,59 @@ const isDefault = (s) => JSON.stringify(s.value) === JSON.stringify(s.default);
 /** @param {Setting} s */
 const shown = (s) => (s.secret ? (s.value === null ? "not set" : "set") : plain(s.value));
 /** @param {unknown} value @returns {string} */
-const plain = (value) => (value === null ? "not set" : value === "" ? "empty" : Array.isArray(value) ? value.join(", ") || "none" : typeof value === "boolean" ? (value ? "on" : "off") : String(value));
+const plain = (value) =>
+  value === null
+    ? "not set"
+    : value === ""
+      ? "empty"
+      : Array.isArray(value)
+        ? value.join(", ") || "none"
+        : typeof value === "boolean"
+          ? value
+            ? "on"
+            : "off"
+          : String(value);
 
 /** On the left of every page: the other ones. */
 export function PageMenu() {
   /** @type {[import("../../../core/page_address").PageAddress["name"], string, string][]} */
-  const pages = [["versions", "", "Saved versions"], ["jobs", "", "Long work"], ["settings", "", "Settings"]];
-  return html`<nav aria-label="Pages"><ul class="plain page-menu">
-    <li><a href=${backAddress()} data-testid="page-back">${leftPicture.value ? "Back to the picture" : "Back to the cameras"}</a></li>
-    ${pages.map(([name, argument, label]) => html`<li key=${name}><a href=${addressOf({ name, argument })} data-testid=${`page-${name}`} aria-current=${page.value?.name === name ? "page" : undefined}>${label}</a></li>`)}</ul></nav>`;
+  const pages = [
+    ["versions", "", "Saved versions"],
+    ["jobs", "", "Long work"],
+    ["settings", "", "Settings"],
+  ];
+  return html`<nav aria-label="Pages">
+    <ul class="plain page-menu">
+      <li>
+        <a href=${backAddress()} data-testid="page-back">
+          ${leftPicture.value ? "Back to the picture" : "Back to the cameras"}
+        </a>
+      </li>
+      ${pages.map(([name, argument, label]) => html`<li key=${name}>
+        <a
+          href=${addressOf({ name, argument })}
+          data-testid=${`page-${name}`}
+          aria-current=${page.value?.name === name ? "page" : undefined}
+        >
+          ${label}
+        </a>
+      </li>`)}
+    </ul>
+  </nav>`;
 }
 
-export const SettingsHelp = () => html`<section aria-label="About settings"><h2>What can be changed here</h2><ul class="plain">
-  <li><b>Cameras</b> are added, changed and removed on the start page.</li><li><b>What is sent to the network</b> is changed at run time as well.</li>
-  <li><b>Everything else</b> stands in the settings file, for it decides who may come in and what the machine gives.</li></ul></section>`;
+export const SettingsHelp = () => html`<section aria-label="About settings">
+  <h2>What can be changed here</h2>
+  <ul class="plain">
+    <li>
+      <b>Cameras</b> are added, changed and removed on the start page.
+    </li>
+    <li>
+      <b>What is sent to the network</b> is changed at run time as well.
+    </li>
+    <li>
+      <b>Everything else</b> stands in the settings file, for it decides who may come in and what the machine
+      gives.
+    </li>
+  </ul>
+</section>`;

@@ -29,49 +29,105 @@ import { Start } from "./start.js";
 const PICTURES = "image/png,image/jpeg,image/bmp,image/webp";
 const dropping = signal(false);
 /** What the browser's tab is called. */
-export const title = computed(() => `${place.value ? place.value.label : current.value.label}${camera.value ? `, ${camera.value.name}` : ""} – Touchline`);
+export const title = computed(() => {
+  const name = camera.value ? `, ${camera.value.name}` : "";
+  return `${place.value ? place.value.label : current.value.label}${name} – Touchline`;
+});
 
 export function App() {
-  return html`<${Header}/><aside class="left" aria-label="This step"><${Guide}/><${Tour}/><${Left}/></aside>
-    <div class="middle"><${Stage} Empty=${Middle} Legends=${Legends}/><${Notices}/></div>
-    <aside class="right" aria-label="Results">${help.value ? html`<${Help}/>` : html`<${Right}/>`}</aside>
-    <${Footer}/><${FileInput}/>${dropping.value && html`<div class="drop-hint" aria-hidden="true">Drop the picture to open it</div>`}`;
+  return html`
+    <${Header} />
+    <aside class="left" aria-label="This step">
+      <${Guide} />
+      <${Tour} />
+      <${Left} />
+    </aside>
+    <div class="middle">
+      <${Stage} Empty=${Middle} Legends=${Legends} />
+      <${Notices} />
+    </div>
+    <aside class="right" aria-label="Results">
+      ${help.value ? html`<${Help} />` : html`<${Right} />`}
+    </aside>
+    <${Footer} />
+    <${FileInput} />
+    ${dropping.value && html`<div class="drop-hint" aria-hidden="true">
+      Drop the picture to open it
+    </div>`}
+  `;
 }
 
 /** What stands in the middle while no picture does. */
-const Middle = () => html`<${place.value?.Main ?? Start}/>`;
+const Middle = () => {
+  const Main = place.value?.Main ?? Start;
+  return html`<${Main} />`;
+};
 
 /** The words beside what is drawn on the picture. */
-const Legends = () => html`<${BlinkLegend}/><${GridLegend}/><${ArrowLegend}/><${HeatLegend}/>`;
+const Legends = () => html`
+  <${BlinkLegend} />
+  <${GridLegend} />
+  <${ArrowLegend} />
+  <${HeatLegend} />
+`;
 
 /** What is missing in this step, in one sentence. */
 function Guide() {
   if (opening.value) return null;
-  const at = place.value, { label, done, sentence } = at ? { ...at.nextStep.value, label: at.label } : current.value;
-  return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite">${(atPair.value || step.value !== "camera") && html`<h1 class="sr">${label} – Touchline</h1>`}<h2>${label}</h2><p data-testid="sentence">${sentence}</p><${Presence}/></section>`;
+  const at = place.value,
+    { label, done, sentence } = at ? { ...at.nextStep.value, label: at.label } : current.value;
+  return html`<section class=${`guide${done ? " done" : ""}`} aria-live="polite">
+    ${(atPair.value || step.value !== "camera") && html`<h1 class="sr">${label} – Touchline</h1>`}
+    <h2>${label}</h2>
+    <p data-testid="sentence">${sentence}</p>
+    <${Presence} />
+  </section>`;
 }
 
 function Left() {
   if (opening.value) return null;
-  if (place.value) return html`<${place.value.Form}/>`;
+  if (place.value) return html`<${place.value.Form} />`;
   switch (step.value) {
-    case "camera": return html`<section><h2>How it goes</h2><ol class="plain"><li>Take or open a picture.</li><li>Say which field it shows, and which part.</li><li>Click along the four borders.</li><li>Look at the corrected picture.</li><li>Activate the version, or download it.</li></ol></section>`;
-    case "picture": return html`<${FieldPanel}/>`;
-    case "borders": return html`<${FieldSummary}/><${BordersPanel}/>`;
-    case "model": return html`<${ModelPanel}/>`;
-    case "compare": return html`<${ComparePanel}/>`;
-    default: return html`<${VersionsPanel}/>`;
+    case "camera":
+      return html`<section>
+        <h2>How it goes</h2>
+        <ol class="plain">
+          <li>Take or open a picture.</li>
+          <li>Say which field it shows, and which part.</li>
+          <li>Click along the four borders.</li>
+          <li>Look at the corrected picture.</li>
+          <li>Activate the version, or download it.</li>
+        </ol>
+      </section>`;
+    case "picture":
+      return html`<${FieldPanel} />`;
+    case "borders":
+      return html`
+        <${FieldSummary} />
+        <${BordersPanel} />
+      `;
+    case "model":
+      return html`<${ModelPanel} />`;
+    case "compare":
+      return html`<${ComparePanel} />`;
+    default:
+      return html`<${VersionsPanel} />`;
   }
 }
 
 function Right() {
   if (opening.value) return null;
-  if (place.value) return html`<${place.value.Report}/>`;
+  if (place.value) return html`<${place.value.Report} />`;
   switch (step.value) {
-    case "camera": return html`<${PictureAdvice}/>`;
-    case "picture": return html`<${PictureHelp}/>`;
-    case "borders": case "model": return html`<${Figures}/>`;
-    default: return version.value && html`<${Figures} report=${version.value.report}/>`;
+    case "camera":
+      return html`<${PictureAdvice} />`;
+    case "picture":
+      return html`<${PictureHelp} />`;
+    case "borders":
+    case "model":
+      return html`<${Figures} />`;
+    default:
+      return version.value && html`<${Figures} report=${version.value.report} />`;
   }
 }
 
@@ -87,15 +143,40 @@ function FileInput() {
     filePicker.open = () => input.current?.click();
     /** @type {Record<string, (e: any) => void>} */
     const on = {
-      dragover: (e) => { if (e.dataTransfer?.types.includes("Files")) { e.preventDefault(); dropping.value = true; } },
-      dragleave: (e) => { if (!e.relatedTarget) dropping.value = false; },
-      drop: (e) => { e.preventDefault(); dropping.value = false; take(e.dataTransfer?.files); },
+      dragover: (e) => {
+        if (e.dataTransfer?.types.includes("Files")) {
+          e.preventDefault();
+          dropping.value = true;
+        }
+      },
+      dragleave: (e) => {
+        if (!e.relatedTarget) dropping.value = false;
+      },
+      drop: (e) => {
+        e.preventDefault();
+        dropping.value = false;
+        take(e.dataTransfer?.files);
+      },
       paste: (e) => take(e.clipboardData?.files),
     };
     for (const [type, listener] of Object.entries(on)) addEventListener(type, listener);
-    return () => { for (const [type, listener] of Object.entries(on)) removeEventListener(type, listener); };
+    return () => {
+      for (const [type, listener] of Object.entries(on)) removeEventListener(type, listener);
+    };
   }, []);
-  return html`<input ref=${input} type="file" data-testid="file" class="sr" tabindex="-1" aria-hidden="true" accept=${PICTURES}
+  return html`<input
+    ref=${input}
+    type="file"
+    data-testid="file"
+    class="sr"
+    tabindex="-1"
+    aria-hidden="true"
+    accept=${PICTURES}
     multiple=${place.value !== null}
-    onChange=${() => { const it = input.current; take(it?.files); if (it) it.value = ""; }}/>`;
+    onChange=${() => {
+      const it = input.current;
+      take(it?.files);
+      if (it) it.value = "";
+    }}
+  />`;
 }

@@ -12,23 +12,71 @@ import { both } from "../../pair/pair.js";
 import { nextAction, steps } from "../steps.js";
 
 const now = signal(Date.now());
-setInterval(() => { now.value = Date.now(); }, 1000);
+setInterval(() => {
+  now.value = Date.now();
+}, 1000);
 
 export function Header() {
   return html`<header>
-    <a class="skip" href="#/" onClick=${toStage}>Skip to the picture</a>
-    <a class="brand" href="#/" aria-label="Touchline, start page"><${Logo}/><span>Touchline</span></a>
-    ${snapshot.value && html`<span class="pill" title="Where the picture comes from">${camera.value?.name ?? "Picture from a file"}
-      <small>${snapshot.value.width} × ${snapshot.value.height} px</small></span>`}
-    <nav aria-label="Steps"><ol>${steps.value.map(({ id, label, done, open, sentence }) => html`<li key=${id}>
-      <button type="button" data-testid=${`step-${id}`} class=${id === step.value ? "now" : done ? "done" : "todo"} disabled=${!open}
-        aria-current=${id === step.value ? "step" : undefined} title=${sentence} onClick=${() => run(`step-${id}`)}>
-        <span aria-hidden="true" class="mark">${id === step.value ? "●" : done ? "✓" : "○"}</span>${label}<span class="sr">${done ? ", done. " : ". "}${sentence}</span>
-      </button></li>`)}</ol></nav>
-    <${JobsIndicator}/><${Saved}/>
-    <a class="round as-button" href="#/settings" data-testid="to-settings" aria-label="Settings, long work, saved versions" title="Settings, long work, saved versions">⚙</a>
-    <button type="button" class="round" data-testid="help" aria-label="Open help" aria-expanded=${help.value !== ""} onClick=${() => run(help.value ? "escape" : "manual")}>?</button>
-    <${Next}/>
+    <a class="skip" href="#/" onClick=${toStage}>
+      Skip to the picture
+    </a>
+    <a class="brand" href="#/" aria-label="Touchline, start page">
+      <${Logo} />
+      <span>Touchline</span>
+    </a>
+    ${snapshot.value && html`<span class="pill" title="Where the picture comes from">
+      ${camera.value?.name ?? "Picture from a file"}
+      <small>
+        ${snapshot.value.width} × ${snapshot.value.height} px
+      </small>
+    </span>`}
+    <nav aria-label="Steps">
+      <ol>
+        ${steps.value.map(({ id, label, done, open, sentence }) => html`<li key=${id}>
+          <button
+            type="button"
+            data-testid=${`step-${id}`}
+            class=${id === step.value ? "now" : done ? "done" : "todo"}
+            disabled=${!open}
+            aria-current=${id === step.value ? "step" : undefined}
+            title=${sentence}
+            onClick=${() => run(`step-${id}`)}
+          >
+            <span aria-hidden="true" class="mark">
+              ${id === step.value ? "●" : done ? "✓" : "○"}
+            </span>
+            ${label}
+            <span class="sr">
+              ${done ? ", done. " : ". "}
+              ${sentence}
+            </span>
+          </button>
+        </li>`)}
+      </ol>
+    </nav>
+    <${JobsIndicator} />
+    <${Saved} />
+    <a
+      class="round as-button"
+      href="#/settings"
+      data-testid="to-settings"
+      aria-label="Settings, long work, saved versions"
+      title="Settings, long work, saved versions"
+    >
+      ⚙
+    </a>
+    <button
+      type="button"
+      class="round"
+      data-testid="help"
+      aria-label="Open help"
+      aria-expanded=${help.value !== ""}
+      onClick=${() => run(help.value ? "escape" : "manual")}
+    >
+      ?
+    </button>
+    <${Next} />
   </header>`;
 }
 
@@ -40,18 +88,47 @@ function toStage(e) {
 
 function Next() {
   const { action, label, missing } = nextAction.value;
-  const doing = busy.value || (opening.value ? "Opening…" : ""), waits = doing !== "" || missing !== "";
-  return html`<button type="button" class="go" data-testid="next" aria-disabled=${waits} title=${missing || label}
-    onClick=${() => { if (!waits) run(action); }}>${doing || label}</button>`;
+  const doing = busy.value || (opening.value ? "Opening…" : ""),
+    waits = doing !== "" || missing !== "";
+  return html`<button
+    type="button"
+    class="go"
+    data-testid="next"
+    aria-disabled=${waits}
+    title=${missing || label}
+    onClick=${() => {
+      if (!waits) run(action);
+    }}
+  >
+    ${doing || label}
+  </button>`;
 }
 
 function Saved() {
   const { state, at } = draft.value;
-  if (state === "none") return html`<span class="saved" data-testid=${atPair.value && both.value ? "kept" : undefined}>${atPair.value && both.value ? "Kept in this browser" : ""}</span>`;
-  const text = !online.value || state === "away" ? "Kept in this browser" : state === "saved" ? `Saved ${ago(at, now.value)}`
-    : state === "unsaved" ? "Saving…" : "Not saved";
-  return html`<span class=${`saved ${state}`} data-testid="saved" data-state=${state}>${text}</span>`;
+  if (state === "none")
+    return html`<span class="saved" data-testid=${atPair.value && both.value ? "kept" : undefined}>
+      ${atPair.value && both.value ? "Kept in this browser" : ""}
+    </span>`;
+  const text =
+    !online.value || state === "away"
+      ? "Kept in this browser"
+      : state === "saved"
+        ? `Saved ${ago(at, now.value)}`
+        : state === "unsaved"
+          ? "Saving…"
+          : "Not saved";
+  return html`<span class=${`saved ${state}`} data-testid="saved" data-state=${state}>
+    ${text}
+  </span>`;
 }
 
-const Logo = () => html`<svg width="22" height="22" viewBox="0 0 22 22" aria-hidden="true"><path fill="none" stroke="currentColor" stroke-width="2" stroke-linecap="round"
-  d="M3 3Q6 11 3 19M19 3Q16 11 19 19M3 3Q11 6 19 3M3 19Q11 16 19 19"/></svg>`;
+const Logo = () => html`<svg width="22" height="22" viewBox="0 0 22 22" aria-hidden="true">
+  <path
+    fill="none"
+    stroke="currentColor"
+    stroke-width="2"
+    stroke-linecap="round"
+    d="M3 3Q6 11 3 19M19 3Q16 11 19 19M3 3Q11 6 19 3M3 19Q11 16 19 19"
+  />
+</svg>`;

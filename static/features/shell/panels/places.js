@@ -29,21 +29,63 @@ import { VersionListPage, VersionListReport } from "../../versions/panels/versio
 
 /** The pages beside the six steps, by their names in the address. */
 const PAGES = {
-  jobs: { label: "Long work", Form: PageMenu, Main: JobsPage, Report: JobsHelp }, settings: { label: "Settings", Form: PageMenu, Main: SettingsPage, Report: SettingsHelp },
-  versions: { label: "Saved versions", Form: PageMenu, Main: VersionListPage, Report: VersionListReport }, capture: { label: "Board before the camera", Form: CaptureForm, Main: CapturePage, Report: CaptureReport },
+  jobs: { label: "Long work", Form: PageMenu, Main: JobsPage, Report: JobsHelp },
+  settings: { label: "Settings", Form: PageMenu, Main: SettingsPage, Report: SettingsHelp },
+  versions: { label: "Saved versions", Form: PageMenu, Main: VersionListPage, Report: VersionListReport },
+  capture: { label: "Board before the camera", Form: CaptureForm, Main: CapturePage, Report: CaptureReport },
   rig: { label: "Rig", Form: RigForm, Main: RigPage, Report: RigReport },
-  rolls: { label: "Rolling ball", Form: RollsForm, Main: RollsPage, Report: RollsReport }, scene: { label: "Scene in 3-D", Form: SceneForm, Main: ScenePage, Report: SceneReport },
+  rolls: { label: "Rolling ball", Form: RollsForm, Main: RollsPage, Report: RollsReport },
+  scene: { label: "Scene in 3-D", Form: SceneForm, Main: ScenePage, Report: SceneReport },
   seeing: { label: "What it sees", Form: DetectionForm, Main: DetectionPage, Report: DetectionReport },
 };
 
 /** Where work goes on without a field. add: takes files that are opened, dropped or pasted there. */
 const PLACES = {
-  board: { label: "Lens", nextStep: boardNextStep, Form: BoardForm, Main: BoardPage, Report: LensReport, add: addPictures },
-  straight: { label: "Straight edges", nextStep: straightNextStep, Form: StraightForm, Main: StraightPage, Report: StraightReport, add: addEdgePictures },
-  live: { label: "Camera", nextStep: cameraNextStep, Form: CameraPanel, Main: CameraPage, Report: CameraReport, add: (/** @type {FileList} */ files) => openFile(files[0]) },
-  pair: { label: "Two cameras", nextStep: pairNextStep, Form: PairForm, Main: PairPage, Report: PairReport, add: openFiles },
+  board: {
+    label: "Lens",
+    nextStep: boardNextStep,
+    Form: BoardForm,
+    Main: BoardPage,
+    Report: LensReport,
+    add: addPictures,
+  },
+  straight: {
+    label: "Straight edges",
+    nextStep: straightNextStep,
+    Form: StraightForm,
+    Main: StraightPage,
+    Report: StraightReport,
+    add: addEdgePictures,
+  },
+  live: {
+    label: "Camera",
+    nextStep: cameraNextStep,
+    Form: CameraPanel,
+    Main: CameraPage,
+    Report: CameraReport,
+    add: (/** @type {FileList} */ files) => openFile(files[0]),
+  },
+  pair: {
+    label: "Two cameras",
+    nextStep: pairNextStep,
+    Form: PairForm,
+    Main: PairPage,
+    Report: PairReport,
+    add: openFiles,
+  },
 };
 
 /** The place that is open, or null at the six steps. */
-export const place = computed(() => (page.value ? { ...PAGES[page.value.name], nextStep: pageNextStep, add: () => {} } : atLive.value !== null ? PLACES.live
-  : atBoard.value ? PLACES.board : atStraight.value ? PLACES.straight : atPair.value ? PLACES.pair : null));
+export const place = computed(() =>
+  page.value
+    ? { ...PAGES[page.value.name], nextStep: pageNextStep, add: () => {} }
+    : atLive.value !== null
+      ? PLACES.live
+      : atBoard.value
+        ? PLACES.board
+        : atStraight.value
+          ? PLACES.straight
+          : atPair.value
+            ? PLACES.pair
+            : null,
+);

@@ -15,26 +15,69 @@ import { Rigs } from "../../rig/panels/rig.js";
 import { Import } from "../../versions/panels/imports.js";
 
 export function Start() {
-  if (opening.value) return html`<div class="start" aria-busy="true"><p class="dim">Opening…</p></div>`;
+  if (opening.value)
+    return html`<div class="start" aria-busy="true">
+      <p class="dim">Opening…</p>
+    </div>`;
   return html`<div class="start">
     <h1>Calibrate a camera</h1>
-    <p class="dim">Take a picture of the empty field, click along its four borders, and get field millimetres for every pixel.</p>
-    <div class="line"><${TourButton}/></div>
-    <${LensForNextPicture}/>
-    <${Cameras}/>
-    <section aria-label="Open a picture"><h2>${cameras.value.length ? "Or use a picture you have" : "Use a picture you have"}</h2>
-      <button type="button" class="drop" data-testid="drop" disabled=${busy.value !== ""} onClick=${() => run("open")}>
-        <b>${busy.value || "Open a picture…"}</b><small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small></button></section>
-    <${Import}/>
-    <${ToBoard}/>
-    <section aria-label="Two cameras"><h2>Do two cameras agree?</h2><${ActionButton} id="pair"/></section>
-    <${Rigs}/>
-    <section aria-label="Pages"><h2>What there is already</h2><div class="line"><${ActionButton} id="versions" label="Saved versions"/><${ActionButton} id="jobs" label="Long work"/><${ActionButton} id="settings" label="Settings"/></div></section>
-    <${Network}/>
-    ${snapshots.value.length > 0 && html`<section aria-label="Earlier pictures"><h2>Go on with an earlier picture</h2>
-      <ul class="recent">${snapshots.value.map((s) => html`<li key=${s.id}>
-        <button type="button" data-testid=${`recent-${s.id}`} onClick=${() => void openById(s.id, "borders")}><span class="sr">Go on with the picture of </span>
-          <img loading="lazy" alt="" src=${address(`/snapshots/${s.id}/image.jpg`)}/><small>${dayAndTime(s.taken_at)}<br/>${s.width} × ${s.height} px</small>
-        </button></li>`)}</ul></section>`}
+    <p class="dim">
+      Take a picture of the empty field, click along its four borders, and get field millimetres for every
+      pixel.
+    </p>
+    <div class="line">
+      <${TourButton} />
+    </div>
+    <${LensForNextPicture} />
+    <${Cameras} />
+    <section aria-label="Open a picture">
+      <h2>${cameras.value.length ? "Or use a picture you have" : "Use a picture you have"}</h2>
+      <button
+        type="button"
+        class="drop"
+        data-testid="drop"
+        disabled=${busy.value !== ""}
+        onClick=${() => run("open")}
+      >
+        <b>${busy.value || "Open a picture…"}</b>
+        <small>or drop it here, or paste it. PNG, JPEG, BMP or WebP.</small>
+      </button>
+    </section>
+    <${Import} />
+    <${ToBoard} />
+    <section aria-label="Two cameras">
+      <h2>Do two cameras agree?</h2>
+      <${ActionButton} id="pair" />
+    </section>
+    <${Rigs} />
+    <section aria-label="Pages">
+      <h2>What there is already</h2>
+      <div class="line">
+        <${ActionButton} id="versions" label="Saved versions" />
+        <${ActionButton} id="jobs" label="Long work" />
+        <${ActionButton} id="settings" label="Settings" />
+      </div>
+    </section>
+    <${Network} />
+    ${snapshots.value.length > 0 && html`<section aria-label="Earlier pictures">
+      <h2>Go on with an earlier picture</h2>
+      <ul class="recent">
+        ${snapshots.value.map((s) => html`<li key=${s.id}>
+          <button
+            type="button"
+            data-testid=${`recent-${s.id}`}
+            onClick=${() => void openById(s.id, "borders")}
+          >
+            <span class="sr">Go on with the picture of </span>
+            <img loading="lazy" alt="" src=${address(`/snapshots/${s.id}/image.jpg`)} />
+            <small>
+              ${dayAndTime(s.taken_at)}
+              <br />
+              ${s.width} × ${s.height} px
+            </small>
+          </button>
+        </li>`)}
+      </ul>
+    </section>`}
   </div>`;
 }

@@ -7,37 +7,130 @@ import { ACCEPTED, importFile, importMessage, importOptions, imported } from "..
 /** @typedef {{ target: HTMLInputElement & HTMLSelectElement }} Changed */
 
 export function Import() {
-  const { camera, field, region, image_size } = importOptions.value, regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
+  const { camera, field, region, image_size } = importOptions.value,
+    regions = Object.keys(fields.value.find((f) => f.name === field)?.regions ?? {});
   /** @param {Partial<typeof importOptions.value>} more */
-  const setOption = (more) => { importOptions.value = { ...importOptions.value, ...more }; };
-  const choose = (/** @type {Changed} */ e) => { const file = e.target.files?.[0]; if (file) void importFile(file); e.target.value = ""; };
-  return html`<section aria-label="Import a calibration"><h2>Or bring a calibration you have</h2>
-    <label class="drop choose-file"><b>${busy.value || "Import a calibration…"}</b><small>or drop its file here. Touchline, OpenCV, ROS, Kalibr, mrcal, PhotonVision, SSL-Vision, or a table of points.</small>
-      <input type="file" class="sr" data-testid="import-file" accept=${ACCEPTED} disabled=${busy.value !== ""} onChange=${choose}/></label>
-    <details class="more"><summary>What the file does not say</summary><div class="say-beside">
-      <label>Camera <select data-testid="import-camera" value=${camera} onChange=${(/** @type {Changed} */ e) => setOption({ camera: e.target.value })}><option value="">As the file says</option>${cameras.value.map((c) => html`<option key=${c.id} value=${c.id}>${c.name}</option>`)}</select></label>
-      <label>Field <select data-testid="import-field" value=${field} onChange=${(/** @type {Changed} */ e) => setOption({ field: e.target.value, region: "" })}><option value="">As the file says</option>${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>${f.title}</option>`)}</select></label>
-      <label>Region <select data-testid="import-region" value=${region} disabled=${!regions.length} onChange=${(/** @type {Changed} */ e) => setOption({ region: e.target.value })}><option value="">As the file says</option>${regions.map((name) => html`<option key=${name} value=${name}>${name}</option>`)}</select></label>
-      <label>Picture size, px <input type="text" data-testid="import-size" placeholder="1280x1024" maxlength="11" value=${image_size} onInput=${(/** @type {Changed} */ e) => setOption({ image_size: e.target.value.trim() })}/></label></div></details>
-    <${Became}/></section>`;
+  const setOption = (more) => {
+    importOptions.value = { ...importOptions.value, ...more };
+  };
+  const choose = (/** @type {Changed} */ e) => {
+    const file = e.target.files?.[0];
+    if (file) void importFile(file);
+    e.target.value = "";
+  };
+  return html`<section aria-label="Import a calibration">
+    <h2>Or bring a calibration you have</h2>
+    <label class="drop choose-file">
+      <b>${busy.value || "Import a calibration…"}</b>
+      <small>
+        or drop its file here. Touchline, OpenCV, ROS, Kalibr, mrcal, PhotonVision, SSL-Vision, or a table of
+        points.
+      </small>
+      <input
+        type="file"
+        class="sr"
+        data-testid="import-file"
+        accept=${ACCEPTED}
+        disabled=${busy.value !== ""}
+        onChange=${choose}
+      />
+    </label>
+    <details class="more">
+      <summary>What the file does not say</summary>
+      <div class="say-beside">
+        <label>
+          Camera${" "}
+          <select
+            data-testid="import-camera"
+            value=${camera}
+            onChange=${(/** @type {Changed} */ e) => setOption({ camera: e.target.value })}
+          >
+            <option value="">As the file says</option>
+            ${cameras.value.map((c) => html`<option key=${c.id} value=${c.id}>
+              ${c.name}
+            </option>`)}
+          </select>
+        </label>
+        <label>
+          Field${" "}
+          <select
+            data-testid="import-field"
+            value=${field}
+            onChange=${(/** @type {Changed} */ e) => setOption({ field: e.target.value, region: "" })}
+          >
+            <option value="">As the file says</option>
+            ${fields.value.map((f) => html`<option key=${f.name} value=${f.name}>
+              ${f.title}
+            </option>`)}
+          </select>
+        </label>
+        <label>
+          Region${" "}
+          <select
+            data-testid="import-region"
+            value=${region}
+            disabled=${!regions.length}
+            onChange=${(/** @type {Changed} */ e) => setOption({ region: e.target.value })}
+          >
+            <option value="">As the file says</option>
+            ${regions.map((name) => html`<option key=${name} value=${name}>
+              ${name}
+            </option>`)}
+          </select>
+        </label>
+        <label>
+          Picture size, px${" "}
+          <input
+            type="text"
+            data-testid="import-size"
+            placeholder="1280x1024"
+            maxlength="11"
+            value=${image_size}
+            onInput=${(/** @type {Changed} */ e) => setOption({ image_size: e.target.value.trim() })}
+          />
+        </label>
+      </div>
+    </details>
+    <${Became} />
+  </section>`;
 }
 
 /** What became of the last file: where it is now, or why not and what to do. */
 function Became() {
   const it = imported.value;
   if (!it) return null;
-  if (it.why) return html`<div class="warning-line" role="alert" data-testid="import-refusal"><b>${it.why.detail}</b> ${it.why.fix}</div>`;
+  if (it.why)
+    return html`<div class="warning-line" role="alert" data-testid="import-refusal">
+      <b>${it.why.detail}</b> ${it.why.fix}
+    </div>`;
   const { kept } = it;
-  return kept && html`<div class="plainly" role="status" data-testid="imported"><p><b>${importMessage(kept)}</b> ${kept.note}</p>
-    ${!kept.isLens && html`<div class="line"><a href=${address(`/calibrations/${kept.id}/report.html`)} target="_blank" rel="noopener">Open its report</a>
-      ${kept.camera && html`<button type="button" data-testid="import-activate" onClick=${() => void activate(kept)}>Activate it</button>`}</div>`}</div>`;
+  return (
+    kept && html`<div class="plainly" role="status" data-testid="imported">
+      <p>
+        <b>${importMessage(kept)}</b> ${kept.note}
+      </p>
+      ${!kept.isLens && html`<div class="line">
+        <a href=${address(`/calibrations/${kept.id}/report.html`)} target="_blank" rel="noopener">
+          Open its report
+        </a>
+        ${kept.camera && 
+          html`<button type="button" data-testid="import-activate" onClick=${() => void activate(kept)}>
+            Activate it
+          </button>`}
+      </div>`}
+    </div>`
+  );
 }
 
 /** @param {import("../imports.js").Kept} kept */
 async function activate({ id, version }) {
   try {
     await call("POST", `/calibrations/${id}/activate`);
-    notify({ level: "info", text: `Version ${version} is active now.`, fix: "The former one stays among the versions." });
+    notify({
+      level: "info",
+      text: `Version ${version} is active now.`,
+      fix: "The former one stays among the versions.",
+    });
   } catch (error) {
     notifyError(error);
   }
