@@ -90,6 +90,16 @@ def inside_picture(raw: Points, size: ImageSize, margin_px: float | NDArray = -0
         return ((raw >= margin_px) & (raw <= np.array(tuple(size)) - 1 - margin_px)).all(axis=-1)
 
 
+def with_z(points: Points, z_mm: float = 0.0) -> Array:
+    """Append a height: (..., 2) to (..., 3)."""
+    return np.concatenate([points, np.full((*points.shape[:-1], 1), z_mm)], axis=-1)
+
+
+def homogeneous(points: Points) -> Array:
+    """Append a 1: (..., 2) to (..., 3)."""
+    return with_z(points, 1.0)
+
+
 def unreachable_where(bad: NDArray[np.bool_], points: Points) -> Points:
     """The points, with NaN in both coordinates where bad (...) is true or either coordinate is not finite."""
     bad = bad | ~np.isfinite(points).all(axis=-1)

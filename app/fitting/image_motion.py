@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Points, with_z
 from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 from app.models.rotation import matrix_from_vector
 
@@ -59,7 +59,7 @@ class MotionField:
         model = self.model
         position = np.array(model.position_mm)
         turn = q[:3] / np.array([model.focal_px, model.focal_px, self._unit_px])
-        arms = np.concatenate([field_from_raw(model, places), np.zeros((len(places), 1))], axis=1) - position
+        arms = with_z(field_from_raw(model, places)) - position
         arms = arms @ matrix_from_vector(turn @ model.camera_from_field).T
         arms[:, 2] -= q[3] / self._unit_px * position[2]
         return model.project(position + arms) - places

@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Points, with_z
 
 EDGE_ON = 1e-9  # a plane is seen from its edge where it is this much shorter one way than the other
 
@@ -39,9 +39,8 @@ class ParameterSensitivity:
             return -inverse @ columns
 
     def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
-        flat = np.zeros((len(places), 1))
-        by_point, columns = self._pixel_jacobian(np.concatenate([places, flat], axis=1), names)
-        seen = np.einsum("nij,nj->ni", by_point, np.concatenate([along, flat], axis=1))
+        by_point, columns = self._pixel_jacobian(with_z(places), names)
+        seen = np.einsum("nij,nj->ni", by_point, with_z(along))
         across = np.stack([-seen[:, 1], seen[:, 0]], axis=1) / np.linalg.norm(seen, axis=1, keepdims=True)
         return np.einsum("ni,nik->nk", across, columns)
 

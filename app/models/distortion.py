@@ -15,11 +15,10 @@ from typing import Any, Self
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, homogeneous
 from app.models.lenses.brown_conrady import BrownConradyLens
 from app.models.lenses.division import DivisionLens
 from app.models.lenses.even_division import EvenDivisionLens
-from app.models.lenses.projection import rays_of
 
 LINE_LENSES = {  # name: the lens, and its terms that straight lines can tell, with the power of r each belongs to
     "division": (DivisionLens, {"k": 2}),
@@ -52,7 +51,8 @@ class Distortion:
 
     def raw_from_undistorted(self, straight: Points) -> Points:
         """Map undistorted pixels (..., 2) to raw ones; NaN beyond the lens's horizon."""
-        return self.lens.distort(np.array(self.terms), rays_of(self._plane(straight))) * self.unit_px + self.centre_px
+        plane = self.lens.distort(np.array(self.terms), homogeneous(self._plane(straight)))
+        return plane * self.unit_px + self.centre_px
 
     def terms_for(self, focal_px: float) -> dict[str, float]:
         """Return the terms in units of that focal length."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.field import Region
-from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
+from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where, with_z
 from app.models.contract import RayModel
 from app.models.lenses import Lens
 from app.models.rotation import matrix_from_vector
@@ -69,14 +69,18 @@ class RayCamera(TopView, RayModel):
     def unproject(self, pixels: Points, z_mm: float | Array = 0.0) -> Points:
         """Map raw pixels to field mm (..., 2) in the plane at z_mm; NaN where the ray does not meet it ahead."""
         with np.errstate(all="ignore"):
-            about = np.asarray(pixels, float) - np.array(self.centre_px)
-            plane = about / (self.focal_px * np.array([1, self.aspect]))
-            rays = self.LENS.undistort(self._terms, plane) @ self.camera_from_field
+            rays = self.rays(pixels) @ self.camera_from_field
             x, y, z = self.position_mm
             reach = (z_mm - z) / rays[..., 2]
             field = np.array([x, y]) + rays[..., :2] * reach[..., None]
             far = ~(np.abs(field) < MAX_COORDINATE).all(axis=-1)
             return unreachable_where(~(reach > 0) | far | self._beyond(np.asarray(pixels, float)), field)
+
+    def rays(self, pixels: Points) -> Array:
+        """Map raw pixels (..., 2) to rays (..., 3) in the camera's frame; NaN beyond the lens's horizon."""
+        with np.errstate(all="ignore"):
+            about = np.asarray(pixels, float) - np.array(self.centre_px)
+            return self.LENS.undistort(self._terms, about / (self.focal_px * np.array([1, self.aspect])))
 
     def _beyond(self, pixels: Points) -> Array:
         """Return where pixels are further than REACH outside the picture, or not numbers."""
@@ -90,7 +94,7 @@ class RayCamera(TopView, RayModel):
     def raw_from_corrected(self, points: Points) -> Points:
         """Map corrected pixels to raw ones, by way of the carpet."""
         field = self.field_from_corrected(points)
-        return self.project(np.concatenate([field, np.zeros((*field.shape[:-1], 1))], axis=-1))
+        return self.project(with_z(field))
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:

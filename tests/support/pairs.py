@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.fitting.two_view.epipolar import homogeneous
+from app.core.geometry import homogeneous
 from app.fitting.two_view.relative_pose import ideal_px
 from app.models.division import Division
 from app.models.rotation import vector_from_matrix

@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 
-from app.core.geometry import Array, ImageSize
+from app.core.geometry import Array, ImageSize, homogeneous
 from app.fitting import FITTERS
 from app.fitting.board.parameters import BoardObservations, BoardParameters
 from app.models.lenses import Lens
@@ -25,7 +25,7 @@ def homographies(observations: BoardObservations) -> Array:
     flat = observations.places[..., :2]
     to_unit_p, pixels = _normalised(observations.pixels, observations.present)
     to_unit_b, places = _normalised(flat, observations.present)
-    h = _null_vectors(np.concatenate([pixels, np.ones((*pixels.shape[:2], 1))], -1), places, observations.present)
+    h = _null_vectors(homogeneous(pixels), places, observations.present)
     h = np.linalg.inv(to_unit_p) @ h @ to_unit_b
     return h / h[:, 2:, 2:]
 
@@ -124,7 +124,7 @@ def _normalised(points: Array, present: Array) -> tuple[Array, Array]:
 
 def _null_vectors(rays: Array, places: Array, present: Array) -> Array:
     """Return M (v, 3, 3) with ray × M (x, y, 1) = 0 in the least-squares sense, of unit size."""
-    p = np.concatenate([places, np.ones((*places.shape[:2], 1))], axis=-1) * present[..., None]
+    p = homogeneous(places) * present[..., None]
     # Σ [ray]×ᵀ[ray]× ⊗ p pᵀ, 9 × 9 a view: all views in one product
     cross2 = np.sum(rays**2, -1)[..., None, None] * np.eye(3) - rays[..., :, None] * rays[..., None, :]
     outer = p[..., :, None] * p[..., None, :]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.field import Field
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, with_z
 from app.fitting.field_lines.pattern import FieldPattern
 
 MARGIN_PX = 6.0
@@ -44,17 +44,14 @@ def sample_lines_evenly(project: Callable[[Array], Points], pattern: FieldPatter
 def sample_lines(project: Callable[[Array], Points], pattern: FieldPattern, size: ImageSize, apart_px: float,
              clear_px: float) -> LineSamples:
     """Sample every marking about every apart_px. project: field mm (n, 3) to raw px. pattern: finely sampled."""
-    def flat(points: Array) -> Array:
-        return np.concatenate([points, np.zeros((len(points), 1))], axis=1)
-
     with np.errstate(all="ignore"):
         half = pattern.along * (pattern.step_mm / 2)[:, None]
         across = np.stack([-pattern.along[:, 1], pattern.along[:, 0]], axis=1)
         width_mm = np.array([m.width_mm for m in pattern.markings])[pattern.marking]
-        places = project(flat(pattern.points))
-        ahead = project(flat(pattern.points + half)) - project(flat(pattern.points - half))
-        side = project(flat(pattern.points + across * width_mm[:, None] / 2)) - project(
-            flat(pattern.points - across * width_mm[:, None] / 2))
+        places = project(with_z(pattern.points))
+        ahead = project(with_z(pattern.points + half)) - project(with_z(pattern.points - half))
+        side = project(with_z(pattern.points + across * width_mm[:, None] / 2)) - project(
+            with_z(pattern.points - across * width_mm[:, None] / 2))
         length = np.linalg.norm(ahead, axis=1)
         tangent = ahead / length[:, None]
         normals = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)

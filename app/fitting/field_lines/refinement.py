@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Arc
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, with_z
 from app.fitting.field_lines.blind_distortion import UndistortedPlane
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.least_squares import minimise
@@ -56,9 +56,9 @@ def with_brown_conrady(state: RayCameraParameters, pattern: FieldPattern, size: 
 
     Their series about the axis would not do: under a wide lens it leaves the far lines tens of pixels off.
     """
-    rays = (np.c_[pattern.points, np.zeros(len(pattern.points))] - state.position_mm) @ state.camera_from_field.T
+    rays = (with_z(pattern.points) - state.position_mm) @ state.camera_from_field.T
     with np.errstate(all="ignore"):
-        seen = state.project(np.c_[pattern.points, np.zeros(len(pattern.points))])
+        seen = state.project(with_z(pattern.points))
         inside = ((seen > 0) & (seen < np.array(tuple(size)))).all(axis=1) & (rays[:, 2] > 0)
         far = np.linalg.norm(rays[inside, :2] / rays[inside, 2:], axis=1)
     reach = float(far.max()) if far.size else 1.0
@@ -101,8 +101,8 @@ def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: 
                      capture_px: float) -> Array:
     """Return the marking (n,) that each ridge point lies on, or -1: near enough across it, and running its way."""
     with np.errstate(all="ignore"):
-        flat = np.concatenate([pattern.points, np.zeros((len(pattern.points), 1))], axis=1)
-        way = np.concatenate([pattern.along, np.zeros((len(pattern.points), 1))], axis=1) * pattern.step_mm[:, None]
+        flat = with_z(pattern.points)
+        way = with_z(pattern.along) * pattern.step_mm[:, None]
         seen = state.project(flat)
         ahead = state.project(flat + 0.25 * way) - state.project(flat - 0.25 * way)
         length = np.linalg.norm(ahead, axis=1)

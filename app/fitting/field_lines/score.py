@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, homogeneous
 from app.fitting.field_lines.blind_distortion import UndistortedPlane
 from app.fitting.field_lines.pattern import FieldPattern
 
@@ -95,7 +95,7 @@ def _score_batch(maps: Array, plane: UndistortedPlane, pattern: FieldPattern, ri
 
 
 def project(maps: Array, points: Points, plane: UndistortedPlane) -> Array:
-    homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=1) @ maps.transpose(0, 2, 1)
+    mapped = homogeneous(points) @ maps.transpose(0, 2, 1)
     with np.errstate(all="ignore"):
-        depth = np.where(homogeneous[..., 2:] > 0, homogeneous[..., 2:], np.nan)
-        return plane.raw_from_undistorted(homogeneous[..., :2] / depth)
+        depth = np.where(mapped[..., 2:] > 0, mapped[..., 2:], np.nan)
+        return plane.raw_from_undistorted(mapped[..., :2] / depth)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.core.field import Field, Region
-from app.core.geometry import Array, ImageSize, Points
+from app.core.geometry import Array, ImageSize, Points, with_z
 from app.fitting.field_lines.blind_distortion import UndistortedPlane, estimate_bend
 from app.fitting.field_lines.four_lines import Hypotheses, four_line_hypotheses
 from app.fitting.field_lines.line_merging import DetectedLine, merge_chains
@@ -162,17 +162,16 @@ class _Scorer:
     def candidate(self, drawn: RefinedCamera) -> CameraCandidate | None:
         """Score the refined camera once more, by its own lens."""
         state = drawn.state
-        flat = np.concatenate([self.fine.points, np.zeros((len(self.fine.points), 1))], axis=1)
-        ahead_mm = np.concatenate([self.fine.along * (self.fine.step_mm / 4)[:, None],
-                                   np.zeros((len(flat), 1))], axis=1)
+        flat = with_z(self.fine.points)
+        ahead_mm = with_z(self.fine.along * (self.fine.step_mm / 4)[:, None])
         with np.errstate(all="ignore"):
             raw = state.project(flat)
             ahead = state.project(flat + ahead_mm) - raw
             length = np.linalg.norm(ahead, axis=1) * 4
             inside = ((raw >= 2) & (raw <= np.array(tuple(self.size)) - 3)).all(axis=1) & np.isfinite(length)
-            carpet = state.project(np.concatenate([self.carpet, np.zeros((len(self.carpet), 1))], axis=1))
+            carpet = state.project(with_z(self.carpet))
             seen = ((carpet >= 0) & (carpet <= np.array(tuple(self.size)) - 1)).all(axis=1).mean()
-            ends = state.project(np.concatenate([self.rightwards, np.zeros((2, 1))], axis=1))
+            ends = state.project(with_z(self.rightwards))
         if not inside.any() or seen < MIN_REGION_SEEN or not np.isfinite(ends).all():
             return None
         hit = self.ridges.found(raw[inside], ahead[inside]) * length[inside]
@@ -187,7 +186,7 @@ class _Scorer:
             return c.value + 0.05 * c.region_seen + 0.02 * float(np.cos(np.radians(c.turn_deg)))
         kept: list[tuple[CameraCandidate, Array]] = []
         for c in sorted(candidates, key=lambda c: -worth(c)):
-            at = c.refined.state.project(np.concatenate([self.carpet, np.zeros((len(self.carpet), 1))], axis=1))
+            at = c.refined.state.project(with_z(self.carpet))
             if all(not np.nanmax(np.abs(at - other)) < MIN_SEPARATION * self.size.width for _, other in kept):
                 kept.append((c, at))
         return [c for c, _ in kept]

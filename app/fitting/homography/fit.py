@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Field, Region
-from app.core.geometry import Array, ImageSize
+from app.core.geometry import Array, ImageSize, homogeneous, with_z
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations, Warning
@@ -89,7 +89,7 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
                         image_size: ImageSize) -> HomographyParameters:
     """Return the linear estimate; where a click is far off, the best of many estimates from ten random clicks each."""
     centre = np.array(image_size.centre)
-    clicks = np.concatenate([lines.pixels, np.ones((len(lines.pixels), 1))], axis=1)
+    clicks = homogeneous(lines.pixels)
 
     def linear(which: Array) -> Array:
         some = Incidences(lines.pixels[which], lines.lines[which])
@@ -148,7 +148,7 @@ def _refuse_impossible(found: RayFitResult, region: Region) -> None:
     jacobian = found.minimum.jacobian
     spread = np.linalg.svd(jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300), compute_uv=False)
     with np.errstate(all="ignore"):
-        _, by_point, by = state.project_jacobian(np.concatenate([corners, np.zeros((4, 1))], axis=1))
+        _, by_point, by = state.project_jacobian(with_z(corners))
         if spread[-1] > 1e-10 * spread[0] and np.isfinite(by).all():
             moves = np.linalg.solve(by_point[:, :, :2], by)  # (4, 2, 8) field mm
             variance = np.einsum("nij,jk,nik->n", moves, found.covariance[:8, :8], moves)

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from app.core.field import Region
-from app.core.geometry import Array
+from app.core.geometry import Array, homogeneous
 from app.models.homography import Homography, normalise
 
 ENTRIES = tuple((i, j) for i in range(3) for j in range(3))[:8]
@@ -79,6 +79,6 @@ class HomographyParameters:
 
     def unproject(self, pixels: Array, z_mm: Array) -> Array:
         """Map raw px (n, 2) to field mm (n, 2), also beyond the horizon; z_mm is 0."""
-        seen = np.concatenate([pixels, np.ones((len(pixels), 1))], axis=1)
+        seen = homogeneous(pixels)
         field = seen @ np.linalg.inv(self.raw_from_unit @ self.unit_from_field).T
         return field[:, :2] / field[:, 2:]

@@ -14,8 +14,7 @@ from typing import Self
 
 import numpy as np
 
-from app.core.geometry import Array, Points
-from app.models.lenses.projection import rays_of
+from app.core.geometry import Array, Points, homogeneous
 
 MAX_STEPS = 8
 LINE_TOLERANCE_PX = 1e-5  # far below the noise of clicks and edges
@@ -126,7 +125,7 @@ def _linearise(state: LineFit, chains: Chains) -> tuple[Linearisation, Array]:
     seen = (chains.pixels - state.centre) / chains.unit_px
     with np.errstate(all="ignore"):  # beyond reach: NaN, which the least squares steps back from
         curve, by_ray, by_terms = state.lens.distort_jacobian(
-            state.terms, rays_of(state.offset[owner, None] * n + state.feet[:, None] * d))
+            state.terms, homogeneous(state.offset[owner, None] * n + state.feet[:, None] * d))
     along = np.einsum("nij,nj->ni", by_ray[..., :2], d)
     speed = np.sum(along**2, axis=1)
     with np.errstate(all="ignore"):

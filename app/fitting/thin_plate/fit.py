@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.field import Arc, Feature, Field, Landmark, Line, Region
+from app.core.field import Feature, Field, Region
 from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
@@ -17,6 +17,7 @@ from app.fitting.clicks import check_inside_picture, elevated_point_warnings, in
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.options import CLICK_SIGMA, COMMON_OPTIONS
 from app.fitting.ray_camera.search import MAX_OUTLIER_SHARE, MIN_OUTLIER_PX, OUTLIER_SIGMAS
+from app.fitting.thin_plate.clicks import Clicks, constraints_of, gather_clicks, largest_per_click
 from app.fitting.thin_plate.sensitivity import LatticeSensitivity
 from app.fitting.thin_plate.smoothing import Constraints, SmoothingSplines, spline_through
 from app.fitting.thin_plate.uncertainty import NODE_NAMES, node_covariance
@@ -24,27 +25,9 @@ from app.models import CameraModel
 from app.models.thin_plate import BASES, ThinPlate, spline_frame, unfolded_reach
 from app.models.thin_plate_spline import Spline
 
-MAX_CLICKS = 400  # a spline through n clicks solves n × n equations, and every drawn pixel sums over n knots
 ROUNDS, CHOOSING = 40, 2  # of finding where along its line each click lies; the first choose the smoothing anew
 STILL_PX = 1e-10
-HALF_PX = 0.5  # step of the derivative that tells how raw pixels are stretched
 MIN_SPREAD_PX = 0.3  # of clicks; points that agree better by chance must not make an outlier of the next
-
-
-@dataclass(frozen=True, eq=False)
-class _Clicks:
-    """raw, base (n, 2) px: as clicked, and as the base corrects them. feature (n,): index of the feature of each."""
-
-    raw: Points
-    base: Points
-    stretch: Array  # (n, 2, 2) d base / d raw
-    feature: Array
-    owners: Array  # (n, 2) observation, point
-    features: tuple[Feature, ...]
-
-    def only(self, keep: Array) -> "_Clicks":
-        return replace(self, raw=self.raw[keep], base=self.base[keep], stretch=self.stretch[keep],
-                       feature=self.feature[keep], owners=self.owners[keep])
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +77,7 @@ class ThinPlateFitter(Fitter):
                                    {**{k: v for k, v in settings.items() if k in base_options}, **base_choices},
                                    lambda fraction, message: progress(0.6 * fraction, message))
         base = base_fit.model
-        clicks = _gather_clicks(flat, field, region, base)
+        clicks = gather_clicks(flat, field, region, base)
         progress(0.7, "Bending what is left")
         reachable = np.isfinite(clicks.base).all(axis=1) & np.isfinite(clicks.stretch).all(axis=(1, 2))
         if reachable.mean() < 1 - MAX_OUTLIER_SHARE or (not settings["robust"] and not reachable.all()):
@@ -127,7 +110,7 @@ class ThinPlateFitter(Fitter):
                    covariance=covariance, parameter_names=NODE_NAMES)
 
 
-def _covariance(base_fit: Fit, clicks: _Clicks, fitted: _FittedSpline, sigma_px: float | None,
+def _covariance(base_fit: Fit, clicks: Clicks, fitted: _FittedSpline, sigma_px: float | None,
                 *, unseen: bool = True) -> Array:
     """Return the covariance of the displacement at the lattice; see uncertainty.py."""
     trusted = np.array([base_fit.inliers[i][k] for i, k in clicks.owners])[fitted.index]
@@ -140,67 +123,18 @@ def _folding_error() -> FitFailed:
                      "choose a base that comes nearer.", reason="folds")
 
 
-def _gather_clicks(observations: Observations, field: Field, region: Region, base: CameraModel) -> _Clicks:
-    """Gather the clicks on the carpet, evenly thinned to MAX_CLICKS."""
-    total = sum(len(o.points) for o in observations)
-    every = max(1, -(-total // MAX_CLICKS))
-    features = tuple(field.feature(o.feature, region) for o in observations)
-    owners = [(i, k) for i, o in enumerate(observations) for k in range(0, len(o.points), every)]
-    raw = np.array([observations[i].points[k] for i, k in owners]).reshape(-1, 2)
-    steps = HALF_PX * np.eye(2)
-    stretch = np.stack([(base.corrected_from_raw(raw + s) - base.corrected_from_raw(raw - s)) / (2 * HALF_PX)
-                        for s in steps], axis=-1)
-    owners_array = np.array(owners, int).reshape(-1, 2)
-    return _Clicks(raw, base.corrected_from_raw(raw), stretch, owners_array[:, 0], owners_array, features)
-
-
-def _constraints(clicks: _Clicks, base: CameraModel, guess: Points) -> tuple[Constraints, Points, Array]:
-    """Return a spline's constraints from clicks near guess (n, 2) corrected px, each on the nearest place of its line.
-
-    Also those places (n, 2), and which click each row is of.
-    """
-    middle, unit = spline_frame(base)
-    places = np.empty_like(guess)
-    rows: list[tuple[int, Array]] = []
-    for i in np.unique(clicks.feature):
-        feature, of = clicks.features[i], np.flatnonzero(clicks.feature == i)
-        foot = feature.nearest(base.field_from_corrected(guess[of]))
-        if isinstance(feature, Arc):  # its very centre is as near to any place
-            foot = np.where(np.isfinite(foot), foot, feature.sample(1)[0])
-        places[of] = base.corrected_from_field(foot)
-        if isinstance(feature, Landmark):
-            rows += [(j, axis) for j in of for axis in np.eye(2)]
-            continue
-        along = base.corrected_from_field(foot + _tangents(feature, foot)) - places[of]
-        across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
-        rows += list(zip(of, across, strict=True))
-    index = np.array([j for j, _ in rows], int)
-    directions = np.array([d for _, d in rows]).reshape(-1, 2)
-    values = np.einsum("ni,ni->n", directions, (clicks.base - places)[index])
-    stretched = np.linalg.norm(np.einsum("ni,nij->nj", directions, clicks.stretch[index]), axis=1)
-    return Constraints((places[index] - middle) / unit, directions, values, 1 / stretched), places, index
-
-
-def _tangents(feature: Line | Arc, foot: Points) -> Points:
-    """Return unit tangents of the feature at each foot (n, 2)."""
-    if isinstance(feature, Line):
-        return np.broadcast_to((np.array(feature.end) - feature.start) / feature.length_mm, foot.shape)
-    arm = (foot - np.array(feature.centre)) / feature.radius_mm
-    return np.stack([-arm[:, 1], arm[:, 0]], axis=1)
-
-
-def _inliers(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> Array:
+def _inliers(clicks: Clicks, base: CameraModel, smoothing: float | None) -> Array:
     """Return (n,) bool: clicks that the spline through the others explains; the worst are taken out first."""
     fine = np.ones(len(clicks.raw), bool)
     while True:
         left = clicks.only(fine)
-        constraints, _, index = _constraints(left, base, left.base)
+        constraints, _, index = constraints_of(left, base, left.base)
         smoother = SmoothingSplines(constraints)
         chosen = smoother.robust_cross_validated() if smoothing is None else max(smoothing, 1e-9)
         free_share = smoother.free_share(chosen)
         residual = smoother.residuals(chosen)
-        off = _per_click(residual / free_share, index, len(left.raw))  # px, if it were left out
-        student = _per_click(residual / np.sqrt(free_share), index, len(left.raw))  # px, of equal σ
+        off = largest_per_click(residual / free_share, index, len(left.raw))  # px, if it were left out
+        student = largest_per_click(residual / np.sqrt(free_share), index, len(left.raw))  # px, of equal σ
         sigma = max(1.4826 * float(np.median(student)), MIN_SPREAD_PX)
         bad = (student > OUTLIER_SIGMAS * sigma) & (off > MIN_OUTLIER_PX)
         if not bad.any():
@@ -211,26 +145,19 @@ def _inliers(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> Arr
             return np.ones_like(fine)  # that many are no outliers
     out = np.flatnonzero(~fine)
     if out.size:  # a click beside an outlier may have gone with it; what the others predict comes back
-        constraints, _, index = _constraints(clicks, base, clicks.base)
+        constraints, _, index = constraints_of(clicks, base, clicks.base)
         displaced = smoother.spline(chosen)(constraints.places)
         error = (constraints.values - np.einsum("ni,ni->n", constraints.directions, displaced)) * constraints.weights
-        fine[out] = _per_click(error, index, len(fine))[out] <= max(OUTLIER_SIGMAS * sigma, MIN_OUTLIER_PX)
+        fine[out] = largest_per_click(error, index, len(fine))[out] <= max(OUTLIER_SIGMAS * sigma, MIN_OUTLIER_PX)
     return fine
 
 
-def _per_click(rows: Array, index: Array, clicks: int) -> Array:
-    """Return the largest magnitude among each click's rows."""
-    found = np.zeros(clicks)
-    np.maximum.at(found, index, np.abs(rows))
-    return found
-
-
-def _fit_spline(clicks: _Clicks, base: CameraModel, smoothing: float | None) -> _FittedSpline:
+def _fit_spline(clicks: Clicks, base: CameraModel, smoothing: float | None) -> _FittedSpline:
     """Fit the spline and the clicks' places along their lines in turn, until both stand still."""
     guess, smoother, chosen = clicks.base, None, smoothing
     middle, unit = spline_frame(base)
     for round_number in range(ROUNDS):
-        constraints, places, index = _constraints(clicks, base, guess)
+        constraints, places, index = constraints_of(clicks, base, guess)
         if round_number < CHOOSING:
             smoother = SmoothingSplines(constraints)
             chosen = smoother.cross_validated() if smoothing is None else smoothing

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Points, with_z
 from app.fitting.thin_plate.uncertainty import NODE_NAMES, lattice, lattice_weights
 from app.models import raw_from_field
 from app.models.thin_plate import ThinPlate, spline_frame
@@ -31,11 +31,10 @@ class LatticeSensitivity:
         return by[:, :, [NODE_NAMES.index(name) for name in names]]
 
     def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
-        flat = np.zeros((len(places), 1))
         steps = HALF_MM * np.eye(2)
         by_place = np.stack([raw_from_field(self.model, places + s) - raw_from_field(self.model, places - s)
                              for s in steps], axis=-1) / (2 * HALF_MM)
         seen = np.einsum("nij,nj->ni", by_place, along)
         across = np.stack([-seen[:, 1], seen[:, 0]], axis=1) / np.linalg.norm(seen, axis=1, keepdims=True)
-        moved = self.field_jacobian(np.concatenate([places, flat], axis=1), names)
+        moved = self.field_jacobian(with_z(places), names)
         return -np.einsum("ni,nij,njk->nk", across, by_place, moved)

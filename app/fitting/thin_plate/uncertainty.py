@@ -12,7 +12,7 @@ Stored is the covariance of δq at the lattice; a thin-plate spline through the 
 
 import numpy as np
 
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Points, with_z
 from app.core.records import Fit
 from app.fitting import sensitivity_of
 from app.fitting.thin_plate.smoothing import Constraints, SmoothingSplines, design, hat_matrix, kernel_columns
@@ -78,7 +78,7 @@ def node_covariance(base_fit: Fit, clicked: Points, trusted: Array, constraints:
 def _base_jacobian(base_fit: Fit, corrected: Points) -> Array:
     """Differentiate a pixel's corrected place (n, 2) by the base's parameters: (n, 2, p) px; 0 beyond its horizon."""
     base = base_fit.model
-    place = np.concatenate([base.field_from_corrected(corrected), np.zeros((len(corrected), 1))], axis=1)
+    place = with_z(base.field_from_corrected(corrected))
     px_per_mm = base.corrected_from_field(np.eye(2)) - base.corrected_from_field(np.zeros((2, 2)))
     by = np.einsum("nik,ij->njk", sensitivity_of(base).field_jacobian(place, base_fit.parameter_names), px_per_mm)
     return np.where(np.isfinite(by), by, 0.0)

@@ -15,9 +15,9 @@ from math import sqrt
 
 import numpy as np
 
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Points, homogeneous
 from app.fitting.least_squares import minimise
-from app.fitting.two_view.epipolar import FundamentalParameters, homogeneous, normaliser, sampson_px, seven_point
+from app.fitting.two_view.epipolar import FundamentalParameters, normaliser, sampson_px, seven_point
 
 SIGMAS_PX = np.geomspace(0.08, 2.0, 5)
 SHARES = (0.2, 0.5, 0.8, 0.97)

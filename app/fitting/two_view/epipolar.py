@@ -11,13 +11,8 @@ from typing import Self
 
 import numpy as np
 
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Points, homogeneous
 from app.models.rotation import cross_matrix, matrix_from_vector
-
-
-def homogeneous(points: Points) -> Array:
-    """Append a 1: (n, 2) to (n, 3)."""
-    return np.concatenate([points, np.ones((len(points), 1))], axis=1)
 
 
 def sampson_px(fundamental: Array, a: Points, b: Points) -> Array:
@@ -75,8 +70,8 @@ def seven_point(a: Points, b: Points) -> Array:
 
 
 def _design(a: Points, b: Points) -> Array:
-    xa = np.concatenate([a, np.ones((*a.shape[:-1], 1))], axis=-1)
-    xb = np.concatenate([b, np.ones((*b.shape[:-1], 1))], axis=-1)
+    xa = homogeneous(a)
+    xb = homogeneous(b)
     return (xb[..., :, None] * xa[..., None, :]).reshape(*a.shape[:-1], 9)
 
 

@@ -9,8 +9,7 @@ other camera's own place by way of the ray, and on past where the ray ends, or i
 
 import numpy as np
 
-from app.core.geometry import Array, ImageSize, Points
-from app.fitting.two_view.epipolar import homogeneous
+from app.core.geometry import Array, ImageSize, Points, homogeneous
 from app.models.ray_camera import RayCamera
 
 COARSE, FINE = 181, 65  # steps of a degree at most find the part in the picture, which is then walked finely
@@ -66,8 +65,7 @@ def epipolar_curves(camera_a: RayCamera, camera_b: RayCamera, points_a: Points) 
 def directions(camera: RayCamera, raw: Points) -> Array:
     """Return unit rays (n, 3) of raw px (n, 2) in the field frame; NaN beyond the lens."""
     with np.errstate(all="ignore"):
-        plane = (np.asarray(raw, float) - np.array(camera.centre_px)) / (camera.focal_px * np.array([1, camera.aspect]))
-        rays = camera.LENS.undistort(np.array(camera.lens_terms), plane) @ camera.camera_from_field
+        rays = camera.rays(raw) @ camera.camera_from_field
         return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 

@@ -11,9 +11,9 @@ from math import lgamma, log
 import numpy as np
 
 from app.core.errors import BadInput, FitFailed
-from app.core.geometry import Array, Points, as_points
+from app.core.geometry import Array, Points, as_points, homogeneous
 from app.fitting.two_view.consensus import PARAMETERS, Consensus, consensus
-from app.fitting.two_view.epipolar import FundamentalParameters, epipolar_px, homogeneous, normaliser, sampson_px
+from app.fitting.two_view.epipolar import FundamentalParameters, epipolar_px, normaliser, sampson_px
 
 MIN_MATCHES = 12  # seven are used up by the answer; the rest must bear it out
 MAX_MATCHES = 20_000
@@ -183,7 +183,7 @@ def off_plane(a: Points, b: Points, sigma_px: float) -> int:
 
 def _homographies(a: Array, b: Array) -> Array:
     """Return homographies (…, 3, 3) of points (…, n, 2) by DLT."""
-    xa = np.concatenate([a, np.ones((*a.shape[:-1], 1))], axis=-1)
+    xa = homogeneous(a)
     zero = np.zeros_like(xa)
     rows = np.concatenate([np.concatenate([xa, zero, -b[..., :1] * xa], axis=-1),
                            np.concatenate([zero, xa, -b[..., 1:] * xa], axis=-1)], axis=-2)

@@ -13,10 +13,10 @@ from typing import Self
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import Array, Points
+from app.core.geometry import Array, Points, homogeneous
 from app.fitting.least_squares import minimise
 from app.fitting.two_view.consensus import TAIL
-from app.fitting.two_view.epipolar import epipolar_px, homogeneous, sampson_jacobian
+from app.fitting.two_view.epipolar import epipolar_px, sampson_jacobian
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
 from app.models.ray_camera import RayCamera
 from app.models.rotation import cross_matrix, matrix_from_vector, nearest_rotation
@@ -99,11 +99,9 @@ def calibrated_epipolar_px(camera_a: RayCamera, camera_b: RayCamera, a: Points, 
 
 def ideal_px(camera: RayCamera, raw: Points) -> Points:
     """Map raw px (n, 2) to the pixels of a pinhole of the same focal length, about its centre; NaN out of reach."""
+    rays = camera.rays(raw)
     with np.errstate(all="ignore"):
-        plane = (np.asarray(raw, float) - np.array(camera.centre_px)) / (camera.focal_px * np.array([1, camera.aspect]))
-        rays = camera.LENS.undistort(np.array(camera.lens_terms), plane)
-        ideal = camera.focal_px * rays[..., :2] / np.where(rays[..., 2:] > 0, rays[..., 2:], np.nan)
-    return ideal
+        return camera.focal_px * rays[..., :2] / np.where(rays[..., 2:] > 0, rays[..., 2:], np.nan)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from app.core.geometry import Array
+from app.core.geometry import Array, homogeneous
 from app.models.lenses.projection import (
     UNDISTORT_STEPS,
     invert_radius,
@@ -19,7 +19,7 @@ from app.models.lenses.projection import (
     pinhole_jacobian,
     radial,
     radial_jacobian,
-    rays_of,
+    smallest_root,
 )
 
 TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
@@ -87,7 +87,7 @@ class BrownConradyLens:
             xy = plane * np.where(rd > 0, r / np.where(rd > 0, rd, 1), 1)[..., None]
             if terms[2] or terms[3]:
                 for _ in range(UNDISTORT_STEPS):
-                    found, by_ray, _ = BrownConradyLens.distort_jacobian(terms, rays_of(xy))
+                    found, by_ray, _ = BrownConradyLens.distort_jacobian(terms, homogeneous(xy))
                     m = by_ray[..., :2]
                     det = m[..., 0, 0] * m[..., 1, 1] - m[..., 0, 1] * m[..., 1, 0]
                     e = found - plane
@@ -96,9 +96,9 @@ class BrownConradyLens:
                     xy = xy - step
                     if not np.nanmax(np.abs(step), initial=0.0) > 1e-14:
                         break
-                error = np.linalg.norm(BrownConradyLens.distort(terms, rays_of(xy)) - plane, axis=-1)
+                error = np.linalg.norm(BrownConradyLens.distort(terms, homogeneous(xy)) - plane, axis=-1)
                 xy = np.where((error < 1e-9)[..., None], xy, np.nan)
-        return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), rays_of(xy), np.nan)
+        return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), homogeneous(xy), np.nan)
 
 
 def _gain(terms: Array, rr: Array) -> Array:
@@ -120,11 +120,4 @@ def _horizon(terms: tuple[float, ...]) -> float:
     above, below = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])
     s = np.polynomial.Polynomial([0, 1])  # r²
     rising = above * below + 2 * s * (above.deriv() * below - above * below.deriv())  # (r·L)' · below²
-    ends = []
-    for factor in (rising, below):
-        coefficients = np.trim_zeros(factor.coef, "b")
-        if len(coefficients) > 1:
-            roots = np.polynomial.polynomial.polyroots(coefficients)
-            near_real = np.abs(roots.imag) < 1e-9 * np.maximum(1, np.abs(roots.real))
-            ends += [float(v) for v in roots[near_real & (roots.real > 0)].real]
-    return float(np.sqrt(min(ends))) if ends else np.inf
+    return float(np.sqrt(smallest_root(rising.coef, below.coef)))

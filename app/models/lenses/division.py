@@ -10,8 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from app.core.geometry import Array
-from app.models.lenses.projection import pinhole, pinhole_jacobian, radial, radial_jacobian, rays_of
+from app.core.geometry import Array, homogeneous
+from app.models.lenses.projection import pinhole, pinhole_jacobian, radial, radial_jacobian
 
 
 class DivisionLens:
@@ -38,7 +38,7 @@ class DivisionLens:
             bend = terms[0] * np.sum(plane * plane, axis=-1)
             # r_d < 1/√-k, where the ray lies flat (barrel), or < 1/√k, where the picture turns back (pincushion).
             xy = plane / np.where(np.abs(bend) < 1, 1 + bend, np.nan)[..., None]
-        return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), rays_of(xy), np.nan)
+        return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), homogeneous(xy), np.nan)
 
 
 def _root(k: float, rr: Array) -> Array:

@@ -13,8 +13,16 @@ from typing import ClassVar
 
 import numpy as np
 
-from app.core.geometry import Array
-from app.models.lenses.projection import invert_radius, pinhole, pinhole_jacobian, radial, radial_jacobian, rays_of
+from app.core.geometry import Array, homogeneous
+from app.models.lenses.projection import (
+    invert_radius,
+    pinhole,
+    pinhole_jacobian,
+    radial,
+    radial_jacobian,
+    smallest_root,
+    solve_2x2,
+)
 
 
 class EvenDivisionLens:
@@ -39,11 +47,7 @@ class EvenDivisionLens:
         slope = -(terms[0] + rr * (2 * terms[1] + 3 * rr * terms[2])) * gain**2
         m = radial_jacobian(plane, gain, slope)
         by_terms = -plane[..., :, None] * (gain[..., None] ** 2 * powers)[..., None, :]
-        with np.errstate(all="ignore"):
-            det = m[..., 0, 0] * m[..., 1, 1] - m[..., 0, 1] * m[..., 1, 0]
-            inverse = np.stack([np.stack([m[..., 1, 1], -m[..., 0, 1]], -1),
-                                np.stack([-m[..., 1, 0], m[..., 0, 0]], -1)], -2) / det[..., None, None]
-        return plane, inverse @ by_ray, -inverse @ by_terms
+        return plane, solve_2x2(m, by_ray), -solve_2x2(m, by_terms)
 
     @staticmethod
     def undistort(terms: Array, plane: Array) -> Array:
@@ -51,7 +55,7 @@ class EvenDivisionLens:
         with np.errstate(all="ignore"):
             gain = 1 / (1 + rr * (terms[0] + rr * (terms[1] + rr * terms[2])))
             within = rr < _horizon(tuple(terms)) ** 2
-        return np.where(within[..., None], rays_of(plane * gain[..., None]), np.nan)
+        return np.where(within[..., None], homogeneous(plane * gain[..., None]), np.nan)
 
 
 def _radius(terms: Array, r: Array) -> tuple[Array, Array]:
@@ -65,11 +69,5 @@ def _radius(terms: Array, r: Array) -> tuple[Array, Array]:
 def _horizon(terms: tuple[float, ...]) -> float:
     """Return the distorted radius at which the ray is at 90° or the picture folds back; infinity if never."""
     k1, k2, k3 = terms
-    ends = []
-    for factor in ([1.0, k1, k2, k3], [1.0, -k1, -3 * k2, -5 * k3]):  # the divisor; the slope times its square
-        coefficients = np.trim_zeros(np.array(factor), "b")
-        if len(coefficients) > 1:
-            roots = np.polynomial.polynomial.polyroots(coefficients)
-            near_real = np.abs(roots.imag) < 1e-9 * np.maximum(1, np.abs(roots.real))
-            ends += [float(v) for v in roots[near_real & (roots.real > 0)].real]
-    return float(np.sqrt(min(ends))) * (1 - 1e-12) if ends else np.inf
+    # of the divisor, and of the slope times its square
+    return float(np.sqrt(smallest_root([1.0, k1, k2, k3], [1.0, -k1, -3 * k2, -5 * k3]))) * (1 - 1e-12)

@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from app.core.geometry import Array
-from app.models.lenses.projection import first_turn, invert_radius
+from app.models.lenses.projection import invert_radius, smallest_root
 
 SMALL = 1e-7  # of sin θ: nearer to the axis, θ / sin θ is 1 to all digits
 TERMS = ("k1", "k2", "k3", "k4")
@@ -87,4 +87,5 @@ def _angle(rho: Array, z: Array) -> Array:
 @lru_cache(maxsize=256)
 def _end(terms: tuple[float, ...]) -> float:
     """Return the largest angle used: where the radius stops rising, and never past 180°."""
-    return min(first_turn(np.array([1.0, *terms])), np.pi)
+    slope = [1.0, *((2 * k + 3) * t for k, t in enumerate(terms))]  # of r_d, in θ²
+    return min(float(np.sqrt(smallest_root(slope))), np.pi)

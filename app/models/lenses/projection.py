@@ -28,11 +28,6 @@ def pinhole_jacobian(rays: Array) -> tuple[Array, Array]:
     return plane, derivative
 
 
-def rays_of(plane: Array) -> Array:
-    """Append a coordinate of 1: (x, y) to (x, y, 1)."""
-    return np.concatenate([plane, np.ones((*plane.shape[:-1], 1))], axis=-1)
-
-
 def radial(xy: Array, gain: Array) -> Array:
     """Return xy · gain, where gain is a function of r² = x² + y²."""
     return xy * gain[..., None]
@@ -68,12 +63,22 @@ def invert_radius(value: Array, function: Callable[[Array], tuple[Array, Array]]
         return np.where(reachable, r, np.nan)
 
 
-def first_turn(coefficients: Array) -> float:
-    """Return the smallest positive r at which Σ c_k r^(2k+1) stops rising; infinity if never."""
-    powers = (2 * np.arange(len(coefficients)) + 1) * coefficients  # derivative as a polynomial in r²
-    powers = np.trim_zeros(powers, "b")
-    if len(powers) < 2:
-        return np.inf
-    roots = np.polynomial.polynomial.polyroots(powers)
-    roots = roots[(np.abs(roots.imag) < 1e-9 * np.maximum(1, np.abs(roots.real))) & (roots.real > 0)].real
-    return float(np.sqrt(roots.min())) if roots.size else np.inf
+def smallest_root(*polynomials: Array) -> float:
+    """Return the smallest positive real root of polynomials with ascending coefficients; infinity if there is none."""
+    found = []
+    for coefficients in polynomials:
+        coefficients = np.trim_zeros(np.asarray(coefficients), "b")
+        if len(coefficients) > 1:
+            roots = np.polynomial.polynomial.polyroots(coefficients)
+            near_real = np.abs(roots.imag) < 1e-9 * np.maximum(1, np.abs(roots.real))
+            found += [float(v) for v in roots[near_real & (roots.real > 0)].real]
+    return min(found, default=np.inf)
+
+
+def solve_2x2(matrix: Array, right: Array) -> Array:
+    """Solve matrix (…, 2, 2) · x = right (…, 2, n); not finite where it is singular."""
+    (a, b), (c, d) = np.moveaxis(matrix, (-2, -1), (0, 1))
+    with np.errstate(all="ignore"):
+        det = a * d - b * c
+        inverse = np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], -2) / det[..., None, None]
+        return inverse @ right

@@ -9,15 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from app.core.geometry import Array
-from app.models.lenses.projection import (
-    invert_radius,
-    pinhole,
-    pinhole_jacobian,
-    radial,
-    radial_jacobian,
-    rays_of,
-)
+from app.core.geometry import Array, homogeneous
+from app.models.lenses.projection import invert_radius, pinhole, pinhole_jacobian, radial, radial_jacobian
 
 
 class SslLens:
@@ -46,7 +39,7 @@ class SslLens:
             rr = np.sum(plane * plane, axis=-1)
             gain = np.where(1 + 3 * a * rr > 0, 1 + a * rr, np.nan)  # beyond, the undistorted radius would shrink
             xy = radial(plane, gain)
-        return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), rays_of(xy), np.nan)
+        return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), homogeneous(xy), np.nan)
 
 
 def _gain(a: float, rr: Array) -> Array:

@@ -51,7 +51,7 @@ class Frustum(Pyramid):
 
     @classmethod
     def of(cls, model: RayCamera) -> Self:
-        rays = _rays(model, _border(model.image_size))
+        rays = model.rays(_border(model.image_size))
         with np.errstate(all="ignore"):
             plane = np.abs(rays[:, :2] / np.where(rays[:, 2:] > 0, rays[:, 2:], np.nan))
         most = float(np.tan(np.radians(MAX_FOV_DEG / 2)))
@@ -124,10 +124,3 @@ def _border(size: ImageSize) -> Points:
     w, h = size.width - 1, size.height - 1
     sides = [(t * w, 0 * t), (0 * t + w, t * h), ((1 - t) * w, 0 * t + h), (0 * t, (1 - t) * h)]
     return np.concatenate([np.stack(side, axis=1) for side in sides])
-
-
-def _rays(model: RayCamera, pixels: Points) -> NDArray[np.float64]:
-    """(n, 3) in the camera's frame; NaN where the lens sends none."""
-    plane = (pixels - np.array(model.centre_px)) / (model.focal_px * np.array([1.0, model.aspect]))
-    with np.errstate(all="ignore"):
-        return model.LENS.undistort(np.array(model.lens_terms), plane)

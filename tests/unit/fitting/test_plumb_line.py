@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput, FitFailed
+from app.core.geometry import homogeneous
 from app.fitting.plumb_line.fit import fit_plumb_lines
 from app.fitting.plumb_line.line_sag import sag_px, sag_verdict
 from app.fitting.plumb_line.problem import Chains, LineFit
 from app.fitting.plumb_line.search import with_best_lines
 from app.models.distortion import LINE_LENSES, Distortion
 from app.models.lenses.even_division import EvenDivisionLens
-from app.models.lenses.projection import rays_of
 from app.workflows.straight_lines import straightness
 from tests.support.straight_edges import FLOOR_PX, SIZE, arc, lens_of, lines_seen
 
@@ -90,7 +90,7 @@ def feet_below(state, chains):
     """Where along each line its point lies nearest in the picture, by stepping along the curve."""
     n = np.stack([np.cos(state.angle), np.sin(state.angle)], axis=1)[chains.owner]
     d = np.stack([-n[:, 1], n[:, 0]], axis=1)
-    place = rays_of(state.offset[chains.owner, None] * n + state.feet[:, None] * d)
+    place = homogeneous(state.offset[chains.owner, None] * n + state.feet[:, None] * d)
     curve, by_ray, _ = state.lens.distort_jacobian(state.terms, place)
     along = np.einsum("nij,nj->ni", by_ray[..., :2], d)
     seen = (chains.pixels - state.centre) / chains.unit_px
@@ -104,7 +104,7 @@ def test_the_even_division_lens_goes_there_and_back_and_ends_at_its_horizon():
         rays = EvenDivisionLens.undistort(np.array(terms), plane)
         np.testing.assert_allclose(EvenDivisionLens.distort(np.array(terms), rays), plane, atol=1e-12)
     assert np.isnan(EvenDivisionLens.undistort(np.array([-0.4, -0.14, 0.0]), np.array([1.4, 0.0]))).all()
-    rays = rays_of(rng.uniform(-1, 1, (40, 2)))
+    rays = homogeneous(rng.uniform(-1, 1, (40, 2)))
     terms = np.array([-0.4, -0.14, 0.02])
     _, by_ray, by_terms = EvenDivisionLens.distort_jacobian(terms, rays)
     for derivative, moved in ((by_ray, lambda s: EvenDivisionLens.distort(terms, rays + s)),
