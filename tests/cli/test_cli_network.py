@@ -89,7 +89,7 @@ def test_absorb_tells_who_is_there_and_keeps_what_import_reads(tmp_path, way):
     listening = subprocess.Popen([*TOUCHLINE, "absorb", "--for", "4", "--folder", str(tmp_path / "heard"),
                                   *options(way)], stdout=subprocess.PIPE, text=True)
     joined = f"{int.from_bytes(bytes(map(int, way['group'].split('.'))), 'little'):08X}"  # as the kernel lists it
-    until(lambda: joined in Path("/proc/net/igmp").read_text(), 60)
+    until(lambda: joined in Path("/proc/net/igmp").read_text(), seconds=60)
     port = said(packet, **way)
     out, _ = listening.communicate(timeout=60)
     assert listening.returncode == 0

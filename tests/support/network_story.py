@@ -1,5 +1,5 @@
 """Told within a network namespace of its own, as its root: an interface is switched on, off and on again, and one that
-was unplugged comes back under the same name with another number. What publisher and absorber say is checked."""
+was unplugged comes back under the same name with another number. What publisher and listener say is checked."""
 
 import fcntl
 import socket
@@ -50,22 +50,22 @@ def main(interface: str) -> None:
     address = {"group": "239.255.7.7", "port": 23457, "interface": interface, "ttl": 1}
     publisher = Publisher(PublishingConfig(enabled=True, interval_s=0.1, **address),
                           lambda: [example("ssl", 0)], wire_camera)
-    absorber = GeometryListener(MulticastAddress(**address))
+    listener = GeometryListener(MulticastAddress(**address))
     reasons = set()
     for _ in range(2):
         problem = until(lambda: publisher.status.problem)
         reasons.add(problem.reason)
         assert problem.fix and publisher.status.failures
         tap = on()
-        heard = absorber.datagrams
+        heard = listener.datagrams
         until(lambda: publisher.status.problem is None)
-        until(lambda heard=heard: absorber.datagrams > heard + 3, 60)
-        assert absorber.problem is None
+        until(lambda heard=heard: listener.datagrams > heard + 3, seconds=60)
+        assert listener.problem is None
         off()
     reasons.add(until(lambda: publisher.status.problem).reason)
     print(*sorted(reasons))
     assert reasons <= {"no-route", "no-interface"}, reasons
-    absorber.close()
+    listener.close()
     publisher.close()
     print("recovered")
 
