@@ -29,7 +29,7 @@ export function LensReport() {
           <b>Large</b>: a third of the picture's width, or all of it.
         </li>
         <li>
-          <b>HeldFrame and sharp</b>; focus and zoom as in the game.
+          <b>Still and sharp</b>; focus and zoom as in the game.
         </li>
         <li>
           <b>Stiff</b>: the board on a plate.
