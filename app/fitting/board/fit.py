@@ -48,7 +48,7 @@ BOARD_OPTIONS: tuple[Option, ...] = (
 class BoardFit:
     """A lens and what it was fitted to.
 
-    used (all views,) bool; left_out: why the others are not. strays (used views, m) bool: corners left out, in the
+    used (all views,) bool; left_out: why the others are not. outliers (used views, m) bool: corners left out, in the
     order of the view's own. tried: σ in px by set of terms. solved: the last fit; its views are the used ones.
     """
 

@@ -99,9 +99,9 @@ class BoardSolver:
             state = with_poses_of(state, solution.minimum.state, keep)
             if not robust:
                 break
-            kept = observations.only(keep)
-            away = _distances(replace(solution.problem, observations=kept), solution.minimum.state)
-            sigma_px = max(_typical_sigma(away, kept.present) if first else solution.sigma_px, MIN_SIGMA_PX)
+            used = observations.only(keep)
+            away = _distances(replace(solution.problem, observations=used), solution.minimum.state)
+            sigma_px = max(_typical_sigma(away, used.present) if first else solution.sigma_px, MIN_SIGMA_PX)
             beyond = np.zeros_like(outliers)
             beyond[keep] = away > OUTLIER_SIGMAS * sigma_px
             wrong = _wrong_views(away, beyond[keep], observations.present[keep])

@@ -49,8 +49,8 @@ def four_line_hypotheses(lines: list[DetectedLine], levels_x: Array, levels_y: A
     right_way = -np.sign(np.linalg.det(square_maps))[:, None] == sense[None]
     quad, rectangle = np.nonzero(fits[:, which] & right_way)
     if len(quad) > MAX_HYPOTHESES:
-        kept = np.linspace(0, len(quad) - 1, MAX_HYPOTHESES).astype(int)
-        quad, rectangle = quad[kept], rectangle[kept]
+        chosen = np.linspace(0, len(quad) - 1, MAX_HYPOTHESES).astype(int)
+        quad, rectangle = quad[chosen], rectangle[chosen]
     x, y = pairs_x[i[rectangle]], pairs_y[j[rectangle]]
     square_from_field = np.zeros((len(quad), 3, 3))
     for axis, pair in ((0, x), (1, y)):

@@ -148,16 +148,16 @@ class _Scorer:
 
     def apart(self, best: list[tuple[float, Array, float]], most: int) -> list[tuple[float, Array, float]]:
         """Return the first of those that differ by more than refining would change."""
-        kept: list[tuple[tuple[float, Array, float], Array]] = []
+        distinct: list[tuple[tuple[float, Array, float], Array]] = []
         for one in best[:3 * MAX_FINE]:
             at = project(one[1][None], self.corners, self.plane)[0]
             if not np.isfinite(at).all():
                 at = project(one[1][None], self.carpet[[14, 15, 20, 21]], self.plane)[0]
-            if all(not np.abs(at - other).max() < MIN_SEPARATION * self.size.width for _, other in kept):
-                kept.append((one, at))
-            if len(kept) >= most:
+            if all(not np.abs(at - other).max() < MIN_SEPARATION * self.size.width for _, other in distinct):
+                distinct.append((one, at))
+            if len(distinct) >= most:
                 break
-        return [one for one, _ in kept]
+        return [one for one, _ in distinct]
 
     def candidate(self, drawn: RefinedCamera) -> CameraCandidate | None:
         """Score the refined camera once more, by its own lens."""
@@ -184,12 +184,12 @@ class _Scorer:
         """Sort, best first, without duplicates; of those that score alike, the one that shows the region best."""
         def worth(c: CameraCandidate) -> float:
             return c.value + 0.05 * c.region_seen + 0.02 * float(np.cos(np.radians(c.turn_deg)))
-        kept: list[tuple[CameraCandidate, Array]] = []
+        distinct: list[tuple[CameraCandidate, Array]] = []
         for c in sorted(candidates, key=lambda c: -worth(c)):
             at = c.refined.state.project(with_z(self.carpet))
-            if all(not np.nanmax(np.abs(at - other)) < MIN_SEPARATION * self.size.width for _, other in kept):
-                kept.append((c, at))
-        return [c for c, _ in kept]
+            if all(not np.nanmax(np.abs(at - other)) < MIN_SEPARATION * self.size.width for _, other in distinct):
+                distinct.append((c, at))
+        return [c for c, _ in distinct]
 
 
 def candidate_json(candidate: CameraCandidate) -> dict[str, Any]:

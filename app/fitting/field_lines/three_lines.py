@@ -30,8 +30,8 @@ def three_line_hypotheses(lines: list[DetectedLine], levels_x: Array, levels_y: 
     from_above = np.linalg.det(maps)[:, None] * np.linalg.det(from_field) < 0
     square, rectangle = np.nonzero(from_above)
     if len(square) > MAX_HYPOTHESES:
-        kept = np.linspace(0, len(square) - 1, MAX_HYPOTHESES).astype(int)
-        square, rectangle = square[kept], rectangle[kept]
+        chosen = np.linspace(0, len(square) - 1, MAX_HYPOTHESES).astype(int)
+        square, rectangle = square[chosen], rectangle[chosen]
     return Hypotheses(maps[square] @ from_field[rectangle], focal[square])
 
 

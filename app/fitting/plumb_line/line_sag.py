@@ -60,15 +60,15 @@ def sag_verdict(fit: PlumbLineFit, chains: Sequence[Points]) -> SagVerdict:
     ends = [_ends(np.asarray(chains[c.index], float)) for c in used]
     edges = np.array([[[0, y], [width - 1, y]] for y in (0.0, height - 1.0)]
                      + [[[x, 0], [x, height - 1]] for x in (0.0, width - 1.0)])
-    told = [LineSag(*v) for v in zip([c.index for c in used], [c.length_px for c in used],
+    sags = [LineSag(*v) for v in zip([c.index for c in used], [c.length_px for c in used],
                                  *_sags(fit, np.stack(ends), fit.statistical_covariance), strict=True)]
     # Where edges were seen, another term would bow them alike; towards the border the two part.
     # Of the bows that the fit is sure of the largest: a short edge far out must not hide it.
-    most = max(told, key=lambda b: (b.px > 2 * b.sigma_px, b.px))
+    most = max(sags, key=lambda b: (b.px > 2 * b.sigma_px, b.px))
     bows, sigma = _sags(fit, edges, fit.covariance)
     worst = int(np.argmax(np.nan_to_num(bows, nan=np.inf) + 2 * np.array(sigma)))
     border = LineSag(-1, float(np.ptp(edges[worst])), bows[worst], sigma[worst])
-    return SagVerdict(most, max(told, key=lambda b: b.length_px), border,
+    return SagVerdict(most, max(sags, key=lambda b: b.length_px), border,
                       max(float(SAG_PER_RMS) * fit.after_px, MIN_SAG_PX))
 
 

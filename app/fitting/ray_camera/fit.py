@@ -1,4 +1,4 @@
-"""Fitting a camera with a lens: linear start, robust refinement, strays named, then plain least squares on the rest."""
+"""Fitting a camera with a lens: linear start, robust refinement, outlier rejection, then plain least squares."""
 
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,4 @@
-"""Fitting a thin-plate spline: the base first, then what it leaves, strays out, smoothing by cross-validation."""
+"""Fitting a thin-plate spline: the base, then what it leaves; smoothing by cross-validation, outliers rejected."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

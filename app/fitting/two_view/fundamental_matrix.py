@@ -1,8 +1,8 @@
-"""Two views of one scene: their fundamental matrix from matches, mistakes named, or a refusal that says why not.
+"""The fundamental matrix of two views from matches, some of which may be mistakes.
 
-Seven numbers are told by matches only where the scene is more than a plane and the views have different centres. All
-that stands on the carpet is one plane: matches there agree with a whole family of geometries, each with a residual of
-nothing. That is refused, as is a consensus that mere chance would have given (a contrario, L. Moisan, B. Stival 2004).
+Matches determine its seven numbers only where the scene is more than a plane and the views have different centres.
+Everything on the carpet is one plane: matches there agree with a whole family of geometries, each without a residual.
+That is refused, as is a consensus that chance would give as well (a contrario, L. Moisan, B. Stival 2004).
 """
 
 from dataclasses import dataclass

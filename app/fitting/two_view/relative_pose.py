@@ -2,7 +2,7 @@
 
     E = [t]× R,   x_b = R x_a + t in the cameras' frames; pictures do not determine the length of t
 
-First from F by way of the focal lengths, the four answers told apart by which puts the points before both cameras
+First from F by way of the focal lengths, of the four solutions the one that puts the points before both cameras
 (cheirality: H. Longuet-Higgins 1981); then R and the direction of t alone are refined on Sampson's distances. Between
 calibrated cameras R and t are known in millimetres, and matches only check them.
 """
