@@ -11,7 +11,7 @@ from dataclasses import field as member
 import numpy as np
 
 from app.core.field import Arc, Field, Landmark, Line, Region
-from app.core.geometry import Array, with_z
+from app.core.geometry import Array
 from app.core.records import Observations
 from app.fitting.linear import Incidences, line_through
 from app.fitting.ray_camera.parameters import RayCameraParameters
@@ -112,7 +112,9 @@ class ClickResiduals:
         offset = np.where(self.line_of >= 0, np.append(state.offsets_mm, 0.0)[self.line_of], 0.0)
         out = np.where(arc[:, 0], self.radius, 0.0) + offset
         xy = self.base[:, :2] + normal * out[:, None] + np.where(arc, 0.0, self.along * places[:, None])
-        return np.concatenate([xy, self.base[:, 2:]], axis=1), with_z(tangent), with_z(normal)
+        flat = np.zeros((len(places), 1))
+        return (np.concatenate([xy, self.base[:, 2:]], axis=1), np.concatenate([tangent, flat], axis=1),
+                np.concatenate([normal, flat], axis=1))
 
 
 def gather_clicks(observations: Observations, field: Field, region: Region, with_offsets: bool) -> ClickResiduals:
