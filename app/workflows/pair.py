@@ -93,7 +93,7 @@ class _Matches:
             points_a, points_b = ([points[i] for i in which] for points in (points_a, points_b))
         return cls(*as_matches(points_a, points_b), _heights(z_mm, count)[which], which, count)
 
-    def result(self, values: Array) -> list[float | None]:
+    def in_given_order(self, values: Array) -> list[float | None]:
         """Put a value of each into the order in which the matches were given."""
         all_values = np.full(self.count, np.nan)
         all_values[self.which] = values

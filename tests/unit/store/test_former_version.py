@@ -1,4 +1,4 @@
-"""What the version before has written opens: its data folder and its archive."""
+"""What the version before has written opens: its data folder with a job that waits, and its archive."""
 
 import json
 import zipfile
@@ -10,6 +10,7 @@ from app.main import create_app
 from app.settings import Settings
 from app.store.restore import restore_into
 from tests.support.paths import TESTS
+from tests.support.waiting import until
 
 HERE = "http://127.0.0.1:8000"
 API = "/api/v1"
@@ -47,3 +48,14 @@ def test_numbers_go_on_where_the_version_before_had_come_to_and_a_deletion_is_ta
     _, client = restored
     back = client.post(f"{API}/calibrations/{KNOWN['deleted']}/restore").json()
     assert back["id"] == KNOWN["deleted"] and back["version"] == 3
+
+
+def test_a_job_that_waited_is_done(restored):
+    origin, client = restored
+    if origin == "archive":
+        return  # jobs are not archived
+    ended = until(lambda: client.get(f"{API}/jobs/{KNOWN['queued']}").json(), lambda job: job["ended_at"])
+    assert ended["state"] == "done", ended
+    made, before = (client.get(f"{API}/calibrations/{job['result']['calibration']}").json()
+                    for job in (ended, KNOWN["answers"]["/jobs"]["items"][0]))
+    assert made["model"] == before["model"] and made["observations"] == before["observations"]
