@@ -1,11 +1,11 @@
 """An archive of pictures, each calibrated or checked by a job of its own, and one table of what came out.
 
-    pictures.py    a folder → its pictures, and the clicks beside each
-    asking.py      a picture → what its job is given, or at once a row that says why there is none
-    feeding.py     jobs, never more at once than the engine lets wait; rows as they end
-    doing.py       what a job does: it calibrates, or asks
-    holding.py     how well a calibration holds on another picture
-    table.py       rows → CSV, JSON or HTML, from which a later run takes over what is the same
+    pictures.py      a folder → its pictures, and the clicks beside each
+    requests.py      a picture → what its job is given, or at once a row that says why there is none
+    scheduler.py     jobs, never more at once than the engine lets wait; rows as they end
+    tasks.py         what a job does: it calibrates, or verifies
+    verification.py  how well a calibration holds on another picture
+    table.py         rows → CSV, JSON or HTML, from which a later run takes over what is the same
 """
 
 from app.batch.pictures import pictures_in

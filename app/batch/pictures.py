@@ -7,14 +7,14 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".webp")
 
 
 def pictures_in(folder: Path) -> list[Path]:
-    """In the order of their names, 2 before 10. Links may lead nowhere: their rows will say so."""
+    """List its pictures in the order of their names, 2 before 10. Links may lead nowhere: their rows will say so."""
     found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")
              and (path.is_file() or (path.is_symlink() and not path.exists()))]  # what is a pipe would never end
     return sorted(found, key=_by_name)
 
 
 def clicks_of(picture: Path, points: Path | None) -> Path | None:
-    """The file of its clicks, or None: points itself, or in the folder points, or beside the picture.
+    """Return the file of its clicks, or None: points itself, or in the folder points, or beside the picture.
 
     There it is called as the picture is: north.png.json, or north.json.
     """

@@ -1,4 +1,4 @@
-"""What is asked of each picture, looked up and checked before it takes a worker's time."""
+"""What each picture's job is given, looked up and checked before it takes a worker's time."""
 
 import hashlib
 import json
@@ -35,7 +35,7 @@ class BatchRequest:
 
 @dataclass(frozen=True, eq=False)
 class BatchPlan:
-    """How each picture is asked: with calibration, whether that holds; else task_of makes what is to be fitted.
+    """What is done with each picture: with a calibration it is verified; else task_of makes what is to be fitted.
 
     read: a file's bytes. read_points: what a file of clicks says. before: rows of an earlier run.
     """
@@ -47,8 +47,8 @@ class BatchPlan:
     calibration: Calibration | None = None
     before: tuple[Row, ...] = ()
 
-    def asked(self, pictures: list[Path]) -> Iterator[BatchRequest | Row]:
-        """For each picture its job; or its row, where there is one already or nothing can be asked."""
+    def requests(self, pictures: list[Path]) -> Iterator[BatchRequest | Row]:
+        """Yield each picture's request; or its row, where there is one already or nothing can be done."""
         known = {(row["sha256"], row["inputs"]): row for row in self.before if row["inputs"]}
         for path in pictures:
             head: dict[str, Any] = {"picture": path.name}
@@ -56,17 +56,17 @@ class BatchPlan:
                 data = self.read(path)
                 head["sha256"] = hashlib.sha256(data).hexdigest()
                 declared = screen(data, ImageLimits())
-                one = self._asked(path, ImageSize(declared.width, declared.height), head["sha256"])
+                request = self._request(path, ImageSize(declared.width, declared.height), head["sha256"])
             except TouchlineError as error:
                 yield row_of(**head, verdict="failed", problem=error.what, fix=error.fix)
                 continue
-            row = known.get((one.sha256, one.inputs))
-            yield one if row is None else {**row, "picture": path.name}
+            row = known.get((request.sha256, request.inputs))
+            yield request if row is None else {**row, "picture": path.name}
 
-    def _asked(self, path: Path, size: ImageSize, sha256: str) -> BatchRequest:
+    def _request(self, path: Path, size: ImageSize, sha256: str) -> BatchRequest:
         clicks = clicks_of(path, self.points)
         if self.calibration is not None:
-            seen = self._clicked(clicks, size)
+            seen = self._observations(clicks, size)
             run, rest = run_verification, {"calibration": self.calibration.to_json(), "observations": seen}
         elif clicks is None:
             raise BadInput(f"There are no clicks for {path.name}.", f"Write them to {path.stem}.json beside it, or "
@@ -78,8 +78,8 @@ class BatchPlan:
         return BatchRequest(path.name, sha256, hashlib.sha256(text.encode()).hexdigest()[:16], run,
                             {**rest, "picture": place})
 
-    def _clicked(self, clicks: Path | None, size: ImageSize) -> list[dict[str, Any]]:
-        """The observations of a file that must be of the calibration's field and the picture's size."""
+    def _observations(self, clicks: Path | None, size: ImageSize) -> list[dict[str, Any]]:
+        """Return the observations of a file that must be of the calibration's field and the picture's size."""
         known = self.calibration
         if clicks is None or known is None:
             return []

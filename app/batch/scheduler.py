@@ -14,41 +14,40 @@ QUEUED_AHEAD = 4  # jobs that wait, so that no worker does while the next pictur
 ENGINE_FAULTS = ("no-scheduler", "cluster-differs", "no-free-worker")  # of the picture: every other would fail as well
 
 
-def run_requests(jobs: JobEngine, workers: int, asked: Iterable[BatchRequest | Row],
-            watch: Callable[[float], None] = lambda under_way: None) -> Iterator[Row]:
-    """A row for each, in the order in which they end. watch: told of how much of a picture is under way.
+def run_requests(jobs: JobEngine, workers: int, requests: Iterable[BatchRequest | Row],
+                 watch: Callable[[float], None] = lambda under_way: None) -> Iterator[Row]:
+    """Yield a row for each, in the order in which they end. watch: called with how many pictures' worth is under way.
 
-    asked is gone through as there is room; a row among it is given back as it is. Unavailable where the engine itself
-    does not work.
+    requests is gone through as there is room; a row among it is given back as it is. Unavailable where the engine
+    itself does not work.
     """
-    coming, under_way = iter(asked), {}
-    held: BatchRequest | None = None
+    coming, under_way = iter(requests), {}
+    refused: BatchRequest | None = None  # for now: the engine lets no more wait
     more = True
-    while more or held or under_way:
-        while (more or held) and len(under_way) < workers + QUEUED_AHEAD:
-            one = held or next(coming, None)
-            held = None
-            if one is None:
+    while more or refused or under_way:
+        while (more or refused) and len(under_way) < workers + QUEUED_AHEAD:
+            request, refused = refused or next(coming, None), None
+            if request is None:
                 more = False
-            elif isinstance(one, BatchRequest):
+            elif isinstance(request, BatchRequest):
                 try:
-                    under_way[jobs.start("batch", one.run, one.spec).id] = one
+                    under_way[jobs.start("batch", request.run, request.spec).id] = request
                 except Busy:
-                    held = one
+                    refused = request
                     break
             else:
-                yield one
-        known = [jobs.get(id) for id in under_way]
-        for job in known:
+                yield request
+        states = [jobs.get(id) for id in under_way]
+        for job in states:
             if job.ended:
                 yield _row(under_way.pop(job.id), job)
-        watch(sum(job.progress for job in known if not job.ended))
-        if not any(job.ended for job in known):
+        watch(sum(job.progress for job in states if not job.ended))
+        if not any(job.ended for job in states):
             time.sleep(POLL_S)
 
 
-def _row(asked: BatchRequest, job: Job) -> Row:
-    head: dict[str, Any] = {"picture": asked.picture, "sha256": asked.sha256, "inputs": asked.inputs}
+def _row(request: BatchRequest, job: Job) -> Row:
+    head: dict[str, Any] = {"picture": request.picture, "sha256": request.sha256, "inputs": request.inputs}
     if job.state == "done":
         return row_of(**head, **job.result)
     problem = job.problem or {"reason": "cancelled", "status": 503, "detail": "It was cancelled.", "fix": "Go on with "

@@ -42,18 +42,18 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-a
 
 
 def row_of(**values: Any) -> Row:
-    """A row in which all that is not given is empty."""
+    """Return a row in which all that is not given is empty."""
     return {name: values.get(name, [] if kind is list else "" if kind is str else None)
             for name, (kind, _) in COLUMNS.items()}
 
 
 def encode_table(rows: Iterable[Row], suffix: str) -> bytes:
-    """The file, by the ending of its name."""
+    """Return the file, by the ending of its name."""
     return WRITERS[suffix](list(rows)).encode()
 
 
 def read_table(data: bytes, suffix: str) -> list[Row]:
-    """What `written` wrote; BadInput for anything else."""
+    """Read what `encode_table` wrote; BadInput for anything else."""
     try:
         text = DATA.findall(data)[0] if suffix == ".html" else data
         if suffix == ".csv":
@@ -129,7 +129,7 @@ def _html(rows: list[Row]) -> str:
 
 
 def count_verdicts(rows: Iterable[Row]) -> dict[str, int]:
-    """How many pictures are how good, the best first."""
+    """Count the pictures of each verdict, the best first."""
     levels = [row["verdict"] for row in rows]
     return {level: levels.count(level) for level in ("good", "fair", "poor", "unknown", "failed") if level in levels}
 

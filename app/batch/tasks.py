@@ -16,7 +16,7 @@ from app.workflows.calibration_request import CalibrationRequest
 
 
 def run_calibration(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"picture", "task"}: the task fitted and judged, as the page and calibrate do it."""
+    """Fit and judge {"picture", "task"} as a job, as the page and calibrate do it."""
     start = time.perf_counter()
     task = CalibrationRequest.from_json(spec["task"])
     _checked(spec["picture"], task.image_size)
@@ -30,7 +30,7 @@ def run_calibration(spec: Any, progress: Progress) -> dict[str, Any]:
 
 
 def run_verification(spec: Any, progress: Progress) -> dict[str, Any]:
-    """A job: {"picture", "calibration", "observations"}: how well the calibration holds on the picture."""
+    """Verify {"picture", "calibration", "observations"} as a job: how well the calibration holds on the picture."""
     start = time.perf_counter()
     known = Calibration.from_json(spec["calibration"])
     model = model_from_json(known.model_name, known.model_parameters)

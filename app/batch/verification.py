@@ -29,7 +29,7 @@ LEVELS = ("good", "fair", "poor")
 
 def verify(model: CameraModel, pixels: NDArray[np.uint8], observations: Observations, field: Field, region: Region,
          own: bool, progress: Progress) -> dict[str, Any]:
-    """Figures, verdict and warnings of one picture. own: it is the one that the calibration was made from."""
+    """Return figures, verdict and warnings of one picture. own: the calibration was made from it."""
     clicks = _by_clicks(model, observations, field, region) if observations else None
     progress(0.2, "Looking for edges")
     edges = _by_edges(model, pixels)

@@ -63,7 +63,7 @@ def batch(
     order = {path.name: number for number, path in enumerate(pictures)}
     try:
         with jobs:
-            _work(jobs, count, plan.asked(pictures), table, order)
+            _work(jobs, count, plan.requests(pictures), table, order)
     except KeyboardInterrupt:
         say(f"Stopped after {len(table.rows)} of {len(order)} pictures." + (" --resume goes on." if output else ""))
         raise typer.Exit(STOPPED) from None

@@ -104,7 +104,7 @@ def test_an_archive_of_two_hundred_pictures(jobs, tmp_path):
                               batch_pictures.REGION, batch_pictures.SIZE, "brown-conrady")
     batch = BatchPlan(Path.read_bytes, read_points_file, None, calibration=task.record(task.run()))
     start = time.perf_counter()
-    rows = list(run_requests(jobs, 2 * jobs.count, batch.asked(pictures_in(folder))))
+    rows = list(run_requests(jobs, 2 * jobs.count, batch.requests(pictures_in(folder))))
     took = time.perf_counter() - start
     assert len(rows) == PICTURES and all(row["judged_by"] == "clicks and edges" for row in rows)
     told(f"{PICTURES} pictures of a batch", jobs, took)
