@@ -185,7 +185,7 @@ def scene_processes(folder) -> list[int]:
             return (Path("/proc") / pid / file).read_text()
         except OSError:  # it has just ended
             return ""
-    pids = [pid for pid in os.listdir("/proc") if pid.isdigit() and "scene/child.py" in words(pid, "cmdline")]
+    pids = [pid for pid in os.listdir("/proc") if pid.isdigit() and "app.scene.worker_main" in words(pid, "cmdline")]
     return [int(pid) for pid in pids
             if str(folder) in words(words(pid, "stat").rpartition(")")[2].split()[1], "cmdline")]
 
