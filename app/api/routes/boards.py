@@ -8,7 +8,7 @@ from app.api.dependencies import ServicesDep
 from app.api.request_mapping import image_size
 from app.api.responses import Json, accepted
 from app.api.schemas import responses
-from app.api.schemas.requests import BoardRequest
+from app.api.schemas.lenses import BoardRequest
 from app.core.board import Board, views_from_json
 from app.core.errors import BadInput
 from app.jobs import Job

@@ -10,7 +10,7 @@ from app.api.dependencies import ServicesDep
 from app.api.request_mapping import image_size
 from app.api.responses import Json, finished_or_queued
 from app.api.schemas import responses
-from app.api.schemas.requests import PairLinesRequest, PairRequest
+from app.api.schemas.lenses import PairLinesRequest, PairRequest
 from app.core.errors import BadInput
 from app.workflows.pair import lines_by_calibrations, lines_by_matrix, run_pair
 

@@ -11,8 +11,9 @@ from app.api.responses import finished_or_queued, picture
 from app.api.routes.calibrations import ACCEPTED
 from app.api.routes.pictures import Format
 from app.api.schemas import responses
+from app.api.schemas.lenses import StraightenedRequest, StraightnessRequest
 from app.api.schemas.media import PICTURE
-from app.api.schemas.requests import AsJob, StraightenedRequest, StraightnessRequest, WidthPx
+from app.api.schemas.requests import AsJob, WidthPx
 from app.models.distortion import Distortion
 from app.services.container import Services
 from app.services.snapshots import check_one_size, job_pictures

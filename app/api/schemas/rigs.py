@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.api.schemas.requests import CameraId, Height
+from app.api.schemas.lenses import Height
+from app.api.schemas.requests import CameraId
 from app.services.value_types import Name, Number, Pair, Rotate, Strict
 from app.workflows.rig import MAX_CAMERAS
 
