@@ -179,7 +179,7 @@ def test_pictures_without_any_board_or_of_two_sizes_are_refused(client, snapshot
 
 
 def test_a_picture_damaged_on_disk_is_a_failed_job(client, snapshots):
-    repository = client.app.state.services.store.snapshots.list
+    repository = client.app.state.services.store.snapshots
     path = repository.path(repository.get(snapshots[2]))
     path.write_bytes(path.read_bytes()[:-1] + b"x")
     body = {"snapshots": snapshots, "board": SMALL.to_json()}

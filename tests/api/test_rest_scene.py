@@ -153,7 +153,7 @@ def test_ten_scenes_opened_and_closed_leave_no_process_and_no_port(standing, kep
 
 
 def test_so_many_scenes_and_no_more(standing, monkeypatch):
-    monkeypatch.setattr(scene_registry, "MOST", 1)
+    monkeypatch.setattr(scene_registry, "MAX_SCENES", 1)
     with opened(standing) as line:
         line.receive_json()
         with opened(standing) as one_more:
@@ -250,7 +250,8 @@ def test_the_scene_as_a_file(standing, kept, monkeypatch):
     assert answer.status_code == 200 and "__VISER_EMBED_DATA__" in answer.text
     assert answer.headers["content-security-policy"].startswith("sandbox allow-scripts;")
     assert "-scene.html" in answer.headers["content-disposition"]
-    monkeypatch.setattr(scene_registry, "MOST", 0)  # a version never changes: the same file needs no process again
+    # A version never changes: the same file needs no process again.
+    monkeypatch.setattr(scene_registry, "MAX_SCENES", 0)
     assert standing.get(f"/api/v1/calibrations/{kept}/scene.html?dark=true").content == answer.content
     busy = standing.get(f"/api/v1/calibrations/{kept}/scene.html")
     assert busy.status_code == 429 and busy.json()["fix"]

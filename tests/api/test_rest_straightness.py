@@ -195,7 +195,7 @@ def test_pictures_that_differ_in_size_or_not_at_all_are_refused(standing, bars):
 
 def test_a_picture_damaged_on_disk_is_said_so(client):
     id = kept(client, bars_behind())
-    snapshots = client.app.state.services.store.snapshots.list
+    snapshots = client.app.state.services.store.snapshots
     path = snapshots.path(snapshots.get(id))
     path.write_bytes(path.read_bytes()[:-1] + b"x")
     told = finished(client, accepted(client.post(f"{STRAIGHTNESS}?job=true", json={"snapshots": [id]})))

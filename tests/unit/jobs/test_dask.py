@@ -110,8 +110,8 @@ def test_a_job_that_takes_too_long_is_ended_and_its_worker_goes_on(cluster):
 SERVER = """
 import time
 from tests.support import sample_jobs
-from app.jobs import Jobs
-jobs = Jobs(workers=2, engine={address!r})
+from app.jobs import JobEngine
+jobs = JobEngine(workers=2, engine={address!r})
 pair = [jobs.start("sleeping", sample_jobs.sleeps_and_says, {{"seconds": 600}}) for _ in range(2)]
 while any(jobs.get(job.id).message != "sleeping" for job in pair):
     time.sleep(0.01)
