@@ -1,6 +1,6 @@
 """Writes the golden files: what our own code exported of the models' examples on 2026-11-21, for tests to hold it to.
 
-    python tests/golden/make.py
+    python tests/golden/make.py [MODEL …]
 
 Every example of every model in every format that holds it exactly (of tables of points the first, for their size). A
 difference from them is a change of what others read: make them anew only when that is meant. Tables for pictures (npz)
@@ -31,7 +31,8 @@ def path(format: str, name: str, index: int) -> Path:
 
 
 if __name__ == "__main__":
-    for case in cases():
+    wanted = [case for case in cases() if case[1] in (sys.argv[1:] or case)]
+    for case in wanted:
         path(*case).parent.mkdir(exist_ok=True)
         path(*case).write_bytes(interchange.export(example(*case[1:]), case[0]).data)
-    print(f"{len(cases())} files")
+    print(f"{len(wanted)} files")
