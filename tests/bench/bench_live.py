@@ -1,7 +1,8 @@
 """Live pictures under load. Command: python -m pytest tests/bench/bench_live.py -s
 
 What is read from the camera, what viewers get, what the server needs meanwhile; and what correcting at the watched size
-saves. Each prints its figures; the promises are asserted.
+saves. Each prints its figures; the promises are asserted. They are made for a machine of two processors that does
+nothing else: on a smaller one, or beside other work, this fails at once and says so.
 """
 
 import asyncio
@@ -23,15 +24,26 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from app.imaging.correction import CorrectedView, correction_map
 from app.live import StreamSpec
+from app.live.capture import REST_S
 from app.live.picture import AppliedCalibration
 from tests.support.live_cameras import calibrated, live
 from tests.support.mjpeg_camera import MjpegCamera
-from tests.support.waiting import until_async
+from tests.support.waiting import until, until_async
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 30.0
 FPS = 30
+MIN_PROCESSORS, MAX_LOAD = 2, 0.5
 FULL_HD = f"sim://table?size=1920x1080&fps={FPS}&robots=6"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def quiet_machine():
+    """Refuse a machine on which the figures would mean nothing."""
+    processors, load = os.cpu_count() or 1, os.getloadavg()[0]
+    if processors < MIN_PROCESSORS or load > MAX_LOAD:
+        pytest.fail(f"The promises are of {MIN_PROCESSORS} processors and a load below {MAX_LOAD}; here are "
+                    f"{processors} and {load:.1f}. End what else runs, wait a minute, and try again.", pytrace=False)
 
 
 @pytest.fixture
@@ -60,8 +72,13 @@ def memory_mb(pid: int) -> float:
 @pytest.mark.parametrize(("reading", "mute"), [(0, 0), (1, 0), (48, 16)])
 def test_capture_goes_on_whoever_watches(served, reading, mute):
     host, port, server = served
-    while asked(host, port, "/cameras/north/status")["state"] != "live":
-        time.sleep(0.1)
+    def status():
+        return asked(host, port, "/cameras/north/status")
+
+    until(status, lambda now: now["state"] == "live")
+    if not reading and not mute:  # a simulated camera rests while nobody watches, and gives a picture a second
+        until(status, lambda now: now["fps"] <= 1 / REST_S)
+    fps = FPS if reading or mute else 1 / REST_S
     path = "/api/v1/cameras/north/stream.mjpg?width=960"
     command = [sys.executable, "-m", "tests.support.live_viewers", host, str(port), path]
     crowd = subprocess.Popen([*command, str(reading), str(mute), str(SECONDS)], stdout=subprocess.PIPE, text=True)
@@ -83,11 +100,11 @@ def test_capture_goes_on_whoever_watches(served, reading, mute):
     stop.set()
     asking.join()
     told = json.loads(crowd.communicate(timeout=60)[0])
-    captured = (seq - before) / took / FPS
+    captured = (seq - before) / took / fps
     p99 = 1e3 * float(np.percentile(times, 99))
-    print(f"\n{reading} viewers and {mute} that read nothing: captured {captured:.1%} of {FPS} a second, API p99 "
+    print(f"\n{reading} viewers and {mute} that read nothing: captured {captured:.1%} of {fps:.0f} a second, API p99 "
           f"{p99:.0f} ms, server grew {grown:+.1f} MB, {told}")
-    assert captured > 0.985 and p99 < 200 and grown < 30
+    assert captured > (0.985 if fps == FPS else 0.9) and p99 < 200 and grown < 30
 
 
 @pytest.mark.parametrize("model", ["polynomial", "brown-conrady"])
