@@ -20,10 +20,11 @@ export function ink(name) {
  * of: what it is made anew for. at: which place of the data is pointed at, -1 none. describe: what stands there, for
  * screen readers.
  * across, span: the ends of the two scales. draw: what is drawn besides axes; point: somebody points there; take:
- * somebody takes it.
+ * somebody takes it. isEmpty: nothing stands at that place, and arrow keys pass over it.
  * @param {{ of: string, name: string, label: string, height: number, options: () => Partial<import("uplot").Options>,
  * data: import("uplot").AlignedData, draw: (u: uPlot) => void, across: [number, number], span: [number, number],
- *   at: number, describe: (at: number) => string, point: (at: number) => void, take: (at: number) => void }} props */
+ *   at: number, describe: (at: number) => string, point: (at: number) => void, take: (at: number) => void,
+ *   isEmpty?: (at: number) => boolean }} props */
 export function Plot({
   of,
   name,
@@ -38,6 +39,7 @@ export function Plot({
   describe,
   point,
   take,
+  isEmpty,
 }) {
   const place = useRef(/** @type {HTMLElement | null} */ (null)),
     made = useRef(/** @type {uPlot | null} */ (null));
@@ -56,14 +58,7 @@ export function Plot({
         scales: { x: { time: false, range: () => now.current.across }, y: { range: () => now.current.span } },
         ...options(),
         cursor: { x: true, y: false, drag: { x: false, y: false, setScale: false }, points: { show: false } },
-        hooks: {
-          draw: [(u) => now.current.draw(u)],
-          setCursor: [
-            (u) => {
-              if (u.cursor.left !== undefined && u.cursor.left >= 0) now.current.point(u.cursor.idx ?? -1);
-            },
-          ],
-        },
+        hooks: { draw: [(u) => now.current.draw(u)] },
       },
       data,
       element,
@@ -72,6 +67,8 @@ export function Plot({
       taken = () => {
         if (typeof it.cursor.idx === "number") now.current.take(it.cursor.idx);
       };
+    // uPlot's hook setCursor runs for new figures as well, with the place where the cursor was: a key would be undone.
+    it.over.addEventListener("mousemove", () => now.current.point(it.cursor.idx ?? -1));
     it.over.addEventListener("pointerleave", leave);
     it.over.addEventListener("click", taken);
     const wide = new ResizeObserver(([entry]) =>
@@ -108,14 +105,13 @@ export function Plot({
 
   /** @param {KeyboardEvent} e */
   const key = (e) => {
-    const next = {
-      ArrowLeft: Math.max(0, at - 1),
-      ArrowRight: Math.min(count - 1, at + 1),
-      Home: 0,
-      End: count - 1,
-    }[e.key];
-    if (next !== undefined) point(next);
-    else if ((e.key === "Enter" || e.key === " ") && at >= 0) take(at);
+    const from = { ArrowLeft: at, ArrowRight: at, Home: -1, End: count }[e.key];
+    const step = e.key === "ArrowLeft" || e.key === "End" ? -1 : 1;
+    if (from !== undefined) {
+      const ahead = data[0].map((_, i) => i).filter((i) => (i - from) * step > 0 && !isEmpty?.(i));
+      const next = ahead.at(step > 0 ? 0 : -1);
+      if (next !== undefined) point(next);
+    } else if ((e.key === "Enter" || e.key === " ") && at >= 0) take(at);
     else return;
     e.preventDefault();
   };

@@ -21,6 +21,7 @@ from app.core.field_json import field_from_json
 from app.sources import SourceContext, source_from_url
 from tests.support.chromium import ARGUMENTS, FIX, chromium_path
 from tests.support.paths import CLICKS, ROOT
+from tests.support.waiting import until
 from tests.support.sim_clicks import border_clicks
 
 FPS = 3
@@ -258,7 +259,9 @@ def clicked(operator, server):
         points = border_clicks(camera, region, 9, noise_px)
         if painted is not None:
             points[painted] = points.pop("bottom")
-        snapshot = server.api("POST", "/snapshots", json={"camera": settings["id"]}).json()["id"]
+        taken = until(lambda: server.api("POST", "/snapshots", json={"camera": settings["id"]}),
+                      lambda answer: answer.status_code != 503)  # until then the camera's process is starting
+        snapshot = taken.json()["id"]
         draft = {"field": field.name, "region": region.name, "model": model, "options": options, "observations": [
             {"feature": name, "kind": "line", "points": found[1:-1].tolist()} for name, found in points.items()]}
         return operator.go_on(snapshot, draft, step)

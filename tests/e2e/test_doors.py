@@ -105,6 +105,27 @@ def test_the_keyboard_alone_goes_from_the_camera_to_a_saved_version(operator):
     expect(page.get_by_test_id("wipe")).to_have_attribute("aria-valuenow", "52")
 
 
+def test_a_button_whose_work_was_refused_keeps_the_focus_and_the_next_key_is_its_own(operator):
+    """It cannot be used meanwhile. Without the focus, Enter would take a picture with the first camera."""
+    page, asked = operator.page, []
+
+    def refuse(route):
+        asked.append(route.request.post_data_json["camera"])
+        route.fulfill(status=503, content_type="application/problem+json", json={
+            "type": "/problems/camera-silent", "title": "Unavailable", "status": 503,
+            "detail": "This camera has shown no picture yet.", "fix": "Try again in a moment."})
+
+    page.route("**/api/v1/snapshots", refuse)
+    button = page.get_by_test_id("camera-east")
+    button.focus()
+    for count in (1, 2):
+        page.keyboard.press("Enter")
+        until(lambda count=count: page.evaluate("() => 0") or len(asked), lambda seen, count=count: seen == count)
+        expect(button).to_be_enabled()
+        expect(button).to_be_focused()
+    assert asked == ["east", "east"]
+
+
 def test_help_lists_the_keys_of_every_action_and_opens_the_manual(operator):
     page = operator.page
     page.keyboard.press("?")

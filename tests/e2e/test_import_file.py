@@ -45,18 +45,10 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
     start(page, server)
     page.get_by_text("What the file does not say").click()
     page.get_by_test_id("import-camera").select_option(camera)
-    choosers = []
-    page.on("filechooser", lambda chooser: choosers.append(chooser))
-    page.get_by_test_id("import-file").focus()
-    page.wait_for_timeout(300)  # the browser is told apart from the keys that choosers are heard: it may be later
-
-    def chosen():
-        if not choosers:  # as a hand does that sees nothing happen
-            page.keyboard.press("Enter")
-            page.wait_for_timeout(1000)
-        return choosers
-
-    until(chosen, bool)[0].set_files(file_of("north.yml", data))
+    with page.expect_file_chooser() as chooser:
+        page.get_by_test_id("import-file").focus()  # in the page itself: it knows by then that a chooser is waited for
+        page.keyboard.press("Enter")
+    chooser.value.set_files(file_of("north.yml", data))
     expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=SOON)
     said = re.search(r"Version (\d+) for", page.get_by_test_id("imported").inner_text())
     listed = server.api("GET", f"/calibrations?camera={camera}").json()["items"]

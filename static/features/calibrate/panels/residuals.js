@@ -236,6 +236,7 @@ function Histogram({ bars }) {
       describe=${(/** @type {number} */ i) =>
         bins[i] ? `${plural(bins[i].length, "point")} about ${signed(xs[i], 2)} ${plot.value.unit}` : ""
       }
+      isEmpty=${(/** @type {number} */ i) => bins[i]?.length === 0}
       point=${(/** @type {number} */ i) =>
         pointAt((bins[i] ?? []).map(({ feature, index }) => ({ feature, index })))
       }

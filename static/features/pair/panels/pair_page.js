@@ -1,6 +1,6 @@
 // Two pictures beside each other, each with its marks and epipolar lines; and the choice of a picture where one is
 // missing.
-import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { ACTIONS, run } from "../../../core/actions.js";
 import { address } from "../../../core/api.js";
 import { dayAndTime, number } from "../../../core/format.js";
@@ -93,8 +93,8 @@ function Half({ s }) {
       },
     });
   }, [it?.id]);
-  useEffect(() => {
-    // after a click by key it is the other picture's turn
+  useLayoutEffect(() => {
+    // before the next key: after a click by key it is the other picture's turn
     if (
       side.value === s &&
       element.current?.parentElement?.contains(document.activeElement) &&
