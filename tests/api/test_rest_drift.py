@@ -1,6 +1,5 @@
 """A camera that is knocked while it is live: found in seconds, told with a cure, and registered anew by one call."""
 
-import time
 
 import pytest
 from starlette.testclient import TestClient
@@ -9,6 +8,8 @@ from app.main import create_app
 from app.settings import Settings
 from tests.support.live_cameras import calibrated
 from tests.support.refusals import API, refusal
+from tests.support.rest_jobs import accepted, finished
+from tests.support.waiting import until
 
 URL = "sim://table?size=480x384&fps=20&robots=3"
 CAMERAS = ({"id": "north", "name": "North", "source": URL, "field": "table", "region": "full"},)
@@ -26,11 +27,7 @@ def drift(client):
 
 
 def becomes(client, state):
-    end = time.monotonic() + LONG_S
-    while (now := drift(client))["state"] != state:
-        assert time.monotonic() < end, f"it is {now}"
-        time.sleep(0.05)
-    return now
+    return until(lambda: drift(client), lambda now: now["state"] == state)
 
 
 def activated(client, model="brown-conrady", **more):
@@ -48,15 +45,6 @@ def set_on(client, **controls):
     assert client.patch(f"{API}/cameras/north/controls", json={"controls": controls}).status_code == 200
 
 
-def done(client, answer):
-    assert answer.status_code == 202, answer.text
-    end = time.monotonic() + LONG_S
-    while (job := client.get(f"{API}/jobs/{answer.json()['id']}").json())["state"] not in ("done", "failed"):
-        assert time.monotonic() < end
-        time.sleep(0.05)
-    return job
-
-
 def test_a_knock_is_found_told_and_registered_anew(served):
     taken = served.post(f"{API}/snapshots", json={"camera": "north"}).json()["id"]
     first = activated(served, snapshot=taken)
@@ -69,7 +57,7 @@ def test_a_knock_is_found_told_and_registered_anew(served):
     assert alarm["alarm"] is True and "knocked" in alarm["sentence"] and alarm["fix"] and alarm["since"] > 1e9
     assert served.get(f"{API}/cameras/north/status").json()["drift_px"] == pytest.approx(alarm["px"], abs=0.2)
 
-    job = done(served, served.post(f"{API}/cameras/north/reregister", json={"frames": 3}))
+    job = finished(served, accepted(served.post(f"{API}/cameras/north/reregister", json={"frames": 3})))
     assert job["state"] == "done", job
     made = served.get(f"{API}/calibrations/{job['result']['calibration']}").json()
     assert made["parent"] == first and made["active"] is False and made["version"] == 2
@@ -113,7 +101,7 @@ def test_without_a_calibration_nothing_is_followed_or_registered(served):
 def test_a_picture_without_lines_makes_no_version(served, picture):
     first = activated(served, image_size=[480, 384])
     blank = served.post(f"{API}/snapshots", files={"file": picture}).json()["id"]  # of another size, even
-    job = done(served, served.post(f"{API}/cameras/north/reregister", json={"snapshot": blank}))
+    job = finished(served, accepted(served.post(f"{API}/cameras/north/reregister", json={"snapshot": blank})))
     assert job["state"] == "failed" and job["problem"]["fix"]
     kept = served.get(f"{API}/calibrations?camera=north").json()["items"]
     assert [one["id"] for one in kept] == [first]

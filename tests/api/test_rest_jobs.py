@@ -21,6 +21,7 @@ from tests.support import sample_jobs
 from tests.support.paths import ROOT
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
+from tests.support.waiting import until
 
 CAL = f"{API}/calibrations"
 
@@ -120,11 +121,8 @@ def test_cancelled_at_random_times_a_version_is_there_whole_or_not_at_all(client
 def test_a_job_whose_worker_is_killed_is_tried_again_and_has_failed_after_three(client, engine, task):
     job = engine.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
     for attempt in (1, 2, 3):
-        until = time.monotonic() + 30
-        while (told := client.get(f"{API}/jobs/{job.id}").json())["message"] != "sleeping" or (
-                told["attempt"] != attempt):
-            assert time.monotonic() < until
-            time.sleep(0.01)
+        until(lambda: client.get(f"{API}/jobs/{job.id}").json(),
+              lambda told, attempt=attempt: (told["message"], told["attempt"]) == ("sleeping", attempt))
         os.kill(engine.pids[0], signal.SIGKILL)
     told = finished(client, {"id": job.id}, 30)
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/worker-died"
@@ -235,10 +233,7 @@ def test_a_comparison_ends_when_its_caller_has_gone_and_borders_are_fitted_meanw
     with socket.create_connection((host, int(port))) as line:
         line.sendall(b"POST /api/v1/calibrations/compare HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json"
                      b"\r\nContent-Length: %d\r\n\r\n" % len(body) + body)
-        until = time.monotonic() + 20
-        while not (jobs := asked(f"{url}/jobs")["items"]) or jobs[0]["progress"] == 0:
-            assert time.monotonic() < until
-            time.sleep(0.02)
+        until(lambda: asked(f"{url}/jobs")["items"], lambda jobs: jobs and jobs[0]["progress"])
         times = []
         for _ in range(20):
             start = time.monotonic()
@@ -246,11 +241,8 @@ def test_a_comparison_ends_when_its_caller_has_gone_and_borders_are_fitted_meanw
             times.append(time.monotonic() - start)
         assert sorted(times)[10] < 0.05, times  # a thread's arithmetic would hold every answer up
         assert asked(f"{url}/jobs")["items"][0]["state"] == "running"
-    until = time.monotonic() + 3
-    while asked(f"{url}/jobs")["items"][0]["state"] == "running":
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    assert asked(f"{url}/jobs")["items"][0]["state"] == "cancelled"
+    ended = until(lambda: asked(f"{url}/jobs")["items"][0], lambda job: job["state"] != "running")
+    assert ended["state"] == "cancelled"
 
 
 def test_no_process_is_left_when_a_server_with_running_jobs_is_stopped(served, task):
@@ -262,8 +254,7 @@ def test_no_process_is_left_when_a_server_with_running_jobs_is_stopped(served, t
             events.read()
 
     threading.Thread(target=watch, daemon=True).start()
-    while asked(f"{url}/jobs/{job['id']}")["progress"] == 0:
-        time.sleep(0.05)
+    until(lambda: asked(f"{url}/jobs/{job['id']}")["progress"])
     below = children(server.pid)
     assert len(below) >= 3  # two that decode, one that works
     start = time.monotonic()
@@ -277,17 +268,15 @@ def test_a_job_whose_server_is_killed_is_done_by_the_next_one_and_makes_one_vers
     url, server = served
     job = asked(f"{url}/calibrations/compare?job=true", task)
     made = asked(f"{url}/calibrations?job=true", {**task, "camera": "north"})
-    while asked(f"{url}/jobs/{job['id']}")["progress"] == 0:
-        time.sleep(0.02)
+    until(lambda: asked(f"{url}/jobs/{job['id']}")["progress"])
     server.kill()
     server.wait()
     url, again = start_server(tmp_path)
     try:
-        until = time.monotonic() + 90
         for id in (job["id"], made["id"]):
-            while (told := asked(f"{url}/jobs/{id}"))["state"] != "done":
-                assert time.monotonic() < until and told["state"] in ("queued", "running"), told
-                time.sleep(0.05)
+            told = until(lambda id=id: asked(f"{url}/jobs/{id}"),
+                         lambda told: told["state"] not in ("queued", "running"))
+            assert told["state"] == "done", told
         assert asked(f"{url}/jobs/{job['id']}")["attempt"] == 2
         versions = asked(f"{url}/calibrations")["items"]
         assert [version["id"] for version in versions] == [

@@ -18,6 +18,7 @@ from tests.support.live_play import Before
 from tests.support.refusals import API, refusal
 from tests.support.sim_truth import truth_at
 from tests.support.ssl_listener import Packet
+from tests.support.waiting import until
 
 HOST = {"host": "127.0.0.1:8000"}
 LONG_S = 90.0  # a loaded machine starts a camera's process slowly
@@ -84,16 +85,13 @@ def seen_until(client, wanted, camera="north"):
 def test_a_camera_without_calibration_sees_in_pixels_by_colours_it_finds_itself(client, play):
     told = client.get(f"{API}/cameras/bare/seeing").json()
     assert told["on"] and told["plan"]["name"] == "ssl" and told["colours"] is None and not told["publish"]
-    end = time.monotonic() + LONG_S
-    while (answer := client.get(f"{API}/cameras/bare/detections")).status_code == 503 and time.monotonic() < end:
-        time.sleep(0.1)  # its process is still starting
+    answer = until(lambda: client.get(f"{API}/cameras/bare/detections"),
+                   lambda answer: answer.status_code != 503)  # until then its process is starting
     assert answer.status_code == 200, answer.text
     seen = answer.json()
     assert seen["calibration"] is None and any("no places" in note for note in seen["notes"])
     assert seen["items"] and all(item["x_mm"] is None for item in seen["items"])
-    end = time.monotonic() + LONG_S
-    while (told := client.get(f"{API}/cameras/bare/seeing").json())["learned"] is None and time.monotonic() < end:
-        time.sleep(0.1)
+    told = until(lambda: client.get(f"{API}/cameras/bare/seeing").json(), lambda told: told["learned"])
     assert told["learned"] == "picture" and "orange" in told["profile"]["colours"]
     assert {one["level"] for one in told["health"]} <= {"good", "close", "mixed"}
 
@@ -258,10 +256,8 @@ def test_a_listener_to_the_leagues_group_hears_what_was_seen_once_it_is_switched
 def test_publishing_that_leads_nowhere_is_said(client, taught):
     assert client.put(f"{API}/publishing", json={"enabled": False}).status_code == 200
     put(client, publish=True)
-    end = time.monotonic() + LONG_S
     at = f"{API}/cameras/north/seeing"
-    while (problem := client.get(at).json()["published"]["problem"]) is None and time.monotonic() < end:
-        time.sleep(0.1)
+    problem = until(lambda: client.get(at).json()["published"]["problem"])
     assert problem["reason"] == "not-publishing" and problem["fix"]
     put(client, publish=False)
     assert json.loads(client.get(at).content)["published"]["problem"] is None

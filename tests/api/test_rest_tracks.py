@@ -1,6 +1,5 @@
 """REST of tracks: two real cameras' processes above one field, each thing told once, and the seam between them."""
 
-import time
 
 import numpy as np
 import pytest
@@ -10,6 +9,7 @@ from app.main import create_app
 from app.settings import Settings
 from tests.support.live_play import Before
 from tests.support.refusals import API, refusal
+from tests.support.waiting import receive_until, until
 
 LONG_S = 90.0
 RIG = {"field": "ssl-div-b", "cameras": ["low", "high"]}
@@ -29,10 +29,8 @@ def client(tmp_path_factory, plays):
         profile = None
         for play in plays:
             play.calibrate(client)
-            end = time.monotonic() + LONG_S
-            while (client.get(f"{API}/cameras/{play.name}/detections").status_code == 503
-                   and time.monotonic() < end):  # its process is still starting
-                time.sleep(0.1)
+            until(lambda play=play: client.get(f"{API}/cameras/{play.name}/detections").status_code,
+                  lambda status: status != 503)  # until then its process is starting
             body = {"clicks": play.clicks(), "base": profile}
             learned = client.post(f"{API}/cameras/{play.name}/colours/learn", json=body)
             assert learned.status_code == 200, learned.text
@@ -50,15 +48,17 @@ def test_each_thing_is_one_track_where_it_stands_and_the_seam_is_told(client, pl
     truth = plays[0].robots | plays[1].robots
     both = set(plays[0].robots) & set(plays[1].robots)
     assert len(both) > 1
-    end = time.monotonic() + LONG_S
+
+    def robots(told):
+        return {(t["team"], t["id"]): t for t in told["items"] if t["kind"] == "robot"}
+
+    def all_tracked(told):
+        tracks = robots(told)
+        return set(truth) <= set(tracks) and all(len(tracks[key]["cameras"]) == 2 for key in both)
+
     with client.websocket_connect(f"{API}/rigs/west/tracks", headers={"host": "127.0.0.1:8000"}) as line:
-        while time.monotonic() < end:
-            told = line.receive_json()
-            tracks = {(t["team"], t["id"]): t for t in told["items"] if t["kind"] == "robot"}
-            if set(truth) <= set(tracks) and all(len(tracks[key]["cameras"]) == 2 for key in both):
-                break
-        else:
-            raise AssertionError(f"not all were tracked: {told}")
+        told = receive_until(line, all_tracked)[-1]
+    tracks = robots(told)
     off = [np.hypot(tracks[key]["x_mm"] - r.x_mm, tracks[key]["y_mm"] - r.y_mm) for key, r in truth.items()]
     assert np.median(off) < 10 and max(off) < 40, off
     names = [(t["team"], t["id"]) for t in told["items"] if t["kind"] == "robot" and t["id"] is not None]

@@ -21,8 +21,8 @@ from app.core.field_json import field_from_json
 from app.sources import SourceContext, source_from_url
 from tests.support.chromium import ARGUMENTS, FIX, chromium_path
 from tests.support.paths import CLICKS, ROOT
-from tests.support.waiting import until
 from tests.support.sim_clicks import border_clicks
+from tests.support.waiting import until
 
 FPS = 3
 SOON_MS = 20_000  # what is there at once on a quiet machine

@@ -19,6 +19,7 @@ from app.core.errors import BadImage, BadInput, TouchlineError, Unavailable
 from app.images import DeclaredImage, ImageDecoder, ImageLimits, encode, frame_from_bytes
 from tests.support.paths import SHARED_DATA
 from tests.support.pictures import HOSTILE, encoded, gradient, jpeg_of_many_scans
+from tests.support.waiting import gone, until
 
 SLOW_S = 1.5  # of processor time, which other work on the machine does not lengthen
 LARGE_MB = 300
@@ -126,17 +127,6 @@ def cpu_s(pid):
     return sum(map(int, used)) / os.sysconf("SC_CLK_TCK")
 
 
-def until(condition):
-    end = time.monotonic() + 30
-    while not condition():
-        assert time.monotonic() < end, "it did not come about"
-        time.sleep(0.01)
-
-
-def is_dead(pid):
-    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-
-
 def test_pixels_of_another_size_than_declared_are_refused(decoder):
     # No bytes are known that get the screen and the decoder to disagree, so the declaration is made to.
     with pytest.raises(BadImage) as refusal:
@@ -149,7 +139,7 @@ def test_a_decoder_killed_while_idle_is_replaced_unseen():
         decoder.frame_from_bytes(encoded("png"))
         (pid,) = decoder.pids
         os.kill(pid, signal.SIGKILL)
-        until(lambda: is_dead(pid))
+        until(lambda: gone(pid))
         assert np.array_equal(decoder.frame_from_bytes(encoded("png")).pixels, gradient())
         assert decoder.pids != (pid,)
 

@@ -18,6 +18,7 @@ from tests.support.industrial import GvCamera, opened, viky, with_viky
 from tests.support.paths import ROOT
 from tests.support.peers import V4l2Source
 from tests.support.plugged_cameras import plug_in
+from tests.support.waiting import until
 
 LONG_S = 60.0  # on a busy machine Python alone may take long to start
 
@@ -55,15 +56,14 @@ def test_a_webcam_is_found(no_webcams):
 
 def looker(word: str) -> int:
     """The process that looks through that library, as soon as it runs."""
-    until = time.monotonic() + LONG_S
-    while time.monotonic() < until:
+    def found():
         for task in Path("/proc/self/task").iterdir():
             for pid in (task / "children").read_text().split():
                 line = Path(f"/proc/{pid}/cmdline")
                 if line.exists() and word.encode() in line.read_bytes().split(b"\0"):
                     return int(pid)
-        time.sleep(0.005)
-    raise AssertionError(f"nobody looks through {word}")
+
+    return until(found)
 
 
 def found_while(deed, around: SourceContext, deadline_s: float) -> list:

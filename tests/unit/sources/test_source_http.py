@@ -16,6 +16,7 @@ from app.sources.network.multipart import MAX_PART, MultipartParser, PartTooLarg
 from tests.support.mjpeg_camera import BOUNDARY, MjpegCamera, coded
 from tests.support.paths import SHARED_DATA
 from tests.support.pictures import HOSTILE, jpeg_of_many_scans, jpeg_with_size
+from tests.support.waiting import until
 
 AROUND = SourceContext(decode=decode_in_process, hosts=("127.0.0.1",))
 SEEN_S = 6.0  # generous, for a busy machine
@@ -262,11 +263,8 @@ def test_fifty_openings_and_failures_keep_no_descriptor_and_no_thread(camera):
     before = held()
     for i in range(50):
         cycle(i % 2 == 0)
-    for _ in range(100):  # the camera's own threads notice with their next picture
-        if held()[0] <= before[0] and held()[1] <= before[1]:
-            break
-        time.sleep(0.05)
-    assert held()[0] <= before[0] and held()[1] <= before[1]
+    # The camera's own threads notice with their next picture.
+    until(held, lambda now: now[0] <= before[0] and now[1] <= before[1])
 
 
 @pytest.mark.parametrize("said", [

@@ -15,6 +15,7 @@ from app.sources import SourceContext, source_from_url
 from app.sources.network.rtp_sizes import SizeMonitor
 from tests.support.gst_camera import GstCamera, installed
 from tests.support.rtsp_camera import RtspCamera, packed, scene
+from tests.support.waiting import until
 
 AROUND = SourceContext(hosts=("127.0.0.1",))
 SEEN_S = 6.0  # generous, for a busy machine; the bench measures
@@ -145,11 +146,8 @@ def test_fifty_openings_and_failures_keep_no_descriptor_and_no_thread(camera):
     before = held()
     for i in range(50):
         cycle(i % 2 == 0)
-    for _ in range(100):  # the camera's own threads take a moment to end
-        if held() <= before and held()[1] <= before[1]:
-            break
-        time.sleep(0.05)
-    assert held()[0] <= before[0] and held()[1] <= before[1]
+    # The camera's own threads take a moment to end.
+    until(held, lambda now: now[0] <= before[0] and now[1] <= before[1])
 
 
 @pytest.mark.parametrize("said", [

@@ -2,7 +2,6 @@
 
 import os
 import sqlite3
-import time
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
 
@@ -14,6 +13,7 @@ from app.store import EMPTY, Store
 from app.store.backups import MAX_HOURS, MAX_NEWEST, Backups
 from app.store.integrity import find_damage
 from tests.support.store_writer import calibration
+from tests.support.waiting import until
 
 SIZE = ImageSize(640, 480)
 MB = 1_000_000
@@ -138,10 +138,8 @@ def test_a_backup_made_while_others_save_is_whole_and_restores_to_a_state_that_w
     with Store(tmp_path / "data") as store:
         for k in range(60):
             store.calibrations.add(calibration("north", str(k)))
-        until = time.monotonic() + 60
-        while len(store._backups.all()) < 3 and time.monotonic() < until:
-            store.calibrations.add(calibration("north", "more"))
-            time.sleep(0.02)
+        until(lambda: store.calibrations.add(calibration("north", "more")) and store._backups.all(),
+              lambda copies: len(copies) >= 3)
     copies = Backups(tmp_path / "data" / "backups", tmp_path / "data" / "touchline.db").all()
     assert len(copies) >= 3 and all(find_damage(copy.path) is None for copy in copies)
     for copy in copies:
@@ -154,9 +152,7 @@ def test_a_backup_that_cannot_be_made_is_told_and_saving_goes_on(tmp_path, monke
     monkeypatch.setattr("app.store.backups.free_bytes", lambda folder: 0)
     with Store(tmp_path) as store:
         assert store.calibrations.add(calibration("north", "1")).version == 1
-        until = time.monotonic() + 60
-        while not store.warnings and time.monotonic() < until:
-            time.sleep(0.02)
+        until(lambda: store.warnings)
         assert [w.reason for w in store.warnings] == ["no-backup"]
 
 
