@@ -137,6 +137,14 @@ def test_its_left_out_errors_are_those_of_leaving_out():
         assert error == pytest.approx(quick[j], abs=1e-8)
 
 
+def test_its_knots_stand_in_the_order_of_the_clicks_whatever_the_last_digit_of_their_places():
+    places = np.array([(x, y) for y in (1.0, -1.0, 0.0) for x in (0.5, -0.5, 0.0, 0.9)])
+    for jitter in (1e-12, -1e-12):
+        level = places + jitter * np.arange(12)[:, None]
+        known = Constraints(np.repeat(level, 2, axis=0), np.tile(np.eye(2), (12, 1)), np.arange(24.0), np.ones(24))
+        np.testing.assert_allclose(SmoothingSplines(known).spline(1e-3).knots, places, atol=1e-9)
+
+
 def test_the_gradient_is_that_of_the_displacement():
     rng = np.random.default_rng(4)
     spline = Spline(rng.uniform(-1, 1, (9, 2)), rng.normal(0, 3, (9, 2)), rng.normal(0, 1, (3, 2)))
