@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.geometry import homogeneous
+from app.fitting.two_view.epipolar import normaliser
 from app.fitting.two_view.relative_pose import ideal_px
 from app.models.division import Division
 from app.models.rotation import vector_from_matrix
@@ -101,3 +102,13 @@ def epipolar_error_px(fundamental: np.ndarray, a: np.ndarray, b: np.ndarray) -> 
     far_b = np.abs(np.sum(homogeneous(b) * to_b, axis=1)) / np.hypot(to_b[:, 0], to_b[:, 1])
     far_a = np.abs(np.sum(homogeneous(a) * to_a, axis=1)) / np.hypot(to_a[:, 0], to_a[:, 1])
     return np.sqrt((far_a**2 + far_b**2) / 2)
+
+
+def eight_point(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """F (3, 3) from eight matches or more by Hartley's normalised algorithm; rank 2, Frobenius norm 1."""
+    t_a, t_b = normaliser(a), normaliser(b)
+    near_a, near_b = homogeneous(a) @ t_a.T, homogeneous(b) @ t_b.T
+    design = (near_b[:, :, None] * near_a[:, None, :]).reshape(-1, 9)
+    u, s, vt = np.linalg.svd(np.linalg.svd(design, full_matrices=True)[2][-1].reshape(3, 3))
+    f = t_b.T @ (u @ np.diag([s[0], s[1], 0.0]) @ vt) @ t_a
+    return f / np.linalg.norm(f)

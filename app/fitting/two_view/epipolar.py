@@ -2,7 +2,7 @@
 
     (x', y', 1) F (x, y, 1)ᵀ = 0,   F of rank 2: seven numbers
 
-R. Hartley, "In defense of the eight-point algorithm" (1997); first-order distance after P. Sampson (1982); orthonormal
+Normalised after R. Hartley (1997); first-order distance after P. Sampson (1982); orthonormal
 form F = U diag(1, s, 0) Vᵀ after A. Bartoli and P. Sturm (2004); seven points, R. Hartley and A. Zisserman (2004).
 """
 
@@ -40,17 +40,6 @@ def normaliser(points: Points) -> Array:
     return np.array([[scale, 0, -scale * middle[0]], [0, scale, -scale * middle[1]], [0, 0, 1.0]])
 
 
-def eight_point(a: Points, b: Points, weights: Array | None = None) -> Array:
-    """Return F (3, 3) from eight matches or more, normalised; rank 2, Frobenius norm 1."""
-    t_a, t_b = normaliser(a), normaliser(b)
-    design = _design(a @ t_a[:2, :2].T + t_a[:2, 2], b @ t_b[:2, :2].T + t_b[:2, 2])
-    if weights is not None:
-        design = design * weights[:, None]
-    f = np.linalg.svd(design, full_matrices=True)[2][-1].reshape(3, 3)
-    u, s, vt = np.linalg.svd(f)
-    return _unit(t_b.T @ (u @ np.diag([s[0], s[1], 0.0]) @ vt) @ t_a)
-
-
 def seven_point(a: Points, b: Points) -> Array:
     """Return every F (m, 3, 3) through seven matches (…, 7, 2), up to three of each seven, in one list."""
     null = np.linalg.svd(_design(a, b), full_matrices=True)[2][..., -2:, :]
@@ -75,10 +64,6 @@ def _design(a: Points, b: Points) -> Array:
     return (xb[..., :, None] * xa[..., None, :]).reshape(*a.shape[:-1], 9)
 
 
-def _unit(f: Array) -> Array:
-    return f / np.linalg.norm(f)
-
-
 @dataclass(frozen=True, eq=False)
 class FundamentalParameters:
     """F as a fit moves it, in normalised coordinates: F = t_bᵀ U diag(cos α, sin α, 0) Vᵀ t_a, always of rank 2."""
@@ -97,7 +82,8 @@ class FundamentalParameters:
         return cls(u, float(np.arctan2(s[1], s[0])), vt.T, t_a, t_b)
 
     def fundamental(self) -> Array:
-        return _unit(self.t_b.T @ self._inner @ self.t_a)
+        f = self.t_b.T @ self._inner @ self.t_a
+        return f / np.linalg.norm(f)
 
     @property
     def _inner(self) -> Array:

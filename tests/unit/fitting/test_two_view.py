@@ -9,7 +9,7 @@ from app.core.errors import BadInput, FitFailed
 from app.core.records import Observation
 from app.evaluate.cameras.pair_agreement import CELLS, from_matches, from_observations
 from app.evaluate.cameras.shared_area import overlap
-from app.fitting.two_view.epipolar import FundamentalParameters, eight_point, sampson_px
+from app.fitting.two_view.epipolar import FundamentalParameters, sampson_px
 from app.fitting.two_view.fundamental_matrix import fundamental_matrix
 from app.fitting.two_view.relative_pose import (
     RelativePoseParameters,
@@ -22,7 +22,7 @@ from app.models import raw_from_field
 from app.models.homography import Homography
 from app.models.rotation import vector_from_matrix
 from tests.support.fields import FULL, plain_field
-from tests.support.pairs import KUSVOD2, PAIRS, epipolar_error_px, ideal, labelled_matches, simulated
+from tests.support.pairs import KUSVOD2, PAIRS, eight_point, epipolar_error_px, ideal, labelled_matches, simulated
 
 FIELD = plain_field()
 
