@@ -2,7 +2,7 @@
 
     scene_registry.py  every open scene: started on request, ended with its last viewer
     process.py         one scene's process, seen from the server's event loop
-    worker_main.py     that process; worker_server.py answers the server's requests
+    worker_main.py     that process, which answers the server
     messages.py        the messages between them
     secured_viser.py   viser on this machine alone, with a key, without tunnels to elsewhere
     scene_view.py      everything that one scene shows, and how it is viewed
