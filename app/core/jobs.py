@@ -7,6 +7,7 @@ from typing import Any, Literal, Self
 from app.core.errors import TouchlineError
 
 State = Literal["queued", "running", "done", "failed", "cancelled"]
+INTERNAL = ("spec", "worker")  # what of a job the server alone knows
 ENDED: tuple[State, ...] = ("done", "failed", "cancelled")
 WAITING = "Waiting for its turn"
 STORED = {"run": "run", "spec": "spec", "saver": "keep", "context": "about", "durable": "lasts"}  # names in stored rows
@@ -62,7 +63,7 @@ class Job:
 
     def to_json(self) -> dict[str, Any]:
         """Return what everybody may know of it."""
-        return {name: value for name, value in vars(self).items() if name not in ("spec", "worker")}
+        return {name: value for name, value in vars(self).items() if name not in INTERNAL}
 
 
 def problem_of(error: TouchlineError) -> dict[str, Any]:

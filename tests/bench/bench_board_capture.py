@@ -20,7 +20,7 @@ from tests.support.board_film import BOARD, film
 from tests.support.servers import served
 
 ROUNDS, SECONDS = 5, 8.0
-LEAST_SHARE = 0.95  # of the frames without
+MIN_SHARE = 0.95  # of the frames without
 
 
 @pytest.fixture
@@ -69,4 +69,4 @@ def test_looking_for_a_board_costs_a_stream_less_than_a_twentieth(camera):
     share = statistics.median(beside) / statistics.median(alone)
     print(f"\nalone {statistics.median(alone):.2f}, beside a board {statistics.median(beside):.2f} frames/s: "
           f"{100 * share:.1f} %; {statistics.median(rates):.1f} looks/s; alone {alone}, beside {beside}")
-    assert share >= LEAST_SHARE and statistics.median(rates) <= 5.2
+    assert share >= MIN_SHARE and statistics.median(rates) <= 5.2

@@ -1,11 +1,20 @@
 """The structure of app/: layers, import circles, what the computing packages may use, sizes and names."""
 
+import ast
+import shutil
+import subprocess
+import sys
+from collections import defaultdict
+from pathlib import Path
+
 import pytest
 
-from tests.support.import_graph import circles, imported_names, python_modules
+from tests.support.import_graph import circles, imported_names, python_graph, python_modules
 from tests.support.paths import ROOT
 
-MODULES = python_modules(ROOT / "app")
+APP, STATIC = ROOT / "app", ROOT / "static"
+MODULES = python_modules(APP)
+SCRIPTS = [path for path in sorted(STATIC.rglob("*.js")) if "vendor" not in path.parts]
 
 COMPUTING = ("core", "ssl_protocol", "models", "vision", "fitting", "imaging", "evaluate")
 # A clock, a file, a socket, a thread, a process, SQL or the web.
@@ -14,11 +23,35 @@ SIDE_EFFECTS = {"time", "datetime", "os", "pathlib", "io", "shutil", "tempfile",
                 "uvicorn", "pydantic", "requests", "urllib", "http", "yaml", "random", "secrets", "glob"}
 PARSERS = {("app.core.strict_yaml", "yaml")}  # parses text that is at hand; it opens nothing
 
+MAX_SCRIPT_COLUMNS = 120
 MAX_LOOSE = {"app/*.py": 3, "tests/*.py": 3}
+
+# Each member of these families may name its own Item, Lens or Row.
+FAMILIES = ("app.api.schemas.", "app.sources.sim.", "app.store.migrations.")
+PRIVATE_FUNCTIONS = {"told", "tell", "heard", "kept", "asked", "held", "spoken", "deed"}
+PRIVATE_CLASSES = {"Ear", "Hung", "Lying", "Standing", "Told", "Heard", "Sighted", "Theatre", "Room", "Wanted", "Shown",
+                   "Seen", "Asked"}
+
+
+def definitions(kind: type | tuple[type, ...]):
+    """Each (module, node) of that kind in app/, inside classes and functions too."""
+    return ((module, node) for module, tree in MODULES.items() for node in ast.walk(tree) if isinstance(node, kind))
+
+
+def test_packages_import_only_packages_below_them():
+    """The layers are in pyproject.toml."""
+    command = shutil.which("lint-imports", path=str(Path(sys.executable).parent)) or shutil.which("lint-imports")
+    assert command, "import-linter is missing: install the dev extra (pip install -e '.[dev]')"
+    done = subprocess.run([command, "--no-cache"], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_no_import_is_excepted_from_the_layers():
     assert "ignore_imports" not in (ROOT / "pyproject.toml").read_text()
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    assert circles(python_graph(MODULES)) == []
 
 
 def test_a_circle_would_be_found():
@@ -37,3 +70,41 @@ def test_a_computing_package_uses_no_clock_file_socket_thread_or_web(package):
 @pytest.mark.parametrize("pattern", MAX_LOOSE)
 def test_few_files_lie_loose(pattern):
     assert len(list(ROOT.glob(pattern))) <= MAX_LOOSE[pattern]
+
+
+def test_no_line_of_a_script_is_too_long():
+    found = [f"{path.relative_to(ROOT)}:{number}" for path in SCRIPTS
+             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+             if len(line) > MAX_SCRIPT_COLUMNS]
+    assert found == []
+
+
+def test_no_model_is_asked_for_a_contract_by_an_attribute():
+    """What projects is a RayModel: isinstance says so, and the type checker understands it."""
+    found = [f"{module}:{call.lineno}" for module, call in definitions(ast.Call)
+             if isinstance(call.func, ast.Name) and call.func.id in ("hasattr", "getattr") and len(call.args) > 1
+             and isinstance(call.args[1], ast.Constant) and "project" in str(call.args[1].value)]
+    assert found == []
+
+
+def test_no_public_class_name_is_defined_twice():
+    places = defaultdict(list)
+    for module, node in definitions(ast.ClassDef):
+        if not node.name.startswith("_") and not module.startswith(FAMILIES):
+            places[node.name].append(f"{module}:{node.lineno}")
+    assert {name: where for name, where in places.items() if len(where) > 1} == {}
+
+
+def test_functions_and_classes_have_the_names_of_the_field():
+    functions = definitions((ast.FunctionDef, ast.AsyncFunctionDef))
+    found = [f"{module}:{node.lineno} {node.name}" for module, node in functions
+             if node.name.strip("_") in PRIVATE_FUNCTIONS]
+    found += [f"{module}:{node.lineno} {node.name}" for module, node in definitions(ast.ClassDef)
+              if node.name.strip("_") in PRIVATE_CLASSES]
+    assert found == []
+
+
+def test_limits_begin_with_min_and_max():
+    found = [f"{module}:{node.lineno} {node.id}" for module, node in definitions(ast.Name)
+             if isinstance(node.ctx, ast.Store) and node.id.lstrip("_").startswith(("MOST_", "LEAST_"))]
+    assert found == []

@@ -21,7 +21,7 @@ FIELDS = ("ssl-2008", "ssl-div-a", "ssl-div-b", "table", "vsss-3v3", "vsss-5v5")
 LENS_NAMES = ("none", "mild", "half", "strong", "crooked", "pincushion", "division", "ssl", "fisheye")
 SIZES = ((1224, 1024),) * 7 + ((780, 580), (1280, 960), (1920, 1080))
 WIDEST = 1.25  # tangent of the angle off the axis at which the region's farthest corner may be seen
-MOST_HIDDEN = 0.2
+MAX_HIDDEN = 0.2
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def scene_of(spec: SceneSpec) -> SeenScene:
         places = np.concatenate([m.sample(200) for m in (*field.lines.values(), *field.arcs.values())])
         inside = camera.sees(camera.raw_from_field(places))
         hidden = 1 - float(truth_at(shown, time_s).carpet_seen(places[inside]).mean())
-        if hidden > MOST_HIDDEN and spec.people:
+        if hidden > MAX_HIDDEN and spec.people:
             return scene_of(replace(spec, people=spec.people - 1))
     return SeenScene(spec, shown.frame_at(0, time_s), camera, field, region, hidden)
 

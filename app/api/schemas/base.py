@@ -3,6 +3,7 @@
 Routes send their JSON as it is; tests hold it to these descriptions.
 """
 
+from collections.abc import Collection
 from typing import Any, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, create_model
@@ -18,10 +19,12 @@ class Answer(BaseModel):
     model_config = ConfigDict(extra="allow")
 
 
-def response(name: str, base: type[Answer] = Answer, /, *, record: type | None = None, **types: Any) -> type[Answer]:
+def response(name: str, base: type[Answer] = Answer, /, *, record: type | None = None,
+             without: Collection[str] = (), **types: Any) -> type[Answer]:
     """Describe a response: the fields of its record, a dataclass, and others by name and type; all required."""
     fields = {**(get_type_hints(record) if record is not None else {}), **types}
-    return create_model(name, __base__=base, **{field: (type, ...) for field, type in fields.items()})
+    return create_model(name, __base__=base,
+                        **{field: (type, ...) for field, type in fields.items() if field not in without})
 
 
 def page_of(name: str, item: type[Answer]) -> type[Answer]:

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from app import jobs, store
 from app.api.schemas.base import JsonObject, Point, Points, page_of, response
+from app.core.jobs import INTERNAL
 from app.league.config import PublishingConfig
 
 Level = Literal["good", "fair", "poor"] | None
@@ -19,7 +20,7 @@ def described(type: Any, description: str) -> Any:
 # --- the server
 Health = response("Health", status=Literal["ok"], version=str, uptime_s=float, warnings=list[JsonObject],
     damaged=list[JsonObject])
-Job = response("Job", record=jobs.Job)
+Job = response("Job", record=jobs.Job, without=INTERNAL)
 Jobs = page_of("Jobs", Job)
 # value: as it is now, "set" or null of a secret. change: null where only the settings file decides it
 SettingView = response("SettingView", name=str, value=Any, default=Any, help=str, secret=bool, change=str | None)

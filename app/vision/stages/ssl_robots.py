@@ -56,22 +56,22 @@ class SslRobots:
             return state
         blobs, places, mm_per_px = blobs.only(fits), places[fits], mm_per_px[fits]
         found = patterns_at(state.clean, blobs.middle, mm_per_px, unmixing(self._pink, self._green, state.light))
-        kept = self._kept(found, places)
+        chosen = self._without_overlaps(found, places)
         px_per_mm = np.linalg.inv(mm_per_px)
         middles = blobs.middle + np.einsum("nij,nj->ni", px_per_mm, found.middle)
         return state.with_found(*(self._robot(found, i, teams[int(blobs.colour[i])], middles[i], blobs, z_mm)
-                                  for i in kept))
+                                  for i in chosen))
 
-    def _kept(self, found: Patterns, places: np.ndarray) -> list[int]:
-        """Those with three dots or more where they belong; of two that would overlap, the better."""
+    def _without_overlaps(self, found: Patterns, places: np.ndarray) -> list[int]:
+        """Return the patterns with three dots or more where they belong; of two that would overlap, the better."""
         there = (found.cover > _HALF_THERE).sum(axis=1)
         good = np.flatnonzero((there >= 3) & (found.rest_mm <= self._options["rest_mm"]))
         at = places + found.middle
-        kept: list[int] = []
+        chosen: list[int] = []
         for i in good[np.argsort(found.rest_mm[good])]:
-            if all(np.hypot(*(at[i] - at[j])) > _APART_MM for j in kept):
-                kept.append(int(i))
-        return kept[:_MAX_ROBOTS]
+            if all(np.hypot(*(at[i] - at[j])) > _APART_MM for j in chosen):
+                chosen.append(int(i))
+        return chosen[:_MAX_ROBOTS]
 
     def _robot(self, found: Patterns, i: int, team: str, middle: np.ndarray, blobs: Blobs, z_mm: float) -> Detection:
         readable = bool((found.cover[i] > _HALF_THERE).all() and found.sure[i].min() >= self._options["sure"])

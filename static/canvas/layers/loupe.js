@@ -9,7 +9,7 @@ import { curves, isCurve } from "../../features/calibrate/fitting.js";
 import { snapPreview } from "../../features/calibrate/snapping.js";
 
 export const SIZE_PX = 156;
-const LEAST = 8; // screen pixels for one of the picture's: single pixels must be seen
+const MIN_ZOOM = 8; // screen pixels for one of the picture's: single pixels must be seen
 const SNAP = "#00a86b",
   EDGE_PX = 6,
   FRESH_PX = 3; // a look ahead from farther away is an old one
@@ -101,7 +101,7 @@ export function Glass({ picture, at, place: { left, top }, k, lines, rings }) {
     ratio = devicePixelRatio;
   useEffect(() => {
     if (canvas.current && picture.current?.complete)
-      draw(canvas.current, picture.current, at, Math.max(LEAST, 2 * k), lines, rings);
+      draw(canvas.current, picture.current, at, Math.max(MIN_ZOOM, 2 * k), lines, rings);
   });
   return html`<canvas
     class="loupe"

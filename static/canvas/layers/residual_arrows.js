@@ -9,7 +9,7 @@ import { factor, longest, shownArrows } from "../../features/compare/residual_ar
 const FINE = "#fff",
   WARN = "#f2b84b",
   CASING = "#000a"; // the same on light and dark pages: below them lies the picture
-const LEAST_PX = 0.5; // on the stage; a shorter one is a click on the curve
+const MIN_PX = 0.5; // on the stage; a shorter one is a click on the curve
 const CROWD = 400; // more of them are drawn thinner, and bare: a casing costs as much as they do
 const HEAD_PX = 7,
   BAR_PX = 5;
@@ -58,7 +58,7 @@ function shaft({ point, foot }, x, y, k, times, most) {
     down = foot[1] - point[1],
     px = Math.hypot(across, down),
     length = px * k * times;
-  if (length < LEAST_PX) return null;
+  if (length < MIN_PX) return null;
   return {
     x: x + (point[0] + 0.5) * k,
     y: y + (point[1] + 0.5) * k,

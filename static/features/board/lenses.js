@@ -9,13 +9,13 @@ export const lenses = signal(/** @type {import("../../core/types").Lens[]} */ ([
 /** Calibrations of every camera, newest first. */
 export const calibrations = signal(/** @type {import("../../core/types").Calibration[]} */ ([]));
 
-const MOST = 50; // of each kind; who has more wants one of the newest
+const MAX_LISTED = 50; // of each kind; who has more wants one of the newest
 
 export async function listLenses() {
   try {
     const [boards, made] = await Promise.all([
-      call("GET", `/lenses?limit=${MOST}`),
-      call("GET", `/calibrations?limit=${MOST}`),
+      call("GET", `/lenses?limit=${MAX_LISTED}`),
+      call("GET", `/calibrations?limit=${MAX_LISTED}`),
     ]);
     lenses.value = boards.items;
     calibrations.value = made.items;

@@ -2,7 +2,7 @@
 
 /** @typedef {import("../../core/types").Curve} Curve @typedef {import("../../core/types").Point} Point */
 
-const LEAST = 1e-12; // of the positions' spread: less, and the points do not determine the next term
+const MIN_SPREAD = 1e-12; // of the positions' spread: less, and the points do not determine the next term
 
 /**
  * The last answer's curve, bent to where its points are now: its degree, its strays left out. Null where the points do
@@ -34,7 +34,7 @@ export function curveThrough(curve, points, run) {
     last = 1;
   for (let k = 0; k <= curve.degree; k++) {
     const norm = dot(now, now);
-    if (!(norm > LEAST * inside.length)) return null;
+    if (!(norm > MIN_SPREAD * inside.length)) return null;
     const share = dot(now, value) / norm,
       a =
         dot(

@@ -18,8 +18,8 @@ import { givenFit } from "./fitting.js";
 const KEPT = "touchline.snap";
 const REACH_PX = 12,
   REACH_TOUCH_PX = 22; // on the stage: hands err on the screen, not in the picture
-const LEAST_PX = 3,
-  MOST_PX = 24; // of the picture
+const MIN_PX = 3,
+  MAX_PX = 24; // of the picture
 const PAUSE_MS = 30; // between two looks ahead
 const STILL_PX = 0.005;
 
@@ -43,7 +43,7 @@ export function toggleSnapping() {
 
 /** How far a line may be from a click, px of the picture. @param {boolean} [touch] */
 const reach = (touch = false) =>
-  Math.min(Math.max((touch ? REACH_TOUCH_PX : REACH_PX) / view.value.k, LEAST_PX), MOST_PX);
+  Math.min(Math.max((touch ? REACH_TOUCH_PX : REACH_PX) / view.value.k, MIN_PX), MAX_PX);
 
 /** @param {string} feature @param {Point[]} points @param {boolean} [touch] @returns {Promise<SnapAnswer[]>} */
 async function ask(feature, points, touch) {

@@ -7,7 +7,7 @@ import { comparedVersion, margin } from "./comparison.js";
 /** @typedef {import("../../core/types").Point} Point @typedef {import("../../core/types").Feature} Feature */
 
 export const SPACINGS_MM = [50, 100, 200, 250, 500, 1000, 2000];
-const MOST = 12; // squares along the longer side, unless the operator wants more
+const MAX_SQUARES = 12; // squares along the longer side, unless the operator wants more
 const ALLOWED = 60; // more would hide the picture
 const STEPS = 32; // of a line: what is bent is drawn in so many pieces
 
@@ -32,7 +32,7 @@ export const spacings = computed(() =>
 export const spacing = computed(() => {
   const wish = grid.value.spacing_mm;
   if (wish !== null && spacings.value.includes(wish)) return wish;
-  return spacings.value.find((mm) => side_mm.value / mm <= MOST) ?? spacings.value.at(-1) ?? SPACINGS_MM[0];
+  return spacings.value.find((mm) => side_mm.value / mm <= MAX_SQUARES) ?? spacings.value.at(-1) ?? SPACINGS_MM[0];
 });
 
 const question = computed(() =>

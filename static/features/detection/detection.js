@@ -15,8 +15,8 @@ import { cameras, notifyError } from "../../core/state.js";
 /** @typedef {Pick<DetectionSettings, "plan" | "colours" | "profile">} Tuned what can be undone */
 
 const LOOK_MS = 3000; // somebody else may change it, and a camera finds its colours by itself
-const MOST_UNDO = 40,
-  MOST_RECENT = 20;
+const MAX_UNDO = 40,
+  MAX_RECENT = 20;
 
 export const detectionCamera = computed(() =>
   page.value?.name === "seeing" ? (cameras.value.find((c) => c.id === page.value?.argument) ?? null) : null,
@@ -98,7 +98,7 @@ export function startDetection() {
       onMessage: (message) => {
         refusal.value = "detail" in message ? message : null;
         latestFrame.value = refusal.value ? null : message;
-        if (latestFrame.value) recent.value = [...recent.value, latestFrame.value].slice(-MOST_RECENT);
+        if (latestFrame.value) recent.value = [...recent.value, latestFrame.value].slice(-MAX_RECENT);
       },
     });
   }
@@ -153,7 +153,7 @@ const tunedOf = (it) => ({ plan: it.plan, colours: it.colours, profile: ownProfi
 /** Change how it sees; undo() takes it back. @param {Partial<Tuned>} changes */
 export function tune(changes) {
   if (!detectionState.value) return Promise.resolve();
-  past.value = [...past.value, tunedOf(detectionState.value)].slice(-MOST_UNDO);
+  past.value = [...past.value, tunedOf(detectionState.value)].slice(-MAX_UNDO);
   future.value = [];
   return setDetection(changes);
 }
@@ -165,7 +165,7 @@ export const redoDetection = () => travel(future, past);
 function travel(from, to) {
   const there = from.value.at(-1);
   if (!there || !detectionState.value) return;
-  to.value = [...to.value, tunedOf(detectionState.value)].slice(-MOST_UNDO);
+  to.value = [...to.value, tunedOf(detectionState.value)].slice(-MAX_UNDO);
   from.value = from.value.slice(0, -1);
   void setDetection(there);
 }

@@ -16,7 +16,7 @@ import { openPage } from "../shell/open_page.js";
 
 const AGAIN_MS = 2000,
   NEAR = 3; // screen pixels per picture pixel: so near a place is shown in the point editor
-const MOST_VERSIONS = 200;
+const MAX_VERSIONS = 200;
 /** @type {SceneViewSettings} */
 const FIRST = {
   layers: ["pictures", "arrows", "footprints", "labels", "moved"],
@@ -222,7 +222,7 @@ async function loadVersions(camera, shownNow) {
   try {
     const { items } = await call(
       "GET",
-      `/calibrations?limit=${MOST_VERSIONS}&camera=${encodeURIComponent(camera)}`,
+      `/calibrations?limit=${MAX_VERSIONS}&camera=${encodeURIComponent(camera)}`,
     );
     versions.value = items.toReversed();
   } catch (error) {

@@ -19,7 +19,7 @@ from tests.support.store_writer import calibration
 SIZE = ImageSize(640, 480)
 PAGE = 4096
 FILE = "touchline.db"
-MOST_TORN = int(os.environ.get("TOUCHLINE_TORN", "16"))  # images of a torn log; the figure is of many more
+MAX_TORN = int(os.environ.get("TOUCHLINE_TORN", "16"))  # images of a torn log; the figure is of many more
 
 
 @pytest.fixture
@@ -260,8 +260,8 @@ def test_no_image_of_a_torn_log_loses_what_was_acknowledged_before(full, tmp_pat
         data, log = (folder / FILE).read_bytes(), (folder / f"{FILE}-wal").read_bytes()
     chance = random.Random(1)
     cuts = list(range(at, len(log), 512))
-    torn = [log[:cut] for cut in sorted(chance.sample(cuts, min(MOST_TORN, len(cuts))))]
-    for _ in range(MOST_TORN // 2):
+    torn = [log[:cut] for cut in sorted(chance.sample(cuts, min(MAX_TORN, len(cuts))))]
+    for _ in range(MAX_TORN // 2):
         image = bytearray(log)
         for sector in range(at, len(log), 512):
             if chance.random() < 0.5:

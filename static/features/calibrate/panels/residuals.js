@@ -19,7 +19,7 @@ import { arrows } from "../../compare/residual_arrows.js";
  */
 
 const CURVE_STEPS = 80;
-const LEAST = 0.05; // px or mm: a scale finer than that shows rounding
+const MIN_SCALE = 0.05; // px or mm: a scale finer than that shows rounding
 const HEIGHT = 150,
   GAP = 0.12; // of a line's share: between two lines
 const NORMAL = 1 / Math.sqrt(2 * Math.PI);
@@ -111,7 +111,7 @@ function Along() {
   // The scale is that of the others: one stray would press them flat. It ends in an arrow at the edge.
   const values = bars.map(valueOf),
     fine = bars.filter((bar) => !bar.stray),
-    most = Math.max(LEAST, ...(fine.length ? fine : bars).map((bar) => Math.abs(valueOf(bar) ?? 0)));
+    most = Math.max(MIN_SCALE, ...(fine.length ? fine : bars).map((bar) => Math.abs(valueOf(bar) ?? 0)));
   const shown = bars.findIndex((bar) => hovered.value.some((p) => isSame(p, bar)));
   /** @param {UPlot} u */
   const draw = (u) => {

@@ -5,7 +5,7 @@ import { colour, teach } from "../colours.js";
 
 /** @typedef {import("../../../core/types").Point} Point */
 
-const LEAST_BOX = 6; // screen px that a pointer must have moved; less is a click
+const MIN_BOX = 6; // screen px that a pointer must have moved; less is a click
 const FAR_PX = 10;
 /** @type {Record<string, Point>} */
 const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -46,7 +46,7 @@ export function ColourPicking({ width, height }) {
       setTo(null);
     },
     onPointerMove: (/** @type {PointerEvent} */ e) => {
-      if (from && Math.hypot(e.clientX - from.screen[0], e.clientY - from.screen[1]) >= LEAST_BOX)
+      if (from && Math.hypot(e.clientX - from.screen[0], e.clientY - from.screen[1]) >= MIN_BOX)
         setTo(under(e));
     },
     onPointerUp: () => {

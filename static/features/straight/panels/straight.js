@@ -358,7 +358,7 @@ export function StraightReport() {
       <h2>${plural(left.length, "edge")} left out</h2>
       <p class="reason">A straight thing among them speaks against the lens.</p>
       <ul class="plain" data-testid="left-out">
-        ${left.slice(0, MOST_LISTED).map((e) => html`<li key=${e.name}>
+        ${left.slice(0, MAX_LISTED).map((e) => html`<li key=${e.name}>
           <button
             type="button"
             class="plain-link"
@@ -372,7 +372,7 @@ export function StraightReport() {
           </button>${" "}
           ${String(e.reason).replaceAll("-", " ")}
         </li>`)}
-        ${left.length > MOST_LISTED && html`<li>and ${left.length - MOST_LISTED} more</li>`}
+        ${left.length > MAX_LISTED && html`<li>and ${left.length - MAX_LISTED} more</li>`}
       </ul>
     </section>`}
   `;
@@ -387,4 +387,4 @@ const digits = (sigma) => (sigma !== null && sigma < 0.095 ? 2 : 1);
 
 /** @type {Record<string, string>} */
 const WORDS = { significant: "Significant", none: "None", unknown: "Not known" };
-const MOST_LISTED = 12;
+const MAX_LISTED = 12;
