@@ -6,12 +6,12 @@ from functools import lru_cache
 
 from app.core.errors import Conflict
 from app.core.field import Region
-from app.core.field_json import field_from_json
 from app.core.records import Calibration
 from app.evaluate.fit.approximation import ApproximationError, approximate_camera, approximation_error
 from app.formats import Format
-from app.models import MODELS, CameraModel, model_from_json
+from app.models import MODELS, CameraModel
 from app.models.ray_camera import RayCamera
+from app.models.restored import Restored
 
 NO_WORSE = 1.05  # a lens with fewer terms is preferred unless richer ones are nearer by more than this
 NO_WORSE_MM = 1e-6
@@ -27,16 +27,17 @@ class ExportCamera:
     camera_id: int | None = None
 
 
-def export_camera(calibration: Calibration, format: type[Format], approximate: bool,
+def export_camera(calibration: Calibration, format: Format, approximate: bool,
                   camera_id: int | None = None) -> ExportCamera:
     """Return the camera as the format can hold it; Conflict where that takes `approximate`."""
-    model = model_from_json(calibration.model_name, calibration.model_parameters)
-    own = exact_camera(model, format.LENSES, format.SQUARE_PIXELS)
+    model, field, region = Restored.of(calibration)
+    own = exact_camera(model, format.lenses, format.square_pixels)
     if own is not None:
         return ExportCamera(own, None, camera_id)
     if not approximate:
         raise _cannot_hold(model, format)
-    camera, loss = nearest_camera(model, tuple(format.LENSES.items()), format.SQUARE_PIXELS, *_where(calibration))
+    camera, loss = nearest_camera(model, tuple(format.lenses.items()), format.square_pixels, region,
+                                  field.hat_height_mm)
     return ExportCamera(camera, loss, camera_id)
 
 
@@ -79,18 +80,13 @@ def _worst(loss: ApproximationError) -> float:
     return max(loss.worst_mm, loss.hat_worst_mm or 0.0)
 
 
-def _where(calibration: Calibration) -> tuple[Region, float]:
-    field = field_from_json(calibration.field)
-    return field.region(calibration.region, calibration.rotate), field.hat_height_mm
-
-
-def _cannot_hold(model: CameraModel, format: type[Format]) -> Conflict:
-    known = ", ".join(format.LENSES)
+def _cannot_hold(model: CameraModel, format: Format) -> Conflict:
+    known = ", ".join(format.lenses)
     if not isinstance(model, RayCamera):
-        return Conflict(f"{format.TITLE} describes a camera with rays; {model.TITLE} has none.",
-                        f"Fit {next(iter(format.LENSES))} to the same clicks, or ask for approximate=true: the nearest "
+        return Conflict(f"{format.title} describes a camera with rays; {model.TITLE} has none.",
+                        f"Fit {next(iter(format.lenses))} to the same clicks, or ask for approximate=true: the nearest "
                         "camera over the region, with its error in mm.", reason="format-cannot-hold")
-    why = "pixels that are not square" if format.SQUARE_PIXELS and model.NAME in format.LENSES else "this lens"
-    return Conflict(f"{format.TITLE} cannot hold {why} ({model.TITLE}, {', '.join(model.LENS.TERMS)}).",
+    why = "pixels that are not square" if format.square_pixels and model.NAME in format.lenses else "this lens"
+    return Conflict(f"{format.title} cannot hold {why} ({model.TITLE}, {', '.join(model.LENS.TERMS)}).",
                     f"Fit {known} to the same clicks, or ask for approximate=true: the nearest lens over the region, "
                     "with its error in mm.", reason="format-cannot-hold")

@@ -1,9 +1,11 @@
 """Cameras in OpenCV's numbers, which ROS, mrcal, Kalibr and PhotonVision follow: matrix, k1 k2 p1 p2 k3 … and pose."""
 
+from typing import Any
+
 import numpy as np
 
 from app.formats.metadata import CameraPose, checked_pose
-from app.formats.numbers import format_error, number
+from app.formats.numbers import format_error, matrix, number
 from app.models.lenses.brown_conrady import TERMS
 from app.models.lenses.kannala_brandt import TERMS as FISHEYE_TERMS
 from app.models.ray_camera import RayCamera
@@ -24,9 +26,9 @@ def matrix_of(camera: RayCamera) -> tuple[float, ...]:
     return fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0
 
 
-def intrinsics_from_matrix(k: tuple[float, ...], at: str) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return focal lengths and centre, px, of a camera matrix (9 numbers) without skew."""
-    fx, skew, cx, zero, fy, cy, *last = k
+def read_intrinsics(value: Any, at: str) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return focal lengths and centre, px, of a camera matrix {rows, cols, data} without skew."""
+    fx, skew, cx, zero, fy, cy, *last = matrix(value, at, 3, 3)
     if abs(skew) > 1e-9 * abs(fx) or zero != 0 or last != [0, 0, 1]:
         raise format_error(f"{at} is no camera matrix without skew.", "Give [fx, 0, cx, 0, fy, cy, 0, 0, 1].")
     return (fx, fy), (cx, cy)

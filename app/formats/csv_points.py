@@ -13,57 +13,45 @@ from collections.abc import Iterator
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.field_json import field_from_json
 from app.core.records import MAX_POINTS, Calibration, Observation, Observations, observations_from_json
 from app.formats import Format
 from app.formats.numbers import format_error, number
-from app.models import RayModel, field_from_raw, model_from_json, raw_from_field
+from app.models import RayModel, field_from_raw, raw_from_field
+from app.models.restored import Restored
 
 COLUMNS = ("feature", "kind", "z_mm", "raw_x_px", "raw_y_px", "field_x_mm", "field_y_mm")
 GRID = (25, 19)  # columns, rows over the region
 MAX_BYTES = 4 << 20
 
 
-class CsvPoints(Format):
-    NAME = "csv"
-    TITLE = "Points (CSV)"
-    MEDIA_TYPE = "text/csv"
-    SUFFIX = ".csv"
-    HOLDS = "Every model: its clicks, and pixels and millimetres over the region."
+def write(calibration: Calibration) -> bytes:
+    buffer = io.StringIO()
+    table = csv.writer(buffer, lineterminator="\n")
+    table.writerow(COLUMNS)
+    table.writerows([_text(cell) for cell in row] for row in _rows(calibration))
+    return buffer.getvalue().encode()
 
-    @staticmethod
-    def write(calibration: Calibration) -> bytes:
-        buffer = io.StringIO()
-        table = csv.writer(buffer, lineterminator="\n")
-        table.writerow(COLUMNS)
-        table.writerows([_text(cell) for cell in row] for row in _rows(calibration))
-        return buffer.getvalue().encode()
 
-    @staticmethod
-    def recognises(data: bytes) -> bool:
-        return b"raw_x_px" in data[:300]
-
-    @staticmethod
-    def read(data: bytes) -> Observations:
-        """Read the clicks, or without any the grid as landmarks. Needs feature, raw_x_px and raw_y_px."""
-        if len(data) > MAX_BYTES:
-            raise format_error(f"The file has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
-        try:
-            rows = csv.reader(data.decode("utf-8-sig").splitlines())
-            header = [name.strip() for name in next(rows, [])]
-            if len(header) == 1 and ";" in header[0]:
-                raise format_error("The table is separated by semicolons, so its numbers have decimal commas.",
-                             "Save it with commas between the columns and decimal points.")
-            for name in ("feature", "raw_x_px", "raw_y_px"):
-                if header.count(name) != 1:
-                    raise format_error(f"The table has no column {name}.", f"Give the columns {', '.join(COLUMNS)}.")
-            return _observations(header, rows)
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise format_error(f"The file is no table of text: {str(error)[:100]}.", "Give CSV in UTF-8.") from None
+def read(data: bytes) -> Observations:
+    """Read the clicks, or without any the grid as landmarks. Needs feature, raw_x_px and raw_y_px."""
+    if len(data) > MAX_BYTES:
+        raise format_error(f"The file has {len(data)} bytes; we read at most {MAX_BYTES}.", "Give a shorter one.")
+    try:
+        rows = csv.reader(data.decode("utf-8-sig").splitlines())
+        header = [name.strip() for name in next(rows, [])]
+        if len(header) == 1 and ";" in header[0]:
+            raise format_error("The table is separated by semicolons, so its numbers have decimal commas.",
+                         "Save it with commas between the columns and decimal points.")
+        for name in ("feature", "raw_x_px", "raw_y_px"):
+            if header.count(name) != 1:
+                raise format_error(f"The table has no column {name}.", f"Give the columns {', '.join(COLUMNS)}.")
+        return _observations(header, rows)
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise format_error(f"The file is no table of text: {str(error)[:100]}.", "Give CSV in UTF-8.") from None
 
 
 def _rows(calibration: Calibration) -> Iterator[tuple[str | float | None, ...]]:
-    model = model_from_json(calibration.model_name, calibration.model_parameters)
+    model, _, region = Restored.of(calibration)
     for o in observations_from_json(calibration.observations):
         feature = o.feature if isinstance(o.feature, str) else f"{o.feature[0]:g} {o.feature[1]:g}"
         if o.z_mm == 0:
@@ -74,8 +62,6 @@ def _rows(calibration: Calibration) -> Iterator[tuple[str | float | None, ...]]:
             places = np.full(o.points.shape, np.nan)
         for point, place in zip(o.points, places, strict=True):
             yield feature, o.kind, o.z_mm, *point, *place
-    field = field_from_json(calibration.field)
-    region = field.region(calibration.region, calibration.rotate)
     u, v = np.meshgrid(np.linspace(0, region.width_mm, GRID[0]), np.linspace(0, region.height_mm, GRID[1]))
     places = region.field_from_region(np.stack([u, v], axis=-1)).reshape(-1, 2)
     for place, point in zip(places, raw_from_field(model, places), strict=True):
@@ -125,3 +111,8 @@ def _position(text: str, at: str) -> tuple[float, float]:
     if len(parts) != 2:
         raise format_error(f"{at} names no field position: {text[:40]!r}.", 'Write it as "1200 -300", in mm.')
     return number(parts[0], f"{at}, feature"), number(parts[1], f"{at}, feature")
+
+
+FORMAT = Format("Points (CSV)", "text/csv", ".csv",
+                "Every model: its clicks, and pixels and millimetres over the region.", write, read,
+                recognises=lambda data: b"raw_x_px" in data[:300])

@@ -9,46 +9,34 @@ from app.formats import Format
 from app.models import model_from_json
 
 MAX_BYTES = 4 << 20  # 20 000 points with their residuals fit; more is no calibration
-FORMAT = "touchline-calibration"
+NAME = "touchline-calibration"  # of the format, in the file
 
 
-class JsonFile(Format):
-    NAME = "json"
-    TITLE = "Touchline JSON"
-    MEDIA_TYPE = "application/json"
-    SUFFIX = ".json"
-    HOLDS = "Everything: every model, with all that it came from."
+def write(calibration: Calibration) -> bytes:
+    record = {"format": NAME, "format_version": 1, **calibration.to_json()}
+    return json.dumps(record, indent=1, allow_nan=False, ensure_ascii=False).encode()
 
-    @staticmethod
-    def write(calibration: Calibration) -> bytes:
-        record = {"format": FORMAT, "format_version": 1, **calibration.to_json()}
-        return json.dumps(record, indent=1, allow_nan=False, ensure_ascii=False).encode()
 
-    @staticmethod
-    def recognises(data: bytes) -> bool:
-        return data.lstrip()[:1] == b"{" and f'"{FORMAT}"'.encode() in data
-
-    @staticmethod
-    def read(data: bytes) -> Calibration:
-        """Read what write wrote; BadInput for anything else. Every number is checked, the model is rebuilt."""
-        if len(data) > MAX_BYTES:
-            raise BadInput(f"The file has {len(data)} bytes; a calibration has at most {MAX_BYTES}.",
-                           "Give a file that Touchline exported as json.", reason="bad-calibration")
-        try:
-            value = json.loads(data, parse_constant=_refuse_constant, parse_float=_finite)
-        except (ValueError, RecursionError) as error:
-            raise BadInput(f"The file is no JSON: {error}.", "Give a file that Touchline exported as json.",
-                           reason="bad-calibration") from None
-        if not isinstance(value, dict) or value.get("format") != FORMAT:
-            raise BadInput("The file is no Touchline calibration.", "Give a file that Touchline exported as json.",
-                           reason="bad-calibration")
-        calibration = Calibration.from_json(value)
-        if not isinstance(calibration.model_parameters, dict):
-            raise BadInput("The file names no model.", "Give a file that Touchline exported as json.",
-                           reason="bad-calibration")
-        model_from_json(calibration.model_name, calibration.model_parameters)
-        observations_from_json(calibration.observations)
-        return calibration
+def read(data: bytes) -> Calibration:
+    """Read what write wrote; BadInput for anything else. Every number is checked, the model is rebuilt."""
+    if len(data) > MAX_BYTES:
+        raise BadInput(f"The file has {len(data)} bytes; a calibration has at most {MAX_BYTES}.",
+                       "Give a file that Touchline exported as json.", reason="bad-calibration")
+    try:
+        value = json.loads(data, parse_constant=_refuse_constant, parse_float=_finite)
+    except (ValueError, RecursionError) as error:
+        raise BadInput(f"The file is no JSON: {error}.", "Give a file that Touchline exported as json.",
+                       reason="bad-calibration") from None
+    if not isinstance(value, dict) or value.get("format") != NAME:
+        raise BadInput("The file is no Touchline calibration.", "Give a file that Touchline exported as json.",
+                       reason="bad-calibration")
+    calibration = Calibration.from_json(value)
+    if not isinstance(calibration.model_parameters, dict):
+        raise BadInput("The file names no model.", "Give a file that Touchline exported as json.",
+                       reason="bad-calibration")
+    model_from_json(calibration.model_name, calibration.model_parameters)
+    observations_from_json(calibration.observations)
+    return calibration
 
 
 def _finite(text: str) -> float:
@@ -60,3 +48,7 @@ def _finite(text: str) -> float:
 
 def _refuse_constant(name: str) -> Any:
     raise ValueError(f"{name} is no number of JSON's")
+
+
+FORMAT = Format("Touchline JSON", "application/json", ".json", "Everything: every model, with all that it came from.",
+                write, read, recognises=lambda data: data.lstrip()[:1] == b"{" and f'"{NAME}"'.encode() in data)

@@ -9,17 +9,9 @@ import re
 import numpy as np
 
 from app.core.records import Calibration
-from app.formats import Format
+from app.formats import Format, camera_matrix
 from app.formats.approximation import ExportCamera
 from app.formats.camera_file import CameraFile, checked_size
-from app.formats.camera_matrix import (
-    LENSES,
-    intrinsics_of,
-    lens_from_terms,
-    pose_from_field,
-    translation_of,
-    trim_terms,
-)
 from app.formats.metadata import header, metadata_from_comment
 from app.formats.numbers import format_error, format_list, numbers, require
 from app.formats.python_literal import literal
@@ -30,47 +22,41 @@ MM_PER_M = 1000.0
 KEY = re.compile(rb"""['"]lensmodel['"]\s{0,9}:\s{0,9}['"]LENSMODEL_""")
 
 
-class Mrcal(Format):
-    NAME = "mrcal"
-    TITLE = "mrcal camera model"
-    MEDIA_TYPE = "text/plain"
-    SUFFIX = ".cameramodel"
-    HOLDS = "Brown–Conrady lenses (OPENCV4, 5 and 8), with the pose."
-    LENSES = LENSES
+def write(calibration: Calibration, export: ExportCamera) -> bytes:
+    camera = export.camera
+    terms = camera_matrix.trim_terms(camera.lens_terms, (0, 4, 5, 8))
+    name = next(n for n, count in MODELS.items() if count == len(terms))
+    translation = camera_matrix.translation_of(camera) / MM_PER_M
+    width, height = camera.image_size
+    text = header(calibration, export, "extrinsics take field coordinates in metres to the camera (rt_fromref).",
+                  pose=False)
+    intrinsics = (*camera_matrix.intrinsics_of(camera), *terms)
+    text += (f"{{\n    'lensmodel': '{name}',\n\n    'intrinsics': {format_list(intrinsics)},\n\n"
+             f"    'extrinsics': {format_list((*camera.rotation, *translation))},\n\n"
+             f"    'imagersize': [{width}, {height}],\n}}\n")
+    return text.encode()
 
-    @staticmethod
-    def write(calibration: Calibration, export: ExportCamera) -> bytes:
-        camera = export.camera
-        terms = trim_terms(camera.lens_terms, (0, 4, 5, 8))
-        name = next(n for n, count in MODELS.items() if count == len(terms))
-        translation = translation_of(camera) / MM_PER_M
-        width, height = camera.image_size
-        text = header(calibration, export, "extrinsics take field coordinates in metres to the camera (rt_fromref).",
-                      pose=False)
-        intrinsics = (*intrinsics_of(camera), *terms)
-        text += (f"{{\n    'lensmodel': '{name}',\n\n    'intrinsics': {format_list(intrinsics)},\n\n"
-                 f"    'extrinsics': {format_list((*camera.rotation, *translation))},\n\n"
-                 f"    'imagersize': [{width}, {height}],\n}}\n")
-        return text.encode()
 
-    @staticmethod
-    def recognises(data: bytes) -> bool:
-        return KEY.search(data) is not None and b'"cameraIntrinsics"' not in data  # PhotonVision names its lenses so
+def read(data: bytes) -> CameraFile:
+    value = literal(data, "The file")
+    name = require(value, "lensmodel", "The file")
+    if not isinstance(name, str) or name not in MODELS:
+        raise format_error(f"lensmodel is {str(name)[:60]!r}.", f"Use one of: {', '.join(MODELS)}.")
+    fx, fy, cx, cy, *terms = numbers(require(value, "intrinsics", "The file"), "intrinsics", (4 + MODELS[name],))
+    size = checked_size(*numbers(require(value, "imagersize", "The file"), "imagersize", (2,)))
+    metadata = metadata_from_comment(data)
+    rt = numbers(require(value, "extrinsics", "The file"), "extrinsics", (6,))
+    pose, notes = None, ()
+    if metadata.field is not None:
+        pose = camera_matrix.pose_from_field(rt[:3], np.array(rt[3:]) * MM_PER_M)
+    elif any(rt):
+        notes = ("Its extrinsics belong to another frame than a field's, and were left aside.",)
+    lens = camera_matrix.lens_from_terms(tuple(terms), "intrinsics")
+    return CameraFile("mrcal", *lens, (fx, fy), (cx, cy), size, metadata, pose, notes=notes)
 
-    @staticmethod
-    def read(data: bytes) -> CameraFile:
-        value = literal(data, "The file")
-        name = require(value, "lensmodel", "The file")
-        if not isinstance(name, str) or name not in MODELS:
-            raise format_error(f"lensmodel is {str(name)[:60]!r}.", f"Use one of: {', '.join(MODELS)}.")
-        fx, fy, cx, cy, *terms = numbers(require(value, "intrinsics", "The file"), "intrinsics", (4 + MODELS[name],))
-        size = checked_size(*numbers(require(value, "imagersize", "The file"), "imagersize", (2,)))
-        metadata = metadata_from_comment(data)
-        rt = numbers(require(value, "extrinsics", "The file"), "extrinsics", (6,))
-        pose, notes = None, ()
-        if metadata.field is not None:
-            pose = pose_from_field(rt[:3], np.array(rt[3:]) * MM_PER_M)
-        elif any(rt):
-            notes = ("Its extrinsics belong to another frame than a field's, and were left aside.",)
-        return CameraFile("mrcal", *lens_from_terms(tuple(terms), "intrinsics"), (fx, fy), (cx, cy), size, metadata,
-                          pose, notes=notes)
+
+FORMAT = Format("mrcal camera model", "text/plain", ".cameramodel",
+                "Brown–Conrady lenses (OPENCV4, 5 and 8), with the pose.", write, read,
+                # PhotonVision names its lenses so, too
+                recognises=lambda data: KEY.search(data) is not None and b'"cameraIntrinsics"' not in data,
+                lenses=camera_matrix.LENSES)

@@ -10,52 +10,37 @@ from app.core.records import Calibration
 from app.formats import Format
 from app.formats.approximation import ExportCamera
 from app.formats.camera_file import CameraFile, checked_size
-from app.formats.camera_matrix import LENSES, intrinsics_from_matrix, lens_from_terms, lens_terms, matrix_of
+from app.formats.camera_matrix import LENSES, lens_from_terms, lens_terms, matrix_of, read_intrinsics
 from app.formats.metadata import Metadata, metadata_from_json, metadata_json
-from app.formats.numbers import format_error, matrix, numbers, require
+from app.formats.numbers import format_error, numbers, require
 
 MAX_BYTES = 4 << 20  # with pictures of the board inside
 DOUBLE = 6  # OpenCV's CV_64F
 
 
-class PhotonVision(Format):
-    NAME = "photonvision"
-    TITLE = "PhotonVision JSON"
-    MEDIA_TYPE = "application/json"
-    SUFFIX = ".photon.json"
-    HOLDS = "Brown–Conrady lenses; no pose."
-    LENSES = LENSES
+def write(calibration: Calibration, export: ExportCamera) -> bytes:
+    camera = export.camera
+    terms = list(lens_terms(camera))
+    width, height = camera.image_size
+    record = {"resolution": {"width": float(width), "height": float(height)},
+              "cameraIntrinsics": {"rows": 3, "cols": 3, "type": DOUBLE, "data": list(matrix_of(camera))},
+              "distCoeffs": {"rows": 1, "cols": len(terms), "type": DOUBLE, "data": terms},
+              "calobjectWarp": [], "observations": [], "calobjectSize": {"width": 0.0, "height": 0.0},
+              "calobjectSpacing": 0.0, "lensmodel": "LENSMODEL_OPENCV",
+              "touchline": metadata_json(calibration, export, pose=True)}
+    return json.dumps(record, indent=1, allow_nan=False).encode()
 
-    @staticmethod
-    def write(calibration: Calibration, export: ExportCamera) -> bytes:
-        camera = export.camera
-        terms = list(lens_terms(camera))
-        width, height = camera.image_size
-        record = {"resolution": {"width": float(width), "height": float(height)},
-                  "cameraIntrinsics": {"rows": 3, "cols": 3, "type": DOUBLE, "data": list(matrix_of(camera))},
-                  "distCoeffs": {"rows": 1, "cols": len(terms), "type": DOUBLE, "data": terms},
-                  "calobjectWarp": [], "observations": [], "calobjectSize": {"width": 0.0, "height": 0.0},
-                  "calobjectSpacing": 0.0, "lensmodel": "LENSMODEL_OPENCV",
-                  "touchline": metadata_json(calibration, export, pose=True)}
-        return json.dumps(record, indent=1, allow_nan=False).encode()
 
-    @staticmethod
-    def recognises(data: bytes) -> bool:
-        return data.lstrip()[:1] == b"{" and (b'"cameraIntrinsics"' in data or b'"cameraExtrinsics"' in data)
-
-    @staticmethod
-    def read(data: bytes) -> CameraFile:
-        value = _json(data)
-        resolution = require(value, "resolution", "The file")
-        size = checked_size(require(resolution, "width", "resolution"), require(resolution, "height", "resolution"))
-        k = matrix(require(value, "cameraIntrinsics", "The file"), "cameraIntrinsics", 3, 3)
-        focal, centre = intrinsics_from_matrix(k, "cameraIntrinsics")
-        # older files call the terms "cameraExtrinsics"
-        key = "distCoeffs" if "distCoeffs" in value else "cameraExtrinsics"
-        terms = numbers(require(require(value, key, "The file"), "data", key), f"{key}.data", (4, 5, 8, 12, 14))
-        metadata = metadata_from_json(value["touchline"]) if "touchline" in value else Metadata()
-        return CameraFile("photonvision", *lens_from_terms(terms, key), focal, centre, size, metadata,
-                          metadata.field_pose)
+def read(data: bytes) -> CameraFile:
+    value = _json(data)
+    resolution = require(value, "resolution", "The file")
+    size = checked_size(require(resolution, "width", "resolution"), require(resolution, "height", "resolution"))
+    focal, centre = read_intrinsics(require(value, "cameraIntrinsics", "The file"), "cameraIntrinsics")
+    # older files call the terms "cameraExtrinsics"
+    key = "distCoeffs" if "distCoeffs" in value else "cameraExtrinsics"
+    terms = numbers(require(require(value, key, "The file"), "data", key), f"{key}.data", (4, 5, 8, 12, 14))
+    metadata = metadata_from_json(value["touchline"]) if "touchline" in value else Metadata()
+    return CameraFile("photonvision", *lens_from_terms(terms, key), focal, centre, size, metadata, metadata.field_pose)
 
 
 def _json(data: bytes) -> Any:
@@ -66,3 +51,8 @@ def _json(data: bytes) -> Any:
     except (ValueError, RecursionError) as error:
         raise format_error(f"The file is no JSON: {str(error)[:99]}.",
                            "Give the file that PhotonVision exported.") from None
+
+
+FORMAT = Format("PhotonVision JSON", "application/json", ".photon.json", "Brown–Conrady lenses; no pose.", write, read,
+                recognises=lambda data: data.lstrip()[:1] == b"{" and
+                (b'"cameraIntrinsics"' in data or b'"cameraExtrinsics"' in data), lenses=LENSES)

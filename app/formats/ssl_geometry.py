@@ -8,18 +8,18 @@ import numpy as np
 
 from app.core.field import Field, Region
 from app.formats.camera_file import CameraFile, checked_size
+from app.formats.camera_matrix import translation_of
 from app.formats.metadata import CameraPose, checked_pose
 from app.formats.numbers import format_error
 from app.models.ray_camera import RayCamera
-from app.models.rotation import matrix_from_vector, vector_from_matrix
+from app.models.rotation import vector_from_matrix
 from app.ssl_protocol.messages import CameraCalibration
 
 
 def camera_to_wire(camera: RayCamera, camera_id: int) -> CameraCalibration:
     """Encode an Ssl camera; its numbers become floats of four bytes."""
-    rotation = np.array(camera.rotation)
-    translation = -matrix_from_vector(rotation) @ np.array(camera.position_mm)
-    x, y, z, w = quaternion(rotation)
+    translation = translation_of(camera)
+    x, y, z, w = quaternion(np.array(camera.rotation))
     width, height = camera.image_size
     return CameraCalibration(
         camera_id=camera_id, focal_length=camera.focal_px, principal_point_x=camera.centre_px[0],

@@ -3,9 +3,7 @@
 Its lens has one term and square pixels, its floats four bytes; every export reports that error.
 """
 
-
 from app.core.errors import Conflict
-from app.core.field_json import field_from_json
 from app.core.records import Calibration
 from app.formats import Format
 from app.formats.approximation import ExportCamera
@@ -13,46 +11,39 @@ from app.formats.camera_file import CameraFile
 from app.formats.numbers import format_error
 from app.formats.ssl_field import field_from_wire, field_to_wire
 from app.formats.ssl_geometry import camera_from_wire, camera_number, camera_to_wire
+from app.models.restored import Restored
 from app.ssl_protocol.messages import Geometry, Sender, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
 
-LENSES = {"ssl": ("a",)}
+
+def write(calibration: Calibration, export: ExportCamera) -> bytes:
+    _, field, region = Restored.of(calibration)
+    number = camera_number(field, region) if export.camera_id is None else export.camera_id
+    return encode(WrapperPacket(geometry=Geometry(field_to_wire(field), (camera_to_wire(export.camera, number),)),
+                                source=int(Sender.OTHER)))
 
 
-class SslVision(Format):
-    NAME = "ssl-vision"
-    TITLE = "SSL-Vision geometry"
-    MEDIA_TYPE = "application/x-protobuf"
-    SUFFIX = ".pb"
-    HOLDS = "The league's one-term lens, with the pose and the field."
-    LENSES = LENSES
-    SQUARE_PIXELS = True
+def recognises(data: bytes) -> bool:
+    """Recognise a packet by the tag of its first message, with which no text begins."""
+    return data[:1] in (b"\x0a", b"\x12", b"\x18") and any(byte < 9 for byte in data[:64])
 
-    @staticmethod
-    def write(calibration: Calibration, export: ExportCamera) -> bytes:
-        field = field_from_json(calibration.field)
-        region = field.region(calibration.region, calibration.rotate)
-        number = camera_number(field, region) if export.camera_id is None else export.camera_id
-        return encode(WrapperPacket(geometry=Geometry(field_to_wire(field), (camera_to_wire(export.camera, number),)),
-                                    source=int(Sender.OTHER)))
 
-    @staticmethod
-    def recognises(data: bytes) -> bool:
-        """Recognise a packet by the tag of its first message, with which no text begins."""
-        return data[:1] in (b"\x0a", b"\x12", b"\x18") and any(byte < 9 for byte in data[:64])
+def read(data: bytes, camera_id: int | None = None) -> CameraFile:
+    """Read the camera with this id, or the only one."""
+    geometry = decode(WrapperPacket, data).geometry
+    if geometry is None or not geometry.calib:
+        raise format_error("The packet holds no camera's calibration.", "Give a geometry packet with calib.")
+    ids = [camera.camera_id for camera in geometry.calib]
+    if camera_id is None and len(ids) > 1:
+        raise Conflict(f"The packet holds the cameras {', '.join(map(str, ids))}.", "Say which: camera_id.",
+                       reason="several-cameras")
+    if camera_id is not None and camera_id not in ids:
+        raise Conflict(f"The packet holds no camera {camera_id}.", f"It has {', '.join(map(str, ids))}.",
+                       reason="no-such-camera")
+    sent = geometry.calib[0 if camera_id is None else ids.index(camera_id)]
+    return camera_from_wire(sent, field_from_wire(geometry.field))
 
-    @staticmethod
-    def read(data: bytes, camera_id: int | None = None) -> CameraFile:
-        """Read the camera with this id, or the only one."""
-        geometry = decode(WrapperPacket, data).geometry
-        if geometry is None or not geometry.calib:
-            raise format_error("The packet holds no camera's calibration.", "Give a geometry packet with calib.")
-        ids = [camera.camera_id for camera in geometry.calib]
-        if camera_id is None and len(ids) > 1:
-            raise Conflict(f"The packet holds the cameras {', '.join(map(str, ids))}.", "Say which: camera_id.",
-                           reason="several-cameras")
-        if camera_id is not None and camera_id not in ids:
-            raise Conflict(f"The packet holds no camera {camera_id}.", f"It has {', '.join(map(str, ids))}.",
-                           reason="no-such-camera")
-        sent = geometry.calib[0 if camera_id is None else ids.index(camera_id)]
-        return camera_from_wire(sent, field_from_wire(geometry.field))
+
+FORMAT = Format("SSL-Vision geometry", "application/x-protobuf", ".pb",
+                "The league's one-term lens, with the pose and the field.", write, read, recognises,
+                lenses={"ssl": ("a",)}, square_pixels=True)

@@ -13,7 +13,7 @@ from app.evaluate.fit.approximation import ApproximationError, approximation_err
 from app.formats.approximation import export_camera
 from app.formats.ssl_field import field_to_wire
 from app.formats.ssl_geometry import camera_from_wire, camera_number, camera_to_wire
-from app.formats.ssl_vision import SslVision
+from app.formats.ssl_vision import FORMAT as SSL_VISION
 from app.league.config import PublishingConfig
 from app.models import model_from_json
 from app.models.top_view import RECTANGLE_FIELDS
@@ -89,7 +89,7 @@ def wire_camera(calibration: Calibration) -> WireCamera | TouchlineError:
     try:
         field = field_from_json(calibration.field)
         region = field.region(calibration.region, calibration.rotate)
-        camera = export_camera(calibration, SslVision, approximate=True)
+        camera = export_camera(calibration, SSL_VISION, approximate=True)
         sent = camera_to_wire(camera.camera, camera_number(field, region))
         read = camera_from_wire(decode(CameraCalibration, encode(sent)), field)
         back = read.camera({name: getattr(camera.camera, name) for name in RECTANGLE_FIELDS})

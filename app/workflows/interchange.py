@@ -61,9 +61,9 @@ def export(calibration: Calibration, format: str, approximate: bool = False,
            camera_id: int | None = None) -> ExportedFile:
     """Write the calibration as a file of that format; Conflict where that takes `approximate`."""
     kind = FORMATS[format]
-    name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}{kind.SUFFIX}"
-    if not kind.LENSES:
-        return ExportedFile(kind.write(calibration), name, kind.MEDIA_TYPE)
+    name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}{kind.suffix}"
+    if not kind.lenses:
+        return ExportedFile(kind.write(calibration), name, kind.media_type)
     camera = export_camera(calibration, kind, approximate, camera_id)
     data = kind.write(calibration, camera)
     field = field_from_json(calibration.field)
@@ -71,7 +71,7 @@ def export(calibration: Calibration, format: str, approximate: bool = False,
     loss = approximation_error(model_of(calibration), back,
                                field.region(calibration.region, calibration.rotate), field.hat_height_mm)
     exact = camera.loss is None and max(loss.worst_mm, loss.hat_worst_mm or 0.0) < EXACT_MM
-    return ExportedFile(data, name, kind.MEDIA_TYPE, None if exact else loss)
+    return ExportedFile(data, name, kind.media_type, None if exact else loss)
 
 
 def formats(calibration: Calibration) -> list[dict[str, Any]]:
@@ -82,11 +82,11 @@ def formats(calibration: Calibration) -> list[dict[str, Any]]:
 
 def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
     kind = FORMATS[name]
-    entry = {"format": name, "title": kind.TITLE, "holds": kind.HOLDS, "suffix": kind.SUFFIX,
-             "reads": kind.READS, "exact": True, "loss": None, "problem": None}
-    if not kind.LENSES:
+    entry = {"format": name, "title": kind.title, "holds": kind.holds, "suffix": kind.suffix,
+             "reads": kind.read is not None, "exact": True, "loss": None, "problem": None}
+    if not kind.lenses:
         return entry
-    exact = exact_camera(model, kind.LENSES, kind.SQUARE_PIXELS) is not None
+    exact = exact_camera(model, kind.lenses, kind.square_pixels) is not None
     try:
         loss = export(calibration, name, approximate=True).loss
     except TouchlineError as refused:
@@ -96,10 +96,10 @@ def _format(calibration: Calibration, model: Any, name: str) -> dict[str, Any]:
 
 def read_file(data: bytes, name: str = "", camera_id: int | None = None) -> Calibration | CameraFile | Observations:
     """Read a file. The reader is chosen by content, and by name where several recognise the content."""
-    readable = {n: FORMATS[n] for n in FORMATS if FORMATS[n].READS}
+    readable = {n: FORMATS[n] for n in FORMATS if FORMATS[n].read}
     found = [n for n, kind in readable.items() if kind.recognises(data)]
-    named = [n for n, kind in readable.items() if name.lower().endswith(kind.SUFFIX) and (not found or n in found)]
-    chosen = max(named, key=lambda n: len(readable[n].SUFFIX), default=found[0] if found else None)
+    named = [n for n, kind in readable.items() if name.lower().endswith(kind.suffix) and (not found or n in found)]
+    chosen = max(named, key=lambda n: len(readable[n].suffix), default=found[0] if found else None)
     if chosen is None:
         if data[:4] == b"PK\x03\x04":
             raise BadInput("A remap table holds no model that could be read back.", "Give the calibration as json.",
@@ -136,7 +136,7 @@ def lens_record_from_file(found: CameraFile, options: ImportOptions) -> dict[str
     """Return a lens record like one from a board; its error is not known."""
     lens = found.at_size(options.image_size)
     known = lens.lens()
-    note = " ".join([f"Imported from {FORMATS[found.format].TITLE}.", *lens.notes])
+    note = " ".join([f"Imported from {FORMATS[found.format].title}.", *lens.notes])
     return {"camera": options.camera or found.metadata.camera, "note": note, "model": known.model,
             "lens": known.to_json(), "board": None, "image_size": list(known.image_size), "snapshots": None,
             "software": f"touchline {__version__}",
@@ -151,7 +151,7 @@ def _of_camera(given: CameraFile, options: ImportOptions, fields: Mapping[str, F
     view = _view(found, region)
     camera = found.camera(view)
     judged = report(Fit(camera, (), (), (_UNKNOWN,)), (), field, region, None)
-    note = " ".join([f"Imported from {FORMATS[found.format].TITLE}.", *found.notes])
+    note = " ".join([f"Imported from {FORMATS[found.format].title}.", *found.notes])
     return Calibration(id="imported", version=1, camera=options.camera or found.metadata.camera, field=field.to_json(),
                        region=region.name, rotate=region.rotate_deg, model_name=camera.NAME,
                        model_parameters=parameters_json(camera), image_size=camera.image_size,

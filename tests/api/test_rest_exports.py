@@ -14,7 +14,7 @@ from app.formats import FORMATS
 from tests.support.refusals import API, refusal
 
 CAL = f"{API}/calibrations"
-LENS_FORMATS = [name for name in FORMATS if FORMATS[name].LENSES]
+LENS_FORMATS = [name for name in FORMATS if FORMATS[name].lenses]
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +60,7 @@ def test_a_model_that_a_format_cannot_hold_is_409_and_with_approximate_its_error
     loss = next(f["loss"] for f in listed if f["format"] == format)
     assert float(worst) == pytest.approx(loss["worst_mm"], abs=6e-4)
     assert float(rest[0][4:]) == pytest.approx(loss["rms_mm"], abs=6e-4)
-    assert f'-v{calibration["version"]}{FORMATS[format].SUFFIX}"' in answer.headers["content-disposition"]
+    assert f'-v{calibration["version"]}{FORMATS[format].suffix}"' in answer.headers["content-disposition"]
     back = imported(standing, answer.content).json()
     pixels = [[200.0, 150.0], [400.0, 300.0], [600.0, 450.0], [420.0, 120.0]]
     off = np.linalg.norm(field_of(standing, back, pixels) - field_of(standing, calibration, pixels), axis=1)
@@ -74,7 +74,7 @@ def test_what_is_held_comes_back_as_a_new_version_that_says_the_same(standing, m
     pixels = [[100.0, 100.0], [390.0, 290.0], [700.0, 500.0]]
     for format in formats:
         answer = exported(standing, calibration, format)
-        assert answer.status_code == 200 and answer.headers["content-type"].startswith(FORMATS[format].MEDIA_TYPE)
+        assert answer.status_code == 200 and answer.headers["content-type"].startswith(FORMATS[format].media_type)
         assert ("x-approximation-error-mm" in answer.headers) == (format == "ssl-vision")
         back = imported(standing, answer.content, camera="south")
         assert back.status_code == 201 and back.headers["location"] == f"{CAL}/{back.json()['id']}"

@@ -22,12 +22,12 @@ from tests.support.exported import EXAMPLES, LENS_FORMATS, example, model_of  # 
 def cases() -> list[tuple[str, str, int]]:
     """(format, model, index) of every golden file."""
     held = [(f, name, i) for f in LENS_FORMATS for name, i in EXAMPLES if exact_camera(
-        model_of(name, i), FORMATS[f].LENSES, FORMATS[f].SQUARE_PIXELS) is not None]
+        model_of(name, i), FORMATS[f].lenses, FORMATS[f].square_pixels) is not None]
     return [*(("json", name, i) for name, i in EXAMPLES), *(("csv", name, i) for name, i in EXAMPLES if i == 0), *held]
 
 
 def path(format: str, name: str, index: int) -> Path:
-    return HERE / format / f"{name}-{index}{FORMATS[format].SUFFIX}"
+    return HERE / format / f"{name}-{index}{FORMATS[format].suffix}"
 
 
 if __name__ == "__main__":

@@ -13,8 +13,8 @@ from tests.support.examples import examples
 from tests.support.fields import plain_field
 
 EXAMPLES = [(name, i) for name in MODELS for i, _ in enumerate(examples(name))]
-LENS_FORMATS = [name for name in FORMATS if FORMATS[name].LENSES]
-READABLE = [name for name in FORMATS if FORMATS[name].READS]
+LENS_FORMATS = [name for name in FORMATS if FORMATS[name].lenses]
+READABLE = [name for name in FORMATS if FORMATS[name].read]
 RAY_EXAMPLES = [(name, i) for name, i in EXAMPLES if issubclass(MODELS[name], RayModel)]
 
 

@@ -50,7 +50,7 @@ def calibration() -> Calibration:
 
 def holds(format: str, name: str, index: int) -> bool:
     kind = FORMATS[format]
-    return exact_camera(model_of(name, index), kind.LENSES, kind.SQUARE_PIXELS) is not None
+    return exact_camera(model_of(name, index), kind.lenses, kind.square_pixels) is not None
 
 
 def camera_in(data: bytes, name: str, index: int):
@@ -67,11 +67,11 @@ NOT_HELD = [(f, *e) for f in LENS_FORMATS for e in EXAMPLES if not holds(f, *e)]
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_it_follows_the_contract(name):
     export = FORMATS[name]
-    assert name == export.NAME and export.TITLE and "/" in export.MEDIA_TYPE and export.SUFFIX.startswith(".")
-    assert export.HOLDS.endswith(".")
-    assert issubclass(export, Format) and (export.READS or not export.LENSES)
-    assert export.READS == hasattr(export, "read") == hasattr(export, "recognises")
-    assert all(set(terms) <= set(MODELS[model].LENS.TERMS) for model, terms in export.LENSES.items())
+    assert export.title and "/" in export.media_type and export.suffix.startswith(".")
+    assert export.holds.endswith(".")
+    assert isinstance(export, Format) and (export.read or not export.lenses)
+    assert (export.read is None) == (export.recognises is None)
+    assert all(set(terms) <= set(MODELS[model].LENS.TERMS) for model, terms in export.lenses.items())
 
 
 def test_every_format_holds_some_example_and_every_lens_model_is_held_by_some_format():

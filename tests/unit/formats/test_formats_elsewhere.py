@@ -25,7 +25,7 @@ SYSTEM_PYTHON = "/usr/bin/python3"  # mrcal comes with the system, not from PyPI
 
 def held_by(format: str) -> list[tuple[str, int]]:
     kind = FORMATS[format]
-    return [e for e in EXAMPLES if exact_camera(model_of(*e), kind.LENSES, kind.SQUARE_PIXELS) is not None]
+    return [e for e in EXAMPLES if exact_camera(model_of(*e), kind.lenses, kind.square_pixels) is not None]
 
 
 def exported(format: str, name: str, index: int) -> bytes:
@@ -57,7 +57,7 @@ def test_opencv_reads_its_file_and_sees_the_same(tmp_path, name, index, z_mm):
     same_as_ours(by_opencv(fisheye, places, r, t, k, d), model, places)
 
 
-@pytest.mark.parametrize("format", [f for f in LENS_FORMATS if FORMATS[f].MEDIA_TYPE == "application/yaml"])
+@pytest.mark.parametrize("format", [f for f in LENS_FORMATS if FORMATS[f].media_type == "application/yaml"])
 @pytest.mark.parametrize("name, index", EXAMPLES)
 def test_pyyaml_finds_numbers_and_no_words_where_numbers_belong(format, name, index):
     text = interchange.export(example(name, index), format, approximate=True).data.decode()

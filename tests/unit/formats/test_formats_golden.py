@@ -23,7 +23,7 @@ def test_there_is_a_golden_file_of_everything_and_of_nothing_else():
     golden = Path(path("json", "ssl", 0)).parents[1]
     kept = {file for format in FORMATS for file in (golden / format).rglob("*") if file.is_file()}
     assert kept == {path(*case) for case in CASES}
-    assert {format for format, _, _ in CASES} == {name for name in FORMATS if FORMATS[name].READS}
+    assert {format for format, _, _ in CASES} == {name for name in FORMATS if FORMATS[name].read}
 
 
 @pytest.mark.parametrize("format, name, index", CASES)
