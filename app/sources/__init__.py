@@ -4,8 +4,9 @@ A source is named by an address, scheme://target?option=value&…, such as sim:/
 scheme picks the class from SOURCES; target and options are the class's own (address.py).
 
 To add one: write app/sources/…/NAME.py with a class that follows Source, and add its line to SOURCES; the tests walk
-the table. Derive from BaseSource where nothing can be set while it runs. OPTIONS describe what follows the ?: the text
-is checked against them before open(), and the forms in the browser are made of them. lifecycle.py keeps a frame rate
+the table, by an address of each (tests/support/peers.py). Derive from BaseSource where nothing can be set while it
+runs. OPTIONS describe what follows the ?: the text is checked against them before open(), and the forms in the browser
+are made of them. lifecycle.py keeps a frame rate
 and refuses to read after close(), control_errors.py words the refusals of set_control(), industrial/camera.py does all
 but the driver of a GenICam camera, network/endpoint.py connects to addresses that an untrusted user may name.
 
@@ -26,18 +27,8 @@ from app.core.records import Frame
 from app.core.registry import Registry
 from app.sources.address import read_query, split_address, without_password
 
-__all__ = [
-    "SOURCES",
-    "BaseSource",
-    "Control",
-    "Identity",
-    "Source",
-    "SourceContext",
-    "named_field",
-    "source_from_url",
-    "split_address",
-    "without_password",
-]
+__all__ = ["SOURCES", "BaseSource", "Control", "Identity", "Source", "SourceContext", "named_field", "source_from_url",
+           "split_address", "without_password"]
 
 
 @dataclass(frozen=True)
@@ -131,10 +122,6 @@ class Source(Protocol):
         NotFound for an unknown name, BadInput for a value it cannot have. read() goes on with the new setting, at a
         new size if that changed. Only the thread that reads calls this, or before the first read.
         """
-
-    @classmethod
-    def example(cls, folder: Path) -> str:
-        """Return an address that opens, after putting the file it names into the pictures folder; for tests."""
 
 
 class BaseSource:

@@ -4,7 +4,9 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from app.sources import SOURCES
+import cv2
+import numpy as np
+
 from app.sources.address import KEEP_THEIR_QUERY
 from app.sources.local.v4l2 import V4l2Source
 from tests.support.industrial import need_aravis, simulated_producers, viky
@@ -13,6 +15,15 @@ from tests.support.plugged_cameras import Webcam, plug_in
 from tests.support.rtsp_camera import RtspCamera
 
 HOSTS = ("127.0.0.1",)  # where they are, for SourceContext.hosts
+ADDRESSES = {  # of the sources that need no other end of their own
+    "sim": "sim://table?size=320x256&fps=200&seed=3",
+    "picture": "picture://grey.png?fps=200",
+    "folder": "folder://shots?fps=200",
+    "video": "video://film.avi?fps=200",
+    "v4l2": "v4l2://0?fps=200",
+    "genicam": "genicam://VikyTL_DEV_red?producer=viky&fps=200",  # simulated by the package genicam
+    "aravis": "aravis://Fake_1?fps=200",  # simulated by the library
+}
 PRODUCERS = simulated_producers()  # through which they are reached, for SourceContext.producers
 
 
@@ -33,7 +44,19 @@ def with_option(url: str, name: str, value: str) -> str:
 
 @contextlib.contextmanager
 def _alone(name: str, pictures: Path, fps: float) -> Iterator[str]:
-    yield SOURCES[name].example(pictures).replace("fps=200", f"fps={fps:g}")
+    _write_files(pictures)
+    yield ADDRESSES[name].replace("fps=200", f"fps={fps:g}")
+
+
+def _write_files(pictures: Path) -> None:
+    """The files that the addresses of pictures, folders and films name."""
+    (pictures / "shots").mkdir(exist_ok=True)
+    for name, level in (("grey.png", 128), *((f"shots/shot-{i}.png", 60 * i) for i in range(3))):
+        cv2.imwrite(str(pictures / name), np.full((24, 32, 3), level, np.uint8))
+    film = cv2.VideoWriter(str(pictures / "film.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 25, (64, 48))
+    for i in range(5):
+        film.write(np.full((48, 64, 3), 40 * i, np.uint8))
+    film.release()
 
 
 @contextlib.contextmanager
@@ -55,7 +78,7 @@ def _v4l2(name: str, pictures: Path, fps: float) -> Iterator[str]:
     plug_in(root, 0)
     V4l2Source.root, V4l2Source.opener = root, staticmethod(lambda node: Webcam())
     try:
-        yield SOURCES[name].example(pictures).replace("fps=200", f"fps={fps:g}")
+        yield ADDRESSES[name].replace("fps=200", f"fps={fps:g}")
     finally:
         V4l2Source.root, V4l2Source.opener = before[0], staticmethod(before[1])
 

@@ -5,7 +5,6 @@ import threading
 from collections.abc import Mapping
 from contextlib import suppress
 from ctypes import byref, c_int, c_size_t
-from pathlib import Path
 from typing import Any, ClassVar, Self
 from urllib.parse import quote
 
@@ -36,11 +35,6 @@ class AravisSource(IndustrialSource):
     @classmethod
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         return cls.start(AravisDevice(target, aravis()), options)
-
-    @classmethod
-    def example(cls, folder: Path) -> str:
-        """A camera that the library simulates."""
-        return f"aravis://{FAKE}1?fps=200"
 
 
 def discover_cameras(library: Aravis) -> list[DiscoveredCamera]:

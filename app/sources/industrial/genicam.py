@@ -40,11 +40,6 @@ class GenicamSource(IndustrialSource):
         producers = select_producers(context.producers, options["producer"])
         return cls.start(HarvestersDevice(target, producers, address_of(target, options["producer"])), options)
 
-    @classmethod
-    def example(cls, folder: Path) -> str:
-        """The simulated cameras that the genicam package brings; its folder must be among the producers'."""
-        return "genicam://VikyTL_DEV_red?producer=viky&fps=200"
-
 
 def address_of(target: str, producer: str) -> str:
     return f"genicam://{quote(target)}" + f"?producer={quote(producer)}" * bool(producer)

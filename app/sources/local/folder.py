@@ -1,11 +1,7 @@
 """folder://NAME: the pictures of a folder one after the other, as if a camera had just taken them."""
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any, ClassVar, Self
-
-import cv2
-import numpy as np
 
 from app.core.errors import BadImage, NotFound, Unavailable
 from app.core.options import Option
@@ -52,14 +48,6 @@ class FolderSource(BaseSource):
 
     def close(self) -> None:
         self._frames = None
-
-    @classmethod
-    def example(cls, folder: Path) -> str:
-        (folder / "shots").mkdir(exist_ok=True)
-        for i in range(3):
-            picture = cv2.imencode(".png", np.full((24, 32, 3), 60 * i, np.uint8))[1].tobytes()
-            (folder / "shots" / f"shot-{i}.png").write_bytes(picture)
-        return "folder://shots?fps=200"
 
     def _shown(self) -> Iterator[Frame]:
         while True:

@@ -1,11 +1,7 @@
 """picture://NAME: a picture file, shown again and again as a camera that looks at one thing."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, ClassVar, Self
-
-import cv2
-import numpy as np
 
 from app.core.options import Option
 from app.core.records import Frame
@@ -39,9 +35,3 @@ class PictureSource(BaseSource):
 
     def close(self) -> None:
         self._frame = None
-
-    @classmethod
-    def example(cls, folder: Path) -> str:
-        (folder / "grey.png").write_bytes(cv2.imencode(".png", np.full((24, 32, 3), 128, np.uint8))[1].tobytes())
-        return "picture://grey.png?fps=200"
-

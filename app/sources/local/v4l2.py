@@ -92,11 +92,6 @@ class V4l2Source:
     def set_control(self, name: str, value: Any) -> Control:
         return set_control(require_open(self._capture), name, value)
 
-    @classmethod
-    def example(cls, folder: Path) -> str:
-        """Only its form: a real one needs a camera in the plug."""
-        return "v4l2://0?fps=200"
-
 
 def _begin(capture: DeviceCapture, size: tuple[int, int] | None, fps: float | None, format: str) -> None:
     width, height = size or (capture.get(cv2.CAP_PROP_FRAME_WIDTH), capture.get(cv2.CAP_PROP_FRAME_HEIGHT))

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import cv2
-import numpy as np
 
 from app.core.errors import BadInput, Unavailable
 from app.core.options import Option
@@ -84,14 +83,6 @@ class VideoSource(BaseSource):
         if self._capture is not None:
             self._capture.release()
         self._capture = self._pending = None
-
-    @classmethod
-    def example(cls, folder: Path) -> str:
-        film = cv2.VideoWriter(str(folder / "film.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 25, (64, 48))
-        for i in range(5):
-            film.write(np.full((48, 64, 3), 40 * i, np.uint8))
-        film.release()
-        return "video://film.avi?fps=200"
 
     def _begin(self) -> None:
         """Open the decoder at the first frame; close the one before."""

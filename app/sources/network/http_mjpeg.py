@@ -7,7 +7,6 @@ picture is screened and decoded on its own, so its size is its own header's.
 import contextlib
 import time
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from app.core.errors import BadImage, Unavailable
@@ -87,11 +86,6 @@ class HttpSource(BaseSource):
         if self._line is not None:
             self._line.close()
         self._line = None
-
-    @classmethod
-    def example(cls, folder: Path) -> str:
-        """Only its form: a real one needs a camera at the other end."""
-        return f"{cls.SCHEME}://user:password@camera.local/video.mjpg"
 
     def _from_stream(self, deadline: float) -> Frame:
         """The next part. BadImage or PartTooLarge where it is no picture."""

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import cv2
@@ -64,11 +63,6 @@ class RtspSource(BaseSource):
     def sees_sizes(self) -> bool:
         """Whether a change of the picture's size would be noticed."""
         return self._relay is not None and self._relay.sees_sizes
-
-    @classmethod
-    def example(cls, folder: Path) -> str:
-        """Only its form: a real one needs a camera at the other end."""
-        return "rtsp://user:password@camera.local:554/stream"
 
     def _connect(self) -> None:
         self.close()

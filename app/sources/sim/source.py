@@ -4,7 +4,6 @@ import re
 import threading
 import time
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -170,10 +169,6 @@ class SimSource:
         if not self.settled:
             threading.Thread(target=self._paint, name="knock", daemon=True).start()
         return control
-
-    @classmethod
-    def example(cls, folder: Path) -> str:
-        return "sim://table?size=320x256&fps=200&seed=3"
 
 
 def _region(field: Field, options: Mapping[str, Any]) -> Region:

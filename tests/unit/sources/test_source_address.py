@@ -3,7 +3,7 @@
 import pytest
 
 from app.core.errors import BadInput
-from app.sources import SOURCES, SourceContext, source_from_url, split_address, without_password
+from app.sources import SourceContext, source_from_url, split_address, without_password
 from app.sources.network.endpoint import Endpoint
 
 
@@ -62,8 +62,3 @@ def test_a_refusal_does_not_repeat_the_password(scheme):
             assert "s3cret" not in str(error) + repr(error) + repr(error.__context__)
         else:
             pytest.fail("it opened")
-
-
-def test_the_examples_of_network_cameras_are_addresses(tmp_path):
-    for name in ("rtsp", "http", "https"):
-        assert Endpoint.of(name, split_address(SOURCES[name].example(tmp_path))[1]).user == "user"
