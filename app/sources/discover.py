@@ -4,21 +4,22 @@ This runs the camera makers' own libraries, which may hang or crash; so each run
 and what has not answered by the deadline is left out.
 """
 
-import json
 import os
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
 from app.core.errors import Unavailable
+from app.processes.child_process import ChildProcess
+from app.processes.framing import ANSWER, Connection, decode_body, encode_body
+from app.processes.start import Program
 from app.sources import Identity, SourceContext
+from app.sources.industrial.discovery import DiscoveredCamera
 
 DEADLINE_S = 5.0  # starting Python, then the second in which a network camera may answer; on a busy small machine
-CODE = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from app.sources import discover; discover.main()"
 Discovered = dict[str, Any]  # {"address", "title", "identity"}
 
 
@@ -27,9 +28,36 @@ def discover_cameras(context: SourceContext, deadline_s: float = DEADLINE_S) -> 
 
     A camera that two libraries reach is listed twice, once with each address.
     """
+    from app.sources.industrial.genicam_producers import producers_in
     until = time.monotonic() + deadline_s
-    finders = [_start(name, [*given]) for name, given in _tasks(context)]
-    return [*v4l2_cameras(), *(one for finder in finders for one in _answer(finder, until))]
+    genicam, aravis = (Program(f"{__name__}:{main.__name__}") for main in (genicam_cameras, aravis_cameras))
+    finders = [ChildProcess(genicam, {"path": str(path)}) for path in producers_in(context.producers).values()]
+    finders.append(ChildProcess(aravis, {}))
+    return [*v4l2_cameras(), *(one for finder in finders for one in answer_of(finder, until))]
+
+
+def answer_of(finder: ChildProcess, until: float) -> list[Discovered]:
+    """Return what a child has found, and end it; nothing where it hangs until then (time.monotonic()) or dies."""
+    try:
+        message = finder.connection.receive(until - time.monotonic())
+        return [] if message is None else decode_body(message.body)[0]["cameras"]
+    except OSError:
+        return []
+    finally:
+        finder.close()
+
+
+def in_child(find: Callable[..., list[Discovered]]) -> Callable[[Connection, dict[str, Any]], None]:
+    """Make what finds cameras the main function of a child process, which answers with them."""
+    @wraps(find)
+    def main(connection: Connection, arguments: dict[str, Any]) -> None:
+        try:
+            cameras = find(**arguments)
+        except Unavailable:  # its library is not installed: then there is nothing to find with it
+            cameras = []
+        connection.send(ANSWER, 0, encode_body({"cameras": cameras}))
+        os._exit(0)  # a library that cannot end its own threads need not
+    return main
 
 
 def v4l2_cameras() -> Iterable[Discovered]:
@@ -40,70 +68,33 @@ def v4l2_cameras() -> Iterable[Discovered]:
         yield _discovered(camera.address, f"{camera.model}, {camera.node}", camera.identity)
 
 
-def genicam_cameras(path: str) -> Iterable[Discovered]:
-    """Yield the GenICam cameras behind one producer."""
+@in_child
+def genicam_cameras(path: str) -> list[Discovered]:
+    """Return the GenICam cameras behind one producer."""
     from app.sources.industrial.genicam import address_of
     from app.sources.industrial.genicam_producers import close_harvester, list_cameras, open_harvester
     producer = Path(path)
     harvester = open_harvester([producer])
     cameras = list_cameras(harvester)
-    names = _short_names([(camera.serial, camera.id) for camera in cameras])
-    for name, camera in zip(names, cameras, strict=True):
-        address = address_of(name, producer.stem)
-        yield _discovered(address, f"{camera.title} {camera.serial}, through {producer.name}",
-                          camera.identity(address))
     close_harvester(harvester)
+    titles = [f"{camera.title} {camera.serial}, through {producer.name}" for camera in cameras]
+    return _named(cameras, titles, lambda name: address_of(name, producer.stem))
 
 
-def aravis_cameras() -> Iterable[Discovered]:
-    """Yield the GigE Vision and USB3 Vision cameras that answer to Aravis."""
+@in_child
+def aravis_cameras() -> list[Discovered]:
+    """Return the GigE Vision and USB3 Vision cameras that answer to Aravis."""
     from app.sources.industrial.aravis import address_of, aravis, discover_cameras
     cameras = discover_cameras(aravis())
-    for name, camera in zip(_short_names([(one.serial, one.id) for one in cameras]), cameras, strict=True):
-        address = address_of(name)
-        yield _discovered(address, f"{camera.vendor} {camera.model} {camera.serial}, through Aravis",
-                    camera.identity(address))
+    titles = [f"{camera.vendor} {camera.model} {camera.serial}, through Aravis" for camera in cameras]
+    return _named(cameras, titles, address_of)
 
 
-FINDERS: dict[str, Callable[..., Iterable[Discovered]]] = {"genicam": genicam_cameras, "aravis": aravis_cameras}
-
-
-def main() -> None:
-    """In the child process: print what one finder finds, as a line of JSON."""
-    # What a maker's library prints must not end up in the answer.
-    answer = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)
-    _, _, name, *given = sys.argv
-    try:
-        cameras = list(FINDERS[name](*given))
-    except Unavailable:  # its library is not installed: then there is nothing to find with it
-        cameras = []
-    answer.write(json.dumps(cameras))
-    answer.close()
-    os._exit(0)  # a library that cannot end its own threads need not
-
-
-def _tasks(context: SourceContext) -> list[tuple[str, tuple[str, ...]]]:
-    from app.sources.industrial.genicam_producers import producers_in
-    return [*(("genicam", (str(path),)) for path in producers_in(context.producers).values()), ("aravis", ())]
-
-
-def _start(name: str, given: list[str]) -> subprocess.Popen[bytes]:
-    environment = {k: v for k, v in os.environ.items() if not k.startswith("TOUCHLINE_TOKEN")}
-    return subprocess.Popen([sys.executable, "-P", "-c", CODE, json.dumps(sys.path), name, *given], env=environment,
-                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                            start_new_session=True)
-
-
-def _answer(finder: subprocess.Popen[bytes], until: float) -> list[Discovered]:
-    with finder:
-        try:
-            raw, _ = finder.communicate(timeout=max(0.0, until - time.monotonic()))
-            return json.loads(raw)
-        except (subprocess.TimeoutExpired, ValueError):  # it hangs; it died without an answer
-            return []
-        finally:
-            finder.kill()
+def _named(cameras: Sequence[DiscoveredCamera], titles: Sequence[str],
+           address_of: Callable[[str], str]) -> list[Discovered]:
+    addresses = [address_of(name) for name in _short_names([(camera.serial, camera.id) for camera in cameras])]
+    return [_discovered(address, title, camera.identity(address))
+            for address, title, camera in zip(addresses, titles, cameras, strict=True)]
 
 
 def _short_names(names: list[tuple[str, str]]) -> list[str]:

@@ -3,8 +3,6 @@
 import os
 import shutil
 import signal
-import subprocess
-import sys
 import threading
 import time
 from contextlib import closing
@@ -12,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from app.processes.child_process import ChildProcess
+from app.processes.start import Program
 from app.sources import SourceContext
-from app.sources.discover import _short_names, discover_cameras
+from app.sources.discover import _short_names, answer_of, discover_cameras
 from tests.support.industrial import GvCamera, opened, viky, with_viky
-from tests.support.paths import ROOT
 from tests.support.peers import V4l2Source
 from tests.support.plugged_cameras import plug_in
 from tests.support.waiting import until
@@ -60,7 +59,7 @@ def looker(word: str) -> int:
         for task in Path("/proc/self/task").iterdir():
             for pid in (task / "children").read_text().split():
                 line = Path(f"/proc/{pid}/cmdline")
-                if line.exists() and word.encode() in line.read_bytes().split(b"\0"):
+                if line.exists() and f":{word}_cameras".encode() in line.read_bytes():
                     return int(pid)
 
     return until(found)
@@ -96,11 +95,8 @@ def test_one_that_hangs_is_left_out_at_the_deadline_and_ended():
 
 
 def test_what_a_makers_library_prints_does_not_get_into_the_answer():
-    code = ("import os, sys; from app.sources import discover; sys.argv = ['', '', 'loud']\n"
-            "discover.FINDERS['loud'] = lambda: os.write(1, b'Loading driver ...') and []\n"
-            "discover.main()")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, cwd=ROOT)
-    assert done.stdout == b"[]" and b"Loading driver" in done.stderr
+    finder = ChildProcess(Program("tests.support.loud_finder:main"), {})
+    assert answer_of(finder, time.monotonic() + LONG_S) == [{"address": "loud://0"}]
 
 
 def test_a_producer_that_is_none_harms_nobody(tmp_path):
