@@ -6,20 +6,17 @@ The camera's process looks for the board, on a thread that gives way to the pict
 what is seen, what is covered, and what is needed next.
 """
 
-import os
-import threading
 import time
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from app.core.board import Board
-from app.core.errors import Unavailable
 from app.core.geometry import ImageSize
 from app.evaluate.board.poses import BoardPose, PoseHistory, pose_history
 from app.live.capture import FrameCapture
+from app.processes.limits import give_way
 from app.vision.board.quick_board import find_board_quickly
 
 WAIT_S = 2.0  # for the next frame
@@ -31,12 +28,8 @@ NICE = 10  # niceness: the picture goes first
 
 def find_board(capture: FrameCapture, board: dict[str, Any], after: int) -> dict[str, Any]:
     """In the camera's process: return the next frame's board, plain JSON. quad: None where none was found."""
-    with suppress(OSError, AttributeError):  # of this thread alone, on Linux; it ends with this answer
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
-    taken = capture.after(after, WAIT_S)
-    if taken is None:
-        raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
-                          reason="camera-silent")
+    give_way(NICE)  # this thread ends with this answer
+    taken = capture.next(after, WAIT_S)
     begun, which = time.monotonic(), Board.from_json(board)
     view = find_board_quickly(taken.frame.pixels, which)
     size = taken.frame.size

@@ -51,8 +51,9 @@ class LiveCamera:
     async def stop(self) -> None:
         """End the process and whoever watches."""
         await self._supervisor.stop()
-        self._streams.end(Unavailable("This camera was changed or removed.", "Open it again.", reason="camera-gone"))
-        self.detections.end()
+        gone = Unavailable("This camera was changed or removed.", "Open it again.", reason="camera-gone")
+        self._streams.end(gone)
+        self.detections.end(gone)
 
     # What is known
 

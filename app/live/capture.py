@@ -95,6 +95,12 @@ class FrameCapture:
             self._changed.wait_for(lambda: self._newest is not None and self._seq > seq, timeout_s)
             return self._newest if self._newest is not None and self._seq > seq else None
 
+    def next(self, seq: int, timeout_s: float) -> CapturedFrame:
+        """Return the same; Unavailable where none comes in time."""
+        if (taken := self.after(seq, timeout_s)) is None:
+            raise no_frames()
+        return taken
+
     def controls(self, timeout_s: float = 3.0) -> tuple[Control, ...]:
         """Return what can be set, read back between two frames."""
         return self._between_frames(lambda source: source.controls(), timeout_s)
@@ -122,10 +128,8 @@ class FrameCapture:
         while True:
             try:
                 source = source_from_url(self._url, self._around)
-            except TouchlineError as error:
-                self._fail(error)
             except Exception as error:
-                self._fail(_unexpected(error))
+                self._fail(_explained(error))
             else:
                 if self._read(source):
                     wait_s = RETRY_S
@@ -151,10 +155,8 @@ class FrameCapture:
                 with self._changed:
                     if self.resting:
                         self._changed.wait_for(lambda: not self.resting, REST_S)
-        except TouchlineError as error:
-            self._fail(error)
         except Exception as error:
-            self._fail(_unexpected(error))
+            self._fail(_explained(error))
         finally:
             source.close()
         return came
@@ -181,10 +183,8 @@ class FrameCapture:
             action, answer, done = self._actions.pop(0)
         try:
             answer["value"] = action(source)
-        except TouchlineError as error:
-            answer["error"] = error
         except Exception as error:
-            answer["error"] = _unexpected(error)
+            answer["error"] = _explained(error)
         done.set()
 
     def _fail(self, error: TouchlineError) -> None:
@@ -196,6 +196,13 @@ class FrameCapture:
             self._problem = problem_json(error)
 
 
-def _unexpected(error: Exception) -> TouchlineError:
+def no_frames() -> Unavailable:
+    """Return the error for a camera from which nothing comes."""
+    return Unavailable("The camera gives no frames now.", "Look at its state, then try again.", reason="camera-silent")
+
+
+def _explained(error: Exception) -> TouchlineError:
+    if isinstance(error, TouchlineError):
+        return error
     return Unavailable(f"The source failed: {type(error).__name__}.", "Check the camera and its address.",
                        reason="source-failed")

@@ -8,7 +8,7 @@ import contextlib
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from app.core.errors import Conflict, NotFound, TouchlineError, Unavailable
+from app.core.errors import Conflict, NotFound, TouchlineError
 from app.live.stream_spec import DETECTIONS, StreamSpec
 from app.live.viewer import Viewer
 from app.processes.framing import split_body
@@ -40,7 +40,7 @@ class DetectionFeed:
             self.learned = None
         self.request, self.problem = dict(request), None
         if not request["on"]:
-            self._end_viewers(_off())
+            self.end(_off())
         self._changed()
 
     def message(self) -> dict[str, Any]:
@@ -85,11 +85,8 @@ class DetectionFeed:
         """Note the colours that the process found in the picture."""
         self.learned = (status.get("detector") or {}).get("learned") if self.request["profile"] is None else None
 
-    def end(self) -> None:
-        """End all listening: the camera was changed or removed."""
-        self._end_viewers(Unavailable("This camera was changed or removed.", "Open it again.", reason="camera-gone"))
-
-    def _end_viewers(self, why: TouchlineError) -> None:
+    def end(self, why: TouchlineError) -> None:
+        """End all listening."""
         for viewer in self._viewers:
             viewer.end(why)
 

@@ -11,7 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from app.core.colour_profile import ColourProfile
@@ -65,7 +65,7 @@ class DetectorState:
     key: tuple[Any, ...] = ()
     pipeline: StagePipeline | None = None
     calibration: Calibration | None = None
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
 
 class LiveDetector:
@@ -143,7 +143,7 @@ class LiveDetector:
         if key != self._state.key:
             profile = request.profile or colour_profile_for(taken.frame.pixels, request.plan)
             notes = (*profile.notes, *(() if calibration else (NO_POSITIONS,)))
-            scale = None if calibration else _mm_per_px(request, size)
+            scale = None if calibration else request.extent_mm / (size.width**2 + size.height**2) ** 0.5
             self._state = DetectorState(key, pipeline_for(request.plan, size, profile, calibration, scale), calibration,
                                         notes)
             self._moments.clear()
@@ -174,10 +174,6 @@ def detection_json(result: FrameResult | None, seq: int, time_s: float, size: Im
             "stages": [{"name": name, "ms": round(ms, 3)} for name, ms in took.items()],
             "ms": round(sum(took.values()), 3), "notes": [*notes, *(result.notes if result else ())],
             "fps": round(fps, 2)}
-
-
-def _mm_per_px(request: DetectionRequest, size: ImageSize) -> float:
-    return request.extent_mm / (size.width**2 + size.height**2) ** 0.5
 
 
 def _rounded(value: Any) -> Any:

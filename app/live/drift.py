@@ -4,10 +4,8 @@ What the lines looked like comes from the calibration's own picture, so that a k
 the server was off, is seen too; where there is none, or none that shows them, from the first seconds after activation.
 """
 
-import os
 import threading
 import time
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -20,6 +18,7 @@ from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.images import ImageLimits, decode_in_process
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.picture import AppliedCalibration
+from app.processes.limits import give_way
 from app.store.snapshots import read_checked
 
 EVERY_S = 1.0
@@ -54,8 +53,7 @@ class CameraDriftMonitor:
         self._changed.set()
 
     def _run(self) -> None:
-        with suppress(OSError, AttributeError):  # of this thread alone, on Linux
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
+        give_way(NICE)
         while True:
             self._changed.wait()
             self._changed.clear()

@@ -3,20 +3,18 @@
 Pictures are stored as JPEG of all their colour (4:4:4): at half of it, as usual, the small dots of a robot would run.
 """
 
-import os
 import threading
 import time
 from collections import deque
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 import cv2
 import numpy as np
 
-from app.core.errors import Unavailable
 from app.core.geometry import ImageSize
-from app.live.capture import CapturedFrame, FrameCapture
+from app.live.capture import CapturedFrame, FrameCapture, no_frames
+from app.processes.limits import give_way
 
 MAX_S = 30.0
 FPS = 10.0  # encoding costs as much as detecting
@@ -88,12 +86,10 @@ class FrameBuffer:
                 if full or self._bytes > 0.9 * MAX_BYTES:
                     return clip
             elif time.monotonic() > silent_until:
-                raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
-                                  reason="camera-silent")
+                raise no_frames()
 
     def _run(self) -> None:
-        with suppress(OSError, AttributeError):  # of this thread alone, on Linux
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
+        give_way(NICE)
         seq, due = 0, 0.0
         while True:
             with self._changed:

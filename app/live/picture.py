@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core import opencv
 from app.core.field_json import field_from_json
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
@@ -80,11 +81,8 @@ def _runs(points: Sequence[Sequence[float] | None], scale: float, drawn: ImageSi
 
 
 def scaled_down(pixels: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
-    """Return the picture no wider than that; never enlarged, which a browser does as well."""
-    height, own = pixels.shape[:2]
-    if not width or width >= own:
-        return pixels
-    return cv2.resize(pixels, (width, max(1, round(height * width / own))), interpolation=cv2.INTER_AREA)
+    """Return the picture no wider than that, 0: as it is; never enlarged, which a browser does as well."""
+    return opencv.shrink_to_width(pixels, width) if width else pixels
 
 
 def side_by_side(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], list[dict[str, int]]]:

@@ -7,11 +7,11 @@ import threading
 import time
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.geometry import ImageSize
+from app.core import opencv
+from app.core.geometry import ImageSize, inside_picture
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.encoder import Encoder
 from app.live.picture import AppliedCalibration
@@ -48,11 +48,7 @@ class QualityMonitor:
             taken = self._capture.after(seq, EVERY_S, in_passing=True)
             if taken is not None:
                 seq = taken.seq
-                pixels = taken.frame.pixels
-                small = pixels if pixels.shape[1] <= WIDTH_PX else cv2.resize(
-                    pixels, (WIDTH_PX, max(2, round(pixels.shape[0] * WIDTH_PX / pixels.shape[1]))),
-                    interpolation=cv2.INTER_AREA)
-                self.newest = self._look(small, taken)
+                self.newest = self._look(opencv.shrink_to_width(taken.frame.pixels, WIDTH_PX), taken)
             time.sleep(EVERY_S)
 
     def _look(self, small: NDArray[np.uint8], taken: CapturedFrame) -> dict[str, Any]:
@@ -97,6 +93,4 @@ def _mask(applied: AppliedCalibration, width: int, height: int, raw: ImageSize) 
     x, y = np.meshgrid(np.arange(width), np.arange(height))
     points = np.stack([(x + 0.5) * raw.width / width - 0.5, (y + 0.5) * raw.height / height - 0.5], axis=-1)
     corrected = applied.model.corrected_from_raw(points.reshape(-1, 2)).reshape(height, width, 2)
-    size = applied.model.corrected_size
-    with np.errstate(invalid="ignore"):
-        return (corrected >= 0).all(axis=-1) & (corrected <= np.array(size) - 1).all(axis=-1)
+    return inside_picture(corrected, applied.model.corrected_size, 0)

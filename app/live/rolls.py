@@ -5,18 +5,16 @@
 Rolls are numbered within one watch; `watch` is another word whenever the following began anew: then numbers do too.
 """
 
-import os
 import secrets
 import threading
 import time
 from collections import deque
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
-from app.core.errors import Unavailable
-from app.live.capture import CapturedFrame, FrameCapture
+from app.live.capture import CapturedFrame, FrameCapture, no_frames
+from app.processes.limits import give_way
 from app.workflows.rolling import RollRecorder
 
 KEEP_S = 3.0  # without a poll: then nobody watches any more
@@ -50,14 +48,12 @@ class RollMonitor:
             self._lock.wait_for(lambda: self._newest is not None
                                 and (self._newest["seq"] != seq or self._newest["watch"] != watch), WAIT_S)
             if self._newest is None or self._newest["seq"] == seq:
-                raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
-                                  reason="camera-silent")
+                raise no_frames()
             after = after if self._newest["watch"] == watch else 0
             return {**self._newest, "rolls": [roll for roll in self._rolls if roll["number"] > after]}
 
     def _follow(self) -> None:
-        with suppress(OSError, AttributeError):  # of this thread alone, on Linux
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
+        give_way(NICE)
         watch, rolling, count, seq = _new_watch(), RollRecorder(live=True), 0, 0
         self._rolls.clear()
         while True:

@@ -21,7 +21,7 @@ def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: flo
     seen free of moving things. Unavailable where frames do not come.
     """
     deadline = time.monotonic() + timeout_s
-    first = last = _next(capture, capture.status()["seq"], deadline)
+    first = last = capture.next(capture.status()["seq"], timeout_s)
     if frames <= 1:
         return _description(first, last, 1, None), encode(first.frame.pixels, "png")
     background = Background(first.frame.pixels.shape, min(frames, MAX_FRAMES))
@@ -30,21 +30,13 @@ def take_still(capture: FrameCapture, frames: int, over_s: float, timeout_s: flo
     while count < frames:
         # Who walks by needs some seconds to leave: frames that follow each other would all show them.
         time.sleep(max(0.0, begun + over_s * count / (frames - 1) - time.monotonic()))
-        taken = _next(capture, last.seq, deadline)
+        taken = capture.next(last.seq, max(0.0, deadline - time.monotonic()))
         if taken.frame.pixels.shape != first.frame.pixels.shape:
             raise Unavailable("The picture's size changed meanwhile.", "Try again.", reason="size-changed")
         last = taken
         background.add(taken.frame.pixels)
         count += 1
     return _description(first, last, count, background.unsettled), encode(background.picture, "png")
-
-
-def _next(capture: FrameCapture, seq: int, deadline: float) -> CapturedFrame:
-    taken = capture.after(seq, max(0.0, deadline - time.monotonic()))
-    if taken is None:
-        raise Unavailable("The camera gives no frames now.", "Look at its state, then try again.",
-                          reason="camera-silent")
-    return taken
 
 
 def _description(first: CapturedFrame, last: CapturedFrame, count: int,

@@ -1,7 +1,7 @@
 """What a viewer watches: a view at a size and a quality. Equal streams are encoded once for all who watch."""
 
-from dataclasses import asdict, dataclass
-from typing import Any, Self
+from dataclasses import dataclass
+from typing import Self
 
 from app.core.errors import BadInput
 from app.vision.stages import STAGES
@@ -46,6 +46,3 @@ class StreamSpec:
     def stage(self) -> str | None:
         """The stage whose picture it is."""
         return self.view.removeprefix(STAGE) if self.view.startswith(STAGE) else None
-
-    def to_json(self) -> dict[str, Any]:
-        return asdict(self)

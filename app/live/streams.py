@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from typing import Any
 
 from app.core.errors import Unavailable
@@ -68,6 +69,6 @@ class Streams:
 
     def to_json(self) -> list[dict[str, Any]]:
         """Return what the process is to encode."""
-        return [{"number": self._numbers[spec], "spec": spec.to_json(),
+        return [{"number": self._numbers[spec], "spec": asdict(spec),
                  "interval_s": min(viewer.interval_s for viewer in viewers)}
                 for spec, viewers in self._viewers.items()]

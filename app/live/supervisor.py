@@ -7,13 +7,26 @@ from typing import Any
 
 from app.core.errors import TouchlineError, Unavailable
 from app.live import messages
-from app.live.process import CameraProcess
 from app.live.state import KILL_AFTER_S, ProcessStatus, stall_reason
+from app.processes.async_process import AsyncProcess
 from app.processes.framing import Message, decode_body
+from app.processes.start import Program
 
+MEMORY_BYTES = 6 << 30  # of addresses; FFmpeg and camera libraries reserve much more than they use
 RETRY_S, MAX_RETRY_S = 0.5, 5.0
 POLL_S = 0.1
 LATE_S = 0.5  # the event loop itself was held up: what the camera sent meanwhile lies unread
+
+
+class CameraProcess(AsyncProcess):
+    """What a camera sends is a stranger's, and may make this process die, never the server."""
+
+    PROGRAM = Program("app.live.worker_main:main", MEMORY_BYTES)
+    START_S = 30.0  # importing OpenCV takes 0.3 s, on a busy small machine some seconds
+    CANNOT_START = "The camera's process cannot be started.", "Free some memory.", "camera-process"
+    NOT_READY = "The camera's process does not start.", "Free some memory, or reinstall Touchline.", "camera-process"
+    SILENT = "The camera does not answer.", "Look at its state, then try again.", "camera-silent"
+    ENDED = "The camera's process was ended.", "Try again in a moment.", "camera-silent"
 
 
 class CameraSupervisor:
@@ -64,7 +77,7 @@ class CameraSupervisor:
             try:
                 process = await CameraProcess.start(self._spec)
             except TouchlineError as error:
-                self.problem = {"reason": error.reason, "what": error.what, "fix": error.fix}
+                self.problem = error.to_json()
             else:
                 if await self._follow(process):
                     wait_s = RETRY_S

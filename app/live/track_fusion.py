@@ -92,11 +92,8 @@ class TrackFusion:
 
     def _to_json(self) -> dict[str, Any]:
         tracks = self._tracker.to_json()
-        now, received = time.time(), self._received_s
+        now, received, problems = time.time(), self._received_s, self._problems
         return {"time_s": round(max(received.values(), default=now), 4), "items": tracks, "seams": seams_of(tracks),
                 "cameras": [{"camera": name, "age_s": round(now - received[name], 3) if name in received else None,
-                             "problem": _json(self._problems.get(name))} for name in self.names]}
-
-
-def _json(problem: TouchlineError | None) -> dict[str, str] | None:
-    return None if problem is None else {"reason": problem.reason, "what": problem.what, "fix": problem.fix}
+                             "problem": problems[name].to_json() if name in problems else None}
+                            for name in self.names]}

@@ -1,6 +1,10 @@
-"""What a child process may use, so that strangers' bytes harm nobody but itself."""
+"""What a child process may use, so that strangers' bytes harm nobody but itself, and what its threads leave to others.
+"""
 
+import os
 import resource
+import threading
+from contextlib import suppress
 
 
 def limit(memory_bytes: int, *, sealed: bool = False) -> None:
@@ -15,3 +19,9 @@ def limit(memory_bytes: int, *, sealed: bool = False) -> None:
         _, hard = resource.getrlimit(what)
         value = most if hard == resource.RLIM_INFINITY else min(most, hard)
         resource.setrlimit(what, (value, value))
+
+
+def give_way(nice: int) -> None:
+    """Lower the priority of this thread alone by a niceness, where the system can: on Linux."""
+    with suppress(OSError, AttributeError):
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), nice)

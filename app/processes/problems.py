@@ -10,7 +10,7 @@ KINDS: dict[str, type[TouchlineError]] = {kind.__name__: kind for kind in (BadIn
 
 
 def problem_json(error: TouchlineError) -> dict[str, Any]:
-    return {"kind": type(error).__name__, "reason": error.reason, "what": error.what, "fix": error.fix}
+    return {"kind": type(error).__name__, **error.to_json()}
 
 
 def error_from_json(problem: dict[str, Any]) -> TouchlineError:

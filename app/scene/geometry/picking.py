@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import TouchlineError
+from app.core.geometry import inside_picture
 from app.core.records import Fit
 from app.evaluate.fit.covariance_json import covariance_from_json
 from app.evaluate.fit.uncertainty import expected_error
@@ -35,12 +36,11 @@ def describe_place(place_mm: Sequence[float], cameras: Sequence[SceneCamera]) ->
 
 
 def _in_camera(place: NDArray[np.float64], camera: SceneCamera) -> dict[str, Any]:
-    pixel, size, hat_mm = raw_from_field(camera.model, place), camera.model.image_size, camera.field.hat_height_mm
+    pixel, hat_mm = raw_from_field(camera.model, place), camera.field.hat_height_mm
     hat = camera.model.project(np.array([*place, hat_mm])) if camera.frustum else np.full(2, np.nan)
-    seen = bool(np.isfinite(pixel).all())
     return {"key": camera.key, "title": camera.title, "calibration": camera.calibration.id,
-            "snapshot": camera.calibration.snapshot, "pixel": pixel.tolist() if seen else None,
-            "inside": seen and bool((pixel >= -0.5).all() and (pixel <= np.array(tuple(size)) - 0.5).all()),
+            "snapshot": camera.calibration.snapshot, "pixel": pixel.tolist() if np.isfinite(pixel).all() else None,
+            "inside": bool(inside_picture(pixel, camera.model.image_size)),
             "hat_pixel": hat.tolist() if np.isfinite(hat).all() else None,
             "sigma_mm": _sigma(camera, place, 0.0), "hat_sigma_mm": _sigma(camera, place, hat_mm)}
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput
 from app.core.field import BORDERS, Region
-from app.core.geometry import ImageSize, Points
+from app.core.geometry import ImageSize, Points, inside_picture
 from app.sources.sim.lens import Lens
 
 Matrix = tuple[tuple[float, float, float], ...]
@@ -94,9 +94,7 @@ class SimCamera:
 
     def sees(self, points: Points) -> NDArray[np.bool_]:
         """Tell which raw pixels (..., 2) lie in the picture."""
-        w, h = self.image_size
-        with np.errstate(invalid="ignore"):
-            return ((points >= -0.5) & (points <= (w - 0.5, h - 0.5))).all(axis=-1)
+        return inside_picture(points, self.image_size)
 
 
 def _looking_down(region: Region) -> NDArray[np.float64]:
