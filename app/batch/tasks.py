@@ -6,11 +6,10 @@ from typing import Any
 
 from app.batch.verification import verify
 from app.core.errors import Conflict
-from app.core.field_json import field_from_json
 from app.core.progress import Progress
 from app.core.records import Calibration, Frame, observations_from_json
 from app.images import ImageDecoder
-from app.models import model_from_json
+from app.models.restored import Restored
 from app.store.snapshots import read_checked
 from app.workflows.calibration_request import CalibrationRequest
 
@@ -33,11 +32,10 @@ def run_verification(spec: Any, progress: Progress) -> dict[str, Any]:
     """Verify {"picture", "calibration", "observations"} as a job: how well the calibration holds on the picture."""
     start = time.perf_counter()
     known = Calibration.from_json(spec["calibration"])
-    model = model_from_json(known.model_name, known.model_parameters)
-    field = field_from_json(known.field)
+    model, field, region = Restored.of(known)
     frame = _checked(spec["picture"], known.image_size)
-    found = verify(model, frame.pixels, observations_from_json(spec["observations"]), field,
-                 field.region(known.region, known.rotate), frame.sha256 == known.image_sha256, progress)
+    found = verify(model, frame.pixels, observations_from_json(spec["observations"]), field, region,
+                   frame.sha256 == known.image_sha256, progress)
     return {**found, "seconds": time.perf_counter() - start}
 
 

@@ -2,6 +2,7 @@
 
 import json
 import time
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -50,7 +51,7 @@ def publish(
         if one.problem is not None:
             raise one.problem  # all or nothing: half of a field's cameras is a field that half its robots leave
     packet = geometry_packet(cameras)
-    with MulticastSender(config.address) as sender:
+    with closing(MulticastSender(config.address)) as sender:
         sender.check()
         for one in cameras:
             print(f"{one.name}: camera {one.number} of {one.calibration.field['name']}, {_loss(one.to_json())}")

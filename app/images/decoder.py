@@ -13,7 +13,7 @@ from app.core.errors import BadImage, Unavailable
 from app.core.records import Frame
 from app.images import decoder_worker
 from app.images.decoder_process import DecoderDied, DecoderProcess, DecoderTimeout
-from app.images.limits import DEFAULT_LIMITS, RESAVE, SEND_AGAIN, DeclaredImage, ImageLimits
+from app.images.limits import DEFAULT_LIMITS, RESAVE, DeclaredImage, ImageLimits
 from app.images.screen import screen
 
 
@@ -69,7 +69,7 @@ class ImageDecoder:
     def _decode(self, data: bytes, declared: DeclaredImage) -> NDArray[np.uint8]:
         worker = self._take()
         try:
-            decoded = worker.decode(data, declared)
+            answer = worker.decode(data, declared)
         except DecoderTimeout:
             worker = self._replace(worker)
             raise BadImage(f"The picture took longer than {self.limits.wall_s:g} s to decode.",
@@ -85,16 +85,14 @@ class ImageDecoder:
             raise
         finally:
             self._free.put(worker)
-        if decoded.pixels is not None:
-            return decoded.pixels
-        if decoded.status == decoder_worker.OTHER_SIZE:
-            raise BadImage(f"The picture declares {declared.width} × {declared.height} px, "
-                           f"but holds {decoded.size[0]} × {decoded.size[1]} px.", RESAVE, reason="image-size-mismatch")
-        if decoded.status == decoder_worker.OUT_OF_MEMORY:
+        if answer.kind == decoder_worker.DECODED:
+            return answer.body.reshape(declared.height, declared.width, 3)
+        if answer.kind == decoder_worker.OTHER_SIZE:
+            raise declared.other_size(*decoder_worker.SIZE.unpack(answer.body))
+        if answer.kind == decoder_worker.OUT_OF_MEMORY:
             raise BadImage("The picture needs more memory than a decoder gets.",
                            "Scale it down, or save it again as an ordinary JPEG.", reason="image-needs-memory")
-        raise BadImage(f"The {declared.format.upper()} picture cannot be decoded.", SEND_AGAIN,
-                       reason="undecodable-image")
+        raise declared.undecodable()
 
     def _take(self) -> DecoderProcess:
         """A living worker, nobody else's; one that was killed while it had nothing to do is replaced here."""

@@ -1,7 +1,6 @@
 """One decoding process seen from outside: started, asked under a deadline, killed when it misbehaves."""
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +9,7 @@ from app.core.errors import Unavailable
 from app.images import decoder_worker
 from app.images.limits import DeclaredImage, ImageLimits
 from app.processes.child_process import ChildProcess
+from app.processes.framing import Message
 from app.processes.start import Program
 
 START_S = 30.0  # importing OpenCV takes 0.2 s, on a busy small machine some seconds
@@ -22,15 +22,6 @@ class DecoderDied(Exception):
 
 class DecoderTimeout(Exception):
     """The process gave no answer in time."""
-
-
-@dataclass(frozen=True, eq=False)
-class Decoded:
-    """An answer. status: as decoder_worker.py says; pixels only where it is DECODED; the size of OTHER_SIZE."""
-
-    status: int
-    pixels: NDArray[np.uint8] | None = None
-    size: tuple[int, int] | None = None
 
 
 class DecoderProcess:
@@ -49,8 +40,8 @@ class DecoderProcess:
     def is_alive(self) -> bool:
         return self._child.is_alive
 
-    def decode(self, data: bytes, declared: DeclaredImage) -> Decoded:
-        """Decode one picture within the limit of time."""
+    def decode(self, data: bytes, declared: DeclaredImage) -> Message:
+        """Return the answer for one picture (decoder_worker.py), which comes within the limit of time."""
         try:
             self._await_ready()
             return self._decode(data, declared, time.monotonic() + self._limits.wall_s)
@@ -64,20 +55,18 @@ class DecoderProcess:
             self.close()  # an answer read by half would be taken for the next one's
             raise
 
-    def _decode(self, data: bytes, declared: DeclaredImage, deadline: float) -> Decoded:
-        connection, shape = self._child.connection, (declared.height, declared.width, 3)
+    def _decode(self, data: bytes, declared: DeclaredImage, deadline: float) -> Message:
+        connection = self._child.connection
         request = decoder_worker.REQUEST.pack(declared.width, declared.height, self._limits.wall_s)
         connection.send(decoder_worker.DECODE, 0, request, data, timeout_s=self._limits.wall_s)
         answer = connection.receive(deadline - time.monotonic())
         if answer is None:
             raise TimeoutError
-        if answer.kind == decoder_worker.DECODED:
-            if len(answer.body) != np.prod(shape):
-                raise ConnectionResetError
-            return Decoded(answer.kind, pixels=answer.body.reshape(shape))
-        if answer.kind == decoder_worker.OTHER_SIZE:
-            return Decoded(answer.kind, size=decoder_worker.SIZE.unpack(answer.body))
-        return Decoded(answer.kind)
+        lengths = {decoder_worker.DECODED: 3 * declared.width * declared.height,
+                   decoder_worker.OTHER_SIZE: decoder_worker.SIZE.size}
+        if len(answer.body) != lengths.get(answer.kind, 0):
+            raise ConnectionResetError
+        return answer
 
     def _await_ready(self) -> None:
         try:

@@ -5,9 +5,8 @@ from hashlib import sha256
 import cv2
 import numpy as np
 
-from app.core.errors import BadImage
 from app.core.records import Frame
-from app.images.limits import DEFAULT_LIMITS, RESAVE, SEND_AGAIN, ImageLimits
+from app.images.limits import DEFAULT_LIMITS, ImageLimits
 from app.images.screen import screen
 
 
@@ -22,10 +21,8 @@ def decode_in_process(data: bytes, limits: ImageLimits = DEFAULT_LIMITS) -> Fram
     except cv2.error:
         pixels = None
     if pixels is None:
-        raise BadImage(f"The {declared.format.upper()} picture cannot be decoded.", SEND_AGAIN,
-                       reason="undecodable-image")
+        raise declared.undecodable()
     if pixels.shape != (declared.height, declared.width, 3):
-        raise BadImage(f"The picture declares {declared.width} × {declared.height} px, "
-                       f"but holds {pixels.shape[1]} × {pixels.shape[0]} px.", RESAVE, reason="image-size-mismatch")
+        raise declared.other_size(pixels.shape[1], pixels.shape[0])
     pixels.setflags(write=False)
     return Frame(pixels, sha256(data).hexdigest())

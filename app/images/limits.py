@@ -34,6 +34,13 @@ class DeclaredImage:
     def media_type(self) -> str:
         return f"image/{self.format}"
 
+    def undecodable(self) -> BadImage:
+        return BadImage(f"The {self.format.upper()} picture cannot be decoded.", SEND_AGAIN, reason="undecodable-image")
+
+    def other_size(self, width: int, height: int) -> BadImage:
+        return BadImage(f"The picture declares {self.width} × {self.height} px, but holds {width} × {height} px.",
+                        RESAVE, reason="image-size-mismatch")
+
 
 DEFAULT_LIMITS = ImageLimits()
 

@@ -15,7 +15,7 @@ from app.formats.ssl_field import field_to_wire
 from app.formats.ssl_geometry import camera_from_wire, camera_number, camera_to_wire
 from app.formats.ssl_vision import FORMAT as SSL_VISION
 from app.league.config import PublishingConfig
-from app.models import model_from_json
+from app.models.restored import Restored
 from app.models.top_view import RECTANGLE_FIELDS
 from app.ssl_protocol.messages import CameraCalibration, Geometry, Sender, WrapperPacket
 from app.ssl_protocol.protobuf import decode, encode
@@ -87,13 +87,11 @@ class WireCameraCache:
 def wire_camera(calibration: Calibration) -> WireCamera | TouchlineError:
     """Encode a calibration and measure the loss, or return why the league's lens cannot represent it."""
     try:
-        field = field_from_json(calibration.field)
-        region = field.region(calibration.region, calibration.rotate)
+        model, field, region = Restored.of(calibration)
         camera = export_camera(calibration, SSL_VISION, approximate=True)
         sent = camera_to_wire(camera.camera, camera_number(field, region))
         read = camera_from_wire(decode(CameraCalibration, encode(sent)), field)
         back = read.camera({name: getattr(camera.camera, name) for name in RECTANGLE_FIELDS})
-        model = model_from_json(calibration.model_name, calibration.model_parameters)
         return WireCamera(sent, approximation_error(model, back, region, field.hat_height_mm), camera.loss is None)
     except TouchlineError as refused:
         return refused
@@ -122,8 +120,8 @@ def geometry_packet(candidates: Iterable[PublishedCamera]) -> bytes | None:
         return None
     newest = max(cameras, key=lambda one: one.calibration.created_at)  # its field is the one of today
     field = field_to_wire(field_from_json(newest.calibration.field))
-    return encode(WrapperPacket(geometry=Geometry(field, tuple(one.sent for one in cameras)),
-                                source=int(Sender.OTHER)))
+    geometry = Geometry(field, tuple(one.sent for one in cameras))
+    return encode(WrapperPacket(geometry=geometry, source=int(Sender.OTHER)))
 
 
 def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str | None:

@@ -1,7 +1,7 @@
 """Receive packets of a multicast group, each with its sender's address."""
 
 import socket
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 from app.league.multicast_address import MulticastAddress
 
@@ -47,9 +47,3 @@ class MulticastReceiver:
 
     def close(self) -> None:
         self._socket.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

@@ -4,7 +4,6 @@ import contextlib
 import errno
 import socket
 import threading
-from typing import Self
 
 from app.core.errors import BadInput
 from app.league.multicast_address import MulticastAddress, is_here
@@ -16,7 +15,7 @@ STALE = (errno.ENETUNREACH, errno.ENETDOWN, errno.EHOSTUNREACH, errno.ENODEV, er
 class MulticastSender:
     """Sends to one multicast address. Thread-safe: geometry and detections share its socket.
 
-        with MulticastSender(MulticastAddress(interface="eth1")) as sender:
+        with closing(MulticastSender(MulticastAddress(interface="eth1"))) as sender:
             sender.send(encode(packet))
     """
 
@@ -63,12 +62,6 @@ class MulticastSender:
     def close(self) -> None:
         with self._lock:
             self._close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _opened(self) -> socket.socket:
         with contextlib.ExitStack() as on_error:

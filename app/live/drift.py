@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import TouchlineError
-from app.core.field_json import field_from_json
 from app.evaluate.drift.alarm import DriftWatch
 from app.evaluate.drift.monitor import DriftReference, DriftSample
 from app.images import ImageLimits, decode_in_process
@@ -121,12 +120,10 @@ class CameraDriftMonitor:
 
 
 def _reference(pictures: list[NDArray[np.uint8]], applied: AppliedCalibration) -> DriftReference | None:
-    calibration = applied.record
     height, width = pictures[0].shape[:2]
-    if (width, height) != tuple(calibration.image_size):
+    if (width, height) != tuple(applied.record.image_size):
         return None
-    field = field_from_json(calibration.field)
     try:
-        return DriftReference.of(pictures, applied.model, field, field.region(calibration.region, calibration.rotate))
+        return DriftReference.of(pictures, applied.model, applied.field, applied.region)
     except (TouchlineError, np.linalg.LinAlgError):
         return None

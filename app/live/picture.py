@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core import opencv
-from app.core.field_json import field_from_json
+from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.core.records import Calibration
 from app.imaging.correction import CorrectedView, CorrectionMap, correction_map
 from app.live.stream_spec import StreamSpec
-from app.models import CameraModel, model_from_json
+from app.models import CameraModel
+from app.models.restored import Restored
 from app.workflows.calibration import overlay
 
 MARGIN = 0.06  # of the corrected frame's width is shown around the field, so that its borders are in view
@@ -29,12 +30,14 @@ class AppliedCalibration:
 
     record: Calibration
     model: CameraModel
+    field: Field
+    region: Region
     maps: dict[int, CorrectionMap]
     overlays: dict[tuple[str, int, int], bytes]
 
     @classmethod
     def of(cls, calibration: Calibration) -> "AppliedCalibration":
-        return cls(calibration, model_from_json(calibration.model_name, calibration.model_parameters), {}, {})
+        return cls(calibration, *Restored.of(calibration), {}, {})
 
     def view(self, width: int) -> CorrectedView:
         """Return how the corrected frame is drawn at a width; 0: one pixel per corrected pixel."""
@@ -53,13 +56,10 @@ class AppliedCalibration:
         return self.overlays[key]
 
     def _overlay(self, view: str, width: int, raw: ImageSize, drawn: ImageSize) -> bytes:
-        calibration = self.record
-        field = field_from_json(calibration.field)
-        region = field.region(calibration.region, calibration.rotate)
         if view == "raw":
-            features, scale = overlay(self.model, field, region, "raw"), drawn.width / raw.width
+            features, scale = overlay(self.model, self.field, self.region, "raw"), drawn.width / raw.width
         else:
-            features, scale = overlay(self.model, field, region, "corrected", self.view(width)), 1.0
+            features, scale = overlay(self.model, self.field, self.region, "corrected", self.view(width)), 1.0
         lines = [{"feature": feature["feature"], "kind": feature["kind"], "points": points}
                  for feature in features for points in _runs(feature["points"], scale, drawn)]
         return b'"overlays":' + json.dumps({"field": lines}, allow_nan=False, separators=(",", ":")).encode("ascii")

@@ -6,8 +6,7 @@ from html import escape
 from typing import Any
 
 from app.scene.cameras import Pixels
-from app.scene.page import with_style
-from app.scene.policy import EXPORT_POLICY
+from app.scene.page import EXPORT_POLICY, with_style
 from app.scene.scene_view import SceneView
 from app.scene.secured_viser import SecuredViser
 

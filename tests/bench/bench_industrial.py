@@ -45,13 +45,13 @@ def rate(url: str, fps: float, **size: int) -> None:
             camera.set_control(name, value)
         for _ in range(150):
             camera.read()
-        start, count, lost = time.perf_counter(), int(5 * fps), camera.incomplete
+        start, count, lost = time.perf_counter(), int(5 * fps), camera._device.incomplete
         used = time.process_time()
         for _ in range(count):
             shape = camera.read().pixels.shape
-        seconds = time.perf_counter() - start
+        seconds, lost_now = time.perf_counter() - start, camera._device.incomplete
         print(f"{url}: {shape[1]}x{shape[0]} asked at {fps:g} Hz, came at {count / seconds:.1f}, "
-              f"{camera.incomplete - lost} incomplete, {(time.process_time() - used) / seconds:.0%} of a processor")
+              f"{lost_now - lost} incomplete, {(time.process_time() - used) / seconds:.0%} of a processor")
         if "127.0.0.1" in url:
             for name in ("width", "height"):
                 camera.set_control(name, 256)

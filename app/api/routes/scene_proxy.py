@@ -11,8 +11,7 @@ from app.api.dependencies import ServicesDep
 from app.api.sockets import run_until_first
 from app.core.errors import NotFound
 from app.scene.messages import KEY_HEADER
-from app.scene.page import client_page
-from app.scene.policy import PAGE_POLICY
+from app.scene.page import PAGE_POLICY, client_page
 
 router = APIRouter(prefix="/viser", include_in_schema=False)
 

@@ -18,7 +18,7 @@ from app.core.records import Calibration
 from app.live import StreamSpec
 from app.processes.framing import decode_body, split_body
 from app.scene import messages
-from app.scene.policy import EXPORT_POLICY
+from app.scene.page import EXPORT_POLICY
 from app.scene.process import SceneProcess
 from app.services.container import Services
 from app.services.scenes import calibration_jpeg, scene_content, title_of

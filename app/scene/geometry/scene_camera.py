@@ -8,10 +8,10 @@ import numpy as np
 
 from app.core.errors import TouchlineError
 from app.core.field import Field, Region
-from app.core.field_json import field_from_json
 from app.core.records import Calibration, observations_from_json
-from app.models import CameraModel, model_from_json
+from app.models import CameraModel
 from app.models.ray_camera import RayCamera
+from app.models.restored import Restored
 from app.scene.geometry.error_surface import ErrorSurface, error_surface
 from app.scene.geometry.frustum import MAX_FOV_DEG, Frustum
 from app.scene.geometry.pose_change import PoseChange
@@ -36,10 +36,8 @@ class SceneCamera:
 
     @classmethod
     def of(cls, key: str, title: str, calibration: Calibration, before: Calibration | None = None) -> Self:
-        field = field_from_json(calibration.field)
-        model = model_from_json(calibration.model_name, calibration.model_parameters)
         older = cls.of(f"{key}-before", title, before) if before is not None else None
-        return cls(key, title, calibration, model, field, field.region(calibration.region, calibration.rotate), older)
+        return cls(key, title, calibration, *Restored.of(calibration), older)
 
     @property
     def label(self) -> str:

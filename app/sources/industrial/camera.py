@@ -51,7 +51,6 @@ class IndustrialSource:
     def __init__(self, device: IndustrialDevice) -> None:
         self._device: IndustrialDevice | None = device
         self._identity = device.identity
-        self._incomplete = 0
 
     @classmethod
     def start(cls, device: IndustrialDevice, options: Mapping[str, Any]) -> Self:
@@ -63,11 +62,6 @@ class IndustrialSource:
             device.close()
             raise
         return cls(device)
-
-    @property
-    def incomplete(self) -> int:
-        """Number of pictures skipped because parts of them were missing."""
-        return self._device.incomplete if self._device else self._incomplete
 
     def read(self) -> Frame:
         device = require_open(self._device)
@@ -102,7 +96,6 @@ class IndustrialSource:
     def close(self) -> None:
         if self._device is not None:
             device, self._device = self._device, None
-            self._incomplete = device.incomplete
             device.close()
 
 

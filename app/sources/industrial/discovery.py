@@ -1,6 +1,6 @@
 """Industrial cameras that were found but not opened, and how one is picked by the name in an address."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,17 +29,14 @@ class DiscoveredCamera:
 
 def find_camera(cameras: Sequence[DiscoveredCamera], target: str) -> DiscoveredCamera | None:
     """Return the camera with this id, else serial number, else name. BadInput where two have the same."""
-    return next((found for key in ("id", "serial", "name")
-                 if (found := find_unique(cameras, target, lambda one, key=key: getattr(one, key) == target))), None)
-
-
-def find_unique(candidates: Sequence[Any], name: str, matches: Callable[[Any], bool]) -> Any:
-    """Return the only one that matches; None for none. BadInput where two cameras answer to one name."""
-    found = [one for one in candidates if matches(one)]
-    if len(found) > 1:
-        raise BadInput(f"{len(found)} cameras are called {name!r}.",
-                       "Use the longer name that the list of cameras shows.", reason="bad-source")
-    return found[0] if found else None
+    for key in ("id", "serial", "name"):
+        found = [camera for camera in cameras if getattr(camera, key) == target]
+        if len(found) > 1:
+            raise BadInput(f"{len(found)} cameras are called {target!r}.",
+                           "Use the longer name that the list of cameras shows.", reason="bad-source")
+        if found:
+            return found[0]
+    return None
 
 
 def known_cameras(cameras: Sequence[DiscoveredCamera]) -> str:

@@ -10,7 +10,6 @@ import socket
 import ssl
 import time
 from collections.abc import Iterator
-from typing import Self
 
 from app.core.errors import Unavailable
 from app.sources.network.authentication import Login
@@ -60,12 +59,6 @@ class HttpConnection:
                 with contextlib.suppress(OSError, http.client.HTTPException):
                     thing.close()
         self._answer = self._client = self._timed = self.socket = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _get(self, deadline: float) -> http.client.HTTPResponse:
         endpoint = self._endpoint

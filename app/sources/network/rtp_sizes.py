@@ -10,26 +10,21 @@ Size = tuple[int, int]  # width, height in px as coded, before any cropping wind
 
 
 class SizeMonitor:
-    """Watches every packet of one stream. size: the newest, None before the first."""
+    """Watches every packet of one stream. size: the newest, None before the first; sizes: the codec's reader, or None."""
 
     def __init__(self, codec: str) -> None:
-        self._sizes = {"JPEG": jpeg_sizes, "H264": h264_sizes, "H265": h265_sizes}.get(codec.upper())
+        self.sizes = {"JPEG": jpeg_sizes, "H264": h264_sizes, "H265": h265_sizes}.get(codec.upper())
         self._known: dict[int, Size] = {}
         self._pictures = 0
         self.size: Size | None = None
 
-    @property
-    def supported(self) -> bool:
-        """Whether the codec's sizes can be read."""
-        return self._sizes is not None
-
     def changed(self, packet: bytes) -> bool:
         """Whether this packet begins pictures of another size than those before it."""
         payload = _payload(packet)
-        if self._sizes is None or not payload:
+        if self.sizes is None or not payload:
             return False
         other = False
-        for number, size in self._sizes(payload):
+        for number, size in self.sizes(payload):
             # A stream may carry the parameter sets of two sizes from its start and use only one: no change.
             first_seen_late = number not in self._known and self._pictures > 0 and size not in self._known.values()
             other |= self._known.get(number, size) != size or first_seen_late

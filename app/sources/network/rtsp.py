@@ -59,11 +59,6 @@ class RtspSource(BaseSource):
             self._relay.close()
         self._relay = self._capture = None
 
-    @property
-    def sees_sizes(self) -> bool:
-        """Whether a change of the picture's size would be noticed."""
-        return self._relay is not None and self._relay.sees_sizes
-
     def _connect(self) -> None:
         self.close()
         deadline = time.monotonic() + self._open_s

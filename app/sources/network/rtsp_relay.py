@@ -43,18 +43,13 @@ class RtspRelay:
         self._from_camera, self._from_ffmpeg = bytearray(), bytearray()
         self._pending: dict[int, tuple[str, str, bytes, int]] = {}  # by our number: method, URI, rest, FFmpeg's number
         self._number = 0
-        self._watch = SizeMonitor("")
+        self.monitor = SizeMonitor("")
         self._playing = False
         self._closing = False
         self.problem: TouchlineError | None = None
         self.changed = False
         self._thread = threading.Thread(target=self._run, name="rtsp relay", daemon=True)
         self._thread.start()
-
-    @property
-    def sees_sizes(self) -> bool:
-        """Whether a change of size would be noticed, which depends on the stream's codec."""
-        return self._watch.supported
 
     def close(self) -> None:
         """End both connections and the thread; more than once does no harm."""
@@ -120,7 +115,7 @@ class RtspRelay:
                 end = at + 4 + int.from_bytes(data[at + 2:at + 4], "big")
                 if len(data) < max(end, at + 4):
                     break
-                if data[at + 1] % 2 == 0 and self._watch.changed(bytes(data[at + 4:end])):
+                if data[at + 1] % 2 == 0 and self.monitor.changed(bytes(data[at + 4:end])):
                     self.changed = True
                     break
                 at = end
@@ -195,7 +190,7 @@ class RtspRelay:
         if request[0] == "DESCRIBE":
             sdp = body.decode("utf-8", "replace")
             codec = CODEC.search(sdp)
-            self._watch = SizeMonitor(codec[1] if codec else "JPEG" if STATIC_JPEG.search(sdp) else "")
+            self.monitor = SizeMonitor(codec[1] if codec else "JPEG" if STATIC_JPEG.search(sdp) else "")
         self._playing = self._playing or request[0] == "PLAY"
         head = re.sub(r"(?mi)^CSeq:[^\r\n]*", f"CSeq: {request[3]}", head)
         self._ffmpeg.sendall(head.encode() + b"\r\n\r\n" + body)

@@ -2,6 +2,7 @@
 
 import json
 import socket
+from contextlib import closing
 from dataclasses import replace
 
 import numpy as np
@@ -44,7 +45,7 @@ def on_quarters(*models):
 def test_a_listener_gets_every_camera_and_projects_as_we_do_within_the_stated_loss(way):
     told, config = way
     heard_of = {}
-    with Listener(**told) as ear, MulticastSender(config.address) as group:
+    with Listener(**told) as ear, closing(MulticastSender(config.address)) as group:
         for name, index in EXAMPLES:
             (one,) = published_cameras([example(name, index)], ALL)
             group.send(geometry_packet([one]))
@@ -72,7 +73,7 @@ def test_a_listener_gets_every_camera_and_projects_as_we_do_within_the_stated_lo
 
 def test_what_is_read_back_from_the_wire_projects_to_the_same_pixels(way):
     told, config = way
-    with Listener(**told) as ear, MulticastSender(config.address) as group:
+    with Listener(**told) as ear, closing(MulticastSender(config.address)) as group:
         group.send(geometry_packet(published_cameras([example("brown-conrady", 1)], ALL)))
         data = ear.receive().data
     (calib,) = listener.Packet.FromString(data).geometry.calib
@@ -144,12 +145,12 @@ def test_a_version_is_worked_out_once(monkeypatch):
 def test_ttl_and_interface_are_those_that_were_set():
     for ttl in (0, 1, 7):
         told = {**free_group(), "ttl": ttl}
-        with Listener(**told) as ear, MulticastSender(MulticastAddress(**told)) as group:
+        with Listener(**told) as ear, closing(MulticastSender(MulticastAddress(**told))) as group:
             group.send(b"\x18\x01")
             came = ear.receive()
         assert (came.ttl, came.interface, came.sender[0]) == (ttl, "lo", "127.0.0.1")
         named = {**told, "interface": "lo"}
-        with Listener(**told) as ear, MulticastSender(MulticastAddress(**named)) as group:
+        with Listener(**told) as ear, closing(MulticastSender(MulticastAddress(**named))) as group:
             group.send(b"\x18\x01")
             assert (ear.receive().ttl, came.interface) == (ttl, "lo")
 
@@ -245,7 +246,7 @@ def test_an_interface_that_is_not_there_is_named_with_those_that_are(interface):
 
 
 def test_a_packet_that_no_datagram_carries_is_refused_by_its_length():
-    with MulticastSender(MulticastAddress(**free_group())) as group:
+    with closing(MulticastSender(MulticastAddress(**free_group()))) as group:
         with pytest.raises(BadInput):
             group.send(bytes(MAX_BYTES + 1))
         group.send(bytes(MAX_BYTES))
@@ -277,8 +278,8 @@ def test_whoever_listens_shares_the_port():
 
     told = free_group()
     address = MulticastAddress(**told)
-    with (MulticastReceiver(address), Listener(**told) as second, MulticastReceiver(address),
-          MulticastSender(address) as group):
+    with (closing(MulticastReceiver(address)), Listener(**told) as second, closing(MulticastReceiver(address)),
+          closing(MulticastSender(address)) as group):
         group.send(b"\x18\x01")
         assert second.receive() is not None
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as selfish:

@@ -13,7 +13,7 @@ import pytest
 from app.core.errors import BadInput, NotFound, TouchlineError, Unavailable
 from app.sources import Identity, SourceContext, source_from_url
 from app.sources.industrial import aravis_library, gige
-from app.sources.industrial.discovery import find_unique
+from app.sources.industrial.discovery import DiscoveredCamera, find_camera
 from tests.support.industrial import GvCamera, held, need_aravis, opened
 
 FAKE = "aravis://Fake_1?fps=100"
@@ -130,9 +130,9 @@ def test_pictures_that_lost_packets_are_left_out_and_counted(gv):
     try:
         with closing(opened("aravis://127.0.0.1?fps=50")) as camera:
             until = time.monotonic() + 30
-            while camera.incomplete < 3 and time.monotonic() < until:
+            while camera._device.incomplete < 3 and time.monotonic() < until:
                 assert tuple(camera.read().size) == (256, 256)
-            assert camera.incomplete >= 3
+            assert camera._device.incomplete >= 3
     finally:
         gv.stop()
         gv._options = ()
@@ -192,11 +192,15 @@ def test_a_machine_without_the_library_is_told_what_to_install(monkeypatch):
     aravis_library.aravis.cache_clear()
 
 
+def named(*names: str) -> list[DiscoveredCamera]:
+    return [DiscoveredCamera(f"id {i}", "", name, "", "", None) for i, name in enumerate(names)]
+
+
 def test_two_cameras_with_one_name_are_not_guessed_between():
     with pytest.raises(BadInput, match="2 cameras"):
-        find_unique([1, 1, 2], "1", lambda one: one == 1)
-    assert find_unique([1, 1, 2], "2", lambda one: one == 2) == 2
-    assert find_unique([1], "2", lambda one: one == 2) is None
+        find_camera(named("1", "1", "2"), "1")
+    assert find_camera(cameras := named("1", "1", "2"), "2") is cameras[2]
+    assert find_camera(named("1"), "2") is None
 
 
 @pytest.mark.parametrize("url", [FAKE, "aravis://127.0.0.1?fps=50"])
