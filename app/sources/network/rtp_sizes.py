@@ -10,7 +10,7 @@ Size = tuple[int, int]  # width, height in px as coded, before any cropping wind
 
 
 class SizeMonitor:
-    """Watches every packet of one stream. size: the newest, None before the first; sizes: the codec's reader, or None."""
+    """Watches every packet of one stream. size: the newest, or None; sizes: the reader of the codec's, or None."""
 
     def __init__(self, codec: str) -> None:
         self.sizes = {"JPEG": jpeg_sizes, "H264": h264_sizes, "H265": h265_sizes}.get(codec.upper())
