@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Points
-from app.sources.sim.draw import Patch, Scene, layers
+from app.sources.sim.draw import Scene, layers
 from app.sources.sim.motion import PersonTruth, RobotTruth, ball_at, people_at, robots_at
 from app.sources.sim.render import Rendering
 from app.sources.sim.robot_shapes import ball_radius_mm, goals
@@ -102,7 +102,7 @@ def _own(owners: Owners, scene: Scene, solids: list[Solid], names: tuple[str, ..
     """Write each pixel's owner into owners, in place."""
     for solid, window in zip(solids, scene.windows(solids), strict=True):
         if window is not None:
-            for layer in layers(Patch.of(scene, window), solid):
+            for layer in layers(scene.cut(window), solid):
                 owners[window][layer.part][layer.cover > 0.5] = names.index(solid.owner)
     return owners
 

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Self
 
 # OpenCV waits ten seconds for a frame unless told otherwise, in whole seconds, before it is first used.
 os.environ.setdefault("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "2")
@@ -16,21 +16,13 @@ from app.core.options import Option
 from app.core.records import Frame
 from app.sources import Control, Identity, SourceContext
 from app.sources.lifecycle import require_open
-from app.sources.local.v4l2_controls import SIZE, PropertyDevice, read_controls, set_control
+from app.sources.local.v4l2_controls import SIZE, read_controls, set_control
 from app.sources.local.v4l2_devices import find_device
 
 MJPG_FROM_PX = 1280 * 720  # above it, USB 2 has no room for raw pixels at a useful rate
 
 
-class DeviceCapture(PropertyDevice, Protocol):
-    """What is used of cv2.VideoCapture; tests put their own camera in its place."""
-
-    def isOpened(self) -> bool: ...
-    def read(self) -> tuple[bool, np.ndarray | None]: ...
-    def release(self) -> None: ...
-
-
-def open_device(node: str) -> DeviceCapture:
+def open_device(node: str) -> cv2.VideoCapture:
     """OpenCV on a device."""
     return cv2.VideoCapture(node, cv2.CAP_V4L2)
 
@@ -48,10 +40,10 @@ class V4l2Source:
                "1280 × 720 on.", choices=("auto", "MJPG", "YUYV")),
     )
     root: ClassVar[Path] = Path("/")
-    opener: ClassVar[Callable[[str], DeviceCapture]] = staticmethod(open_device)
+    opener: ClassVar[Callable[[str], cv2.VideoCapture]] = staticmethod(open_device)
 
-    def __init__(self, capture: DeviceCapture, identity: Identity) -> None:
-        self._capture: DeviceCapture | None = capture
+    def __init__(self, capture: cv2.VideoCapture, identity: Identity) -> None:
+        self._capture: cv2.VideoCapture | None = capture
         self._identity = identity
 
     @classmethod
@@ -93,7 +85,7 @@ class V4l2Source:
         return set_control(require_open(self._capture), name, value)
 
 
-def _begin(capture: DeviceCapture, size: tuple[int, int] | None, fps: float | None, format: str) -> None:
+def _begin(capture: cv2.VideoCapture, size: tuple[int, int] | None, fps: float | None, format: str) -> None:
     width, height = size or (capture.get(cv2.CAP_PROP_FRAME_WIDTH), capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
     if format == "auto" and width * height >= MJPG_FROM_PX:
         format = "MJPG"

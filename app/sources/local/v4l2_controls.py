@@ -7,7 +7,7 @@ the camera made of it is read back.
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import cv2
 
@@ -21,13 +21,6 @@ USUAL_SIZES = ("640x480", "800x600", "1280x720", "1280x960", "1280x1024", "1600x
 EXPOSURE_STEP_US = 100  # V4L2_CID_EXPOSURE_ABSOLUTE counts in these
 MANUAL, AUTOMATIC = 1, (3, 0)  # V4L2's exposure modes; webcams know 3, "aperture priority", as their automatic
 UNSUPPORTED = -1  # what OpenCV says of a property that the device lacks
-
-
-class PropertyDevice(Protocol):
-    """What is used here of cv2.VideoCapture."""
-
-    def get(self, prop: int) -> float: ...
-    def set(self, prop: int, value: float) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -56,13 +49,13 @@ PROPERTIES = {one.name: one for one in (
 )}
 
 
-def read_controls(device: PropertyDevice) -> tuple[Control, ...]:
+def read_controls(device: cv2.VideoCapture) -> tuple[Control, ...]:
     """Return every control that this device has, as it is now."""
     found = [_number(device, one) for one in PROPERTIES.values()]
     return (*(control for control in found if control is not None), _resolution(device))
 
 
-def set_control(device: PropertyDevice, name: str, value: Any) -> Control:
+def set_control(device: cv2.VideoCapture, name: str, value: Any) -> Control:
     """Set one control and return it as read back."""
     if name == "resolution":
         return _set_resolution(device, value)
@@ -84,7 +77,7 @@ def set_control(device: PropertyDevice, name: str, value: Any) -> Control:
     return _number(device, one) or control
 
 
-def _number(device: PropertyDevice, one: NumericProperty) -> Control | None:
+def _number(device: cv2.VideoCapture, one: NumericProperty) -> Control | None:
     raw = device.get(one.prop)
     if raw == UNSUPPORTED or not abs(raw) < 1e9 or (one.name == "frame_rate" and raw <= 0):
         return None
@@ -93,19 +86,19 @@ def _number(device: PropertyDevice, one: NumericProperty) -> Control | None:
     return Control(one.name, one.label, "float", raw * one.scale, one.unit, None, (), automatic)
 
 
-def _set_automatic(device: PropertyDevice, one: NumericProperty) -> None:
+def _set_automatic(device: cv2.VideoCapture, one: NumericProperty) -> None:
     for mode in one.auto_modes:
         device.set(one.auto, mode)
         if one.is_auto(device.get(one.auto)):
             return
 
 
-def _resolution(device: PropertyDevice) -> Control:
+def _resolution(device: cv2.VideoCapture) -> Control:
     now = f"{device.get(cv2.CAP_PROP_FRAME_WIDTH):.0f}x{device.get(cv2.CAP_PROP_FRAME_HEIGHT):.0f}"
     return Control("resolution", "Resolution", "choice", now, "px", None, tuple(dict.fromkeys((now, *USUAL_SIZES))))
 
 
-def _set_resolution(device: PropertyDevice, value: Any) -> Control:
+def _set_resolution(device: cv2.VideoCapture, value: Any) -> Control:
     found = SIZE.fullmatch(value) if isinstance(value, str) else None
     if not found:
         raise refused_value("Resolution", repr(value)[:40], "width x height, such as 1280x720")

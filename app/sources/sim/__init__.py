@@ -1,7 +1,7 @@
 """The simulated camera: a rendered field seen through a real lens model.
 
     source.py       sim://FIELD?…, the source         controls.py      exposure, gain, white balance, resolution, rate
-    camera.py       pose and projection               lens.py          exact lens models; lens_choice.py: by address
+    camera.py       pose and projection               lens.py          exact lens models
     paint.py        coverage of pixels by markings    illumination.py  carpet, floor, light falloff, vignette
     lamps.py        flicker, rolling shutter, drift   motion.py        where robots, ball and people are at a time
     robot_shapes.py their shapes, part by part        solids.py        outlines extruded upwards

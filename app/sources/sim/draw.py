@@ -32,7 +32,7 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What drawing needs to know of every pixel, as planes (height, width)."""
+    """What drawing needs to know of every pixel of a picture, or of a window of it, as planes (rows, columns)."""
 
     camera: SimCamera
     x_mm: Plane
@@ -65,42 +65,27 @@ class Scene:
         x0, y0, x1, y1 = max(x0, 0), max(y0, 0), min(x1, w), min(y1, h)
         return (slice(y0, y1), slice(x0, x1)) if x1 > x0 and y1 > y0 else None
 
-
-@dataclass(frozen=True, eq=False)
-class Patch:
-    """A window of a scene."""
-
-    x: Plane
-    y: Plane
-    sigma: Plane
-    light: Plane
-    eye: tuple[float, float, float]
-
-    @classmethod
-    def of(cls, scene: Scene, window: Window) -> "Patch":
-        return cls(scene.x_mm[window], scene.y_mm[window], scene.sigma_mm[window], scene.light[window],
-                   scene.camera.position_mm)
-
-    def cut(self, part: Window) -> "Patch":
-        return Patch(self.x[part], self.y[part], self.sigma[part], self.light[part], self.eye)
+    def cut(self, part: Window) -> "Scene":
+        return Scene(self.camera, self.x_mm[part], self.y_mm[part], self.sigma_mm[part], self.light[part])
 
     def at(self, z_mm: float) -> tuple[Plane, Plane]:
-        """Return where the pixels look at height z: on the way from the floor to the eye."""
-        up = z_mm / self.eye[2]
-        return self.x + (self.eye[0] - self.x) * up, self.y + (self.eye[1] - self.y) * up
+        """Return where the pixels look at height z: on the way from the floor to the camera."""
+        eye_x, eye_y, eye_z = self.camera.position_mm
+        up = z_mm / eye_z
+        return self.x_mm + (eye_x - self.x_mm) * up, self.y_mm + (eye_y - self.y_mm) * up
 
     @cached_property
     def widest_mm(self) -> float:
-        return _EDGE * float(np.nanmax(self.sigma, initial=0))
+        return _EDGE * float(np.nanmax(self.sigma_mm, initial=0))
 
     def layer(self, distance: Plane, colour: Colour, z_mm: float, within: Window | None = None) -> Layer | None:
-        """Return the covered part of the window as a layer. within: this patch's place in its window."""
+        """Return the covered part of the window as a layer. within: this cut's place in the window."""
         near = distance < self.widest_mm
         rows, columns = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
         if not rows.size:
             return None
         part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
-        cover = _covered(distance[part], self.sigma[part] * (1 - z_mm / self.eye[2]))
+        cover = _covered(distance[part], self.sigma_mm[part] * (1 - z_mm / self.camera.position_mm[2]))
         return Layer(part if within is None else _shifted(part, within), cover, colour)
 
 
@@ -126,7 +111,7 @@ def draw(picture: NDArray, scene: Scene, solids: Iterable[Solid], scale: float =
     for solid, window in zip(solids, scene.windows(solids), strict=True):
         if window is None:
             continue
-        patch = Patch.of(scene, window)
+        patch = scene.cut(window)
         planes = picture[window].transpose(2, 0, 1).astype(np.float32)  # channel by channel is twice as fast
         darker = shadow(patch, solid)
         if darker is not None:
@@ -146,24 +131,24 @@ def draw(picture: NDArray, scene: Scene, solids: Iterable[Solid], scale: float =
     return changed
 
 
-def shadow(patch: Patch, solid: Solid) -> Plane | None:
+def shadow(patch: Scene, solid: Solid) -> Plane | None:
     """Return the factor of a solid's soft shadow on what lies around it."""
     if not solid.shadow:
         return None
     if isinstance(solid, Ball):
-        away, soft_mm = Disc(solid.centre, solid.radius_mm).distance(patch.x, patch.y), 0.5 * solid.radius_mm
+        away, soft_mm = Disc(solid.centre, solid.radius_mm).distance(patch.x_mm, patch.y_mm), 0.5 * solid.radius_mm
     else:
-        away, soft_mm = solid.outline.distance(patch.x, patch.y) - 8, 0.28 * solid.reach_mm
+        away, soft_mm = solid.outline.distance(patch.x_mm, patch.y_mm) - 8, 0.28 * solid.reach_mm
     return 1 - solid.shadow * _covered(away, soft_mm)
 
 
-def layers(patch: Patch, solid: Solid) -> Iterator[Layer]:
+def layers(patch: Scene, solid: Solid) -> Iterator[Layer]:
     """Yield what covers the carpet: the side, the top, what is painted on it."""
     found = _ball_layers(patch, solid) if isinstance(solid, Ball) else _prism_layers(patch, solid)
     return (layer for layer in found if layer is not None)
 
 
-def _prism_layers(patch: Patch, solid: Prism) -> Iterator[Layer | None]:
+def _prism_layers(patch: Scene, solid: Prism) -> Iterator[Layer | None]:
     low, top = patch.at(solid.z_low), patch.at(solid.z_high)
     yield patch.layer(solid.outline.swept(*low, top[0] - low[0], top[1] - low[1]), solid.side, solid.z_low)
     lid = patch.layer(solid.outline.distance(*top), solid.top, solid.z_high)
@@ -175,10 +160,10 @@ def _prism_layers(patch: Patch, solid: Prism) -> Iterator[Layer | None]:
         yield small.layer(outline.distance(x, y), colour, solid.z_high, lid.part)
 
 
-def _ball_layers(patch: Patch, ball: Ball) -> Iterator[Layer | None]:
+def _ball_layers(patch: Scene, ball: Ball) -> Iterator[Layer | None]:
     """Use each ray's distance from the ball's centre: |ray × to the centre| / |ray|."""
-    (ex, ey, ez), r = patch.eye, ball.radius_mm
-    rx, ry, rz = patch.x - ex, patch.y - ey, -ez
+    (ex, ey, ez), r = patch.camera.position_mm, ball.radius_mm
+    rx, ry, rz = patch.x_mm - ex, patch.y_mm - ey, -ez
     bx, by, bz = ball.centre[0] - ex, ball.centre[1] - ey, r - ez
     cx, cy, cz = ry * bz - rz * by, rz * bx - rx * bz, rx * by - ry * bx
     off = np.sqrt((cx * cx + cy * cy + cz * cz) / (rx * rx + ry * ry + rz * rz))

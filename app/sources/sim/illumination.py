@@ -43,8 +43,8 @@ def ground_colour(ground: Ground, field: Field, light: Light, sigma_px: float, s
     colour *= (1 + 0.6 * grain)[..., None]
 
     green = field.extras.get("carpet", "green") == "green"
-    touch, goal = _boundary(field)
-    carpet = _rectangle(place, field.length_mm / 2 + goal, field.width_mm / 2 + touch, sigma)
+    around = field.extras.get("boundary", {"touch_mm": 0.05 * field.width_mm, "goal_mm": 0.05 * field.width_mm})
+    carpet = _rectangle(place, field.length_mm / 2 + around["goal_mm"], field.width_mm / 2 + around["touch_mm"], sigma)
     if green:
         # 0.31 keeps the seams away from the lines, whose centre a step of brightness would seem to move.
         lighter = np.floor(place[..., 1] / _STRIP_MM + 0.31) % 2 == 0
@@ -52,7 +52,9 @@ def ground_colour(ground: Ground, field: Field, light: Light, sigma_px: float, s
     _lay(colour, carpet, np.float32(GREEN if green else WALL), 1 + (carpet_grain if green else grain))
     if not green:  # a wall of the boundary's thickness, and the carpet within
         _lay(colour, _rectangle(place, field.length_mm / 2, field.width_mm / 2, sigma), np.float32(BLACK), 1 + grain)
-        _lay(colour, _goal_floors(place, field, sigma), np.float32(BLACK), 1 + grain)
+        goal = field.extras.get("goal", {"width_mm": 0.0, "depth_mm": 0.0})
+        floors = _rectangle(place, field.length_mm / 2 + goal["depth_mm"], goal["width_mm"] / 2, sigma)
+        _lay(colour, floors, np.float32(BLACK), 1 + grain)
     lines, arcs = painted(field)
     _lay(colour, markings_coverage(ground, lines, arcs, sigma_px), np.float32(PAINT), 1 + 0.4 * grain)
     _lay(colour, _corner_solids(place, field, sigma), np.float32(WALL), 1 + grain)
@@ -104,19 +106,8 @@ def _lay(colour: NDArray, cover: NDArray, paint: NDArray, shade: NDArray | float
         colour[part] += weight * (paint * shade - colour[part])
 
 
-def _boundary(field: Field) -> tuple[float, float]:
-    boundary = field.extras.get("boundary", {"touch_mm": 0.05 * field.width_mm, "goal_mm": 0.05 * field.width_mm})
-    return boundary["touch_mm"], boundary["goal_mm"]
-
-
 def _rectangle(place: NDArray, half_x: float, half_y: float, sigma: NDArray) -> NDArray:
     return band(place[..., 0], half_x, sigma) * band(place[..., 1], half_y, sigma)
-
-
-def _goal_floors(place: NDArray, field: Field, sigma: NDArray) -> NDArray:
-    goal = field.extras.get("goal", {"width_mm": 0.0, "depth_mm": 0.0})
-    reach = field.length_mm / 2 + goal["depth_mm"]
-    return band(place[..., 0], reach, sigma) * band(place[..., 1], goal["width_mm"] / 2, sigma)
 
 
 def _corner_solids(place: NDArray, field: Field, sigma: NDArray) -> NDArray:

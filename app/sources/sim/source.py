@@ -1,5 +1,6 @@
 """sim://FIELD: a camera above a simulated field, described by its address alone."""
 
+import dataclasses
 import re
 import threading
 import time
@@ -20,7 +21,7 @@ from app.sources.sim.camera import SimCamera
 from app.sources.sim.controls import RATES_HZ, Settings
 from app.sources.sim.illumination import Light
 from app.sources.sim.lamps import Lamps
-from app.sources.sim.lens_choice import LENS_OPTIONS, select_lens
+from app.sources.sim.lens import LENSES, Lens
 from app.sources.sim.motion import Motion
 from app.sources.sim.render import LIGHT, Rendering, Sensor, Shot
 
@@ -33,6 +34,7 @@ CAMERAS = {
 }
 MAX_PIXELS = 6_000_000  # each takes about 60 bytes while the field is painted
 HEIGHT_PER_DIAGONAL = 0.7  # lower, and a strong lens shows its corners bent back
+LENS_TERMS = ("k", "a", "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 
 
 class SimSource:
@@ -48,7 +50,10 @@ class SimSource:
         Option("region", "text", "", "The region it sees, instead of camera and cameras."),
         Option("rotate", "choice", None, "How the region stands in the picture; its own turn if left out.", unit="°",
                choices=("0", "90", "180", "270")),
-        *LENS_OPTIONS,
+        Option("lens", "choice", "strong", "What the lens does to straight lines; each model's name is one as well.",
+               choices=tuple(LENSES)),
+        *(Option(term, "float", None, f"The lens's term {term}; the preset's if left out.", (-5, 5))
+          for term in LENS_TERMS),
         Option("height", "float", None, "Height above the carpet; 0.7 of the region's diagonal if left out.",
                (200, 100_000), "mm"),
         Option("tilt", "float", 0.0, "How far the camera looks up the picture.", (-60, 60), "°"),
@@ -182,9 +187,21 @@ def _region(field: Field, options: Mapping[str, Any]) -> Region:
 
 def _camera(region: Region, options: Mapping[str, Any]) -> SimCamera:
     height_mm = options["height"] or HEIGHT_PER_DIAGONAL * float(np.hypot(region.width_mm, region.height_mm))
-    return SimCamera.above(region, _size(options["size"]), select_lens(options), height_mm=height_mm,
+    return SimCamera.above(region, _size(options["size"]), _lens(options), height_mm=height_mm,
                            tilt_deg=options["tilt"], pan_deg=options["pan"], roll_deg=options["roll"],
                            fill=options["fill"])
+
+
+def _lens(options: Mapping[str, Any]) -> Lens:
+    """Return the preset with the given terms; BadInput for a term that it does not have."""
+    preset = LENSES[options["lens"]]
+    given = {term: options[term] for term in LENS_TERMS if options[term] is not None}
+    known = [member.name for member in dataclasses.fields(preset)]
+    for term in given:
+        if term not in known:
+            raise BadInput(f"The lens {options['lens']!r} has no term {term}.", f"It has {', '.join(known)}.",
+                           reason="bad-option")
+    return dataclasses.replace(preset, **given)
 
 
 def _size(text: str) -> ImageSize:
