@@ -17,3 +17,4 @@ viser counts in metres and we in millimetres; METRES stands where one becomes th
 """
 
 METRES = 1e-3
+NO_SHADOWS = {"cast_shadow": False, "receive_shadow": False}

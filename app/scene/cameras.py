@@ -1,6 +1,6 @@
 """Draw cameras: frustum, undistorted picture, label, footprint; without a pose, the corrected picture on the carpet."""
 
-from collections.abc import Callable
+from collections.abc import Set
 
 import numpy as np
 import viser
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from app.core import opencv
 from app.core.geometry import ImageSize
 from app.imaging.correction import CorrectedView, CorrectionMap, correction_map
-from app.scene import METRES
-from app.scene.geometry.frustum import Frustum
+from app.scene import METRES, NO_SHADOWS
+from app.scene.geometry.frustum import Frustum, Pyramid
 from app.scene.geometry.scene_camera import SceneCamera
 from app.scene.geometry.shapes import Mesh, paint
 from app.scene.geometry.textured_quad import TexturedQuad
@@ -27,6 +27,7 @@ QUAD_PX = 960
 EDGE_MM, BORDER_MM = 12.0, 14.0
 ABOVE_MM = 4.0  # height over the carpet's lines: level with them, both would flicker
 QUALITY = 80
+IN_THE_WAY = ("labels", "rays")  # layers that would hide the view through a camera
 
 
 class CameraNode:
@@ -45,19 +46,17 @@ class CameraNode:
             self._draw_older(camera.before.frustum)
 
     def _draw_frustum(self, frustum: Frustum, colour: Colour) -> None:
-        self._frustum = self._scene.add_camera_frustum(
-            f"{self._name}/frustum", fov=frustum.fov_rad, aspect=frustum.aspect, scale=_scale(frustum), color=colour,
-            thickness=EDGE_MM * METRES, cast_shadow=False, receive_shadow=False, format="jpeg", jpeg_quality=QUALITY,
-            **_pose(frustum))
-        label = (f"{self.camera.label}\n{frustum.height_mm / 1000:.2f} m high, tilted {frustum.tilt_deg:.1f}°")
-        self._add("labels", self._scene.add_label(f"{self._name}/label", label, position=_place(frustum.position_mm),
+        self._frustum = self._scene.add_camera_frustum(f"{self._name}/frustum", color=colour, format="jpeg",
+                                                       jpeg_quality=QUALITY, **_drawn(frustum))
+        label = f"{self.camera.label}\n{frustum.height_mm / 1000:.2f} m high, tilted {frustum.tilt_deg:.1f}°"
+        self.add("labels", self._scene.add_label(f"{self._name}/label", label, position=_place(frustum.position_mm),
                                                    anchor="bottom-center"))
         outline = frustum.footprint()
         between = np.stack([outline[:-1], outline[1:]], axis=1)
         between = between[np.isfinite(between).all(axis=(1, 2))]
         if len(between):
             level = np.concatenate([between, np.full((*between.shape[:2], 1), ABOVE_MM)], axis=2)
-            self._add("footprints", self._scene.add_line_segments(
+            self.add("footprints", self._scene.add_line_segments(
                 f"{self._name}/footprint", (level * METRES).astype(np.float32), colors=colour,
                 thickness=BORDER_MM * METRES))
         self._draw_field_lines(frustum)
@@ -69,16 +68,13 @@ class CameraNode:
         if seen.any():
             self.field_lines = self._scene.add_mesh_simple(
                 f"{self._name}/over", (np.nan_to_num(closer.vertices) * METRES).astype(np.float32), closer.faces[seen],
-                color=self._colour, side="double", opacity=0.75, visible=False, cast_shadow=False,
-                receive_shadow=False)
+                color=self._colour, side="double", opacity=0.75, visible=False, **NO_SHADOWS)
 
     def _draw_older(self, frustum: Frustum) -> None:
         name, version = f"{self._name}/older", self.camera.before.calibration.version
-        self._add("moved", self._scene.add_camera_frustum(
-            f"{name}/frustum", fov=frustum.fov_rad, aspect=frustum.aspect, scale=_scale(frustum), color=OLDER,
-            thickness=EDGE_MM * METRES, cast_shadow=False, receive_shadow=False, **_pose(frustum)))
-        self._add("moved", self._scene.add_label(f"{name}/label", f"version {version}", anchor="top-center",
-                                                  position=_place(frustum.position_mm)))
+        self.add("older", self._scene.add_camera_frustum(f"{name}/frustum", color=OLDER, **_drawn(frustum)),
+                 self._scene.add_label(f"{name}/label", f"version {version}", anchor="top-center",
+                                       position=_place(frustum.position_mm)))
 
     def show_picture(self, raw: Pixels) -> None:
         """Show a raw picture (h, w, 3) BGR, of any size in the camera's aspect: in the frustum, or on the carpet."""
@@ -90,7 +86,7 @@ class CameraNode:
             corrected = self._corrected(size).apply(raw)[..., ::-1]
             if self._quad is None:
                 self._quad = add_quad(self._scene, f"{self._name}/corrected", corrected, self.camera.quad, ABOVE_MM)
-                self._add("pictures", self._quad)
+                self.add("pictures", self._quad)
             else:
                 self._quad.image = corrected
 
@@ -105,16 +101,17 @@ class CameraNode:
             self._map_of = size
         return self._map
 
-    def _add(self, layer: str, handle: Handle) -> None:
-        self.handles.setdefault(layer, []).append(handle)
+    def add(self, layer: str, *handles: Handle | None) -> None:
+        """Add what was drawn to a layer; None is what was not."""
+        self.handles.setdefault(layer, []).extend(handle for handle in handles if handle is not None)
 
-    def set_visible(self, shown: Callable[[str], bool], looked_through: bool, hidden: bool) -> None:
-        """shown: tells whether a layer is switched on."""
+    def set_visible(self, shown: Set[str], looked_through: bool, hidden: bool) -> None:
+        """shown: the layers that are switched on."""
         for layer, handles in self.handles.items():
             for handle in handles:
-                handle.visible = shown(layer) and not hidden and not (looked_through and layer == "labels")
+                handle.visible = layer in shown and not hidden and not (looked_through and layer in IN_THE_WAY)
         if self._frustum is not None:
-            self._frustum.visible = not hidden and (shown("pictures") or not looked_through)
+            self._frustum.visible = not hidden and ("pictures" in shown or not looked_through)
         if self.field_lines is not None:
             self.field_lines.visible = looked_through and not hidden
 
@@ -123,9 +120,8 @@ def add_quad(scene: viser.SceneApi, name: str, picture: Pixels, quad: TexturedQu
              ) -> viser.ImageHandle:
     """Draw a picture, RGB or RGBA, on the quad raised by above_mm."""
     axes = np.stack([[*quad.right, 0.0], [*quad.down, 0.0], [0.0, 0.0, -1.0]], axis=1)
-    return scene.add_image(name, picture, quad.width_mm * METRES, quad.height_mm * METRES, cast_shadow=False,
-                           receive_shadow=False, format="png" if picture.shape[2] == 4 else "jpeg",
-                           wxyz=tf.SO3.from_matrix(axes).wxyz,
+    return scene.add_image(name, picture, quad.width_mm * METRES, quad.height_mm * METRES, **NO_SHADOWS,
+                           format="png" if picture.shape[2] == 4 else "jpeg", wxyz=tf.SO3.from_matrix(axes).wxyz,
                            position=_place(np.array([*quad.middle_mm, quad.z_mm + above_mm])))
 
 
@@ -134,8 +130,10 @@ def shrink(raw: Pixels) -> Pixels:
     return opencv.shrink_to_width(raw, QUAD_PX)
 
 
-def _pose(frustum: Frustum) -> dict[str, object]:
-    return {"wxyz": tf.SO3.from_matrix(frustum.field_from_camera).wxyz, "position": _place(frustum.position_mm)}
+def _drawn(frustum: Frustum) -> dict[str, object]:
+    return {"fov": frustum.fov_rad, "aspect": frustum.aspect, "scale": viser_scale(frustum, frustum.depth_mm),
+            "thickness": EDGE_MM * METRES, "wxyz": tf.SO3.from_matrix(frustum.field_from_camera).wxyz,
+            "position": _place(frustum.position_mm), **NO_SHADOWS}
 
 
 def _place(point_mm: NDArray[np.float64]) -> tuple[float, float, float]:
@@ -143,6 +141,6 @@ def _place(point_mm: NDArray[np.float64]) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _scale(frustum: Frustum) -> float:
+def viser_scale(view: Pyramid, depth_mm: float) -> float:
     """viser keeps a frustum's volume when its angle changes; this is the scale at which it is depth_mm deep."""
-    return float(frustum.depth_mm * METRES * np.cbrt(frustum.half[0] * frustum.half[1] / 3))
+    return float(depth_mm * METRES * np.cbrt(view.half[0] * view.half[1] / 3))

@@ -18,8 +18,8 @@ def common_scale_mm(cameras: list[SceneCamera]) -> float | None:
 
 
 def draw_error_surfaces(scene: viser.SceneApi, name: str, camera: SceneCamera, top_mm: float,
-                ) -> dict[str, viser.SceneNodeHandle]:
-    """Draw "carpet" and "hat", as far as they are known."""
-    return {which: add_quad(scene, f"{name}/{which}", surface.picture(top_mm), surface.quad, ABOVE_MM)
+                ) -> dict[str, list[viser.SceneNodeHandle]]:
+    """Draw the layers "carpet" and "hat", as far as they are known."""
+    return {which: [add_quad(scene, f"{name}/{which}", surface.picture(top_mm), surface.quad, ABOVE_MM)]
             for which, surface in (("carpet", camera.carpet_error), ("hat", camera.hat_error))
             if isinstance(surface, ErrorSurface)}

@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from app.core.field import Field
-from app.scene import METRES
+from app.scene import METRES, NO_SHADOWS
 from app.scene.geometry.shapes import carpet, goals, paint
 
 # Under viser's lights they come out about twice as bright.
@@ -17,10 +17,9 @@ def draw_ground(scene: viser.SceneApi, field: Field) -> None:
     """Draw under /field."""
     ground, lines, posts = carpet(field), paint(field), goals(field)
     scene.add_mesh_simple("/field/carpet", _metres(ground.vertices - [0, 0, BELOW_MM]), ground.faces, side="double",
-                          color=BLACK if field.extras.get("carpet") == "black" else GREEN, cast_shadow=False,
-                          receive_shadow=False)
+                          color=BLACK if field.extras.get("carpet") == "black" else GREEN, **NO_SHADOWS)
     scene.add_mesh_simple("/field/lines", _metres(lines.vertices), lines.faces, color=WHITE, side="double",
-                          cast_shadow=False, receive_shadow=False)
+                          **NO_SHADOWS)
     if len(posts):
         scene.add_line_segments("/field/goals", _metres(posts), colors=POST, thickness=POST_MM * METRES)
 

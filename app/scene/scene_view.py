@@ -38,10 +38,6 @@ class SceneView:
         self._lock = threading.RLock()
         self._field: Field | None = None
         self._nodes: dict[str, CameraNode] = {}
-        self._rays: dict[str, viser.SceneNodeHandle] = {}
-        self._arrows: dict[str, list[viser.SceneNodeHandle]] = {}
-        self._surfaces: dict[str, dict[str, viser.SceneNodeHandle]] = {}
-        self._detections: dict[str, list[viser.SceneNodeHandle]] = {}
         self._boards: BoardViews | None = None
         self._arrow_scale = 1.0
         self._scale_label: viser.SceneNodeHandle | None = None
@@ -74,12 +70,10 @@ class SceneView:
             self._arrow_scale = scale
             draw_ground(self.server.scene, cameras[0].field)
             for camera, colour in zip(cameras, COLOURS * len(cameras), strict=False):
-                self._nodes[camera.key] = CameraNode(self.server.scene, camera, colour)
-                if (rays := draw_rays(self.server.scene, f"/rays/{camera.key}", camera, colour)) is not None:
-                    self._rays[camera.key] = rays
+                node = self._nodes[camera.key] = CameraNode(self.server.scene, camera, colour)
+                node.add("rays", draw_rays(self.server.scene, f"/rays/{camera.key}", camera, colour))
                 if top is not None:
-                    self._surfaces[camera.key] = draw_error_surfaces(self.server.scene, f"/sheets/{camera.key}",
-                                                                     camera, top)
+                    node.handles |= draw_error_surfaces(self.server.scene, f"/sheets/{camera.key}", camera, top)
             self._draw_arrows()
             self._apply()
             self._aim_all()
@@ -99,8 +93,7 @@ class SceneView:
         self.server.scene.reset()
         self.server.scene.set_up_direction("+z")
         self._field, self._boards, self._scale_label = field, None, None
-        for table in (self._nodes, self._rays, self._arrows, self._surfaces, self._detections):
-            table.clear()
+        self._nodes.clear()
 
     def show_picture(self, key: str, raw: Pixels) -> None:
         """Show a camera's newer raw picture (h, w, 3) BGR; ignored where the camera is no longer shown."""
@@ -112,11 +105,11 @@ class SceneView:
     def show_detections(self, key: str, found: Sequence[Mapping[str, Any]]) -> None:
         """Replace what a camera has detected."""
         with self._lock, self.server.atomic():
-            for handle in self._detections.pop(key, []):
-                handle.remove()
-            if key in self._nodes and self._field is not None:
-                self._detections[key] = draw_detections(self.server.scene, f"/things/{key}", self._field, found)
-            self._apply()
+            if node := self._nodes.get(key):
+                for handle in node.handles.pop("things", []):
+                    handle.remove()
+                node.add("things", *draw_detections(self.server.scene, f"/things/{key}", node.camera.field, found))
+                self._apply()
 
     # How it is viewed
 
@@ -138,29 +131,19 @@ class SceneView:
     def _draw_arrows(self) -> None:
         scene, scale = self.server.scene, self.state.scale or self._arrow_scale
         for key, node in self._nodes.items():
-            drawn = (draw_residuals(scene, f"/arrows/{key}", node.camera, scale),
-                     draw_pose_change(scene, f"/moved/{key}", node.camera, scale))
-            self._arrows[key] = [handle for handle in drawn if handle is not None]
-        if self._field is not None and any(self._arrows.values()):
+            for layer, draw in (("arrows", draw_residuals), ("moved", draw_pose_change)):
+                node.handles.pop(layer, None)
+                node.add(layer, draw(scene, f"/{layer}/{key}", node.camera, scale))
+        if self._field is not None and any(n.handles["arrows"] or n.handles["moved"] for n in self._nodes.values()):
             self._scale_label = draw_scale(scene, self._field, scale)
 
     def _apply(self) -> None:
         state = self.state
-        for key, camera in self._nodes.items():
-            hidden, through = key in state.hidden, state.view == "camera" and state.through == key
-            camera.set_visible(lambda layer: layer in state.layers, through, hidden)
-            if key in self._rays:
-                self._rays[key].visible = "rays" in state.layers and not hidden and not through
-            for handle in self._arrows[key]:
-                layer = "moved" if handle.name.startswith("/moved/") else "arrows"
-                handle.visible = layer in state.layers and not hidden
-            for which, handle in self._surfaces.get(key, {}).items():
-                handle.visible = which == state.sheet and not hidden
+        shown = state.layers | {state.sheet} | ({"older"} if "moved" in state.layers else set())
+        for key, node in self._nodes.items():
+            node.set_visible(shown, state.view == "camera" and state.through == key, key in state.hidden)
         if self._scale_label is not None:
             self._scale_label.visible = bool(state.layers & {"arrows", "moved"})
-        for key, handles in self._detections.items():
-            for handle in handles:
-                handle.visible = "things" in state.layers and key not in state.hidden
 
     def _aim_all(self) -> None:
         for client in self.server.get_clients().values():

@@ -119,18 +119,18 @@ def test_layers_are_seen_or_not_as_asked(room, kept):
     room.show(shown(kept))
     room.set_state({"layers": ["rays"], "sheet": "carpet"})
     camera = room._nodes[kept["id"]]
-    assert room._rays[kept["id"]].visible and not camera.handles["labels"][0].visible
-    assert not any(handle.visible for handle in room._arrows[kept["id"]])
-    assert room._surfaces[kept["id"]]["carpet"].visible and not room._surfaces[kept["id"]]["hat"].visible
+    assert camera.handles["rays"][0].visible and not camera.handles["labels"][0].visible
+    assert not any(handle.visible for layer in ("arrows", "moved") for handle in camera.handles[layer])
+    assert camera.handles["carpet"][0].visible and not camera.handles["hat"][0].visible
     room.set_state({"hidden": [kept["id"]]})
-    assert not room._rays[kept["id"]].visible and not room._surfaces[kept["id"]]["carpet"].visible
+    assert not camera.handles["rays"][0].visible and not camera.handles["carpet"][0].visible
 
 
 def test_through_a_camera_its_rays_and_label_are_out_of_the_way_and_lines_lie_over_its_picture(room, kept):
     room.show(shown(kept))
     room.set_state({"layers": list(LAYERS), "view": "camera", "through": kept["id"]})
     camera = room._nodes[kept["id"]]
-    assert camera.field_lines.visible and not room._rays[kept["id"]].visible
+    assert camera.field_lines.visible and not camera.handles["rays"][0].visible
     assert not camera.handles["labels"][0].visible
     view = room.viewpoint(1.5)
     assert view.position_mm == pytest.approx(camera.camera.frustum.position_mm)
@@ -153,16 +153,16 @@ def test_ball_and_robots_stand_where_they_were_detected_and_nowhere_else(room, k
                        Detection("robot", (5.0, 6.0), "blue", 3, 0.0, 1000.0, 150.0, 0.5),
                        Detection("marker", (7.0, 8.0), "yellow", None, 100.0, 100.0, 150.0)), ImageSize(640, 512))
     room.show_detections(kept["id"], seen.to_json()["detections"])
-    ball, robot, marker = room._detections[kept["id"]]  # of the second ball nobody knows where it is
+    ball, robot, marker = room._nodes[kept["id"]].handles["things"]  # of the second ball nobody knows where it is
     radius = FIELD.extras["ball"]["radius_mm"] / 1000
     assert ball.position == pytest.approx([0.5, -0.25, radius]) and robot.position[:2] == pytest.approx([0, 1])
     assert marker.position[2] == pytest.approx(0.15)
     room.set_state({"layers": []})
     assert not ball.visible
     room.show_detections(kept["id"], [])
-    assert room._detections[kept["id"]] == []
+    assert room._nodes[kept["id"]].handles["things"] == []
     room.show_detections("nobody", seen.to_json()["detections"])  # a camera that was replaced meanwhile
-    assert "nobody" not in room._detections
+    assert "nobody" not in room._nodes
 
 
 def test_a_look_changes_only_what_it_is_told():
