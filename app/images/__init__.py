@@ -3,7 +3,7 @@
     bytes ──screen──▶ Declared(format, width, height) ──child──▶ pixels of exactly that size ──▶ Frame
 
 `screen.py` reads headers and never allocates what they ask for; a format is one file and one line in its
-table (png, jpeg, bmp, webp). `child.py` runs in a process of its own with little memory and no secrets;
+table (png, jpeg, bmp, webp). `decoder_worker.py` runs in a process of its own with little memory and no secrets;
 `decoder.py` keeps a few of them warm and replaces the dead. Every refusal is a BadImage or an ImageTooLarge.
 
 A server keeps one decoder for its life and calls it from its threads:

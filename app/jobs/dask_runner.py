@@ -54,7 +54,9 @@ class DaskRunner:
             if self._closed or not is_wanted():
                 raise JobStopped
             if now > deadline:
-                raise JobTimeout if worker else _no_worker(wall_s)
+                raise JobTimeout if worker else Unavailable(
+                    f"No worker of the cluster was free for the job within {wall_s:g} s.", "Start workers, or more of "
+                    "them: dask worker tcp://SCHEDULER:8786 --nthreads 1.", reason="no-free-worker")
             if worker is None and not has_said_so and now > start + WAITING_NOTICE_S:
                 has_said_so = True
                 report(0.0, "Waiting for a worker of the cluster")
@@ -90,9 +92,3 @@ class DaskRunner:
         if "problem" in answer:
             raise JobFailed(answer["problem"])
         return answer["result"]
-
-
-def _no_worker(wall_s: float) -> Unavailable:
-    return Unavailable(f"No worker of the cluster was free for the job within {wall_s:g} s.",
-                       "Start workers, or more of them: dask worker tcp://SCHEDULER:8786 --nthreads 1.",
-                       reason="no-free-worker")

@@ -19,6 +19,7 @@ SHARE = ("Let every worker have the server's data folder under the same path, su
 
 def do(request_text: str) -> str:
     """Do {"key", "topic", "version", "run", "spec"}; return {"lost": true}, {"result"} or {"problem"}."""
+    import cv2
     from distributed import Event, get_worker
 
     request = json.loads(request_text)
@@ -46,17 +47,12 @@ def do(request_text: str) -> str:
             worker.log_event(request["topic"], {"key": key, "kind": "progress", "fraction": float(fraction),
                                               "message": message})
 
-    _one_thread()
+    cv2.setNumThreads(1)
     is_done, value = execute(request["run"], request["spec"], progress)
     begun.clear()
     if not is_done and value["reason"] == "damaged-file":
         value = {**value, "reason": "no-shared-folder", "title": "No shared folder", "fix": SHARE}
     return json.dumps(plain({"result" if is_done else "problem": value}), allow_nan=False)
-
-
-def _one_thread() -> None:
-    import cv2
-    cv2.setNumThreads(1)
 
 
 def _another_version(theirs: str) -> dict[str, object]:

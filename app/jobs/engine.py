@@ -45,7 +45,11 @@ class JobEngine:
         self._registry = JobRegistry(kept)
         # (Not a SimpleQueue: two items put at once into one may leave one of two threads asleep.)
         self._queue: queue.Queue[tuple[str, JobSpec] | None] = queue.Queue()
-        self._runners = _runners(engine, workers, memory_bytes, modules)
+        if engine == "local":
+            self._runners: list[JobRunner] = [ProcessRunner(memory_bytes, modules) for _ in range(workers)]
+        else:
+            cluster = DaskCluster(engine)
+            self._runners = [DaskRunner(cluster) for _ in range(workers)]
         self._threads: list[Thread] = []
         self._lock = Lock()
         self._closed = False
@@ -151,7 +155,7 @@ class JobEngine:
             try:
                 if self._closed or not self._registry.begin(id, name):
                     continue  # cancelled while it waited
-                made = runner.run(current_name(spec.run), spec.spec, partial(self._report, id),
+                made = runner.run(current_name(spec.run), spec.spec, partial(self._registry.report, id),
                                   partial(self._is_wanted, id), self._wall_s)
                 self._registry.complete(id, partial(self._save, spec, made))
             except JobStopped:
@@ -173,9 +177,6 @@ class JobEngine:
     def _fail(self, id: str, error: Exception) -> None:
         self._registry.fail(id, self._problem(error))
 
-    def _report(self, id: str, fraction: float, message: str) -> None:
-        self._registry.report(id, min(max(fraction, 0.0), 1.0), message[:500])
-
     def _is_wanted(self, id: str) -> bool:
         self._registry.beat(id)
         return not self._registry.ended(id)
@@ -195,8 +196,7 @@ class JobEngine:
         if isinstance(error, WorkerDied):
             return Unavailable(f"The process that did this job ended before the job did, {MAX_ATTEMPTS} times.",
                                "Give it less at once; on a cluster, look at the memory limit and the log of its "
-                               "workers.",
-                               reason="worker-died")
+                               "workers.", reason="worker-died")
         if isinstance(error, JobTimeout):
             return BadInput(f"The job took longer than {self._wall_s:g} s.", "Give it less at once.",
                                reason="job-too-long")
@@ -208,10 +208,3 @@ class JobEngine:
                   error.problem.get("trace") if isinstance(error, JobFailed) else repr(error))
         return Unavailable(f"Something broke here that should not (error {id}).",
                            f"Try again; if it stays, report it with the log around error {id}.", reason="unexpected")
-
-
-def _runners(engine: str, count: int, memory_bytes: int, modules: tuple[str, ...]) -> list[JobRunner]:
-    if engine == "local":
-        return [ProcessRunner(memory_bytes, modules) for _ in range(count)]
-    cluster = DaskCluster(engine)
-    return [DaskRunner(cluster) for _ in range(count)]

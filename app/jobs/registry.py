@@ -112,7 +112,7 @@ class JobRegistry:
         """Note how far it has come."""
         with self._lock:
             if id in self._jobs and not self._jobs[id].ended:
-                self._jobs[id] = replace(self._jobs[id], progress=progress, message=message)
+                self._jobs[id] = replace(self._jobs[id], progress=min(max(progress, 0.0), 1.0), message=message[:500])
 
     def beat(self, id: str) -> None:
         """Note that its worker is alive; called often, written now and then."""

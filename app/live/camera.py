@@ -40,7 +40,7 @@ class LiveCamera:
         self._supervisor = CameraSupervisor(f"camera {id}", spec, self._on_start, self._on_message)
         self._streams = Streams(self._send_streams)
         self.detections = DetectionFeed(self._send_detections, publish)
-        self._calibration: Calibration | None = None
+        self.calibration: Calibration | None = None
         self._picture: dict[str, Any] | None = None
         self._confirmed: Identity | None = None
         self._applied = False
@@ -67,10 +67,6 @@ class LiveCamera:
         process = self._supervisor.status
         return process.identity if process else None
 
-    @property
-    def calibration(self) -> Calibration | None:
-        return self._calibration
-
     def status(self) -> dict[str, Any]:
         """Return its state, with what is wrong and what to do about it; plain JSON."""
         process, now = self._supervisor.status, asyncio.get_running_loop().time()
@@ -86,7 +82,7 @@ class LiveCamera:
                 "reconnects": self._supervisor.restarts + max(0, values.get("reopened", 0) - 1),
                 "viewers": self._streams.viewer_count,
                 "calibration_applied": self._applied,
-                "active_calibration": self._calibration.id if self._calibration else None,
+                "active_calibration": self.calibration.id if self.calibration else None,
                 "light": quality.get("light"), "sharpness": quality.get("sharpness"),
                 "flicker": quality.get("flicker"),
                 "words": quality.get("words", []), "drift": drift,
@@ -100,7 +96,7 @@ class LiveCamera:
         if view not in VIEWS:
             self.detections.require_view(view)
             return
-        if self._calibration is None:
+        if self.calibration is None:
             raise Conflict("This camera has no active calibration.", "Activate one, or watch the raw view.",
                            reason="not-calibrated")
         if mismatch := self._mismatch():
@@ -122,7 +118,7 @@ class LiveCamera:
         return "live", None
 
     def _mismatch(self) -> dict[str, str] | None:
-        size, process = self._calibration.image_size if self._calibration else None, self._supervisor.status
+        size, process = self.calibration.image_size if self.calibration else None, self._supervisor.status
         return calibration_mismatch(process, self._confirmed, size) if process else None
 
     # What is asked for
@@ -133,7 +129,7 @@ class LiveCamera:
 
         picture: where the one is stored that the calibration came from, {"name", "path", "sha256"}; if it is known.
         """
-        self._calibration, self._confirmed, self._picture = calibration, confirmed, picture
+        self.calibration, self._confirmed, self._picture = calibration, confirmed, picture
         self._send_calibration()
 
     def watching(self, spec: StreamSpec, max_fps: float | None = None) -> contextlib.AbstractContextManager[Viewer]:
@@ -196,9 +192,9 @@ class LiveCamera:
             self.detections.receive(message.body)
         elif message.kind == messages.STATUS:
             self.detections.update_status(self._supervisor.status.values)
-            if self._calibration is not None and self._confirmed is None and self.identity is not None:
+            if self.calibration is not None and self._confirmed is None and self.identity is not None:
                 self._confirmed = self.identity
-                self._trust(self._calibration, self.identity)
+                self._trust(self.calibration, self.identity)
             if self._applied != self._may_apply():
                 self._send_calibration()
 
@@ -206,11 +202,11 @@ class LiveCamera:
         """Whether the calibration is applied: only to a camera that has been seen; before, nobody knows which it is."""
         process = self._supervisor.status
         is_seen = process is not None and process.identity is not None and process.size is not None
-        return self._calibration is not None and is_seen and self._mismatch() is None
+        return self.calibration is not None and is_seen and self._mismatch() is None
 
     def _send_calibration(self) -> None:
         self._applied = self._may_apply()
-        calibration = self._calibration.to_json() if self._applied else None
+        calibration = self.calibration.to_json() if self._applied else None
         self._supervisor.send(messages.CALIBRATE, {"calibration": calibration, "picture": self._picture})
 
     def _send_detections(self) -> None:

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from app.core.records import Calibration
@@ -15,6 +16,7 @@ PictureOf = Callable[[Calibration], dict[str, Any] | None]
 DetectionsOf = Callable[[str], Mapping[str, Any]]
 
 
+@dataclass
 class LiveCameras:
     """Only for the event loop's own thread.
 
@@ -24,21 +26,18 @@ class LiveCameras:
     is to detect, by its id. publish: takes the packets of what was detected.
     """
 
-    def __init__(self, spec: SpecOf, calibration: CalibrationOf, trust: Trust,
-                 picture: PictureOf = lambda _calibration: None, detections: DetectionsOf = lambda _id: OFF,
-                 publish: Publish = lambda _packet: None) -> None:
-        self._spec = spec
-        self._calibration = calibration
-        self._trust = trust
-        self._picture = picture
-        self._detections = detections
-        self._publish = publish
-        self._live: dict[str, LiveCamera] = {}
+    spec: SpecOf
+    calibration: CalibrationOf
+    trust: Trust
+    picture: PictureOf = lambda _calibration: None
+    detections: DetectionsOf = lambda _id: OFF
+    publish: Publish = lambda _packet: None
+    _live: dict[str, LiveCamera] = field(default_factory=dict, init=False)
 
     def get(self, id: str) -> LiveCamera:
         """Return one camera, started if it was not; NotFound."""
         if id not in self._live:
-            camera = LiveCamera(id, self._spec(id), self._trust, self._publish)
+            camera = LiveCamera(id, self.spec(id), self.trust, self.publish)
             self._show(camera)
             camera.start()
             self._live[id] = camera
@@ -54,9 +53,9 @@ class LiveCameras:
             self._show(camera)
 
     def _show(self, camera: LiveCamera) -> None:
-        calibration, confirmed = self._calibration(camera.id)
-        camera.show(calibration, confirmed, calibration and self._picture(calibration))
-        camera.detections.follow(self._detections(camera.id))
+        calibration, confirmed = self.calibration(camera.id)
+        camera.show(calibration, confirmed, calibration and self.picture(calibration))
+        camera.detections.follow(self.detections(camera.id))
 
     async def forget(self, id: str) -> None:
         """End its process, since it was changed or removed; get() starts it anew with what is known then."""

@@ -11,6 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -52,7 +53,7 @@ class FrameCapture:
         self._reopened = 0
         self._watched = self._can_rest = False
         self._awake_until = 0.0
-        self._actions: list[tuple[Callable[[Source], Any], dict[str, Any], threading.Event]] = []
+        self._actions: deque[tuple[Callable[[Source], Any], Future[Any]]] = deque()
 
     def start(self) -> None:
         threading.Thread(target=self._run, name="capture", daemon=True).start()
@@ -109,19 +110,16 @@ class FrameCapture:
         return self._between_frames(lambda source: source.set_control(name, value), timeout_s)
 
     def _between_frames(self, action: Callable[[Source], Any], timeout_s: float) -> Any:
-        answer: dict[str, Any] = {}
-        done = threading.Event()
+        answer: Future[Any] = Future()
         with self._changed:
-            self._actions.append((action, answer, done))
+            self._actions.append((action, answer))
             self._wake()
-        if not done.wait(timeout_s):
-            with self._changed:  # it may not be done any more: nobody would know
-                self._actions = [one for one in self._actions if one[2] is not done]
+        try:
+            return answer.result(timeout_s)
+        except TimeoutError:
+            answer.cancel()  # it may not be done any more: nobody would know
             raise Unavailable("The camera gives no frames now, so it cannot be asked.",
-                              "Wait until it is live again, then set it.", reason="camera-silent")
-        if "error" in answer:
-            raise answer["error"]
-        return answer["value"]
+                              "Wait until it is live again, then set it.", reason="camera-silent") from None
 
     def _run(self) -> None:
         wait_s = RETRY_S
@@ -151,7 +149,7 @@ class FrameCapture:
                 self._keep(frame)
                 came = True
                 while self._actions:
-                    self._answer(source)
+                    _answer(source, *self._actions.popleft())
                 with self._changed:
                     if self.resting:
                         self._changed.wait_for(lambda: not self.resting, REST_S)
@@ -176,17 +174,6 @@ class FrameCapture:
         count = len(self._moments) - 1
         return (self._moments[-1] - self._moments[0]) / count if count > 0 else 0.0
 
-    def _answer(self, source: Source) -> None:
-        with self._changed:
-            if not self._actions:
-                return
-            action, answer, done = self._actions.pop(0)
-        try:
-            answer["value"] = action(source)
-        except Exception as error:
-            answer["error"] = _explained(error)
-        done.set()
-
     def _fail(self, error: TouchlineError) -> None:
         with self._changed:
             if self._state != "offline":
@@ -199,6 +186,14 @@ class FrameCapture:
 def no_frames() -> Unavailable:
     """Return the error for a camera from which nothing comes."""
     return Unavailable("The camera gives no frames now.", "Look at its state, then try again.", reason="camera-silent")
+
+
+def _answer(source: Source, action: Callable[[Source], Any], answer: Future[Any]) -> None:
+    if answer.set_running_or_notify_cancel():
+        try:
+            answer.set_result(action(source))
+        except Exception as error:
+            answer.set_exception(_explained(error))
 
 
 def _explained(error: Exception) -> TouchlineError:

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 LAYERS = ("pictures", "rays", "arrows", "footprints", "labels", "moved", "things")
-SHEETS = ("none", "carpet", "hat")
 VIEWS = ("free", "above", "camera")
 
 

@@ -125,13 +125,17 @@ class Source(Protocol):
 
 
 class BaseSource:
-    """A source that has nothing to set, identified by its address, or by a network camera's MAC address."""
+    """A source that has nothing to set.
 
+    Without an identity of its own it is identified by its address, or by a network camera's MAC address.
+    """
+
+    _identity: Identity | None = None
     _address = ""
     _hardware = ""  # a network camera's MAC address, where it is known
 
     def identity(self) -> Identity:
-        return Identity(self._address, serial=self._hardware and f"MAC {self._hardware}")
+        return self._identity or Identity(self._address, serial=self._hardware and f"MAC {self._hardware}")
 
     def controls(self) -> tuple[Control, ...]:
         return ()

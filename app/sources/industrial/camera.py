@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, Self
 from app.core.errors import BadInput, NotFound, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
-from app.sources import Control, Identity
+from app.sources import BaseSource, Control, Identity
 from app.sources.industrial.features import FEATURES, NodeMap, controls_of, write_control
 from app.sources.industrial.pixel_formats import PIXEL_FORMATS, Pixels, best_format, canonical_name
 from app.sources.lifecycle import require_open
@@ -43,7 +43,7 @@ class IndustrialDevice(Protocol):
         """Stop, and release the camera and all memory."""
 
 
-class IndustrialSource:
+class IndustrialSource(BaseSource):
     """A source that reads an IndustrialDevice."""
 
     TITLE: ClassVar[str]
@@ -76,9 +76,6 @@ class IndustrialSource:
                               reason="camera-silent")
         raise Unavailable(f"The camera sent no picture for {READ_S:g} s.", "Look at its cable and its power.",
                           reason="camera-silent")
-
-    def identity(self) -> Identity:
-        return self._identity
 
     def controls(self) -> tuple[Control, ...]:
         return controls_of(require_open(self._device).nodes)

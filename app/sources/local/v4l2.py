@@ -14,7 +14,7 @@ import numpy as np
 from app.core.errors import BadInput, Unavailable
 from app.core.options import Option
 from app.core.records import Frame
-from app.sources import Control, Identity, SourceContext
+from app.sources import BaseSource, Control, Identity, SourceContext
 from app.sources.lifecycle import require_open
 from app.sources.local.v4l2_controls import SIZE, read_controls, set_control
 from app.sources.local.v4l2_devices import find_device
@@ -27,7 +27,7 @@ def open_device(node: str) -> cv2.VideoCapture:
     return cv2.VideoCapture(node, cv2.CAP_V4L2)
 
 
-class V4l2Source:
+class V4l2Source(BaseSource):
     """One device. What was asked for is set in the order that drivers need: format, size, rate."""
 
     TITLE: ClassVar = "Camera on this machine"
@@ -74,9 +74,6 @@ class V4l2Source:
         if self._capture is not None:
             self._capture.release()
         self._capture = None
-
-    def identity(self) -> Identity:
-        return self._identity
 
     def controls(self) -> tuple[Control, ...]:
         return read_controls(require_open(self._capture))

@@ -68,14 +68,11 @@ class Settings:
                 raise refused_value(control.label, repr(str(value)[:40]), " or ".join(control.choices))
             self.binning = self._binnings[control.choices.index(value)]
         else:
-            self._set_number(name, _number(control, value))
+            setattr(self, NUMBERS[name], _number(control, value))
+            if name == "exposure":
+                self.auto_exposure = False
+            self.exposure_us = min(self.exposure_us, 1e6 / self.frame_rate)  # no exposure is longer than a frame
         return self._control(name)
-
-    def _set_number(self, name: str, number: float) -> None:
-        setattr(self, NUMBERS[name], number)
-        if name == "exposure":
-            self.auto_exposure = False
-        self.exposure_us = min(self.exposure_us, 1e6 / self.frame_rate)  # no exposure is longer than a frame
 
     def _control(self, name: str) -> Control:
         table = {control.name: control for control in self.controls()}

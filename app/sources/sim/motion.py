@@ -75,21 +75,11 @@ class PersonTruth:
     walked_mm: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Orbits:
-    """Of each robot (n, 2): the centre of its part of the region, its ellipse, how far that drifts and how fast."""
-
-    middle: NDArray
-    orbit: NDArray
-    wander: NDArray
-    turn: NDArray  # (n,) radians a second
-    phase: NDArray  # (n,)
-    slow: NDArray
-    start: NDArray
-
-
 @lru_cache(maxsize=16)
-def _orbits(play: Motion, region: Region, radius_mm: float) -> _Orbits:
+def _orbits(play: Motion, region: Region, radius_mm: float) -> tuple[NDArray, ...]:
+    """Return of each robot the centre of its part of the region (n, 2), its ellipse (n, 2), how far that drifts (n, 2);
+    its speed in radians a second (n,) and phase (n,); those of the drift (n, 2), (n, 2).
+    """
     rng, n = np.random.default_rng([play.seed, 1]), play.robots
     columns = int(np.ceil(np.sqrt(n * region.width_mm / region.height_mm)))
     rows = -(-n // columns)
@@ -99,9 +89,8 @@ def _orbits(play: Motion, region: Region, radius_mm: float) -> _Orbits:
     orbit = reach * rng.uniform(0.35, 0.75, (n, 2))
     turn = (rng.uniform(0.7, 1.3, n) * rng.choice([-1, 1], n) * play.speed_in(region)
             / np.maximum(orbit.mean(axis=1), radius_mm))
-    return _Orbits((np.stack([i % columns, i // columns], axis=1) + 0.5) * part, orbit, reach - orbit, turn,
-                   rng.uniform(0, 2 * pi, n), turn[:, None] * rng.uniform(0.1, 0.2, (n, 2)),
-                   rng.uniform(0, 2 * pi, (n, 2)))
+    return ((np.stack([i % columns, i // columns], axis=1) + 0.5) * part, orbit, reach - orbit, turn,
+            rng.uniform(0, 2 * pi, n), turn[:, None] * rng.uniform(0.1, 0.2, (n, 2)), rng.uniform(0, 2 * pi, (n, 2)))
 
 
 def robots_at(play: Motion, field: Field, region: Region, time_s: float) -> list[RobotTruth]:
@@ -109,11 +98,11 @@ def robots_at(play: Motion, field: Field, region: Region, time_s: float) -> list
     if not play.robots:
         return []
     size = robot_size(field)
-    r = _orbits(play, region, size["radius_mm"])
-    phase, slow = r.phase + r.turn * time_s, r.start + r.slow * time_s
-    place = r.middle + r.orbit * np.stack([np.cos(phase), np.sin(phase)], axis=1) + r.wander * np.sin(slow)
-    speed = (r.turn[:, None] * r.orbit * np.stack([-np.sin(phase), np.cos(phase)], axis=1)
-             + r.wander * r.slow * np.cos(slow))
+    middle, orbit, wander, turn, start, slow_turn, slow_start = _orbits(play, region, size["radius_mm"])
+    phase, slow = start + turn * time_s, slow_start + slow_turn * time_s
+    place = middle + orbit * np.stack([np.cos(phase), np.sin(phase)], axis=1) + wander * np.sin(slow)
+    speed = (turn[:, None] * orbit * np.stack([-np.sin(phase), np.cos(phase)], axis=1)
+             + wander * slow_turn * np.cos(slow))
     at, to = region.field_from_region(place), region.field_from_region(place + speed)
     moves = to - at
     angle = np.where(np.hypot(*moves.T) > 0, np.arctan2(moves[:, 1], moves[:, 0]), phase % (2 * pi))

@@ -14,7 +14,7 @@ from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.core.options import Option
 from app.core.records import Frame
-from app.sources import Control, Identity, SourceContext, named_field
+from app.sources import BaseSource, Control, Identity, SourceContext, named_field
 from app.sources.lifecycle import Pacer, require_open
 from app.sources.sim import timecode
 from app.sources.sim.camera import SimCamera
@@ -37,7 +37,7 @@ HEIGHT_PER_DIAGONAL = 0.7  # lower, and a strong lens shows its corners bent bac
 LENS_TERMS = ("k", "a", "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 
 
-class SimSource:
+class SimSource(BaseSource):
     """Renders one frame after the other. rendering: everything about the simulated scene."""
 
     TITLE: ClassVar = "Simulated camera"
@@ -162,9 +162,6 @@ class SimSource:
 
     def close(self) -> None:
         self._open = False
-
-    def identity(self) -> Identity:
-        return self._identity
 
     def controls(self) -> tuple[Control, ...]:
         return self.settings.controls()
