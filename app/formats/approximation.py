@@ -69,15 +69,11 @@ def nearest_camera(model: CameraModel, lenses: tuple[tuple[str, tuple[str, ...]]
             except Conflict:
                 continue
             found.append((camera, approximation_error(model, camera, region, hat_height_mm)))
-    best = min((_worst(loss) for _, loss in found), default=float("inf"))
+    best = min((loss.worst_at_any_height_mm for _, loss in found), default=float("inf"))
     if not best < float("inf"):
         raise Conflict("No lens of this format comes near this calibration over its region.",
                        "Fit brown-conrady to the same clicks, and export that.", reason="no-approximation")
-    return next((c, loss) for c, loss in found if _worst(loss) <= NO_WORSE * best + NO_WORSE_MM)
-
-
-def _worst(loss: ApproximationError) -> float:
-    return max(loss.worst_mm, loss.hat_worst_mm or 0.0)
+    return next((c, loss) for c, loss in found if loss.worst_at_any_height_mm <= NO_WORSE * best + NO_WORSE_MM)
 
 
 def _cannot_hold(model: CameraModel, format: Format) -> Conflict:

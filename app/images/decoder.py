@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.core.errors import BadImage, Unavailable
 from app.core.records import Frame
 from app.images import decoder_worker
-from app.images.decoder_process import DecoderDied, DecoderProcess, DecoderTimeout
+from app.images.decoder_process import DecoderProcess
 from app.images.limits import DEFAULT_LIMITS, RESAVE, DeclaredImage, ImageLimits
 from app.images.screen import screen
 
@@ -70,11 +70,11 @@ class ImageDecoder:
         worker = self._take()
         try:
             answer = worker.decode(data, declared)
-        except DecoderTimeout:
+        except TimeoutError:
             worker = self._replace(worker)
             raise BadImage(f"The picture took longer than {self.limits.wall_s:g} s to decode.",
                            "Scale it down, or save it again as an ordinary JPEG.", reason="slow-image") from None
-        except DecoderDied:
+        except OSError:
             worker = self._replace(worker)
             if self._closed:
                 raise _shutting_down() from None

@@ -16,14 +16,6 @@ START_S = 30.0  # importing OpenCV takes 0.2 s, on a busy small machine some sec
 PROGRAM = Program("app.images.decoder_worker:main")  # it limits itself, once its codecs are loaded
 
 
-class DecoderDied(Exception):
-    """The process ended in the middle of an answer."""
-
-
-class DecoderTimeout(Exception):
-    """The process gave no answer in time."""
-
-
 class DecoderProcess:
     """A decoding process. Not thread-safe: whoever holds it has it alone. After an exception it is dead."""
 
@@ -33,7 +25,7 @@ class DecoderProcess:
                                    3 * limits.max_pixels)
         self._is_ready = False
         self.pid = self._child.pid
-        self.end = self._child.end  # by any thread: whoever waits for its answer gets DecoderDied
+        self.end = self._child.end  # by any thread: whoever waits for its answer gets OSError
         self.close = self._child.close
 
     @property
@@ -41,16 +33,13 @@ class DecoderProcess:
         return self._child.is_alive
 
     def decode(self, data: bytes, declared: DeclaredImage) -> Message:
-        """Return the answer for one picture (decoder_worker.py), which comes within the limit of time."""
+        """Return the answer for one picture (decoder_worker.py).
+
+        TimeoutError where none comes within the limit of time, another OSError where the process ends before it.
+        """
         try:
             self._await_ready()
             return self._decode(data, declared, time.monotonic() + self._limits.wall_s)
-        except TimeoutError:
-            self.close()
-            raise DecoderTimeout from None
-        except OSError:
-            self.close()
-            raise DecoderDied from None
         except BaseException:
             self.close()  # an answer read by half would be taken for the next one's
             raise

@@ -33,10 +33,6 @@ class WireCamera:
     loss: ApproximationError
     exact: bool
 
-    @property
-    def worst_mm(self) -> float:
-        return max(self.loss.worst_mm, self.loss.hat_worst_mm or 0.0)
-
 
 @dataclass(frozen=True)
 class PublishedCamera:
@@ -60,7 +56,7 @@ class PublishedCamera:
 
     def to_json(self) -> dict[str, Any]:
         c, wire, problem = self.calibration, self.wire, self.problem
-        loss = None if wire is None or not math.isfinite(wire.worst_mm) else wire.loss.to_json()
+        loss = None if wire is None or not math.isfinite(wire.loss.worst_at_any_height_mm) else wire.loss.to_json()
         return {"camera": self.name, "calibration": c.id, "version": c.version, "model": c.model_name,
                 "field": c.field["name"], "region": c.region, "camera_id": self.number,
                 "published": self.sent is not None, "exact": wire is not None and wire.exact, "loss": loss,
@@ -135,7 +131,7 @@ def _field(calibrations: Iterable[Calibration], config: PublishingConfig) -> str
 def _problem(one: PublishedCamera, before: Iterable[PublishedCamera], config: PublishingConfig,
              field: str | None) -> TouchlineError | None:
     """Return why an encoded camera is left out; None where it is sent."""
-    name, worst = one.name, one.wire.worst_mm
+    name, worst = one.name, one.wire.loss.worst_at_any_height_mm
     if one.calibration.field["name"] != field:
         return Conflict(f"{name} looks at {one.calibration.field['name']}, and a packet has one field: {field}.",
                         "Publish that field instead, or switch this camera's field.", reason="other-field")

@@ -55,9 +55,6 @@ class FrameCapture:
         self._awake_until = 0.0
         self._actions: deque[tuple[Callable[[Source], Any], Future[Any]]] = deque()
 
-    def start(self) -> None:
-        threading.Thread(target=self._run, name="capture", daemon=True).start()
-
     def status(self) -> dict[str, Any]:
         """Return what the server needs to judge it by; ages in s on this process' clock."""
         now = time.monotonic()
@@ -121,7 +118,8 @@ class FrameCapture:
             raise Unavailable("The camera gives no frames now, so it cannot be asked.",
                               "Wait until it is live again, then set it.", reason="camera-silent") from None
 
-    def _run(self) -> None:
+    def run(self) -> None:
+        """Work until the process ends, on a thread of its own."""
         wait_s = RETRY_S
         while True:
             try:

@@ -35,29 +35,6 @@ DIGITS = 4  # in the JSON: a ten-thousandth of a pixel or millimetre
 NO_POSITIONS = "This camera has no calibration in use: sizes are guessed from its field, and there are no places."
 
 
-@dataclass(frozen=True, eq=False)
-class DetectionRequest:
-    """What the server asks for. run: detect without pause; extent_mm: how much field about crosses the picture.
-
-    key: plan and profile as they came; as long as they stay the same, the stages remember.
-    """
-
-    plan: StageConfig
-    profile: ColourProfile | None
-    run: bool
-    publish: bool
-    camera_number: int
-    extent_mm: float
-    key: str
-
-    @classmethod
-    def from_json(cls, value: Mapping[str, Any]) -> "DetectionRequest":
-        profile = value["profile"]
-        return cls(StageConfig.from_json(value["plan"]), None if profile is None else ColourProfile.from_json(profile),
-                   value["run"], value["publish"], value["camera_number"], value["extent_mm"],
-                   repr((value["plan"], profile)))
-
-
 @dataclass
 class DetectorState:
     """The stages as they are set up now, and for what."""
@@ -75,20 +52,16 @@ class LiveDetector:
         self._capture, self._send = capture, send
         self._renderer = StageRenderer(send)
         self._changed = threading.Event()
-        self._request: DetectionRequest | None = None
+        self._request: Mapping[str, Any] | None = None
         self._calibration: AppliedCalibration | None = None
         self._streams: dict[int, tuple[StreamSpec, float]] = {}
         self._state = DetectorState()
         self._moments: deque[float] = deque(maxlen=RATE_FRAMES + 1)
         self.status: dict[str, Any] = {"learned": None}
 
-    def start(self) -> None:
-        self._renderer.start()
-        threading.Thread(target=self._run, name="detector", daemon=True).start()
-
     def follow(self, request: Mapping[str, Any]) -> None:
-        """Detect this from now on. What only switches it on or off does not make the stages forget."""
-        self._request = DetectionRequest.from_json(request) if request["on"] else None
+        """Detect this from now on, as DetectionFeed.message says it. A mere switching makes no stage forget."""
+        self._request = request if request["on"] else None
         self._changed.set()
 
     def apply(self, calibration: AppliedCalibration | None) -> None:
@@ -99,11 +72,13 @@ class LiveDetector:
         self._streams = dict(streams)
         self._changed.set()
 
-    def _run(self) -> None:
+    def run(self) -> None:
+        """Work until the process ends, on a thread of its own."""
+        threading.Thread(target=self._renderer.run, name="stage renderer", daemon=True).start()
         seq = 0
         while True:
             request, streams = self._request, self._streams
-            if request is None or not (request.run or streams):
+            if request is None or not (request["run"] or streams):
                 self._moments.clear()
                 self._changed.wait(IDLE_S)
                 self._changed.clear()
@@ -123,7 +98,7 @@ class LiveDetector:
                 self._changed.wait(RETRY_S)
                 self._changed.clear()
 
-    def _process(self, taken: CapturedFrame, request: DetectionRequest,
+    def _process(self, taken: CapturedFrame, request: Mapping[str, Any],
                  streams: Mapping[int, tuple[StreamSpec, float]]) -> None:
         state = self._state_for(taken, request)
         due = self._renderer.due(streams, taken)
@@ -135,28 +110,29 @@ class LiveDetector:
         if due:
             self._renderer.offer(taken, result, due, state.pipeline.context.view)
 
-    def _state_for(self, taken: CapturedFrame, request: DetectionRequest) -> DetectorState:
+    def _state_for(self, taken: CapturedFrame, request: Mapping[str, Any]) -> DetectorState:
         """Return the stages, set up anew where the plan, the colours, the calibration or the picture's size changed."""
         size, applied = taken.frame.size, self._calibration
         calibration = applied.record if applied is not None and applied.record.image_size == size else None
-        key = (request.key, calibration.id if calibration else None, size, request.extent_mm)
+        key = (request["plan"], request["profile"], calibration.id if calibration else None, size, request["extent_mm"])
         if key != self._state.key:
-            profile = request.profile or colour_profile_for(taken.frame.pixels, request.plan)
+            plan, given = StageConfig.from_json(request["plan"]), request["profile"]
+            profile = ColourProfile.from_json(given) if given else colour_profile_for(taken.frame.pixels, plan)
             notes = (*profile.notes, *(() if calibration else (NO_POSITIONS,)))
-            scale = None if calibration else request.extent_mm / (size.width**2 + size.height**2) ** 0.5
-            self._state = DetectorState(key, pipeline_for(request.plan, size, profile, calibration, scale), calibration,
+            scale = None if calibration else request["extent_mm"] / (size.width**2 + size.height**2) ** 0.5
+            self._state = DetectorState(key, pipeline_for(plan, size, profile, calibration, scale), calibration,
                                         notes)
             self._moments.clear()
-            self.status = {"learned": None if request.profile else replace(profile, name="found").to_json()}
+            self.status = {"learned": None if given else replace(profile, name="found").to_json()}
         return self._state
 
-    def _send_result(self, taken: CapturedFrame, request: DetectionRequest, result: FrameResult | None,
+    def _send_result(self, taken: CapturedFrame, request: Mapping[str, Any], result: FrameResult | None,
                      notes: tuple[str, ...]) -> None:
         calibration = self._state.calibration
         head = detection_json(result, taken.seq, taken.time, taken.frame.size, calibration, notes, self._fps())
         packet = b""
-        if request.publish and result is not None and calibration is not None:
-            packet = detection_packet(result.detections, request.camera_number, time.time())
+        if request["publish"] and result is not None and calibration is not None:
+            packet = detection_packet(result.detections, request["camera_number"], time.time())
         self._send(messages.DETECTIONS, 0, encode_body(head, packet))
 
     def _fps(self) -> float:

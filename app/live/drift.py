@@ -39,9 +39,6 @@ class CameraDriftMonitor:
         self._changed = threading.Event()
         self.newest: dict[str, Any] | None = None
 
-    def start(self) -> None:
-        threading.Thread(target=self._run, name="drift", daemon=True).start()
-
     def apply(self, calibration: AppliedCalibration | None, picture: dict[str, Any] | None) -> None:
         """Follow this calibration's lines from now on. picture: {"name", "path", "sha256"} of the one it came from."""
         before = self._target
@@ -51,7 +48,8 @@ class CameraDriftMonitor:
         self.newest = None
         self._changed.set()
 
-    def _run(self) -> None:
+    def run(self) -> None:
+        """Work until the process ends, on a thread of its own."""
         give_way(NICE)
         while True:
             self._changed.wait()

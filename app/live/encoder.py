@@ -29,9 +29,6 @@ class Encoder:
         self._changed = threading.Event()
         self.encoded = 0
 
-    def start(self) -> None:
-        threading.Thread(target=self._run, name="encoder", daemon=True).start()
-
     def watch(self, streams: Mapping[int, tuple[StreamSpec, float]]) -> None:
         """Encode these and no others; a new one is sent the newest frame at once."""
         self._watched = dict(streams)
@@ -41,7 +38,8 @@ class Encoder:
         self.calibration = calibration
         self._changed.set()
 
-    def _run(self) -> None:
+    def run(self) -> None:
+        """Work until the process ends, on a thread of its own."""
         seq, done = 0, set()
         while True:
             watched = self._watched

@@ -47,9 +47,6 @@ class FrameBuffer:
         self._watched = False
         self._requests = 0
 
-    def start(self) -> None:
-        threading.Thread(target=self._run, name="frame buffer", daemon=True).start()
-
     def keep(self, watched: bool) -> None:
         """Say whether somebody watches from now on."""
         with self._changed:
@@ -88,7 +85,8 @@ class FrameBuffer:
             elif time.monotonic() > silent_until:
                 raise no_frames()
 
-    def _run(self) -> None:
+    def run(self) -> None:
+        """Work until the process ends, on a thread of its own."""
         give_way(NICE)
         seq, due = 0, 0.0
         while True:

@@ -3,7 +3,6 @@
 Flicker needs frames that follow each other: every FLICKER_EVERY_S a burst of them is looked at, rows only.
 """
 
-import threading
 import time
 from typing import Any
 
@@ -36,10 +35,8 @@ class QualityMonitor:
         self._mask: tuple[str, ImageSize, NDArray[np.bool_]] | None = None
         self.newest: dict[str, Any] | None = None
 
-    def start(self) -> None:
-        threading.Thread(target=self._run, name="quality monitor", daemon=True).start()
-
-    def _run(self) -> None:
+    def run(self) -> None:
+        """Work until the process ends, on a thread of its own."""
         seq, due = 0, time.monotonic()
         while True:
             if time.monotonic() >= due and not self._capture.resting:

@@ -28,9 +28,6 @@ class StageRenderer:
         self._came = threading.Event()
         self._work: tuple[CapturedFrame, FrameResult, Mapping[int, StreamSpec], FieldLocator] | None = None
 
-    def start(self) -> None:
-        threading.Thread(target=self._run, name="stage renderer", daemon=True).start()
-
     def due(self, streams: Mapping[int, tuple[StreamSpec, float]], taken: CapturedFrame) -> dict[int, StreamSpec]:
         """Return which of these a frame is to be detections_image for; none while another is being detections_image."""
         self._due = {number: at for number, at in self._due.items() if number in streams}
@@ -50,7 +47,8 @@ class StageRenderer:
         self._work = (taken, result, streams, view)
         self._came.set()
 
-    def _run(self) -> None:
+    def run(self) -> None:
+        """Work until the process ends, on a thread of its own."""
         while True:
             self._came.wait()
             self._came.clear()

@@ -53,7 +53,7 @@ class CameraWorker:
 
     def run(self) -> None:
         for part in (self._capture, self._encoder, self._quality, self._drift, self._detector, self._buffer):
-            part.start()
+            threading.Thread(target=part.run, name=type(part).__name__, daemon=True).start()
         threading.Thread(target=self._report, name="status", daemon=True).start()
         while True:
             kind, number, body = self._connection.receive()

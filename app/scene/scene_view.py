@@ -188,11 +188,7 @@ class SceneView:
             place = carpet_intersection(np.array(event.ray_origin) / METRES, event.ray_direction)
             if place is None:
                 return
-            self.mark(place)
+            x, y = (float(v) * METRES for v in place)
+            self.server.scene.add_icosphere("/mark", MARK_MM * METRES, MARK, subdivisions=2, position=(x, y, 0.0))
             description = describe_place(place, [node.camera for node in self._nodes.values()])
         self._on_click(description)
-
-    def mark(self, place_mm: np.ndarray) -> None:
-        """Mark a place on the carpet with a ball."""
-        self.server.scene.add_icosphere("/mark", MARK_MM * METRES, MARK, subdivisions=2,
-                                        position=(float(place_mm[0]) * METRES, float(place_mm[1]) * METRES, 0.0))

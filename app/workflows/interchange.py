@@ -70,7 +70,7 @@ def export(calibration: Calibration, format: str, approximate: bool = False,
     back = kind.read(data).camera({name: getattr(camera.camera, name) for name in RECTANGLE_FIELDS})
     loss = approximation_error(model_of(calibration), back,
                                field.region(calibration.region, calibration.rotate), field.hat_height_mm)
-    exact = camera.loss is None and max(loss.worst_mm, loss.hat_worst_mm or 0.0) < EXACT_MM
+    exact = camera.loss is None and loss.worst_at_any_height_mm < EXACT_MM
     return ExportedFile(data, name, kind.media_type, None if exact else loss)
 
 

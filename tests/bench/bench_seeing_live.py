@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 from urllib.request import Request, urlopen
@@ -53,7 +54,7 @@ class Reel(FrameCapture):
         super().__init__("", SourceContext({}))
         self._frames = frames
 
-    def _run(self) -> None:
+    def run(self) -> None:
         begun, number = time.monotonic(), 0
         while True:
             time.sleep(max(0.0, begun + number / FPS - time.monotonic()))
@@ -71,8 +72,8 @@ def core(seconds: float) -> None:
     seeing.apply(AppliedCalibration.of(calibration_of(match)))
     seeing.follow({"on": True, "run": True, "plan": named_plan("ssl").to_json(), "profile": profile, "publish": True,
                    "camera_number": 0, "extent_mm": 1.0})
-    capture.start()
-    seeing.start()
+    threading.Thread(target=capture.run, daemon=True).start()
+    threading.Thread(target=seeing.run, daemon=True).start()
     time.sleep(3)
     first, cpu, began, sent = len(heard), time.process_time(), time.monotonic(), capture.status()["seq"]
     time.sleep(seconds)

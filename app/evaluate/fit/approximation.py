@@ -55,6 +55,10 @@ class ApproximationError:
     hat_worst_mm: float | None
     hat_height_mm: float
 
+    @property
+    def worst_at_any_height_mm(self) -> float:
+        return max(self.worst_mm, self.hat_worst_mm or 0.0)
+
     def to_json(self) -> dict[str, Any]:
         return {"rms_mm": self.rms_mm, "worst_mm": self.worst_mm, "worst_place": list(self.worst_place),
                 "hat_rms_mm": self.hat_rms_mm, "hat_worst_mm": self.hat_worst_mm,

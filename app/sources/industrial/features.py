@@ -90,8 +90,8 @@ def read_control(nodes: NodeMap, feature: Feature) -> Control | None:
     settable = node.writable or automatic is not None or feature.resizes or _enable_of(nodes, feature) is not None
     if not settable or not abs(node.value) < UNBOUNDED:
         return None
-    return Control(feature.name, feature.label, node.kind, node.value, _plain(node.unit) or feature.unit,
-                   node.range, (), automatic)
+    unit = "µs" if node.unit == "us" else node.unit or feature.unit
+    return Control(feature.name, feature.label, node.kind, node.value, unit, node.range, (), automatic)
 
 
 def write_control(nodes: NodeMap, name: str, value: Any) -> Control:
@@ -162,7 +162,3 @@ def _number(feature: Feature, node: Node, value: Any) -> float | int:
 
 def _allowed(node: Node) -> str:
     return f"a number from {node.range[0]:.10g} to {node.range[1]:.10g}" if node.range else "a number"
-
-
-def _plain(unit: str) -> str:
-    return {"us": "µs"}.get(unit, unit)

@@ -66,7 +66,10 @@ def set_control(device: cv2.VideoCapture, name: str, value: Any) -> Control:
     if value == "auto":
         if control.automatic is None:
             raise refused_value(one.label, repr(value)[:40], _allowed(one))
-        _set_automatic(device, one)
+        for mode in one.auto_modes:
+            device.set(one.auto, mode)
+            if one.is_auto(device.get(one.auto)):
+                break
     else:
         if not is_number(value, *one.range):
             allowed = _allowed(one) + ', or "auto"' * (control.automatic is not None)
@@ -84,13 +87,6 @@ def _number(device: cv2.VideoCapture, one: NumericProperty) -> Control | None:
     mode = device.get(one.auto) if one.auto is not None else UNSUPPORTED
     automatic = None if mode == UNSUPPORTED else bool(one.is_auto(mode))
     return Control(one.name, one.label, "float", raw * one.scale, one.unit, None, (), automatic)
-
-
-def _set_automatic(device: cv2.VideoCapture, one: NumericProperty) -> None:
-    for mode in one.auto_modes:
-        device.set(one.auto, mode)
-        if one.is_auto(device.get(one.auto)):
-            return
 
 
 def _resolution(device: cv2.VideoCapture) -> Control:

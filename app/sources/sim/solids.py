@@ -25,28 +25,6 @@ class Outline(Protocol):
         """Return the least signed distance on the way from (x, y) to (x + dx, y + dy)."""
 
 
-class Convex:
-    """Any convex outline: its distance has one minimum along a straight way, found by golden sections."""
-
-    def swept(self, x: Plane, y: Plane, dx: Plane, dy: Plane) -> Plane:
-        g = np.float32(_GOLDEN)
-        low, high = np.zeros_like(x), np.ones_like(x)
-        left, right = high - g, low + g
-        at_left = self.distance(x + left * dx, y + left * dy)
-        at_right = self.distance(x + right * dx, y + right * dy)
-        best = np.minimum(at_left, at_right)
-        for _ in range(_NARROWINGS):
-            go_left = at_left < at_right
-            low, high = np.where(go_left, low, left), np.where(go_left, right, high)
-            fresh = np.where(go_left, high - g * (high - low), low + g * (high - low))
-            seen = self.distance(x + fresh * dx, y + fresh * dy)
-            left, right = np.where(go_left, fresh, right), np.where(go_left, left, fresh)
-            at_left, at_right = np.where(go_left, seen, at_right), np.where(go_left, at_left, seen)
-            best = np.minimum(best, seen)
-        ends = np.minimum(self.distance(x, y), self.distance(x + dx, y + dy))
-        return np.minimum(best, ends)
-
-
 @dataclass(frozen=True)
 class Disc:
     centre: Spot
@@ -101,7 +79,7 @@ def _to_way(px: Plane, py: Plane, dx: Plane | float, dy: Plane | float) -> Plane
 
 
 @dataclass(frozen=True)
-class Box(Convex):
+class Box:
     centre: Spot
     half: Spot
     angle: float
@@ -112,6 +90,25 @@ class Box(Convex):
         qx, qy = np.abs(px * c + py * s) - self.half[0], np.abs(py * c - px * s) - self.half[1]
         ox, oy = np.maximum(qx, 0), np.maximum(qy, 0)
         return np.sqrt(ox * ox + oy * oy) + np.minimum(np.maximum(qx, qy), 0)
+
+    def swept(self, x: Plane, y: Plane, dx: Plane, dy: Plane) -> Plane:
+        """The distance from a convex outline has one minimum along a straight way, found by golden sections."""
+        g = np.float32(_GOLDEN)
+        low, high = np.zeros_like(x), np.ones_like(x)
+        left, right = high - g, low + g
+        at_left = self.distance(x + left * dx, y + left * dy)
+        at_right = self.distance(x + right * dx, y + right * dy)
+        best = np.minimum(at_left, at_right)
+        for _ in range(_NARROWINGS):
+            go_left = at_left < at_right
+            low, high = np.where(go_left, low, left), np.where(go_left, right, high)
+            fresh = np.where(go_left, high - g * (high - low), low + g * (high - low))
+            seen = self.distance(x + fresh * dx, y + fresh * dy)
+            left, right = np.where(go_left, fresh, right), np.where(go_left, left, fresh)
+            at_left, at_right = np.where(go_left, seen, at_right), np.where(go_left, at_left, seen)
+            best = np.minimum(best, seen)
+        ends = np.minimum(self.distance(x, y), self.distance(x + dx, y + dy))
+        return np.minimum(best, ends)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """A camera that makes its pictures itself rests while nobody needs them, says so, and wakes for whoever comes."""
 
+import threading
 import time
 
 import pytest
@@ -18,7 +19,7 @@ PERIOD_S = 1 / 25  # of SIM
 def capture(monkeypatch):
     monkeypatch.setattr(module, "RESTS_AFTER_S", 0.3)
     capture = FrameCapture(SIM, SourceContext(FIELDS))
-    capture.start()
+    threading.Thread(target=capture.run, daemon=True).start()
     return capture
 
 

@@ -1,6 +1,7 @@
 """Rolling things as plumb lines: found, followed, cut at kicks, and honest about what they tell of the lens."""
 
 import json
+import threading
 from dataclasses import replace
 
 import cv2
@@ -311,7 +312,7 @@ def test_what_moves_is_followed_only_while_somebody_asks(monkeypatch):
     monkeypatch.setattr(live_capture, "RESTS_AFTER_S", 0.3)
     capture = live_capture.FrameCapture("sim://table?robots=0&ball=true&size=320x256&fps=50",
                                         SourceContext(load_fields()))
-    capture.start()
+    threading.Thread(target=capture.run, daemon=True).start()
     watch = live_rolls.RollMonitor(capture)
 
     def ask_for_the_last_time():
