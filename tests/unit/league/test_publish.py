@@ -90,7 +90,8 @@ def test_the_loss_is_told_with_its_place_before_anything_is_sent():
     told = json.loads(json.dumps(one.to_json(), allow_nan=False))
     assert not told["published"] and told["problem"]["reason"] == "loss-above-limit"
     assert told["loss"]["worst_mm"] > 10 or told["loss"]["hat_worst_mm"] > 10
-    assert len(told["loss"]["worst_place"]) == 2 and f"{one.wire.loss.worst_at_any_height_mm:.1f} mm" in told["problem"]["what"]
+    worst_mm = one.wire.loss.worst_at_any_height_mm
+    assert len(told["loss"]["worst_place"]) == 2 and f"{worst_mm:.1f} mm" in told["problem"]["what"]
     assert geometry_packet([one]) is None
 
 
