@@ -47,13 +47,14 @@ def test_whoever_follows_a_recipe_ends_with_a_green_run(copy, title):
     assert files, "no file to write"
     for name, source in files:
         (copy / name).write_text(source)
-    tables = re.findall(r"`[A-Z]+`\s+of\s+`(app/[\w/]+\.py)`", text)
+    tables = re.findall(r"`([A-Z]+)`\s+of\s+`([\w/]+\.py)`", text)
     lines = re.findall(r"```python\n(    \".*?\n)```", text)
     assert len(tables) == len(lines) > 0
-    for name, line in zip(tables, lines, strict=True):
-        table = (copy / name).read_text()
-        (copy / name).write_text(re.sub(r"^(\w+ = Registry\(.*?)^\}\)", rf"\1{line}}})", table, count=1,
-                                        flags=re.MULTILINE | re.DOTALL))
+    for (table, name), line in zip(tables, lines, strict=True):
+        code, count = re.subn(rf"^({table} = .*?)^\}}", rf"\1{line}}}", (copy / name).read_text(), count=1,
+                              flags=re.MULTILINE | re.DOTALL)
+        assert count == 1
+        (copy / name).write_text(code)
     if "models.md" in text:
         with open(copy / "static" / "help" / "models.md", "a") as page:
             page.write(MODELS_SECTION)
