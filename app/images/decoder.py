@@ -44,12 +44,6 @@ class ImageDecoder:
         pixels.setflags(write=False)
         return Frame(pixels, sha256(data).hexdigest(), camera)
 
-    @property
-    def pids(self) -> tuple[int, ...]:
-        """The processes that decode, for those who watch their memory."""
-        with self._lock:
-            return tuple(worker.pid for worker in self._all)
-
     def close(self) -> None:
         """End all processes; a picture that is being decoded is refused."""
         with self._lock:

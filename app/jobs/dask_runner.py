@@ -23,8 +23,6 @@ ANSWER_S = 30.0  # for a result to come over from the worker
 class DaskRunner:
     """Runs one job at a time on the cluster. Only end() may be called by another thread than its own."""
 
-    pid = None
-
     def __init__(self, cluster: DaskCluster) -> None:
         self._cluster = cluster
         self._closed = False

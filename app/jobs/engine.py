@@ -105,11 +105,6 @@ class JobEngine:
         return self._registry.get(id)
 
     @property
-    def pids(self) -> tuple[int, ...]:
-        """The processes that stand ready or work."""
-        return tuple(pid for runner in self._runners if (pid := runner.pid) is not None)
-
-    @property
     def closed(self) -> bool:
         """Whether nothing will change any more."""
         return self._closed

@@ -29,10 +29,6 @@ class JobFailed(Exception):
 class JobRunner(Protocol):
     """Runs one job at a time. Only end() may be called by another thread than its own."""
 
-    @property
-    def pid(self) -> int | None:
-        """The process behind it, None where there is none on this machine."""
-
     def run(self, run: str, spec: Any, report: Report, is_wanted: Callable[[], bool], wall_s: float) -> Any:
         """Do a job once and return its result, plain JSON; run is "module:function".
 

@@ -48,7 +48,8 @@ class CameraNode:
     def _draw_frustum(self, frustum: Frustum, colour: Colour) -> None:
         self._frustum = self._scene.add_camera_frustum(f"{self._name}/frustum", color=colour, format="jpeg",
                                                        jpeg_quality=QUALITY, **_drawn(frustum))
-        label = f"{self.camera.label}\n{frustum.height_mm / 1000:.2f} m high, tilted {frustum.tilt_deg:.1f}°"
+        label = (f"{self.camera.title}, version {self.camera.calibration.version}\n"
+                 f"{frustum.height_mm / 1000:.2f} m high, tilted {frustum.tilt_deg:.1f}°")
         self.add("labels", self._scene.add_label(f"{self._name}/label", label, position=_place(frustum.position_mm),
                                                    anchor="bottom-center"))
         outline = frustum.footprint()

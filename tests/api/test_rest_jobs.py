@@ -18,6 +18,7 @@ import pytest
 from starlette.websockets import WebSocketDisconnect
 
 from tests.support import sample_jobs
+from tests.support.child_processes import pids_of
 from tests.support.paths import ROOT
 from tests.support.refusals import API, refusal
 from tests.support.rest_jobs import accepted, finished
@@ -123,7 +124,7 @@ def test_a_job_whose_worker_is_killed_is_tried_again_and_has_failed_after_three(
     for attempt in (1, 2, 3):
         until(lambda: client.get(f"{API}/jobs/{job.id}").json(),
               lambda told, attempt=attempt: (told["message"], told["attempt"]) == ("sleeping", attempt))
-        os.kill(engine.pids[0], signal.SIGKILL)
+        os.kill(pids_of(engine)[0], signal.SIGKILL)
     told = finished(client, {"id": job.id}, 30)
     assert told["state"] == "failed" and told["problem"]["type"] == "/problems/worker-died"
     assert told["problem"]["fix"] and told["attempt"] == 3

@@ -36,7 +36,10 @@ class PoseChange:
         ends = np.stack([places, there], axis=1)[np.isfinite(there).all(axis=1)]
         _, mm, _ = difference_mm(older, newer, region)
         known = np.isfinite(mm).any()
-        shift, turn = (None, None) if before is None or now is None else _pose_change(before, now)
+        shift, turn = None, None
+        if before is not None and now is not None:
+            shift, turned = now.position_mm - before.position_mm, now.field_from_camera @ before.field_from_camera.T
+            turn = float(np.degrees(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1))))
         return cls(np.concatenate([ends, np.zeros((*ends.shape[:2], 1))], axis=2),
                    float(np.nanmedian(mm)) if known else None, float(np.nanmax(mm)) if known else None, shift, turn)
 
@@ -48,8 +51,3 @@ class PoseChange:
     def to_json(self) -> dict[str, Any]:
         return {"median_mm": self.median_mm, "max_mm": self.max_mm, "turn_deg": self.turn_deg,
                 "shift_mm": None if self.shift_mm is None else self.shift_mm.tolist()}
-
-
-def _pose_change(before: Frustum, now: Frustum) -> tuple[NDArray[np.float64], float]:
-    turn = now.field_from_camera @ before.field_from_camera.T
-    return now.position_mm - before.position_mm, float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1))))

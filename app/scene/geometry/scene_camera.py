@@ -39,28 +39,10 @@ class SceneCamera:
         older = cls.of(f"{key}-before", title, before) if before is not None else None
         return cls(key, title, calibration, *Restored.of(calibration), older)
 
-    @property
-    def label(self) -> str:
-        return f"{self.title}, version {self.calibration.version}"
-
     @cached_property
     def frustum(self) -> Frustum | None:
         """None for a model without a pose."""
         return Frustum.of(self.model) if isinstance(self.model, RayCamera) else None
-
-    @property
-    def why_no_frustum(self) -> str | None:
-        if self.frustum is not None:
-            return None
-        return (f"{self.model.TITLE}: this model bends the picture until the borders are straight and knows of no "
-                "camera. It has no rays, so there is neither a frustum nor a height; its corrected picture lies on the "
-                "field instead.")
-
-    @property
-    def why_cropped(self) -> str | None:
-        if self.frustum is None or self.frustum.complete:
-            return None
-        return f"Its picture reaches further than a frustum can: the middle {MAX_FOV_DEG:g}° at most are drawn on it."
 
     @cached_property
     def ray_hits(self) -> RayHits:
@@ -102,11 +84,20 @@ class SceneCamera:
     def to_json(self) -> dict[str, Any]:
         """Return what the page shows beside the scene."""
         frustum, (carpet, hat) = self.frustum, (self.carpet_error, self.hat_error)
+        why_no_frustum, why_cropped = None, None
+        if frustum is None:
+            why_no_frustum = (
+                f"{self.model.TITLE}: this model bends the picture until the borders are straight and knows of no "
+                "camera. It has no rays, so there is neither a frustum nor a height; its corrected picture lies on the "
+                "field instead.")
+        elif not frustum.complete:
+            why_cropped = ("Its picture reaches further than a frustum can: the middle "
+                           f"{MAX_FOV_DEG:g}° at most are drawn on it.")
         return {"key": self.key, "title": self.title, "version": self.calibration.version,
                 "calibration": self.calibration.id, "snapshot": self.calibration.snapshot,
                 "camera": self.calibration.camera, "model": self.model.TITLE,
                 "height_mm": frustum.height_mm if frustum else None, "tilt_deg": frustum.tilt_deg if frustum else None,
-                "why_no_frustum": self.why_no_frustum, "why_not_whole": self.why_cropped,
+                "why_no_frustum": why_no_frustum, "why_not_whole": why_cropped,
                 "points": len(self.ray_hits.points), "moved": self.pose_change.to_json() if self.pose_change else None,
                 "sheet": {"carpet": _surface_json(carpet), "hat": _surface_json(hat),
                           "hat_mm": self.field.hat_height_mm}}

@@ -1,7 +1,7 @@
 """v4l2://0: a camera plugged into this machine, through Video4Linux and OpenCV."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -22,11 +22,6 @@ from app.sources.local.v4l2_devices import find_device
 MJPG_FROM_PX = 1280 * 720  # above it, USB 2 has no room for raw pixels at a useful rate
 
 
-def open_device(node: str) -> cv2.VideoCapture:
-    """OpenCV on a device."""
-    return cv2.VideoCapture(node, cv2.CAP_V4L2)
-
-
 class V4l2Source(BaseSource):
     """One device. What was asked for is set in the order that drivers need: format, size, rate."""
 
@@ -40,7 +35,7 @@ class V4l2Source(BaseSource):
                "1280 × 720 on.", choices=("auto", "MJPG", "YUYV")),
     )
     root: ClassVar[Path] = Path("/")
-    opener: ClassVar[Callable[[str], cv2.VideoCapture]] = staticmethod(open_device)
+    opener: ClassVar = staticmethod(lambda node: cv2.VideoCapture(node, cv2.CAP_V4L2))
 
     def __init__(self, capture: cv2.VideoCapture, identity: Identity) -> None:
         self._capture: cv2.VideoCapture | None = capture

@@ -17,6 +17,7 @@ import pytest
 
 from app.core.errors import BadImage, BadInput, TouchlineError, Unavailable
 from app.images import DeclaredImage, ImageDecoder, ImageLimits, encode, frame_from_bytes
+from tests.support.child_processes import pids_of
 from tests.support.paths import SHARED_DATA
 from tests.support.pictures import HOSTILE, encoded, gradient, jpeg_of_many_scans
 from tests.support.waiting import gone, until
@@ -103,7 +104,7 @@ class Cost:
 
     @classmethod
     def of(cls, decoder, data):
-        children = decoder.pids
+        children = pids_of(decoder)
         for pid in (*children, os.getpid()):
             Path(f"/proc/{pid}/clear_refs").write_text("5")  # the high-water mark starts anew
         before_mb = memory_mb(os.getpid(), "VmRSS")
@@ -112,7 +113,7 @@ class Cost:
             decoder.frame_from_bytes(data)
         except TouchlineError as refusal:
             outcome = refusal.reason
-        alive = [pid for pid in children if pid in decoder.pids]
+        alive = [pid for pid in children if pid in pids_of(decoder)]
         seconds = time.thread_time() + sum(map(cpu_s, alive)) - begin if alive == list(children) else np.nan
         return cls(outcome, seconds, max((memory_mb(pid, "VmHWM") for pid in alive), default=0.0),
                    memory_mb(os.getpid(), "VmHWM") - before_mb, died=len(alive) < len(children))
@@ -137,17 +138,17 @@ def test_pixels_of_another_size_than_declared_are_refused(decoder):
 def test_a_decoder_killed_while_idle_is_replaced_unseen():
     with ImageDecoder(workers=1) as decoder:
         decoder.frame_from_bytes(encoded("png"))
-        (pid,) = decoder.pids
+        (pid,) = pids_of(decoder)
         os.kill(pid, signal.SIGKILL)
         until(lambda: gone(pid))
         assert np.array_equal(decoder.frame_from_bytes(encoded("png")).pixels, gradient())
-        assert decoder.pids != (pid,)
+        assert pids_of(decoder) != (pid,)
 
 
 def test_a_decoder_killed_amid_a_picture_refuses_it_and_the_next_one_decodes():
     with ImageDecoder(workers=1) as decoder:
         decoder.frame_from_bytes(encoded("png"))
-        (pid,) = decoder.pids
+        (pid,) = pids_of(decoder)
         os.kill(pid, signal.SIGSTOP)  # holds it in the middle, however fast the machine
         threading.Timer(0.2, os.kill, (pid, signal.SIGKILL)).start()
         with pytest.raises(BadImage) as refusal:
@@ -160,7 +161,7 @@ def test_a_picture_that_takes_too_long_is_refused_in_time_and_its_process_is_gon
     slow = jpeg_of_many_scans(40, 7000, 7000)
     with ImageDecoder(ImageLimits(wall_s=0.2), workers=1) as decoder:
         decoder.frame_from_bytes(encoded("png"))
-        (pid,) = decoder.pids
+        (pid,) = pids_of(decoder)
         begin = ended_children_s() + cpu_s(pid)
         with pytest.raises(BadImage) as refusal:
             decoder.frame_from_bytes(slow)
@@ -179,18 +180,18 @@ def ended_children_s():
 def test_a_picture_that_needs_more_memory_than_a_decoder_has_is_refused_and_the_decoder_lives():
     with ImageDecoder(ImageLimits(memory_bytes=400 * 2**20), workers=1) as decoder:
         decoder.frame_from_bytes(encoded("png"))
-        pids = decoder.pids
+        pids = pids_of(decoder)
         with pytest.raises(BadImage) as refusal:
             decoder.frame_from_bytes(encoded("jpg", np.zeros((7000, 7000, 3), np.uint8)))
         assert refusal.value.reason == "image-needs-memory"
         assert decoder.frame_from_bytes(encoded("png")).size.width == 64
-        assert decoder.pids == pids
+        assert pids_of(decoder) == pids
 
 
 def test_a_decoder_gives_a_large_picture_s_memory_back():
     with ImageDecoder(PATIENT, workers=1) as decoder:
         decoder.frame_from_bytes(encoded("png"))
-        (pid,) = decoder.pids
+        (pid,) = pids_of(decoder)
         before_mb = memory_mb(pid, "VmRSS")
         decoder.frame_from_bytes(encoded("jpg", np.zeros((5000, 5000, 3), np.uint8)))  # 75 MB
         until(lambda: memory_mb(pid, "VmRSS") - before_mb < 20)
@@ -200,7 +201,7 @@ def test_the_decoding_process_can_write_no_file_and_knows_no_setting(monkeypatch
     monkeypatch.setenv("TOUCHLINE_TOKEN", "secret")
     with ImageDecoder(workers=1) as decoder:
         decoder.frame_from_bytes(encoded("png"))
-        (pid,) = decoder.pids
+        (pid,) = pids_of(decoder)
         limits = Path(f"/proc/{pid}/limits").read_text()
         environment = Path(f"/proc/{pid}/environ").read_bytes()
     bounds = {line[:25].strip(): line[26:].split()[:2] for line in limits.splitlines()}
@@ -219,7 +220,7 @@ def test_many_threads_get_their_own_pictures(decoder):
 def test_whoever_finds_every_decoder_busy_is_told_to_come_back():
     with ImageDecoder(workers=1, patience_s=0.1) as decoder:
         decoder.frame_from_bytes(encoded("png"))
-        (pid,) = decoder.pids
+        (pid,) = pids_of(decoder)
         os.kill(pid, signal.SIGSTOP)
         with ThreadPoolExecutor(1) as thread:
             first = thread.submit(decoder.frame_from_bytes, encoded("png"))
@@ -233,7 +234,7 @@ def test_whoever_finds_every_decoder_busy_is_told_to_come_back():
 def test_closing_ends_every_process_even_amid_a_picture():
     decoder = ImageDecoder(workers=2)
     decoder.frame_from_bytes(encoded("png"))
-    pids = decoder.pids
+    pids = pids_of(decoder)
     for pid in pids:
         os.kill(pid, signal.SIGSTOP)
     with ThreadPoolExecutor(3) as threads:

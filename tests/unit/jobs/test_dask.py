@@ -17,6 +17,7 @@ from app.settings import Settings
 from app.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
 from tests.support import sample_jobs
 from tests.support.board_views import SIZE, views_of
+from tests.support.child_processes import pids_of
 from tests.support.dask_cluster import ENVIRONMENT, DaskCluster, dask_cluster
 from tests.support.paths import ROOT, TESTS
 from tests.support.pictures import encoded, gradient
@@ -42,7 +43,7 @@ def said(jobs, job, message):
 def test_a_job_is_done_by_a_worker_of_the_cluster_and_says_how_far_it_has_come(standing, cluster):
     done = ended(standing, standing.start("adding", sample_jobs.adds, {"a": 2, "b": 3}))
     assert (done.state, done.result["sum"], done.progress, done.attempt) == ("done", 5, 1.0, 1), done
-    assert done.result["pid"] in [worker.pid for worker in cluster.workers] and standing.pids == ()
+    assert done.result["pid"] in [worker.pid for worker in cluster.workers] and pids_of(standing) == ()
     slow = standing.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1.0})
     seen = []
     until(lambda: seen.append(standing.get(slow.id).progress) or standing.get(slow.id).ended)

@@ -16,6 +16,7 @@ from app.main import MODULES
 from app.services.result_savers import result_savers
 from app.store.tables import JobRow
 from tests.support import sample_jobs
+from tests.support.child_processes import pids_of
 from tests.support.waiting import ended, running, until
 
 
@@ -93,7 +94,7 @@ def test_one_that_somebody_waited_for_and_one_that_was_cancelled_are_not_done_ag
     jobs.close()
     assert jobs.get(waited.id).state == "cancelled"
     with opener.again(store) as again, server(again) as back:
-        assert [(job.id, job.state) for job in back.all()] == [(cancelled.id, "cancelled")] and back.pids == ()
+        assert [(job.id, job.state) for job in back.all()] == [(cancelled.id, "cancelled")] and pids_of(back) == ()
 
 
 def test_what_a_job_made_is_kept_with_its_end_or_not_at_all(opener, store, monkeypatch):
@@ -184,7 +185,7 @@ def test_a_job_of_a_stranger_is_never_run(opener, store):
         rows.execute(text("UPDATE jobs SET spec = '{\"run\": \"jobs' WHERE id = :id"), {"id": torn.id})
     with server(store) as jobs:
         assert {(job.state, job.problem["reason"]) for job in jobs.all()} == {("failed", "job-lost")}
-        assert len(jobs.all()) == 4 and jobs.pids == ()
+        assert len(jobs.all()) == 4 and pids_of(jobs) == ()
         assert {job.state for job in store.jobs.list()} == {"failed"}
 
 

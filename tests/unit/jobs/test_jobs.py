@@ -13,6 +13,7 @@ import pytest
 from app.core.errors import Busy, NotFound, Unavailable
 from app.jobs import JobEngine
 from tests.support import sample_jobs
+from tests.support.child_processes import pids_of
 from tests.support.paths import ROOT
 from tests.support.waiting import ended, gone, running, until
 
@@ -108,7 +109,7 @@ def test_a_worker_uses_one_thread_for_arithmetic_and_knows_no_token(jobs, monkey
 def test_cancelling_is_immediate_and_idempotent_and_the_worker_goes_on(jobs):
     job = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
     running(jobs, job)
-    (pid,) = jobs.pids
+    (pid,) = pids_of(jobs)
     assert jobs.cancel(job.id).state == "cancelled"
     assert jobs.cancel(job.id) == jobs.get(job.id)
     start = time.monotonic()
@@ -118,9 +119,9 @@ def test_cancelling_is_immediate_and_idempotent_and_the_worker_goes_on(jobs):
 
 def test_a_cancelled_job_that_does_not_listen_is_killed_long_before_its_end(jobs):
     job = jobs.start("computing", sample_jobs.computes_in_silence, {"seconds": 60})
-    until(lambda: jobs.pids and jobs.get(job.id).state == "running")
+    until(lambda: pids_of(jobs) and jobs.get(job.id).state == "running")
     time.sleep(0.5)  # so that it computes by now
-    (pid,) = jobs.pids
+    (pid,) = pids_of(jobs)
     start = time.monotonic()
     assert jobs.cancel(job.id).state == "cancelled"
     until(lambda: gone(pid))
@@ -187,7 +188,7 @@ def test_a_worker_killed_midway_is_another_attempt_and_the_other_jobs_stay_as_th
     pair = [standing.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 1.0}) for _ in range(2)]
     for job in pair:
         running(standing, job)
-    os.kill(standing.pids[0], signal.SIGKILL)
+    os.kill(pids_of(standing)[0], signal.SIGKILL)
     until(lambda: any(standing.get(job.id).attempt == 2 for job in pair))
     assert sorted((ended(standing, job).state, standing.get(job.id).attempt) for job in pair) == [
         ("done", 1), ("done", 2)]
@@ -198,7 +199,7 @@ def test_a_job_that_was_lost_once_waits_with_its_attempt_said_and_its_progress_a
     lost = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
     running(jobs, lost)
     next_in_line = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
-    os.kill(jobs.pids[0], signal.SIGKILL)
+    os.kill(pids_of(jobs)[0], signal.SIGKILL)
     waiting = until(lambda: (job := jobs.get(lost.id)).state == "queued" and job)
     assert (waiting.attempt, waiting.progress, "attempt 2 of 3" in waiting.message) == (2, 0.0, True)
     running(jobs, next_in_line)
@@ -210,9 +211,9 @@ def test_a_job_that_was_lost_once_waits_with_its_attempt_said_and_its_progress_a
 
 def test_a_cancelled_job_whose_worker_is_lost_is_not_tried_again(jobs):
     job = jobs.start("computing", sample_jobs.computes_in_silence, {"seconds": 30})
-    until(lambda: jobs.pids and jobs.get(job.id).state == "running")
+    until(lambda: pids_of(jobs) and jobs.get(job.id).state == "running")
     jobs.cancel(job.id)
-    for pid in jobs.pids:
+    for pid in pids_of(jobs):
         os.kill(pid, signal.SIGKILL)
     assert ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})).result["sum"] == 2
     assert (jobs.get(job.id).state, jobs.get(job.id).attempt) == ("cancelled", 1)
@@ -239,10 +240,10 @@ def test_no_process_and_no_thread_is_left_after_closing_whatever_runs():
     talking = jobs.start("sleeping", sample_jobs.sleeps_and_says, {"seconds": 30})
     waiting = jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1})
     running(jobs, talking)
-    until(lambda: len(jobs.pids) == 2)
-    pids, start = jobs.pids, time.monotonic()
+    until(lambda: len(pids_of(jobs)) == 2)
+    pids, start = pids_of(jobs), time.monotonic()
     jobs.close()
-    assert time.monotonic() - start < 0.9 and all(gone(pid) for pid in pids) and jobs.pids == ()
+    assert time.monotonic() - start < 0.9 and all(gone(pid) for pid in pids) and pids_of(jobs) == ()
     assert threading.active_count() == before
     assert {jobs.get(job.id).state for job in (silent, talking, waiting)} == {"cancelled"}
     with pytest.raises(Unavailable, match="shutting down"):
@@ -253,20 +254,21 @@ def test_no_process_and_no_thread_is_left_after_closing_whatever_runs():
 def test_nothing_starts_before_the_first_job():
     before = threading.active_count()
     with JobEngine() as jobs:
-        assert jobs.pids == () and threading.active_count() == before
+        assert pids_of(jobs) == () and threading.active_count() == before
 
 
 SERVER = """
 import sys, time
 sys.path.insert(0, {root!r})
 from tests.support import sample_jobs
+from tests.support.child_processes import pids_of
 from app.jobs import JobEngine
 jobs = JobEngine(workers=1)
 job = jobs.start("computing", sample_jobs.{job}, {{"seconds": 60}})
-while not jobs.pids or jobs.get(job.id).state != "running":
+while not pids_of(jobs) or jobs.get(job.id).state != "running":
     time.sleep(0.01)
 time.sleep(0.5)
-print(jobs.pids[0], flush=True)
+print(pids_of(jobs)[0], flush=True)
 time.sleep(60)
 """
 

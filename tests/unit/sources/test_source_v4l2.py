@@ -7,7 +7,7 @@ import pytest
 
 from app.core.errors import BadInput, NotFound, Unavailable
 from app.sources import SourceContext, source_from_url
-from app.sources.local.v4l2 import V4l2Source, open_device
+from app.sources.local.v4l2 import V4l2Source
 from app.sources.local.v4l2_devices import find_device, list_devices
 from tests.support.plugged_cameras import V4L2_PATHS, Webcam, plug_in
 
@@ -180,4 +180,4 @@ def test_a_value_that_cannot_be_is_refused(webcam, name, value):
 
 
 def test_the_real_back_end_says_that_there_is_no_such_device():
-    assert not open_device("/dev/video999").isOpened()
+    assert not V4l2Source.opener("/dev/video999").isOpened()
