@@ -9,7 +9,7 @@ import numpy as np
 from app.core.field import Field, Region
 from app.formats.camera_file import CameraFile, checked_size
 from app.formats.camera_matrix import translation_of
-from app.formats.metadata import CameraPose, checked_pose
+from app.formats.metadata import checked_pose
 from app.formats.numbers import format_error
 from app.models.ray_camera import RayCamera
 from app.models.rotation import vector_from_matrix
@@ -33,17 +33,14 @@ def camera_from_wire(sent: CameraCalibration, field: Field) -> CameraFile:
     """Decode a camera over this field. The position is that of q and t: the derived one only repeats it."""
     sized = sent.pixel_image_width is not None and sent.pixel_image_height is not None
     size = checked_size(sent.pixel_image_width, sent.pixel_image_height) if sized else None
-    return CameraFile("ssl-vision", "ssl", (sent.distortion,), (sent.focal_length, sent.focal_length),
-                      (sent.principal_point_x, sent.principal_point_y), size, pose=pose_from_wire(sent), field=field)
-
-
-def pose_from_wire(sent: CameraCalibration) -> CameraPose:
     q = np.array([sent.q0, sent.q1, sent.q2, sent.q3])
     length = float(np.linalg.norm(q))
     if not 0.5 < length < 2:
         raise format_error(f"The camera's quaternion has the length {length:g}.", "Give one of length 1: x, y, z, w.")
     rotation = matrix_from_quaternion(q / length)
-    return checked_pose(vector_from_matrix(rotation), -rotation.T @ np.array([sent.tx, sent.ty, sent.tz]))
+    pose = checked_pose(vector_from_matrix(rotation), -rotation.T @ np.array([sent.tx, sent.ty, sent.tz]))
+    return CameraFile("ssl-vision", "ssl", (sent.distortion,), (sent.focal_length, sent.focal_length),
+                      (sent.principal_point_x, sent.principal_point_y), size, pose=pose, field=field)
 
 
 def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:

@@ -1,9 +1,9 @@
 """One decoding process seen from outside: started, asked under a deadline, killed when it misbehaves."""
 
 import time
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.errors import Unavailable
 from app.images import decoder_worker
@@ -21,7 +21,8 @@ class DecoderProcess:
 
     def __init__(self, limits: ImageLimits) -> None:
         self._limits = limits
-        self._child = ChildProcess(PROGRAM, {"memory_bytes": limits.memory_bytes}, _uninitialised,
+        # Room for pixels need not be zeros first.
+        self._child = ChildProcess(PROGRAM, {"memory_bytes": limits.memory_bytes}, partial(np.empty, dtype=np.uint8),
                                    3 * limits.max_pixels)
         self._is_ready = False
         self.pid = self._child.pid
@@ -39,23 +40,21 @@ class DecoderProcess:
         """
         try:
             self._await_ready()
-            return self._decode(data, declared, time.monotonic() + self._limits.wall_s)
+            connection, wall_s = self._child.connection, self._limits.wall_s
+            deadline = time.monotonic() + wall_s
+            request = decoder_worker.REQUEST.pack(declared.width, declared.height, wall_s)
+            connection.send(decoder_worker.DECODE, 0, request, data, timeout_s=wall_s)
+            answer = connection.receive(deadline - time.monotonic())
+            if answer is None:
+                raise TimeoutError
+            lengths = {decoder_worker.DECODED: 3 * declared.width * declared.height,
+                       decoder_worker.OTHER_SIZE: decoder_worker.SIZE.size}
+            if len(answer.body) != lengths.get(answer.kind, 0):
+                raise ConnectionResetError
+            return answer
         except BaseException:
             self.close()  # an answer read by half would be taken for the next one's
             raise
-
-    def _decode(self, data: bytes, declared: DeclaredImage, deadline: float) -> Message:
-        connection = self._child.connection
-        request = decoder_worker.REQUEST.pack(declared.width, declared.height, self._limits.wall_s)
-        connection.send(decoder_worker.DECODE, 0, request, data, timeout_s=self._limits.wall_s)
-        answer = connection.receive(deadline - time.monotonic())
-        if answer is None:
-            raise TimeoutError
-        lengths = {decoder_worker.DECODED: 3 * declared.width * declared.height,
-                   decoder_worker.OTHER_SIZE: decoder_worker.SIZE.size}
-        if len(answer.body) != lengths.get(answer.kind, 0):
-            raise ConnectionResetError
-        return answer
 
     def _await_ready(self) -> None:
         try:
@@ -67,8 +66,3 @@ class DecoderProcess:
         except OSError:
             raise Unavailable("The process that decodes pictures does not start.",
                               "Free some memory, or reinstall Touchline.", reason="decoder-down") from None
-
-
-def _uninitialised(length: int) -> NDArray[np.uint8]:
-    """Room for pixels, which need not be zeros first."""
-    return np.empty(length, np.uint8)

@@ -52,17 +52,15 @@ class AppliedCalibration:
         """Return JSON text of "overlays": the field's lines in pixels of the drawn picture."""
         key = (view, *drawn)
         if key not in self.overlays:
-            self.overlays[key] = self._overlay(view, width, raw, drawn)
+            if view == "raw":
+                features, scale = overlay(self.model, self.field, self.region, "raw"), drawn.width / raw.width
+            else:
+                features, scale = overlay(self.model, self.field, self.region, "corrected", self.view(width)), 1.0
+            lines = [{"feature": feature["feature"], "kind": feature["kind"], "points": points}
+                     for feature in features for points in _runs(feature["points"], scale, drawn)]
+            text = json.dumps({"field": lines}, allow_nan=False, separators=(",", ":"))
+            self.overlays[key] = b'"overlays":' + text.encode("ascii")
         return self.overlays[key]
-
-    def _overlay(self, view: str, width: int, raw: ImageSize, drawn: ImageSize) -> bytes:
-        if view == "raw":
-            features, scale = overlay(self.model, self.field, self.region, "raw"), drawn.width / raw.width
-        else:
-            features, scale = overlay(self.model, self.field, self.region, "corrected", self.view(width)), 1.0
-        lines = [{"feature": feature["feature"], "kind": feature["kind"], "points": points}
-                 for feature in features for points in _runs(feature["points"], scale, drawn)]
-        return b'"overlays":' + json.dumps({"field": lines}, allow_nan=False, separators=(",", ":")).encode("ascii")
 
 
 def _runs(points: Sequence[Sequence[float] | None], scale: float, drawn: ImageSize) -> Iterator[list[list[float]]]:

@@ -54,7 +54,8 @@ class RollMonitor:
 
     def _follow(self) -> None:
         give_way(NICE)
-        watch, rolling, count, seq = _new_watch(), RollRecorder(live=True), 0, 0
+        # Watch and four digits of a roll's number are an id.
+        watch, rolling, count, seq = secrets.token_hex(6), RollRecorder(live=True), 0, 0
         self._rolls.clear()
         while True:
             taken = self._capture.after(seq, WAIT_S)
@@ -66,7 +67,7 @@ class RollMonitor:
                 continue
             seq, size = taken.seq, taken.frame.size
             if rolling.frames and rolling.size != size:
-                watch, rolling, count = _new_watch(), RollRecorder(live=True), 0
+                watch, rolling, count = secrets.token_hex(6), RollRecorder(live=True), 0
             ended = rolling.add(taken.moment, taken.frame.pixels, seq)
             rolling.rolls.clear()  # they go to whoever polls, and are stored there
             new = []
@@ -85,10 +86,6 @@ class RollMonitor:
                               "hint": "" if rolling.is_still else "Nearly the whole picture changes again and again: "
                               "fix the camera, and switch its automatic exposure off."}
                 self._lock.notify_all()
-
-
-def _new_watch() -> str:
-    return secrets.token_hex(6)  # with four digits of a roll's number it is an id
 
 
 def _drawn_tracks(rolling: RollRecorder, taken: CapturedFrame) -> list[list[list[float]]]:

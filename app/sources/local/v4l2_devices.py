@@ -1,7 +1,6 @@
 """Cameras plugged into this machine, as Linux lists them in /sys: their identity and their port."""
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,7 +37,8 @@ class VideoDevice:
 def list_devices(root: Path = Path("/")) -> tuple[VideoDevice, ...]:
     """Return every camera that gives pictures, by number. root: contains dev and sys."""
     found = sorted((root / "sys/class/video4linux").glob("video*"), key=lambda path: int(path.name[5:] or 0))
-    links = {path: Path(path).resolve() for kind in ("by-id", "by-path") for path in _sorted(root / "dev/v4l" / kind)}
+    links = {path: Path(path).resolve() for kind in ("by-id", "by-path")
+             for path in sorted(map(str, (root / "dev/v4l" / kind).glob("*")))}
     nodes = [path for path in found if _text(path / "index") in ("", "0")]  # the others carry a camera's metadata
     usb = [_usb_device(path) for path in nodes]
     serials = [_text(place / "serial") if place else "" for place in usb]
@@ -84,13 +84,6 @@ def _usb_device(path: Path) -> Path | None:
 def _own(serial: str) -> bool:
     """Tell whether a serial number can be unique."""
     return len(set(serial.strip("0"))) > 1 and serial.lower() not in NO_SERIALS
-
-
-def _sorted(folder: Path) -> Iterator[str]:
-    try:
-        yield from sorted(str(path) for path in folder.iterdir())
-    except OSError:
-        return
 
 
 def _text(path: Path) -> str:

@@ -64,8 +64,6 @@ class MultipartParser:
             return part
         at = self._find_mark()
         if at < 0:
-            if len(self._data) > MAX_PART:
-                self._drop(PartTooLarge)
             return None
         part = bytes(self._data[:at])
         self._leave(at)
@@ -77,27 +75,27 @@ class MultipartParser:
         """Go past the next mark and the header lines behind it."""
         at = self._find_mark()
         if at < 0:
-            if len(self._data) > MAX_PART:
-                self._drop(PartTooLarge)
             return False
         head = at + len(self._mark)
         ends = [(end, end + len(gap)) for gap in (b"\r\n\r\n", b"\n\n") if (end := self._data.find(gap, head)) >= 0]
         if not ends:
             self._looked = at
             if len(self._data) - head > MAX_HEAD:
-                self._drop(PartTooLarge)
+                self._drop()
             return False
         end, start = min(ends)
         stated = LENGTH.search(bytes(self._data[head:end]).replace(b"\r", b""))
         self._length = int(stated[1]) if stated and int(stated[1]) else None
         if self._length is not None and self._length > MAX_PART:
-            self._drop(PartTooLarge)
+            self._drop()
         del self._data[:start]
         self._in_part, self._looked = True, 0
         return True
 
     def _find_mark(self) -> int:
         at = self._data.find(self._mark, self._looked)
+        if at < 0 and len(self._data) > MAX_PART:
+            self._drop()
         self._looked = max(0, len(self._data) - len(self._mark)) if at < 0 else at
         return at
 
@@ -105,7 +103,7 @@ class MultipartParser:
         del self._data[:at]
         self._in_part, self._looked, self._length = False, 0, None
 
-    def _drop(self, error: type[Exception]) -> None:
+    def _drop(self) -> None:
         self._data.clear()
         self._leave(0)
-        raise error
+        raise PartTooLarge

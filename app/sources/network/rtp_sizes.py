@@ -55,17 +55,17 @@ def h265_sizes(payload: bytes) -> Iterator[tuple[int, Size]]:
 
 def h264_sps(bits: "_Bits") -> tuple[int, Size]:
     """Number and size out of an H.264 sequence parameter set."""
-    bits.skip(8)
+    bits.take(8)
     profile = bits.take(8)
-    bits.skip(16)
+    bits.take(16)
     number = bits.exp_golomb()
     chroma = 1
     if profile in (100, 110, 122, 244, 44, 83, 86, 118, 128, 138, 139, 134, 135):
         chroma = bits.exp_golomb()
         if chroma == 3:
-            bits.skip(1)
+            bits.take(1)
         bits.exp_golomb(), bits.exp_golomb()  # bit depths
-        bits.skip(1)
+        bits.take(1)
         if bits.take(1):
             for i in range(8 if chroma != 3 else 12):
                 if bits.take(1):
@@ -75,29 +75,29 @@ def h264_sps(bits: "_Bits") -> tuple[int, Size]:
     if order == 0:
         bits.exp_golomb()
     elif order == 1:
-        bits.skip(1)
+        bits.take(1)
         bits.exp_golomb(), bits.exp_golomb()
         for _ in range(min(bits.exp_golomb(), 255)):
             bits.exp_golomb()
     bits.exp_golomb()
-    bits.skip(1)
+    bits.take(1)
     width, height = bits.exp_golomb() + 1, bits.exp_golomb() + 1
     return number, (width * 16, height * 16 * (2 - bits.take(1)))
 
 
 def h265_sps(bits: "_Bits") -> tuple[int, Size]:
     """Number and size out of an H.265 sequence parameter set."""
-    bits.skip(16 + 4)
+    bits.take(16 + 4)
     layers = bits.take(3)
-    bits.skip(1 + 88 + 8)  # general profile, tier and level
+    bits.take(1 + 88 + 8)  # general profile, tier and level
     present = [(bits.take(1), bits.take(1)) for _ in range(layers)]
     if layers:
-        bits.skip(2 * (8 - layers))
+        bits.take(2 * (8 - layers))
     for profile, level in present:
-        bits.skip(88 * profile + 8 * level)
+        bits.take(88 * profile + 8 * level)
     number = bits.exp_golomb()
     if bits.exp_golomb() == 3:
-        bits.skip(1)
+        bits.take(1)
     return number, (bits.exp_golomb(), bits.exp_golomb())
 
 
@@ -113,9 +113,6 @@ class _Bits:
             raise IndexError
         self._left -= count
         return self._value >> self._left & (1 << count) - 1
-
-    def skip(self, count: int) -> None:
-        self.take(count)
 
     def exp_golomb(self) -> int:
         zeros = 0
