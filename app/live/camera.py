@@ -83,8 +83,7 @@ class LiveCamera:
                 "viewers": self._streams.viewer_count,
                 "calibration_applied": self._applied,
                 "active_calibration": self.calibration.id if self.calibration else None,
-                "light": quality.get("light"), "sharpness": quality.get("sharpness"),
-                "flicker": quality.get("flicker"),
+                **{name: quality.get(name) for name in ("light", "sharpness", "flicker")},
                 "words": quality.get("words", []), "drift": drift,
                 "drift_px": drift["px"] if drift else None,
                 **{name: values.get(name) for name in PASSED_ON}}

@@ -1,6 +1,8 @@
 """Files that sources may read: those in the pictures folder and nowhere else, whatever a name or a link says."""
 
 import re
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from app.core.errors import NotFound, Unavailable
@@ -18,20 +20,12 @@ def pictures_folder(context: SourceContext) -> Path:
 
 def file_within(folder: Path, name: str, kind: str = "picture") -> Path:
     """Return a regular file in the folder; a link or path that leads out of it is not found."""
-    path = _within(folder, name)
-    if path is None or not path.is_file():
-        raise NotFound(f"There is no {kind} {name!r} in the pictures folder.", "Put it there, or correct the name.",
-                       reason=f"unknown-{kind}")
-    return path
+    return _within(folder, name, Path.is_file, kind, "Put")
 
 
 def folder_within(folder: Path, name: str) -> Path:
     """Return a folder in the folder, "." being itself, under the same rule."""
-    path = _within(folder, name)
-    if path is None or not path.is_dir():
-        raise NotFound(f"There is no folder {name!r} in the pictures folder.", "Make it there, or correct the name.",
-                       reason="unknown-folder")
-    return path
+    return _within(folder, name, Path.is_dir, "folder", "Make")
 
 
 def read_bytes(path: Path) -> bytes:
@@ -50,10 +44,11 @@ def by_name(path: Path) -> list[int | str]:
     return [int(part) if i % 2 else part.casefold() for i, part in enumerate(parts)]
 
 
-def _within(folder: Path, name: str) -> Path | None:
-    try:
+def _within(folder: Path, name: str, is_one: Callable[[Path], bool], kind: str, deed: str) -> Path:
+    with suppress(OSError, ValueError, RuntimeError):  # missing, a NUL, a loop of links
         root = folder.resolve(strict=True)
         path = (root / name).resolve(strict=True)
-        return path if path.is_relative_to(root) else None
-    except (OSError, ValueError, RuntimeError):  # missing, a NUL, a loop of links
-        return None
+        if path.is_relative_to(root) and is_one(path):
+            return path
+    raise NotFound(f"There is no {kind} {name!r} in the pictures folder.", f"{deed} it there, or correct the name.",
+                   reason=f"unknown-{kind}")

@@ -26,7 +26,8 @@ def moving(play: Motion, field: Field, region: Region, time_s: float, eye: tuple
     robots = motion.robots_at(play, field, region, time_s)
     people = motion.people_at(play, region, time_s)
     groups: list[tuple[Spot, list[Solid]]] = [((r.x_mm, r.y_mm), [_robot(r, motion.robot_size(field))]) for r in robots]
-    shirts = _shirts(play)
+    drawn = (np.random.default_rng([play.seed, 8, i]).uniform(40, 190, 3) for i in range(play.people))
+    shirts = [tuple(map(float, colour)) for colour in drawn]
     groups += [((p.x_mm, p.y_mm), _person(p, f"person {i}", shirts[i])) for i, p in enumerate(people)]
     groups.sort(key=lambda group: -np.hypot(group[0][0] - eye[0], group[0][1] - eye[1]))
     ball: list[Solid] = [Ball("ball", motion.ball_at(play, field, region, time_s), ball_radius_mm(field), ORANGE)]
@@ -35,11 +36,6 @@ def moving(play: Motion, field: Field, region: Region, time_s: float, eye: tuple
 
 def ball_radius_mm(field: Field) -> float:
     return field.extras.get("ball", {"radius_mm": 21.5})["radius_mm"]
-
-
-def _shirts(play: Motion) -> list[Colour]:
-    return [tuple(float(v) for v in np.random.default_rng([play.seed, 8, i]).uniform(40, 190, 3))
-            for i in range(play.people)]
 
 
 def _robot(robot: RobotTruth, size: dict[str, float]) -> Prism:
