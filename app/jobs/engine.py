@@ -52,7 +52,7 @@ class JobEngine:
             self._runners = [DaskRunner(cluster) for _ in range(workers)]
         self._threads: list[Thread] = []
         self._lock = Lock()
-        self._closed = False
+        self.closed = False  # then nothing will change any more
 
     def open(self, table: JobTable) -> None:
         """Store jobs in this table from now on, and go on with those in it that have not ended."""
@@ -80,7 +80,7 @@ class JobEngine:
         if not self._can_save(saver):
             raise KeyError(saver)
         with self._lock:
-            if self._closed:
+            if self.closed:
                 raise Unavailable("The server is shutting down.", "Try again when it is back.", reason="shutting-down")
             if sum(job.state == "queued" for job in self._registry.all()) >= MAX_QUEUED:
                 raise Busy(f"{MAX_QUEUED} jobs are waiting already.", "Wait for some to end, or cancel some.",
@@ -104,15 +104,10 @@ class JobEngine:
         self._registry.cancel(id)
         return self._registry.get(id)
 
-    @property
-    def closed(self) -> bool:
-        """Whether nothing will change any more."""
-        return self._closed
-
     def close(self) -> None:
         """End every process. What is queued or runs is cancelled, or done when its table is opened again."""
         with self._lock:
-            self._closed = True
+            self.closed = True
         for job in self._registry.all():
             self._registry.suspend(job.id)
         for runner in self._runners:
@@ -148,7 +143,7 @@ class JobEngine:
         while (item := self._queue.get()) is not None:
             id, spec = item
             try:
-                if self._closed or not self._registry.begin(id, name):
+                if self.closed or not self._registry.begin(id, name):
                     continue  # cancelled while it waited
                 made = runner.run(current_name(spec.run), spec.spec, partial(self._registry.report, id),
                                   partial(self._is_wanted, id), self._wall_s)
@@ -156,7 +151,7 @@ class JobEngine:
             except JobStopped:
                 pass  # the registry has said so already
             except WorkerDied as error:
-                if not self._closed:
+                if not self.closed:
                     self._requeue(id, spec, error)
             except Exception as error:
                 self._fail(id, error)
