@@ -24,8 +24,7 @@ def write(calibration: Calibration) -> bytes:
     field_mm = field_from_raw(model, np.stack(np.meshgrid(grid_x, grid_y), axis=-1))
     about = {"id": calibration.id, "version": calibration.version, "camera": calibration.camera,
              "field": calibration.field["name"], "region": calibration.region, "rotate": calibration.rotate,
-             "model": calibration.model_name, "created_at": calibration.created_at,
-             "software": calibration.software}
+             "model": calibration.model_name, "created_at": calibration.created_at, "software": calibration.software}
     buffer = io.BytesIO()
     np.savez_compressed(buffer, raw_x=table.raw_x, raw_y=table.raw_y, field_mm=field_mm.astype(np.float32),
                         grid_x=grid_x.astype(np.float32), grid_y=grid_y.astype(np.float32),

@@ -68,7 +68,6 @@ def checked_size(width: int, height: int, limits: ImageLimits) -> None:
     if width < 1 or height < 1:
         raise damaged(f"it declares {width} × {height} px")
     if width > limits.max_side_px or height > limits.max_side_px or width * height > limits.max_pixels:
-        raise ImageTooLarge(
-            f"The picture declares {width} × {height} px.",
-            f"Send at most {limits.max_pixels / 1e6:g} million pixels and {limits.max_side_px} px a side; "
-            "scale it down or crop it.")
+        raise ImageTooLarge(f"The picture declares {width} × {height} px.",
+                            f"Send at most {limits.max_pixels / 1e6:g} million pixels and {limits.max_side_px} px a "
+                            "side; scale it down or crop it.")

@@ -80,12 +80,10 @@ class LiveCamera:
                 "width": size.width if size else None, "height": size.height if size else None,
                 "frame_age_s": process.frame_age_s(now) if process else None,
                 "reconnects": self._supervisor.restarts + max(0, values.get("reopened", 0) - 1),
-                "viewers": self._streams.viewer_count,
-                "calibration_applied": self._applied,
+                "viewers": self._streams.viewer_count, "calibration_applied": self._applied,
                 "active_calibration": self.calibration.id if self.calibration else None,
                 **{name: quality.get(name) for name in ("light", "sharpness", "flicker")},
-                "words": quality.get("words", []), "drift": drift,
-                "drift_px": drift["px"] if drift else None,
+                "words": quality.get("words", []), "drift": drift, "drift_px": drift["px"] if drift else None,
                 **{name: values.get(name) for name in PASSED_ON}}
 
     def require_view(self, view: str) -> None:

@@ -79,7 +79,7 @@ class Encoder:
         except TouchlineError:
             return  # a model that cannot be drawn at this size: the still view says why
         self.encoded += 1
-        head |= more | {"width": pixels.shape[1], "height": pixels.shape[0],
-                        "raw_width": taken.frame.size.width, "raw_height": taken.frame.size.height,
-                        "spent_ms": round(1e3 * (time.monotonic() - begin), 2)}
+        raw = taken.frame.size
+        head |= more | {"width": pixels.shape[1], "height": pixels.shape[0], "raw_width": raw.width,
+                        "raw_height": raw.height, "spent_ms": round(1e3 * (time.monotonic() - begin), 2)}
         self._send(messages.PICTURE, number, encode_body(head, jpeg, overlays))

@@ -106,8 +106,7 @@ class FrameBuffer:
 
     def _keep(self, taken: CapturedFrame) -> None:
         done, buffer = cv2.imencode(".jpg", np.ascontiguousarray(taken.frame.pixels), [
-            cv2.IMWRITE_JPEG_QUALITY, QUALITY,
-            cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444])
+            cv2.IMWRITE_JPEG_QUALITY, QUALITY, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444])
         if not done:
             return
         frame = BufferedFrame(taken.seq, taken.time, taken.frame.size, buffer.tobytes())

@@ -27,8 +27,7 @@ class StreamSpec:
         """Return the stream that serves such a request; BadInput for one that none can."""
         if not (view in (*VIEWS, DETECTIONS) or (view.startswith(STAGE) and view.removeprefix(STAGE) in list(STAGES))):
             raise BadInput(f"There is no view called {view[:40]!r}.", f"Use one of: {', '.join(VIEWS)}, {DETECTIONS}, "
-                           "or stage- and the name of a stage, as stage-colours.",
-                           reason="unknown-view")
+                           "or stage- and the name of a stage, as stage-colours.", reason="unknown-view")
         if not (width == 0 or 16 <= width <= MAX_WIDTH):
             raise BadInput(f"A width of {width} px cannot be streamed.",
                            f"Use 16 to {MAX_WIDTH}, or 0 for the camera's own.", reason="bad-width")

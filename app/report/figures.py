@@ -41,7 +41,6 @@ def figures(report: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Each of HEAD with its value, None where the record does not tell it."""
     sigma, distortion = report.get("sigma_mm") or {}, report.get("distortion") or {}
     apart = {"expected_mm": sigma.get("rms"), "expected_hat_mm": (sigma.get("hat") or {}).get("rms"),
-             "distortion_before_pct": distortion.get("before_pct"),
-             "distortion_after_pct": distortion.get("after_pct")}
+             **{f"distortion_{when}": distortion.get(when) for when in ("before_pct", "after_pct")}}
     return {key: {"title": it.title, "value": number(apart.get(key, report.get(key))), "unit": it.unit,
                   "reading": it.reading} for key, it in HEAD.items()}
