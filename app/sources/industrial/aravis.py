@@ -106,8 +106,8 @@ class AravisDevice:
                 call("stream_push_buffer", self._stream, call("buffer_new_allocate", payload))
             call("camera_start_acquisition", self._camera)
         except AravisError as error:
-            raise Unavailable("The camera does not start.", "Close the other program that uses it, or wait until it lets "
-                              f"go. {_driver_message(error)}", reason="camera-busy") from None
+            raise Unavailable("The camera does not start.", "Close the other program that uses it, or wait until it "
+                              f"lets go. {_driver_message(error)}", reason="camera-busy") from None
 
     def stop(self) -> None:
         if self._stream is None:
