@@ -80,9 +80,6 @@ class MulticastAddress:
         return NetworkError(f"The network refuses {self.group}, port {self.port}: {error.strerror or error}.",
                               "Check the interface; it is tried again.", reason="network")
 
-    def to_json(self) -> dict[str, object]:
-        return {"group": self.group, "port": self.port, "interface": self.interface, "ttl": self.ttl}
-
 
 def interfaces() -> list[dict[str, str | None]]:
     """List this machine's interfaces: {"name", "address"}; address None without IPv4."""
