@@ -30,10 +30,6 @@ class DeclaredImage:
     width: int
     height: int
 
-    @property
-    def media_type(self) -> str:
-        return f"image/{self.format}"
-
     def undecodable(self) -> BadImage:
         return BadImage(f"The {self.format.upper()} picture cannot be decoded.", SEND_AGAIN, reason="undecodable-image")
 

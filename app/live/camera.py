@@ -58,10 +58,6 @@ class LiveCamera:
     # What is known
 
     @property
-    def pid(self) -> int | None:
-        return self._supervisor.pid
-
-    @property
     def identity(self) -> Identity | None:
         """The evidence of which camera this is; None until its source was opened once."""
         process = self._supervisor.status

@@ -45,10 +45,6 @@ class CameraSupervisor:
         self._process: CameraProcess | None = None
         self._task: asyncio.Task[None] | None = None
 
-    @property
-    def pid(self) -> int | None:
-        return self._process.pid if self._process else None
-
     def start(self) -> None:
         if self._task is None:
             self._task = asyncio.create_task(self._keep_alive(), name=self._name)

@@ -26,7 +26,7 @@ from app.imaging.correction import CorrectedView, correction_map
 from app.live import StreamSpec
 from app.live.capture import REST_S
 from app.live.picture import AppliedCalibration
-from tests.support.live_cameras import calibrated, live
+from tests.support.live_cameras import calibrated, live, pid_of
 from tests.support.mjpeg_camera import MjpegCamera
 from tests.support.waiting import until, until_async
 
@@ -143,7 +143,7 @@ def test_a_stopped_camera_is_seen_and_back_in_time():
             for _ in range(8):
                 await asyncio.sleep(1)
                 before, start = neighbour.status()["seq"], time.monotonic()
-                os.kill(camera.pid, signal.SIGSTOP)
+                os.kill(pid_of(camera), signal.SIGSTOP)
                 await until_async(lambda: camera.status()["state"] != "live")
                 seen.append(time.monotonic() - start)
                 await until_async(lambda: camera.status()["state"] == "live")
@@ -164,7 +164,7 @@ def test_a_hundred_unpluggings_leave_nothing_behind():
     async def story():
         async with live(far.url) as camera:
             await until_async(lambda: camera.status()["state"] == "live")
-            before, back = (held(os.getpid()), held(camera.pid)), []
+            before, back = (held(os.getpid()), held(pid_of(camera))), []
             for _ in range(100):
                 opened = camera.status()["reopened"]
                 far.drop()
@@ -173,7 +173,7 @@ def test_a_hundred_unpluggings_leave_nothing_behind():
                     lambda n=opened: camera.status()["reopened"] > n and camera.status()["state"] == "live")
                 back.append(time.monotonic() - start)
             await asyncio.sleep(2)
-            return before, (held(os.getpid()), held(camera.pid)), back, camera.status()["reconnects"]
+            return before, (held(os.getpid()), held(pid_of(camera))), back, camera.status()["reconnects"]
     far = MjpegCamera()
     before, after, back, reconnects = asyncio.run(story())
     far.close()

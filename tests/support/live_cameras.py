@@ -23,6 +23,12 @@ def spec(url: str, pictures=None, hosts=("127.0.0.1",)) -> dict:
             "producers": [], "limits": asdict(ImageLimits())}
 
 
+def pid_of(camera: LiveCamera) -> int | None:
+    """The camera's process; None where none runs now."""
+    process = camera._supervisor._process
+    return process and process.pid
+
+
 @asynccontextmanager
 async def live(url: str, **around):
     """A camera that runs as long as the context lasts."""

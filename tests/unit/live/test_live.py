@@ -22,7 +22,7 @@ from app.live import LiveCamera, StreamSpec
 from app.live.picture import AppliedCalibration
 from app.processes.framing import decode_body
 from app.sources import Identity, SourceContext, source_from_url
-from tests.support.live_cameras import FIELDS, SIM, calibrated, live, spec
+from tests.support.live_cameras import FIELDS, SIM, calibrated, live, pid_of, spec
 from tests.support.paths import ROOT
 from tests.support.pictures import encoded
 from tests.support.waiting import gone, until, until_async
@@ -109,16 +109,16 @@ def test_a_process_that_stops_or_dies_is_replaced_and_its_viewers_go_on(deed):
             with camera.watching(StreamSpec()) as viewer, neighbour.watching(StreamSpec()) as other:
                 await viewer.next(30)
                 await other.next(30)
-                pid, begin = camera.pid, time.monotonic()
+                pid, begin = pid_of(camera), time.monotonic()
                 seen_before = other.taken
                 os.kill(pid, deed)
                 await until_async(lambda: camera.status()["state"] != "live", seconds=10)
                 noticed = time.monotonic() - begin
-                while camera.pid in (pid, None) or decode_body(await viewer.next(30))[0]["seq"] > 50:
+                while pid_of(camera) in (pid, None) or decode_body(await viewer.next(30))[0]["seq"] > 50:
                     await asyncio.sleep(0.01)
                 await until_async(lambda: camera.status()["state"] == "live")
                 await other.next(10)
-                return noticed, pid, camera.pid, gone(pid), camera.status()["reconnects"], other.taken - seen_before
+                return noticed, pid, pid_of(camera), gone(pid), camera.status()["reconnects"], other.taken - seen_before
     noticed, before, after, was_reaped, reconnects, others = run(story())
     assert noticed < 5  # 1.5 s on a quiet machine; the figure stands in the benchmark
     assert after != before and was_reaped and reconnects == 1 and others >= 1
@@ -128,10 +128,10 @@ def test_a_held_up_server_does_not_blame_its_cameras():
     async def story():
         async with live(SIM) as camera:
             await until_async(lambda: camera.status()["state"] == "live")
-            pid = camera.pid
+            pid = pid_of(camera)
             time.sleep(4)  # the event loop itself stands still
             await asyncio.sleep(1.5)
-            return pid, camera.pid, camera.status()
+            return pid, pid_of(camera), camera.status()
     before, after, status = run(story())
     assert before == after and status["state"] == "live" and status["reconnects"] == 0
 
@@ -332,7 +332,7 @@ def test_opening_and_closing_leaves_no_process_no_descriptor_and_no_thread_behin
     async def cycle(pids):
         async with live("picture://none.png") as camera:
             await until_async(lambda: camera.status()["state"] == "offline")
-            pids.append(camera.pid)
+            pids.append(pid_of(camera))
 
     async def story():
         pids = []
@@ -347,10 +347,10 @@ def test_opening_and_closing_leaves_no_process_no_descriptor_and_no_thread_behin
 
 
 def test_a_process_whose_server_was_killed_ends_by_itself():
-    code = ("import asyncio, sys\nfrom tests.support.live_cameras import SIM, live\n"
+    code = ("import asyncio, sys\nfrom tests.support.live_cameras import SIM, live, pid_of\n"
             "from tests.support.waiting import until_async\n"
-            "async def story():\n async with live(SIM) as camera:\n  await until_async(lambda: camera.pid)\n"
-            "  print(camera.pid, flush=True)\n  await asyncio.sleep(60)\nasyncio.run(story())")
+            "async def story():\n async with live(SIM) as camera:\n  await until_async(lambda: pid_of(camera))\n"
+            "  print(pid_of(camera), flush=True)\n  await asyncio.sleep(60)\nasyncio.run(story())")
     server = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True,
                               cwd=ROOT)
     pid = int(server.stdout.readline())

@@ -11,7 +11,7 @@ import pytest
 
 from app.live import StreamSpec
 from app.processes.framing import decode_body
-from tests.support.live_cameras import SIM, live
+from tests.support.live_cameras import SIM, live, pid_of
 from tests.support.mjpeg_camera import MjpegCamera, coded
 from tests.support.pictures import jpeg_of_many_scans, jpeg_with_size, png_bomb
 from tests.support.rtsp_camera import RtspCamera
@@ -99,11 +99,11 @@ def test_parts_that_are_no_pictures_are_left_out_and_the_others_shown(part):
         async with live(far.url) as camera:
             with camera.watching(StreamSpec()) as viewer:
                 first = decode_body(await viewer.next(30))[0]["seq"]
-                pid = camera.pid
+                pid = pid_of(camera)
                 far.parts = lambda n: [part, coded(n)] if n % 4 == 0 else [coded(n)]
                 while decode_body(await viewer.next(20))[0]["seq"] < first + 30:
                     pass
-                return pid, camera.pid, camera.status()
+                return pid, pid_of(camera), camera.status()
     with mjpeg() as far:
         before, after, status = asyncio.run(asyncio.wait_for(story(far), 100))
     assert before == after and status["state"] == "live"
@@ -163,13 +163,13 @@ def test_many_unpluggings_leave_nothing_behind():
                 seq = camera.status()["reopened"]
                 await until_async(lambda: (camera.status()["reopened"] or 0) > seq, seconds=30)
             await cycle()
-            pid = camera.pid
+            pid = pid_of(camera)
             await until_async(lambda: camera.status()["state"] == "live", seconds=30)
             before = len(os.listdir("/proc/self/fd")), threading.active_count(), held(pid)
             for _ in range(6):
                 await cycle()
             await until_async(lambda: camera.status()["state"] == "live", seconds=30)
-            return pid, camera.pid, before, (len(os.listdir("/proc/self/fd")), threading.active_count(), held(pid))
+            return pid, pid_of(camera), before, (len(os.listdir("/proc/self/fd")), threading.active_count(), held(pid))
 
     def held(pid):
         return len(os.listdir(f"/proc/{pid}/fd")), len(os.listdir(f"/proc/{pid}/task"))
