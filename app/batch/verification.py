@@ -74,7 +74,9 @@ def _by_edges(model: CameraModel, pixels: NDArray[np.uint8]) -> dict[str, Any]:
     if after["distortion"] == "unknown":
         return {**told, "warnings": ["Its edges do not tell whether it is straightened. Give a picture with long edges "
                                      "on all sides, or clicks."]}
-    mm = after["px"] * _mm_per_px(model, seen[after["line"]])
+    ends = seen[after["line"]][[0, -1]]  # of its chord: along it a corrected pixel is so many mm
+    mm_long, px_long = (np.linalg.norm(np.diff(places, axis=0)) for places in (model.field_from_corrected(ends), ends))
+    mm = after["px"] * float(mm_long / px_long)
     return {**told, "level": "good" if after["distortion"] == "none" else level_of(mm), "worst_mm": float(mm)}
 
 
@@ -92,10 +94,3 @@ def _bow(chains: Sequence[Points], size: ImageSize) -> tuple[dict[str, Any] | No
     except FitFailed as refusal:
         return None, str(refusal)
     return {**found["bow"]["most"], "distortion": found["distortion"]}, ""
-
-
-def _mm_per_px(model: CameraModel, chain: Points) -> float:
-    """Field mm a corrected pixel, along the chord of an edge."""
-    ends = chain[[0, -1]]
-    mm, px = (np.linalg.norm(np.diff(places, axis=0)) for places in (model.field_from_corrected(ends), ends))
-    return float(mm / px)

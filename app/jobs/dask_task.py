@@ -24,7 +24,10 @@ def do(request_text: str) -> str:
 
     request = json.loads(request_text)
     if request["version"] != __version__:
-        return json.dumps({"problem": _another_version(request["version"])})
+        detail = f"The cluster's workers have Touchline {__version__}, the server has {request['version']}."
+        return json.dumps({"problem": {"reason": "cluster-differs", "title": "Cluster differs", "status": 503,
+                                       "detail": detail,
+                                       "fix": "Install the same version everywhere and start the workers again."}})
     # Dask gives the job of a lost worker to the next one by itself. How often it may lose one is for the server to
     # count, so whoever finds it begun says so and does nothing. (The name of one whose worker dies stays behind on
     # the scheduler, some fifty bytes.)
@@ -53,9 +56,3 @@ def do(request_text: str) -> str:
     if not is_done and value["reason"] == "damaged-file":
         value = {**value, "reason": "no-shared-folder", "title": "No shared folder", "fix": SHARE}
     return json.dumps(plain({"result" if is_done else "problem": value}), allow_nan=False)
-
-
-def _another_version(theirs: str) -> dict[str, object]:
-    return {"reason": "cluster-differs", "title": "Cluster differs", "status": 503,
-            "detail": f"The cluster's workers have Touchline {__version__}, the server has {theirs}.",
-            "fix": "Install the same version everywhere and start the workers again."}

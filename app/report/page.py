@@ -18,7 +18,9 @@ MAX_PARAMETER_CHARACTERS = 12_000  # characters; a spline through thousands of c
 
 def page(contents: Mapping[str, Any], drawn: ReportDrawings) -> str:
     """The report as HTML, from its contents and its pictures."""
-    title = f"Calibration of {_camera(contents)}, version {contents['calibration']['version']}"
+    it = contents["calibration"]
+    camera = it["camera_name"] or it["camera"] or "a picture without a camera"
+    title = f"Calibration of {camera}, version {it['version']}"
     head = element("head", element("meta", charset="utf-8"),
                    element("meta", http_equiv="Content-Security-Policy", content=POLICY),
                    element("meta", name="viewport", content="width=device-width, initial-scale=1"),
@@ -27,11 +29,6 @@ def page(contents: Mapping[str, Any], drawn: ReportDrawings) -> str:
                    _pictures(contents, drawn),
                    _distortion(contents), _uncertainty(contents, drawn), _residuals(contents), _provenance(contents))
     return f"<!doctype html>\n{element('html', head, body, lang='en')}\n"
-
-
-def _camera(contents: Mapping[str, Any]) -> str:
-    it = contents["calibration"]
-    return it["camera_name"] or it["camera"] or "a picture without a camera"
 
 
 def _header(contents: Mapping[str, Any], title: str) -> Html:

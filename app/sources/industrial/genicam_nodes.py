@@ -37,7 +37,9 @@ class GenApiNodes:
             else:
                 node.value = value
         except (genapi.GenericException, TypeError, OverflowError) as error:
-            raise BadInput(f"The camera refuses {name} = {value}.", _first_sentence(error),
+            said = " ".join(str(error).split(" : ")[0].split())[:200]  # without where in its own code GenApi says it
+            raise BadInput(f"The camera refuses {name} = {value}.",
+                           f"It says: {said.rstrip('.')}." if said else "Use another value.",
                            reason="bad-control") from None
 
 
@@ -52,9 +54,3 @@ def _described(node: Any, writable: bool) -> Node | None:
     if isinstance(node, genapi.IFloat):
         return Node("float", node.value, writable, finite_range(node.min, node.max), 0.0, node.unit)
     return None
-
-
-def _first_sentence(error: Exception) -> str:
-    """What GenApi says, without where in its own code it says it."""
-    text = " ".join(str(error).split(" : ")[0].split())
-    return f"It says: {text[:200].rstrip('.')}." if text else "Use another value."

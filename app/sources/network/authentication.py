@@ -54,7 +54,8 @@ class Login:
             return HASHES[algorithm.lower()](text.encode()).hexdigest()
 
         identity, request = hashed(f"{self._user}:{realm}:{self._password}"), hashed(f"{method}:{uri}")
-        fields = {"username": _escaped(self._user), "realm": realm, "nonce": nonce, "uri": uri}
+        user = self._user.replace("\\", "\\\\").replace('"', '\\"')
+        fields = {"username": user, "realm": realm, "nonce": nonce, "uri": uri}
         bare = f", algorithm={algorithm}" if "algorithm" in challenge else ""
         if "qop" in challenge:
             self._count += 1
@@ -66,7 +67,3 @@ class Login:
         if "opaque" in challenge:
             fields["opaque"] = challenge["opaque"]
         return "Digest " + ", ".join(f'{name}="{value}"' for name, value in fields.items()) + bare
-
-
-def _escaped(text: str) -> str:
-    return text.replace("\\", "\\\\").replace('"', '\\"')

@@ -22,6 +22,7 @@ from app.sources.network.rtp_sizes import SizeMonitor
 MAX_TEXT = 256 * 1024  # of one request or reply with its body
 READ_BYTES = 1 << 18
 CODEC = re.compile(r"^a=rtpmap:\s*\d+\s+(JPEG|H264|H265)/", re.IGNORECASE | re.MULTILINE)
+LENGTH = re.compile(rb"^Content-Length:\s*(\d{1,9})", re.IGNORECASE | re.MULTILINE)
 STATIC_JPEG = re.compile(r"^m=video \d+ \S+ 26\b", re.MULTILINE)
 
 
@@ -121,7 +122,8 @@ class RtspRelay:
                 at = end
                 continue
             found = data.find(b"\r\n\r\n", at)
-            length = _body_length(data[at:found]) if found >= 0 else 0
+            stated = LENGTH.search(data, at, found) if found >= 0 else None
+            length = int(stated[1]) if stated else 0
             end = found + 4 + length
             if max(len(data) - at, length) > MAX_TEXT and (found < 0 or length > MAX_TEXT):
                 raise connection_lost()
@@ -194,8 +196,3 @@ class RtspRelay:
         self._playing = self._playing or request[0] == "PLAY"
         head = re.sub(r"(?mi)^CSeq:[^\r\n]*", f"CSeq: {request[3]}", head)
         self._ffmpeg.sendall(head.encode() + b"\r\n\r\n" + body)
-
-
-def _body_length(head: bytearray) -> int:
-    found = re.search(rb"(?mi)^Content-Length:\s*(\d{1,9})", head)
-    return int(found[1]) if found else 0

@@ -105,7 +105,10 @@ class SimSource(BaseSource):
     def open(cls, target: str, options: Mapping[str, Any], context: SourceContext) -> Self:
         field = named_field(context, target)
         region = _region(field, options)
-        serial = _serial(options["serial"])
+        serial = options["serial"]
+        if len(serial) > 100 or not serial.isprintable():
+            raise BadInput("The option serial is no serial number.", "Use up to 100 letters, digits and signs.",
+                           reason="bad-option")
         play = Motion(options["robots"], options["people"], options["seed"], options["speed"], options["walk"],
                     options["numbers"] == "drawn", options["ball"])
         light = Light(vignette=options["vignette"], glare=options["glare"], gain=options["light"],
@@ -209,10 +212,3 @@ def _size(text: str) -> ImageSize:
                        f"Write it as 1280x1024: at least 32 px a side, at most {MAX_PIXELS // 10**6} megapixels.",
                        reason="bad-option")
     return ImageSize(width, height)
-
-
-def _serial(text: str) -> str:
-    if len(text) > 100 or not text.isprintable():
-        raise BadInput("The option serial is no serial number.", "Use up to 100 letters, digits and signs.",
-                       reason="bad-option")
-    return text
