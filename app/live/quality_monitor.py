@@ -13,7 +13,6 @@ from app.core import opencv
 from app.core.geometry import ImageSize, inside_picture
 from app.live.capture import CapturedFrame, FrameCapture
 from app.live.encoder import Encoder
-from app.live.picture import AppliedCalibration
 from app.vision.quality import flicker, light, sharpness
 
 EVERY_S = 0.5
@@ -82,12 +81,8 @@ class QualityMonitor:
         if applied is None or applied.record.image_size != raw:
             return None
         if self._mask is None or self._mask[:2] != (applied.record.id, raw):
-            self._mask = (applied.record.id, raw, _mask(applied, width, height, raw))
+            x, y = np.meshgrid(np.arange(width), np.arange(height))
+            points = np.stack([(x + 0.5) * raw.width / width - 0.5, (y + 0.5) * raw.height / height - 0.5], axis=-1)
+            corrected = applied.model.corrected_from_raw(points.reshape(-1, 2)).reshape(height, width, 2)
+            self._mask = applied.record.id, raw, inside_picture(corrected, applied.model.corrected_size, 0)
         return self._mask[2]
-
-
-def _mask(applied: AppliedCalibration, width: int, height: int, raw: ImageSize) -> NDArray[np.bool_]:
-    x, y = np.meshgrid(np.arange(width), np.arange(height))
-    points = np.stack([(x + 0.5) * raw.width / width - 0.5, (y + 0.5) * raw.height / height - 0.5], axis=-1)
-    corrected = applied.model.corrected_from_raw(points.reshape(-1, 2)).reshape(height, width, 2)
-    return inside_picture(corrected, applied.model.corrected_size, 0)

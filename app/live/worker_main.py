@@ -42,8 +42,12 @@ class CameraWorker:
 
     def __init__(self, connection: Connection, arguments: dict[str, Any]) -> None:
         limits = ImageLimits(**arguments["limits"])
+        context = SourceContext({name: field_from_json(one) for name, one in arguments["fields"].items()},
+                                lambda data: decode_in_process(data, limits),
+                                Path(arguments["pictures"]) if arguments["pictures"] else None,
+                                tuple(arguments["hosts"]), tuple(map(Path, arguments["producers"])))
         self._connection = connection
-        self._capture = FrameCapture(arguments["source"], _source_context(arguments, limits))
+        self._capture = FrameCapture(arguments["source"], context)
         self._encoder = Encoder(self._capture, connection.send)
         self._quality = QualityMonitor(self._capture, self._encoder)
         self._drift = CameraDriftMonitor(self._capture, limits)
@@ -103,10 +107,3 @@ class CameraWorker:
         except MemoryError:
             raise BadInput("The camera's process has not enough memory for this.", "Ask for fewer frames.",
                            reason="camera-memory") from None
-
-
-def _source_context(arguments: dict[str, Any], limits: ImageLimits) -> SourceContext:
-    fields = {name: field_from_json(one) for name, one in arguments["fields"].items()}
-    pictures = Path(arguments["pictures"]) if arguments["pictures"] else None
-    return SourceContext(fields, lambda data: decode_in_process(data, limits), pictures, tuple(arguments["hosts"]),
-                        tuple(Path(place) for place in arguments["producers"]))

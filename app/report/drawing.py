@@ -68,12 +68,12 @@ def draw(calibration: Calibration, picture: ReportPicture, contents: Mapping[str
                           maps)
 
 
-def jpeg_within(pixels: NDArray[np.uint8], most: int = MAX_PHOTO_BYTES) -> bytes:
-    """A JPEG of at most so many bytes: smaller, then coarser, until it fits; the last try counts as it is."""
+def _jpeg(pixels: NDArray[np.uint8]) -> bytes:
+    """A JPEG of at most MAX_PHOTO_BYTES: smaller, then coarser, until it fits; the last try counts as it is."""
     data = b""
     for width, quality in TRIES:
         data = encode(opencv.shrink_to_width(pixels, width), "jpg", quality)
-        if len(data) <= most:
+        if len(data) <= MAX_PHOTO_BYTES:
             break
     return data
 
@@ -83,7 +83,7 @@ def data_address(data: bytes, kind: str) -> str:
 
 
 def _view(size: ImageSize) -> CorrectedView:
-    """The region with some carpet around it, at most WIDEST_PX on its longer side."""
+    """The region with some carpet around it, at most MAX_SIDE_PX on its longer side."""
     margin = round(MARGIN * size.width)
     width, height = size.width + 2 * margin, size.height + 2 * margin
     scale = MAX_SIDE_PX / max(width, height)
@@ -93,7 +93,7 @@ def _view(size: ImageSize) -> CorrectedView:
 def _picture(pixels: NDArray[np.uint8], over: Sequence[Html], title: str) -> Html:
     """A photograph with drawings over it, in its own pixels: their origin is the centre of the top-left one."""
     height, width = pixels.shape[:2]
-    photograph = element("image", href=data_address(jpeg_within(pixels), "jpeg"), x=-0.5, y=-0.5, width=width,
+    photograph = element("image", href=data_address(_jpeg(pixels), "jpeg"), x=-0.5, y=-0.5, width=width,
                          height=height, preserveAspectRatio="none")
     return element("svg", photograph, list(over), viewBox=f"-0.5 -0.5 {width} {height}", role="img",
                    aria_label=title, class_="photograph")

@@ -17,6 +17,7 @@ from app.sources.network.camera_errors import connection_lost, silent, status_er
 from app.sources.network.endpoint import Endpoint, connect
 
 READ_BYTES = 1 << 18
+MAX_REFUSAL = 65_536
 LOGIN_TRIES = 3  # without, with, and once more with a fresh nonce
 
 
@@ -36,7 +37,9 @@ class HttpConnection:
         for _ in range(LOGIN_TRIES):
             answer = self._get(deadline)
             if answer.status == 401 and self._login.accept_challenge(answer.headers.get_all("WWW-Authenticate", [])):
-                self._drain(deadline)
+                # The refusal's text is skipped; where there is too much of it, the connection is closed.
+                if len(self.read_all(MAX_REFUSAL, deadline)) > MAX_REFUSAL or self._answer.will_close:
+                    self.close()
                 continue
             if answer.status != 200:
                 raise status_error(answer.status, "http", "nothing", "MJPEG")
@@ -104,11 +107,6 @@ class HttpConnection:
         self._client = http.client.HTTPConnection(endpoint.host, endpoint.port)
         self._client.auto_open = 0  # it would connect by itself, to wherever the name leads by then
         self._client.sock = self._timed
-
-    def _drain(self, deadline: float) -> None:
-        """Skip a refusal's text, or close the connection where there is too much of it."""
-        if len(self.read_all(65_536, deadline)) > 65_536 or self._answer.will_close:
-            self.close()
 
     @contextlib.contextmanager
     def _watched(self, deadline: float) -> Iterator[None]:

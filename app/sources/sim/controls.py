@@ -68,7 +68,11 @@ class Settings:
                 raise refused_value(control.label, repr(str(value)[:40]), " or ".join(control.choices))
             self.binning = self._binnings[control.choices.index(value)]
         else:
-            setattr(self, NUMBERS[name], _number(control, value))
+            low, high = control.range
+            if not is_number(value, low, high):
+                other = ', or "auto"' if control.automatic is not None else ""
+                raise refused_value(control.label, repr(str(value)[:40]), f"a number from {low:g} to {high:g}{other}")
+            setattr(self, NUMBERS[name], float(value))
             if name == "exposure":
                 self.auto_exposure = False
             self.exposure_us = min(self.exposure_us, 1e6 / self.frame_rate)  # no exposure is longer than a frame
@@ -87,11 +91,3 @@ class Settings:
 
     def _text(self, binning: int) -> str:
         return f"{self.size.width // binning}x{self.size.height // binning}"
-
-
-def _number(control: Control, value: Any) -> float:
-    low, high = control.range
-    if not is_number(value, low, high):
-        other = ', or "auto"' if control.automatic is not None else ""
-        raise refused_value(control.label, repr(str(value)[:40]), f"a number from {low:g} to {high:g}{other}")
-    return float(value)
