@@ -1,8 +1,8 @@
 """The REST and WebSocket API: routes by resource, each a few lines that call services and workflows.
 
-    routes/             one file a resource
+    routes/             resources, those that belong together in one file
     schemas/            requests.py: strict, bounded bodies and parameters; responses.py: what is answered
-    dependencies.py     what routes receive: services, the operator's name, If-Match
+    dependencies.py     what routes receive: services, the operator's name, If-Match; @in_thread
     responses.py        JSON without NaN, pages, ETags, jobs, pictures
     sockets.py          WebSocket sessions: sending, receiving, refusing
     bodies.py           bodies of more than one kind: JSON or a file, JSON or binary points
@@ -10,5 +10,6 @@
     middleware/         access, limits, security headers, problems, the page's files
     server.py           the socket, the token and uvicorn
 
-To add a resource: a file in routes/ with a `router`, its name in routes.RESOURCES, its schemas in schemas/.
+To add a resource: a file in routes/ with a `router`, named in routes.RESOURCES; its schemas in schemas/. Work of a
+second or two is a plain function, marked @in_thread.
 """

@@ -1,6 +1,8 @@
 """What routes receive besides their own parameters: the server's services, the operator's name, an ETag."""
 
-from typing import Annotated
+from collections.abc import Awaitable, Callable
+from functools import wraps
+from typing import Annotated, Any, Concatenate, TypeVar
 
 from fastapi import Depends, Header, Request
 from pydantic import AfterValidator
@@ -11,6 +13,7 @@ from app.services.container import Services
 
 OPERATOR_HEADER = "X-Operator"
 MAX_NAME = 64  # characters of an operator's name
+Answer = TypeVar("Answer")
 
 
 async def services_of(connection: HTTPConnection) -> Services:
@@ -33,6 +36,14 @@ def _bare(etag: str | None) -> str | None:
 ServicesDep = Annotated[Services, Depends(services_of)]
 OperatorDep = Annotated[str, Depends(operator_of)]
 IfMatch = Annotated[str | None, Header(max_length=200), AfterValidator(_bare)]
+
+
+def in_thread(work: Callable[Concatenate[Services, ...], Answer]) -> Callable[..., Awaitable[Answer]]:
+    """Make a route of work of a second or two: it waits for one of the services' threads and runs there."""
+    @wraps(work)  # with its parameters
+    async def route(services: Services, **given: Any) -> Answer:
+        return await services.run_in_thread(work, services, **given)
+    return route
 
 
 class IfMatchNeeded(TouchlineError):

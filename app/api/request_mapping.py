@@ -1,14 +1,15 @@
 """From a checked request to what is computed with: names become fields, ids become snapshots and lenses."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from app.api.schemas.requests import FitRequest
-from app.core.errors import BadInput, Conflict
+from app.core.errors import BadInput, Conflict, NotFound
 from app.core.geometry import ImageSize
 from app.core.records import observations_from_json
 from app.services.container import Services
-from app.services.lens_options import lens_option
+from app.store import Store
 from app.workflows.calibration_request import CalibrationRequest
 
 
@@ -22,8 +23,7 @@ def fit_task(services: Services, body: FitRequest, models: Iterable[str]) -> Cal
         raise BadInput("Neither a snapshot nor a picture size is given.", 'Send "snapshot" or "image_size".',
                        reason="no-image-size")
     if snapshot is not None and size is not None and size != snapshot.size:
-        raise Conflict(f"The snapshot is {snapshot.size.width} × {snapshot.size.height} px, not {size.width} × "
-                       f"{size.height} px.", "Leave image_size out.", reason="size-mismatch")
+        raise Conflict(f"The snapshot is {snapshot.size}, not {size}.", "Leave image_size out.", reason="size-mismatch")
     observations = observations_from_json([form.model_dump() for form in body.observations])
     task = CalibrationRequest(
         observations, field, region, snapshot.size if snapshot else size, body.model, with_lens(services, body.options),
@@ -36,8 +36,28 @@ def fit_task(services: Services, body: FitRequest, models: Iterable[str]) -> Cal
 def with_lens(services: Services, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return a fit's options with the lens itself where its id is given, so that the calibration contains it."""
     lens = options.get("lens")
-    return {**options, "lens": lens_option(services.store, lens)} if isinstance(lens, str) else dict(options)
+    return {**options, "lens": _lens_option(services.store, lens)} if isinstance(lens, str) else dict(options)
+
+
+def _lens_option(store: Store, id: str) -> dict[str, Any]:
+    with suppress(NotFound):
+        return {"id": id, **store.calibrations.get(id).lens_option()}
+    with suppress(NotFound):
+        lens = store.lenses.get(id)
+        return {"id": id, "name": lens["model"], "lens": lens["lens"]}
+    raise NotFound(f"There is no calibration or lens {id!r} whose lens could be held.",
+                   "List them with GET /api/v1/calibrations and GET /api/v1/lenses.", reason="unknown-lens")
 
 
 def image_size(size: list[int] | None) -> ImageSize | None:
     return None if size is None else ImageSize.of(size)
+
+
+def pictures_of_one_size(services: Services, ids: Sequence[str], size: ImageSize | None,
+                         fix: str) -> Sequence[dict[str, str]]:
+    """Return snapshots as jobs read them; Conflict where they are of several sizes, or of another than was given."""
+    sizes = {services.store.snapshots.get(id).size for id in ids} | ({size} if size is not None else set())
+    if len(sizes) > 1:
+        raise Conflict(f"The pictures are not all of one size: {' and '.join(sorted(map(str, sizes)))}.", fix,
+                       reason="size-mismatch")
+    return services.store.snapshots.all_for_job(ids)

@@ -64,16 +64,11 @@ def accepted(job: Job) -> Json:
     return Json(job_json(job), 202, headers={"Location": f"{API}/jobs/{job.id}"})
 
 
-async def queued(services: Services, *args: Any) -> Json:
-    """Start a job with these arguments, and return 202."""
-    return accepted(await services.run_in_thread(services.jobs.start, *args))
-
-
 async def finished_or_queued(request: Request, services: Services, kind: str, run: Callable[[Any, Progress], Any],
                              spec: Any, as_job: bool) -> Response:
     """Return 202 with a job at once, or wait for the result while the caller does."""
     if as_job:
-        return await queued(services, kind, run, spec)
+        return accepted(await services.run_in_thread(services.jobs.start, kind, run, spec))
     job = await services.run_as_job(kind, run, spec, request.is_disconnected)
     if job.state == "done":
         return Json(job.result)

@@ -43,6 +43,9 @@ class ImageSize:
     def __iter__(self):
         return iter((self.width, self.height))
 
+    def __str__(self) -> str:
+        return f"{self.width} × {self.height} px"
+
     @classmethod
     def of(cls, value: Any) -> "ImageSize":
         """Read an ImageSize from (width, height); refuse what no camera delivers."""

@@ -11,7 +11,6 @@ from app.core.errors import BadInput, Conflict, NotFound, TouchlineError, Unavai
 from app.core.records import Calibration
 from app.images import ImageLimits
 from app.live import LiveCamera
-from app.services.snapshots import job_picture
 from app.settings import CameraSettings, Settings
 from app.sources import SOURCES, Identity, SourceContext, read_query, split_address, without_password
 from app.store import Store
@@ -123,7 +122,7 @@ class CameraService:
         if calibration.snapshot is None:
             return None
         with suppress(TouchlineError):
-            return job_picture(self._store, calibration.snapshot, "the calibration's picture")
+            return self._store.snapshots.for_job(calibration.snapshot, "the calibration's picture")
         return None
 
     def confirm(self, calibration: Calibration, identity: Identity, by: str = "") -> None:

@@ -2,7 +2,6 @@
 
 import math
 import time
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,17 +19,12 @@ from app.workflows.detection import colour_profile_for, detections_image, pipeli
 RAW = "raw"
 
 
-@dataclass(frozen=True)
-class ClipDetections:
-    """json: as a live camera sends them. picture: what a stage made of the frame, if one was chosen."""
-
-    json: dict[str, Any]
-    picture: NDArray[np.uint8] | None
-
-
 def detect_in_clip(services: Services, id: str, number: int, plan_name: str | None,
-                   stage: str | None = None) -> ClipDetections:
-    """Run the stages on one frame alone: what they remember must not depend on which frames were read before."""
+                   stage: str | None = None) -> tuple[dict[str, Any], NDArray[np.uint8] | None]:
+    """Return detections as a live camera sends them, and what the stage made of the frame, if one is chosen.
+
+    The stages run on one frame alone: what they remember must not depend on which frames were read before.
+    """
     clip = services.store.clips.get(id)
     jpeg = services.store.clips.frame(id, number)
     settings = services.detection.saved_frame_settings(clip.camera)
@@ -50,7 +44,6 @@ def detect_in_clip(services: Services, id: str, number: int, plan_name: str | No
     result = pipeline.process(frame.pixels, clock=time.thread_time, pictures=pictures,
                           camera=clip.camera, frame=head["seq"], time_s=head["time_s"])
     json = detection_json(result, head["seq"], head["time_s"], frame.size, calibration, profile.notes,
-                   clip.to_json()["fps"])
-    picture: Any = (detections_image(frame.pixels, result.detections, pipeline.context.view) if stage == DETECTIONS
-                    else result.pictures.get(stage or ""))
-    return ClipDetections(json, picture)
+                          clip.to_json()["fps"])
+    return json, (detections_image(frame.pixels, result.detections, pipeline.context.view) if stage == DETECTIONS
+                  else result.pictures.get(stage or ""))

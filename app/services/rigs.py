@@ -10,7 +10,6 @@ from app.evaluate.cameras.rectangles import NAMES, Rectangles
 from app.imaging.mosaic import FieldView, Stitcher, stitcher_of
 from app.services.container import Services
 from app.services.live import TakenFrame, take_frame
-from app.services.snapshots import job_picture
 from app.store import Document
 from app.workflows.rig import rig_status
 
@@ -87,7 +86,7 @@ def save_frames(services: Services, frames: Mapping[str, TakenFrame]) -> dict[st
 
 def rig_picture(services: Services, snapshot: str) -> dict[str, Any]:
     """Return a snapshot as a job reads it, called by its id."""
-    return job_picture(services.store, snapshot, snapshot)
+    return services.store.snapshots.for_job(snapshot, snapshot)
 
 
 def stitcher_for(services: Services, rig: Mapping[str, Any], cameras: Iterable[str],

@@ -5,6 +5,7 @@
 """
 
 import hashlib
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from threading import RLock
@@ -96,6 +97,15 @@ class SnapshotRepository(Repository):
     def path(self, snapshot: Snapshot) -> Path:
         """Return where a snapshot's bytes are, for another process that reads them and checks their sha256 itself."""
         return self._pictures / snapshot.file
+
+    def for_job(self, id: str, name: str) -> dict[str, str]:
+        """Return {"name", "path", "sha256"}, with which a job in another process calls read_checked; NotFound."""
+        snapshot = self.get(id)
+        return {"name": name, "path": str(self.path(snapshot)), "sha256": snapshot.sha256}
+
+    def all_for_job(self, ids: Iterable[str]) -> Sequence[dict[str, str]]:
+        """Return the same for several, called "picture 1" and so on."""
+        return [self.for_job(id, f"picture {number}") for number, id in enumerate(ids, 1)]
 
     def picture(self, id: str) -> bytes:
         """Return the bytes as they came, checked; they are a stranger's, so only app.images decodes them."""

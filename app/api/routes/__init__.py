@@ -1,4 +1,4 @@
-"""Routes by resource: one file each, with a `router`."""
+"""Routes by resource: a file for those that belong together, with a `router`."""
 
 from collections.abc import Iterator
 from importlib import import_module
@@ -6,10 +6,9 @@ from importlib import import_module
 from fastapi import APIRouter
 
 # In the order of the documentation; where two paths match a request, the first one wins.
-RESOURCES = ("health", "archive", "cameras", "streams", "snapshots", "fields", "drafts", "models", "fit", "versions",
-             "calibrations", "boards", "lenses", "uncertainty", "reports", "pairs", "rigs", "straightness", "points",
-             "pictures", "jobs", "detections", "live_detection", "colours", "snapping", "publishing", "settings_view",
-             "board_capture", "rolls", "motion", "auto", "scenes", "checks", "reregister", "tracks", "clips")
+RESOURCES = ("server_state", "cameras", "streams", "snapshots", "fit", "calibrations", "lenses", "judging", "rigs",
+             "using", "jobs", "detections", "colours", "publishing", "board_capture", "rolls", "without_clicks",
+             "scenes", "clips")
 
 
 def resources() -> Iterator[APIRouter]:

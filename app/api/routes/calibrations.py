@@ -1,25 +1,60 @@
-"""/calibrations: make, read, activate and export versions."""
+"""/calibrations: make, read, annotate, activate, delete and export versions."""
 
 import json
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
 from app.api.bodies import uploaded_file
-from app.api.dependencies import OperatorDep, ServicesDep
+from app.api.dependencies import OperatorDep, ServicesDep, in_thread
 from app.api.file_headers import attachment, error_header
 from app.api.request_mapping import fit_task
-from app.api.responses import Json, created, finished_or_queued, queued
+from app.api.responses import Json, accepted, created, finished_or_queued
 from app.api.schemas import responses
 from app.api.schemas.media import BINARY, BYTES, Responses, upload
 from app.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
+from app.core.errors import TouchlineError
 from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
 from app.services.result_savers import save_new_version
+from app.services.value_types import Note, Strict
+from app.store import Store
 from app.workflows.calibration_request import run_compare, run_fit
 from app.workflows.interchange import export, formats
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
+
+class NoteChange(Strict):
+    note: Note
+
+
+@router.get("/activations", response_model=responses.Activations)
+def list_activations(services: ServicesDep, camera: Annotated[IdQuery | None, Query()] = None) -> Json:
+    """List activations of a camera, when and by whom, newest first; without a camera, for pictures from files."""
+    store = services.store
+    history = store.calibrations.history(camera)
+    versions = {id: _version(store, id) for id in {row["calibration"] for row in history}}
+    return Json({"items": [{**row, "version": versions[row["calibration"]]} for row in history]})
+
+
+@router.patch("/{id}", response_model=responses.Calibration)
+def change_note(services: ServicesDep, id: Id, body: NoteChange) -> Json:
+    """Change the note beside a version: nothing else of it ever changes."""
+    return Json(services.store.calibrations.annotate(id, body.note).to_json())
+
+
+@router.post("/{id}/restore", response_model=responses.Calibration)
+def restore_calibration(services: ServicesDep, id: Id) -> Json:
+    """Undo a deletion: the version is there again under its number."""
+    return Json(services.store.calibrations.restore(id).to_json())
+
+
+def _version(store: Store, id: str) -> Any:
+    try:
+        return store.calibrations.get(id).version
+    except TouchlineError:  # deleted, or damaged: the history says that it was, all the same
+        return None
+
 
 ACCEPTED: Responses = {202: {"model": responses.Job, "description": "a job: ?job=true"}}
 Approximate = Annotated[bool, Query(description="the nearest that the format can hold, with its error")]
@@ -30,16 +65,17 @@ IMPORT_BODY = {"requestBody": upload(**{option: {"type": "string"} for option in
 
 
 @router.post("", status_code=201, response_model=responses.Calibration, responses=ACCEPTED)
-async def make_calibration(services: ServicesDep, by: OperatorDep, body: FitRequest, job: AsJob = False) -> Json:
+@in_thread
+def make_calibration(services: ServicesDep, by: OperatorDep, body: FitRequest, job: AsJob = False) -> Json:
     """Fit, evaluate and save a new version of a camera's calibration. Nothing is saved if anything fails.
 
     With ?job=true a job, whose result is {"calibration": id}.
     """
-    task = await services.run_in_thread(fit_task, services, body, (body.model,))
+    task = fit_task(services, body, (body.model,))
     if job:
-        return await queued(services, "calibration", run_fit, {"task": task.to_json()}, "calibration", {"by": by})
-    calibration = await services.run_in_thread(
-        lambda: save_new_version(services.store, task.record(task.run()), by))
+        spec = {"task": task.to_json()}
+        return accepted(services.jobs.start("calibration", run_fit, spec, "calibration", {"by": by}))
+    calibration = save_new_version(services.store, task.record(task.run()), by)
     return created(calibration.to_json(), f"calibrations/{calibration.id}")
 
 
@@ -82,11 +118,10 @@ def read_calibration(services: ServicesDep, id: Id) -> Json:
     return Json(services.store.calibrations.get(id).to_json())
 
 
-@router.delete("/{id}", status_code=204)
-def delete_calibration(services: ServicesDep, id: Id) -> Response:
+@router.delete("/{id}", status_code=204, response_class=Response)
+def delete_calibration(services: ServicesDep, id: Id) -> None:
     """Delete one version; the active one cannot be deleted."""
     services.store.calibrations.delete(id)
-    return Response(status_code=204)
 
 
 @router.post("/{id}/activate", response_model=responses.Calibration)
@@ -100,18 +135,18 @@ async def activate_calibration(services: ServicesDep, by: OperatorDep, id: Id) -
 
 
 @router.get("/{id}/exports", response_model=responses.Formats)
-async def list_exports(services: ServicesDep, id: Id) -> Json:
+@in_thread
+def list_exports(services: ServicesDep, id: Id) -> Json:
     """List every format: what it can represent, whether this calibration is exact in it, else the error in mm."""
-    calibration = services.store.calibrations.get(id)
-    return Json({"items": await services.run_in_thread(formats, calibration)})
+    return Json({"items": formats(services.store.calibrations.get(id))})
 
 
 @router.get("/{id}/export/{format}", response_class=Response, responses=FILE)
-async def export_calibration(services: ServicesDep, id: Id, format: Id, approximate: Approximate = False,
-                             camera_id: CameraNumber = None) -> Response:
+@in_thread
+def export_calibration(services: ServicesDep, id: Id, format: Id, approximate: Approximate = False,
+                       camera_id: CameraNumber = None) -> Response:
     """Return the calibration in that format; 409 if that cannot represent the model, or with ?approximate=true the
     nearest that it can, its worst error in the header X-Approximation-Error-Mm."""
-    calibration = services.store.calibrations.get(id)
-    file = await services.run_in_thread(export, calibration, format, approximate, camera_id)
+    file = export(services.store.calibrations.get(id), format, approximate, camera_id)
     return Response(file.data, media_type=file.media_type,
                     headers={"Content-Disposition": attachment(file.name), **error_header(file.loss)})

@@ -85,12 +85,11 @@ async def change_camera(services: ServicesDep, by: OperatorDep, id: Id, body: re
     return _camera(services, camera, services.cameras.etag(id))
 
 
-@router.delete("/{id}", status_code=204)
-async def remove_camera(services: ServicesDep, id: Id, if_match: IfMatch = None) -> Response:
+@router.delete("/{id}", status_code=204, response_class=Response)
+async def remove_camera(services: ServicesDep, id: Id, if_match: IfMatch = None) -> None:
     """Remove a camera that was added. Its pictures and calibrations stay."""
     await services.run_in_thread(services.cameras.remove, id, if_match)
     await services.live.forget(id)
-    return Response(status_code=204)
 
 
 @router.get("/{id}/status", response_model=responses.CameraStatus)

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Query
 from pydantic import Field
 from starlette.responses import Response
 
-from app.api.dependencies import ServicesDep
+from app.api.dependencies import ServicesDep, in_thread
 from app.api.responses import Json, created, page, picture
 from app.api.schemas import responses
 from app.api.schemas.media import files
@@ -53,25 +53,24 @@ def read_clip(services: ServicesDep, id: Id) -> Json:
     return Json({**clip.to_json(), "times_s": [frame["time_s"] for frame in clip.frames]})
 
 
-@router.delete("/clips/{id}", status_code=204)
-def delete_clip(services: ServicesDep, id: Id) -> Response:
+@router.delete("/clips/{id}", status_code=204, response_class=Response)
+def delete_clip(services: ServicesDep, id: Id) -> None:
     """Delete a clip."""
     services.store.clips.delete(id)
-    return Response(status_code=204)
 
 
 @router.get("/clips/{id}/frames/{number}.jpg", response_class=Response, responses=files("image/jpeg"))
-async def show_frame_of_clip(services: ServicesDep, id: Id, number: int, stage: Stage = RAW,
-                             plan: PlanName = None) -> Response:
+@in_thread
+def show_frame_of_clip(services: ServicesDep, id: Id, number: int, stage: Stage = RAW,
+                       plan: PlanName = None) -> Response:
     """Return a frame, counted from 0: as it was, with detections drawn, or the picture of a stage."""
-    def show() -> Response:
-        if stage == RAW:
-            return Response(services.store.clips.frame(id, number), media_type="image/jpeg")
-        return picture(detect_in_clip(services, id, number, plan, stage).picture, "jpg")
-    return await services.run_in_thread(show)
+    if stage == RAW:
+        return Response(services.store.clips.frame(id, number), media_type="image/jpeg")
+    return picture(detect_in_clip(services, id, number, plan, stage)[1], "jpg")
 
 
 @router.get("/clips/{id}/frames/{number}", response_model=responses.FrameDetections)
-async def detections_of_clip(services: ServicesDep, id: Id, number: int, plan: PlanName = None) -> Json:
+@in_thread
+def detections_of_clip(services: ServicesDep, id: Id, number: int, plan: PlanName = None) -> Json:
     """Return detections in a frame, as of a live camera, by the camera's plan, colours and calibration of now."""
-    return Json((await services.run_in_thread(detect_in_clip, services, id, number, plan)).json)
+    return Json(detect_in_clip(services, id, number, plan)[0])

@@ -5,7 +5,7 @@ from typing import Any
 from fastapi import APIRouter
 from starlette.responses import Response
 
-from app.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep
+from app.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
 from app.api.responses import Json, page, versioned
 from app.api.schemas import responses
 from app.api.schemas.detection import ColoursBody, LearnBody
@@ -55,17 +55,15 @@ async def save_colours(services: ServicesDep, by: OperatorDep, name: Id, body: C
                      f"colours/{preset.name}" if if_match is None else None)
 
 
-@router.delete("/colours/{name}", status_code=204)
-async def remove_colours(services: ServicesDep, name: Id, if_match: IfMatch = None) -> Response:
+@router.delete("/colours/{name}", status_code=204, response_class=Response)
+@in_thread
+def remove_colours(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
     """Delete a profile; refused while cameras use it. With If-Match only if nobody has changed it since."""
-    def remove() -> None:
-        if cameras := services.detection.used_by(name):
-            services.store.colour_profiles.get(name)
-            raise Conflict(f"Cameras go by the colours {name!r}: {', '.join(cameras)}.", "Give them other colours "
-                           "first.", reason="colours-used")
-        services.store.colour_profiles.delete(name, if_match)
-    await services.run_in_thread(remove)
-    return Response(status_code=204)
+    if cameras := services.detection.used_by(name):
+        services.store.colour_profiles.get(name)
+        raise Conflict(f"Cameras go by the colours {name!r}: {', '.join(cameras)}.", "Give them other colours first.",
+                       reason="colours-used")
+    services.store.colour_profiles.delete(name, if_match)
 
 
 @router.post("/cameras/{id}/colours/learn", response_model=responses.LearnedColours)

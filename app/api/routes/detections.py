@@ -1,20 +1,26 @@
-"""/detections and /stages: ball and robots in a snapshot, each stage's picture, and which stages there are."""
+"""/detections, /stages, /cameras/{id}/seeing and /cameras/{id}/detections: ball and robots in a snapshot and live."""
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, WebSocket
 from starlette.responses import Response
 
-from app.api.dependencies import ServicesDep
-from app.api.responses import Json, picture
-from app.api.routes.pictures import Format
+from app.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
+from app.api.responses import NO_STORE, Json, picture, versioned
+from app.api.schemas import responses
 from app.api.schemas.base import Answer
-from app.api.schemas.detection import DetectionBody
+from app.api.schemas.detection import DetectionBody, DetectionSettingsBody
 from app.api.schemas.media import PICTURE
+from app.api.schemas.requests import Format, Id
+from app.api.sockets import run_until_first, send_text, until_disconnect, websocket_session
 from app.core.colour_profile import ColourProfile
 from app.core.errors import NotFound
 from app.core.records import Calibration, Frame
+from app.live import LiveCamera
+from app.live.detection_feed import json_text
 from app.services.container import Services
+from app.services.detection import health_json
+from app.services.live import when_awake
 from app.store.stages import load_plans, named_plan
 from app.vision.stage_pipeline import StageConfig
 from app.vision.stages import STAGES
@@ -28,27 +34,34 @@ DRAWN = "drawn"  # in place of a stage: the picture with everything that was fou
 @router.get("/stages", response_model=Answer)
 def list_stages() -> Json:
     """List every stage with its options, and the plans that come with Touchline."""
-    stages = {name: STAGES[name] for name in STAGES}
     return Json({"items": [{"name": name, "title": stage.TITLE, "help": stage.HELP,
                             "options": [option.to_json() for option in stage.OPTIONS]}
-                           for name, stage in stages.items()],
+                           for name, stage in STAGES.items()],
                  "plans": [plan.to_json() for plan in load_plans().values()], "next_cursor": None})
 
 
 @router.post("/detections", response_model=Answer)
-async def detect_in_snapshot(services: ServicesDep, body: DetectionBody) -> Json:
+@in_thread
+def detect_in_snapshot(services: ServicesDep, body: DetectionBody) -> Json:
     """Detect ball and robots in a snapshot, in field mm with covariance; nothing is saved.
 
     Colours are those of a profile, clicked in this picture, or both; without either they are found in the picture.
     """
-    return Json(await services.run_in_thread(lambda: _detect(services, body)[0].to_json()))
+    return Json(_detect(services, body)[0].to_json())
 
 
 @router.post("/detections/picture.{format}", response_class=Response, responses=PICTURE)
-async def draw_detections(services: ServicesDep, format: Format, body: DetectionBody,
-                          stage: Annotated[str, Query(max_length=64)] = DRAWN) -> Response:
+@in_thread
+def draw_detections(services: ServicesDep, format: Format, body: DetectionBody,
+                    stage: Annotated[str, Query(max_length=64)] = DRAWN) -> Response:
     """Return the snapshot with detections drawn, or the picture of one stage: `?stage=colours`."""
-    return await services.run_in_thread(_draw, services, body, stage, format)
+    found, frame, calibration = _detect(services, body, stage)
+    pixels: Any = found.seen.pictures.get(stage)
+    if pixels is None:
+        view = context_for(frame.size, found.profile, calibration, body.mm_per_px,
+                           body.eye_mm and tuple(body.eye_mm)).view
+        pixels = detections_image(frame.pixels, found.seen.detections, view)
+    return picture(pixels, format)
 
 
 def _detect(services: Services, body: DetectionBody,
@@ -67,11 +80,69 @@ def _detect(services: Services, body: DetectionBody,
     return found, frame, calibration
 
 
-def _draw(services: Services, body: DetectionBody, stage: str, format: str) -> Response:
-    found, frame, calibration = _detect(services, body, stage)
-    pixels: Any = found.seen.pictures.get(stage)
-    if pixels is None:
-        view = context_for(frame.size, found.profile, calibration, body.mm_per_px,
-                           body.eye_mm and tuple(body.eye_mm)).view
-        pixels = detections_image(frame.pixels, found.seen.detections, view)
-    return picture(pixels, format)
+MAX_FPS = 20.0  # what a page can draw; the newest wins
+FIRST_S = 30.0  # a camera that was asleep, its stages to be set up, on a busy machine
+
+
+@router.get("/cameras/{id}/seeing", response_model=responses.DetectionSettings)
+@in_thread
+def read_seeing(services: ServicesDep, id: Id) -> Json:
+    """Return the camera's detection settings; the ETag goes into the next PUT's If-Match."""
+    return _settings(services, id)
+
+
+@router.put("/cameras/{id}/seeing", response_model=responses.DetectionSettings)
+async def set_seeing(services: ServicesDep, by: OperatorDep, id: Id, body: DetectionSettingsBody,
+                     if_match: IfMatch = None) -> Response:
+    """Save the settings; the camera's process follows at once. 428 without If-Match, 412 if that is old.
+
+    Naming the same `colours` for several cameras lets them share a profile.
+    """
+    await services.run_in_thread(services.cameras.get, id)
+    if if_match is None:
+        raise IfMatchNeeded("The request does not say which state of it it was made from.")
+    await services.run_in_thread(services.detection.save, id, body.model_dump(), if_match, by)
+    if body.publish and body.on:
+        services.live.get(id)  # publishing needs nobody who watches
+    services.live.refresh(id)
+    return await services.run_in_thread(_settings, services, id)
+
+
+def _settings(services: Services, id: str) -> Json:
+    settings, etag = services.detection.settings(id)
+    live = services.live.get_running(id)
+    profile = services.detection.profile(settings)
+    learned = "clicks" if profile is not None else None
+    if profile is None and live is not None and live.detections.learned is not None:
+        profile, learned = live.detections.learned, "picture"
+    problem = live.detections.problem if live is not None else None
+    return versioned({**settings, "profile": profile, "learned": learned, "health": health_json(profile), "published": {
+        "packets": live.detections.packets if live is not None else 0,
+        "problem": None if problem is None else problem.to_json()}}, etag)
+
+
+@router.get("/cameras/{id}/detections", response_model=responses.FrameDetections)
+async def newest_detections(services: ServicesDep, id: Id) -> Response:
+    """Return ball and robots in the next frame, in field mm with covariance, and the time of each stage.
+
+    Detection runs only while somebody asks: for more than one frame, use the WebSocket of the same name.
+    """
+    camera = services.live.get(id)
+    with camera.detections.listening() as viewer:
+        body = await when_awake(camera, viewer.next, FIRST_S)
+    return Response(json_text(body), media_type="application/json", headers=NO_STORE)
+
+
+@router.websocket("/cameras/{id}/detections")
+async def watch_detections(socket: WebSocket, services: ServicesDep, id: str) -> None:
+    """Send the same for each frame, at most twenty times a second, the newest only."""
+    async with websocket_session(socket):
+        await run_until_first(until_disconnect(socket), _send(socket, services.live.get(id)))
+
+
+async def _send(socket: WebSocket, camera: LiveCamera) -> None:
+    with camera.detections.listening(MAX_FPS) as viewer:
+        body: Any = await when_awake(camera, viewer.next, FIRST_S)
+        while True:
+            await send_text(socket, json_text(body))
+            body = await viewer.next()

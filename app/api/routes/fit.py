@@ -1,25 +1,55 @@
-"""POST /fit/…: what the clicks would give, at once; nothing is saved."""
+"""/fields, /models and /fit: what a fit starts from, and what clicks would give, at once; only fields are saved."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Body, Query
 
-from app.api.dependencies import ServicesDep
+from app.api.dependencies import ServicesDep, in_thread
 from app.api.request_mapping import fit_task, image_size
-from app.api.responses import Json
+from app.api.responses import Json, page
 from app.api.schemas import responses
-from app.api.schemas.requests import BorderRequest, FitRequest
+from app.api.schemas.requests import BorderRequest, FitRequest, Id
 from app.core.geometry import as_points
-from app.models import parameters_json
+from app.fitting import FITTERS
+from app.models import MODELS, parameters_json
 from app.workflows import calibration
-from app.workflows.calibration_request import CalibrationRequest
 
-router = APIRouter(prefix="/fit", tags=["fit"])
+router = APIRouter()
 
 FEW_POINTS = 100  # as many fit in a millisecond or two: quicker done at once than handed to a thread
 
 
-@router.post("/border", response_model=responses.Border)
+@router.get("/fields", tags=["fields"], response_model=responses.PlayingFields)
+def list_fields(services: ServicesDep) -> Json:
+    """List every field with its lines, arcs, landmarks and regions, mm."""
+    return page(field.to_json() for field in services.fields.values())
+
+
+@router.get("/fields/{name}", tags=["fields"], response_model=responses.PlayingField)
+def read_field(services: ServicesDep, name: Id) -> Json:
+    """Return one field by name."""
+    return Json(services.fields[name].to_json())
+
+
+@router.put("/fields/{name}", tags=["fields"], response_model=responses.PlayingField)
+def write_field(services: ServicesDep, name: Id, body: Annotated[dict[str, Any], Body()]) -> Json:
+    """Create or change a field of your own; those that come with Touchline cannot be changed."""
+    return Json(services.fields.put(name, body).to_json())
+
+
+@router.get("/models", tags=["models"], response_model=responses.Models)
+def list_models() -> Json:
+    """List every model with its options (name, type, default, range, unit, help) and how few points it needs."""
+    return page(map(_model_json, MODELS))
+
+
+def _model_json(name: str) -> dict[str, Any]:
+    model, fitter = MODELS[name], FITTERS[name]
+    return {"name": name, "title": model.TITLE, "help": model.HELP, "points_needed": fitter.points_needed(),
+            "options": [option.to_json() for option in fitter.OPTIONS]}
+
+
+@router.post("/fit/border", tags=["fit"], response_model=responses.Border)
 async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
     """Fit one border's curve to its clicks: degree, coefficients, residuals, outliers, distortion."""
     points = as_points(body.points, "The border's points")
@@ -29,16 +59,13 @@ async def fit_border(services: ServicesDep, body: BorderRequest) -> Json:
     return Json(await services.run_in_thread(calibration.fit_border, *arguments))
 
 
-@router.post("/preview", response_model=responses.Preview)
-async def preview_calibration(services: ServicesDep, body: FitRequest, quick: Annotated[bool, Query(
+@router.post("/fit/preview", tags=["fit"], response_model=responses.Preview)
+@in_thread
+def preview_calibration(services: ServicesDep, body: FitRequest, quick: Annotated[bool, Query(
         description="leave the cross-validation out")] = False) -> Json:
     """Return what POST /calibrations would save for the same body: model, report and the field in the picture."""
-    task = await services.run_in_thread(fit_task, services, body, (body.model,))
-    return Json(await services.run_in_thread(_preview, task, quick))
-
-
-def _preview(task: CalibrationRequest, quick: bool) -> dict[str, object]:
+    task = fit_task(services, body, (body.model,))
     fitted = task.run(cross_validate=not quick)
-    return {"model": {"name": task.model, "parameters": parameters_json(fitted.model)}, "report": fitted.report,
-            "corrected_size": list(fitted.model.corrected_size),
-            "overlay": calibration.overlay(fitted.model, task.field, task.region)}
+    return Json({"model": {"name": task.model, "parameters": parameters_json(fitted.model)}, "report": fitted.report,
+                 "corrected_size": list(fitted.model.corrected_size),
+                 "overlay": calibration.overlay(fitted.model, task.field, task.region)})

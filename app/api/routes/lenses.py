@@ -1,41 +1,116 @@
-"""/lenses: lenses from boards and edges, which fits of cameras over a field can hold fixed."""
+"""/lenses: lenses from boards and edges, which fits of cameras over a field can hold fixed; and how they are found."""
 
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from starlette.responses import Response
 
-from app.api.dependencies import ServicesDep
-from app.api.responses import Json, page
+from app.api.dependencies import ServicesDep, in_thread
+from app.api.request_mapping import image_size, pictures_of_one_size
+from app.api.responses import Json, accepted, finished_or_queued, page, picture
+from app.api.routes.calibrations import ACCEPTED
 from app.api.schemas import responses
-from app.api.schemas.requests import Cursor, Id, Limit
+from app.api.schemas.lenses import BoardRequest, StraightenedRequest, StraightnessRequest
+from app.api.schemas.media import PICTURE
+from app.api.schemas.requests import AsJob, Cursor, Format, Id, Limit, WidthPx
+from app.core.board import Board, views_from_json
+from app.core.errors import BadInput
+from app.models.distortion import Distortion
+from app.services.container import Services
+from app.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
+from app.workflows.straight_lines import undistort
+from app.workflows.straight_lines_request import StraightLinesRequest, run_straightness
 
-router = APIRouter(prefix="/lenses", tags=["lenses"])
+router = APIRouter(tags=["lenses"])
 
 SUMMARY = ("id", "created_at", "camera", "note", "model", "board", "image_size")
 
 
-@router.get("", response_model=responses.Lenses)
+@router.get("/lenses", response_model=responses.Lenses)
 def list_lenses(services: ServicesDep, limit: Limit = 50, cursor: Cursor = None) -> Json:
     """List lenses, newest first, each in short."""
     lenses = services.store.lenses.list(limit, cursor)
     return page(map(_summary, lenses.items), lenses.next_cursor)
 
 
-@router.get("/{id}", response_model=responses.Lens)
+@router.get("/lenses/{id}", response_model=responses.Lens)
 def read_lens(services: ServicesDep, id: Id) -> Json:
     """Return one lens, with its covariance and its complete report."""
     return Json(services.store.lenses.get(id))
 
 
-@router.delete("/{id}", status_code=204)
-def delete_lens(services: ServicesDep, id: Id) -> Response:
+@router.delete("/lenses/{id}", status_code=204, response_class=Response)
+def delete_lens(services: ServicesDep, id: Id) -> None:
     """Delete a lens; calibrations that used it keep their copy."""
     services.store.lenses.delete(id)
-    return Response(status_code=204)
 
 
 def _summary(lens: dict[str, Any]) -> dict[str, Any]:
     report = lens["report"]
     return {**{key: lens[key] for key in SUMMARY}, "rms_px": report["rms_px"], "verdict": report["verdict"],
             "views": sum(view["used"] for view in report["views"])}
+
+
+@router.post("/calibrations/board", status_code=202, response_model=responses.Job)
+@in_thread
+def calibrate_lens(services: ServicesDep, body: BoardRequest) -> Json:
+    """Start a job that finds a lens and saves it: {"lens": id, "record": what GET /lenses/{id} returns}.
+
+    From `snapshots` of one board, or from `views`: corners in the picture and their places on the board in mm.
+    """
+    if (body.snapshots is None) == (body.views is None):
+        raise BadInput("Either snapshots or views are needed.", 'Send "snapshots": [id, …], or "views" with '
+                       '"image_size".', reason="no-views")
+    task = BoardCalibrationRequest(None if body.board is None else Board.from_json(body.board), body.model,
+                                   body.options)
+    about = {"camera": body.camera, "note": body.note, "snapshots": body.snapshots}
+    run, spec = _from_views(body, task) if body.views is not None else _from_snapshots(services, body, task)
+    return accepted(services.jobs.start("board", run, spec, "lens", about))
+
+
+def _from_views(body: BoardRequest, task: BoardCalibrationRequest) -> tuple[Any, dict[str, Any]]:
+    if body.image_size is None:
+        raise BadInput("The size of the pictures is not given.", 'Send "image_size": [width, height].',
+                       reason="no-image-size")
+    views = views_from_json([view.model_dump() for view in body.views])
+    return run_views, {"task": task.to_json(), "views": [view.to_json() for view in views],
+                       "image_size": body.image_size}
+
+
+def _from_snapshots(services: Services, body: BoardRequest,
+                    task: BoardCalibrationRequest) -> tuple[Any, dict[str, Any]]:
+    if task.board is None:
+        raise BadInput("No board is given.", 'Send "board": {"kind", "columns", "rows", "square_mm"}.',
+                       reason="no-board")
+    pictures = pictures_of_one_size(services, body.snapshots, image_size(body.image_size),
+                                    "Take all pictures with one camera at one size.")
+    return run_pictures, {"task": task.to_json(), "pictures": pictures}
+
+
+@router.post("/straightness", response_model=responses.Straightness, responses=ACCEPTED)
+async def judge_straightness(request: Request, services: ServicesDep, body: StraightnessRequest,
+                             job: AsJob = False) -> Response:
+    """Measure edges of pictures, or lines clicked in one: how far the lens bends them, and what correction leaves.
+
+    Needs no field and no board, and gives no focal length. With ?job=true a job, whose result is the same.
+    """
+    spec = await services.run_in_thread(_spec, services, body)
+    return await finished_or_queued(request, services, "straightness", run_straightness, spec, job)
+
+
+@router.post("/straightness/picture.{format}", response_class=Response, responses=PICTURE)
+@in_thread
+def straighten_picture(services: ServicesDep, format: Format, body: StraightenedRequest,
+                       width: WidthPx = None) -> Response:
+    """Return a snapshot without distortion, by the `lens` of a response; `straight` of its lines is in its px."""
+    lens = Distortion.from_json(body.lens.model_dump())
+    return picture(undistort(services.frame(body.snapshot).pixels, lens, width), format)
+
+
+def _spec(services: Services, body: StraightnessRequest) -> dict[str, Any]:
+    """Refuse at once what can be, and return what the job takes."""
+    size = image_size(body.image_size)
+    task = StraightLinesRequest(body.lens, body.centre_sigma_px, tuple(body.lines), size)
+    task.check_given(len(body.snapshots))
+    pictures = pictures_of_one_size(services, body.snapshots, size, "Send pictures of one camera in one mode.")
+    return {"task": task.to_json(), "pictures": pictures}

@@ -2,26 +2,25 @@
 
 import hashlib
 from datetime import UTC, datetime
-from typing import Any
 
 from fastapi import APIRouter
 
-from app.api.dependencies import OperatorDep, ServicesDep
+from app.api.dependencies import OperatorDep, ServicesDep, in_thread
 from app.api.responses import Json, created
 from app.api.schemas import publishing, responses
 from app.api.schemas.requests import Id
 from app.core.errors import Conflict
 from app.league.received import source_name
-from app.services.container import Services
 from app.services.import_file import OPTIONS, import_file
 
 router = APIRouter(prefix="/publishing", tags=["publishing"])
 
 
 @router.get("", response_model=responses.Publishing)
-async def read_publishing(services: ServicesDep) -> Json:
+@in_thread
+def read_publishing(services: ServicesDep) -> Json:
     """Return settings and state, and what each camera's calibration loses in the league's format, sent or not."""
-    return Json(await services.run_in_thread(services.publishing.publisher.status))
+    return Json(services.publishing.publisher.status())
 
 
 @router.put("", response_model=responses.Publishing)
@@ -37,20 +36,16 @@ async def set_publishing(services: ServicesDep, body: publishing.PublishingChang
 
 
 @router.get("/heard", response_model=responses.GeometrySenders)
-async def read_heard(services: ServicesDep) -> Json:
+@in_thread
+def read_heard(services: ServicesDep) -> Json:
     """List who else publishes geometry: each sender's newest complete packet, and what of it contradicts ours."""
-    return Json(await services.run_in_thread(
-        lambda: services.publishing.publisher.received(services.fields.values())))
+    return Json(services.publishing.publisher.received(services.fields.values()))
 
 
 @router.post("/heard/{id}/import", status_code=201, response_model=responses.Calibration)
-async def import_heard(services: ServicesDep, by: OperatorDep, id: Id, body: publishing.ImportBody) -> Json:
+@in_thread
+def import_heard(services: ServicesDep, by: OperatorDep, id: Id, body: publishing.ImportBody) -> Json:
     """Save one camera of a sender's newest packet as a new version of a calibration; its note says who sent it."""
-    record = await services.run_in_thread(_import, services, id, body, by)
-    return created(record, f"calibrations/{record['id']}")
-
-
-def _import(services: Services, id: str, body: publishing.ImportBody, by: str) -> dict[str, Any]:
     sender = services.publishing.publisher.remote_publisher(id)
     if body.sha256 is not None and body.sha256 != hashlib.sha256(sender.data).hexdigest():
         raise Conflict(f"{id} has sent another geometry since.", "Look at it again, then take it over.",
@@ -62,4 +57,5 @@ def _import(services: Services, id: str, body: publishing.ImportBody, by: str) -
     at = datetime.fromtimestamp(sender.geometry_at, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
     origin = (f"Heard from {sender.address}, port {sender.port} ({source_name(sender.source)}), as camera "
               f"{body.camera_id}, at {at}.")
-    return import_file(services, sender.data, texts, by, origin)[0]
+    record = import_file(services, sender.data, texts, by, origin)[0]
+    return created(record, f"calibrations/{record['id']}")

@@ -1,19 +1,23 @@
-"""/rigs: cameras that share a field: saved, checked against each other, refitted alike, shown as one picture."""
+"""/rigs: cameras that share a field: saved, checked, refitted alike, shown as one picture, and what they track."""
 
+import asyncio
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Query, Request, WebSocket
 from starlette.responses import Response
 
-from app.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep
-from app.api.responses import NO_STORE, Json, finished_or_queued, page, picture, queued, versioned
+from app.api.dependencies import IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
+from app.api.responses import NO_STORE, Json, accepted, finished_or_queued, page, picture, versioned
 from app.api.routes.calibrations import ACCEPTED
 from app.api.schemas import responses
 from app.api.schemas import rigs as schemas
 from app.api.schemas.media import PICTURE
 from app.api.schemas.requests import AsJob, Id
-from app.core.errors import BadInput, Conflict
+from app.api.sockets import run_until_first, send_text, until_disconnect, websocket_session
+from app.core.errors import BadInput, Conflict, Unavailable
+from app.live.track_fusion import TrackFusion
 from app.services import rigs
+from app.services.container import Services
 from app.workflows.rig import refuse_other_sizes, run_check, run_refit
 
 router = APIRouter(prefix="/rigs", tags=["rigs"])
@@ -25,31 +29,29 @@ SnapshotNames = Annotated[list[str], Query(
 
 
 @router.get("", response_model=responses.Rigs)
-async def list_rigs(services: ServicesDep) -> Json:
+@in_thread
+def list_rigs(services: ServicesDep) -> Json:
     """List every rig, oldest first, with the state of each camera."""
-    return await services.run_in_thread(
-        lambda: page(rigs.rig_json(services, rig) for rig in services.store.rigs.all()))
+    return page(rigs.rig_json(services, rig) for rig in services.store.rigs.all())
 
 
 @router.get("/{name}", response_model=responses.Rig)
-async def read_rig(services: ServicesDep, name: Id) -> Json:
+@in_thread
+def read_rig(services: ServicesDep, name: Id) -> Json:
     """Return one rig; its ETag goes into the next PUT's If-Match."""
-    def read() -> Json:
-        rig = services.store.rigs.get(name)
-        return versioned(rigs.rig_json(services, rig), rig.etag)
-    return await services.run_in_thread(read)
+    rig = services.store.rigs.get(name)
+    return versioned(rigs.rig_json(services, rig), rig.etag)
 
 
 @router.put("/{name}", response_model=responses.Rig, responses={201: {"model": responses.Rig}})
-async def save_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.RigBody,
-                   if_match: IfMatch = None) -> Response:
+@in_thread
+def save_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.RigBody,
+             if_match: IfMatch = None) -> Response:
     """Create a rig (201), or replace the one that If-Match names: 428 without, 412 with `current` if that is old."""
-    def save() -> Json:
+    try:
         definition = rigs.checked_definition(services, body.model_dump())
         rig = services.store.rigs.save(name, definition, if_match, by)
         return versioned(rigs.rig_json(services, rig), rig.etag, f"rigs/{rig.name}" if if_match is None else None)
-    try:
-        return await services.run_in_thread(save)
     except Conflict as error:
         if error.reason != "rig-exists":
             raise
@@ -57,26 +59,25 @@ async def save_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schem
                             "from.") from None
 
 
-@router.delete("/{name}", status_code=204)
-async def remove_rig(services: ServicesDep, name: Id, if_match: IfMatch = None) -> Response:
+@router.delete("/{name}", status_code=204, response_class=Response)
+@in_thread
+def remove_rig(services: ServicesDep, name: Id, if_match: IfMatch = None) -> None:
     """Delete a rig; its cameras and their calibrations stay. With If-Match only if nobody has changed it since."""
-    await services.run_in_thread(services.store.rigs.delete, name, if_match)
-    return Response(status_code=204)
+    services.store.rigs.delete(name, if_match)
 
 
 @router.get("/{name}/stitched.json", response_model=responses.StitchedView)
-async def describe_stitched(services: ServicesDep, name: Id, width: Width = 1200) -> Json:
+@in_thread
+def describe_stitched(services: ServicesDep, name: Id, width: Width = 1200) -> Json:
     """Describe the picture of that width: the field's lines in its pixels, each camera's share, what no camera sees."""
-    def describe() -> dict[str, Any]:
-        rig = rigs.rig_spec(services, services.store.rigs.get(name))
-        stitcher, cameras = rigs.stitcher_for(services, rig, [c["camera"] for c in rig["cameras"]], width)
-        size = stitcher.view.size
-        return {"width": size.width, "height": size.height, "px_per_mm": stitcher.view.px_per_mm,
-                "corner": stitcher.view.field_from_view_corner(), "overlay": stitcher.view.overlay(),
-                "unseen": stitcher.unseen_summary(), "cameras": [
-                    {"camera": camera, "share": share}
-                    for camera, share in zip(cameras, stitcher.shown_share, strict=True)]}
-    return Json(await services.run_in_thread(describe))
+    rig = rigs.rig_spec(services, services.store.rigs.get(name))
+    stitcher, cameras = rigs.stitcher_for(services, rig, [c["camera"] for c in rig["cameras"]], width)
+    view = stitcher.view
+    return Json({"width": view.size.width, "height": view.size.height, "px_per_mm": view.px_per_mm,
+                 "corner": view.field_from_view_corner(), "overlay": view.overlay(),
+                 "unseen": stitcher.unseen_summary(),
+                 "cameras": [{"camera": camera, "share": share}
+                             for camera, share in zip(cameras, stitcher.shown_share, strict=True)]})
 
 
 @router.get("/{name}/stitched.{format}", response_class=Response, responses=PICTURE)
@@ -130,12 +131,12 @@ async def check_rig(request: Request, services: ServicesDep, name: Id, body: sch
 
 
 @router.post("/{name}/refit", status_code=202, response_model=responses.Job)
-async def refit_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.RigRefit) -> Response:
+@in_thread
+def refit_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.RigRefit) -> Response:
     """Start a job that refits cameras to their own clicks with the rig's rectangles, as new versions of which none is
     activated: {"calibrations": [id, …]}."""
     saved = services.store.rigs.get(name)
-    rig = await services.run_in_thread(rigs.rig_spec, services, saved)
-    shown = await services.run_in_thread(rigs.rig_json, services, saved)
+    rig, shown = rigs.rig_spec(services, saved), rigs.rig_json(services, saved)
     others = [c["camera"] for c in shown["cameras"] if any(t["reason"] == "other-rectangles" for t in c["troubles"])]
     chosen = others if body.cameras is None else body.cameras
     calibrations = [c["calibration"] for c in rig["cameras"] if c["camera"] in chosen and c["calibration"] is not None]
@@ -144,4 +145,59 @@ async def refit_rig(services: ServicesDep, by: OperatorDep, name: Id, body: sche
                        if body.cameras is None else "None of these cameras has an active calibration.",
                        "Name cameras that are calibrated.", reason="nothing-to-refit")
     spec = {"calibrations": calibrations, "rectangles": shown["rectangles"]}
-    return await queued(services, "rig-refit", run_refit, spec, "calibrations", {"by": by})
+    return accepted(services.jobs.start("rig-refit", run_refit, spec, "calibrations", {"by": by}))
+
+
+FIRST_S = 20.0  # cameras that were asleep, their stages to be set up, on a busy machine
+FOLLOW_S = 0.6  # for a single response, where nobody else follows
+
+
+@router.get("/{name}/tracks", response_model=responses.Tracks)
+async def newest_tracks(services: ServicesDep, name: Id) -> Response:
+    """Return ball and robots now, fused from all cameras of the rig: positions, speeds, covariance, and the seam in mm.
+
+    Detection runs only while somebody asks: for more than one moment, use the WebSocket of the same name.
+    """
+    fusion = await track_fusion_of(services, name)
+    loop = asyncio.get_running_loop()
+    with fusion.listening() as viewer:
+        end_s = loop.time() + FOLLOW_S
+        text = await _first(viewer)
+        while loop.time() < end_s:
+            text = await viewer.next(FIRST_S)
+    return Response(text, media_type="application/json", headers=NO_STORE)
+
+
+@router.websocket("/{name}/tracks")
+async def watch_tracks(socket: WebSocket, services: ServicesDep, name: str) -> None:
+    """Send the same, twenty times a second."""
+    async with websocket_session(socket):
+        await run_until_first(until_disconnect(socket), _send(socket, await track_fusion_of(services, name)))
+
+
+async def track_fusion_of(services: Services, name: str) -> TrackFusion:
+    """Return the rig's fusion, shared by all who watch; a new one where its cameras have changed; NotFound."""
+    rig = await services.run_in_thread(services.store.rigs.get, name)
+    cameras = tuple(camera["camera"] for camera in rig.body["cameras"])
+    fusion = services.track_fusions.get(name)
+    if fusion is None or fusion.names != cameras:
+        if fusion is not None:
+            fusion.end()
+        fusion = services.track_fusions[name] = TrackFusion(cameras, services.live.get)
+    return fusion
+
+
+async def _send(socket: WebSocket, fusion: TrackFusion) -> None:
+    with fusion.listening() as viewer:
+        text = await _first(viewer)
+        while True:
+            await send_text(socket, text.decode())
+            text = await viewer.next()
+
+
+async def _first(viewer: Any) -> bytes:
+    try:
+        return await viewer.next(FIRST_S)
+    except TimeoutError:
+        raise Unavailable("No camera of this rig has shown anything yet.", "Look at their states, then try again.",
+                          reason="camera-silent") from None

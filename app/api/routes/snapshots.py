@@ -1,31 +1,36 @@
-"""/snapshots: saved pictures, uploaded or taken from a camera."""
+"""/snapshots and /drafts: saved pictures, clicks moved to painted lines, and an operator's work in progress on one."""
 
-from typing import Literal, get_args
+from typing import Annotated, Any, get_args
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Request, WebSocket
+from pydantic import Field
 from starlette.responses import Response
 
 from app.api.bodies import content_type, json_body, uploaded_file
-from app.api.dependencies import ServicesDep
-from app.api.responses import Json, created, page, picture
-from app.api.schemas import responses
+from app.api.dependencies import MAX_NAME, IfMatch, IfMatchNeeded, OperatorDep, ServicesDep, in_thread
+from app.api.responses import Json, created, page, picture, versioned
+from app.api.schemas import requests, responses
 from app.api.schemas.media import PICTURE, upload
-from app.api.schemas.requests import CameraSnapshot, Cursor, Id, Limit, Purpose
+from app.api.schemas.requests import CameraSnapshot, Cursor, Format, Id, Limit, Purpose
+from app.api.sockets import send_stream
 from app.core.errors import BadInput
 from app.images import screen
 from app.services.capture import take_snapshot
 from app.services.container import Services
+from app.services.snapping import points_along, snap_clicks
+from app.services.value_types import Name, Pair, Rotate, Strict
 from app.store import Snapshot
+from app.vision.lines.snap import REACH_PX
 
-router = APIRouter(prefix="/snapshots", tags=["snapshots"])
+router = APIRouter()
 
 PURPOSES = get_args(Purpose)
-BODY = upload(camera={"type": "string"},
-              purpose={"type": "string", "enum": list(PURPOSES), "default": "picture"})
+BODY = upload(camera={"type": "string"}, purpose={"type": "string", "enum": list(PURPOSES), "default": "picture"})
 BODY["content"]["application/json"] = {"schema": CameraSnapshot.model_json_schema()}
 
 
-@router.post("", status_code=201, response_model=responses.Snapshot, openapi_extra={"requestBody": BODY})
+@router.post("/snapshots", tags=["snapshots"], status_code=201, response_model=responses.Snapshot,
+             openapi_extra={"requestBody": BODY})
 async def keep_snapshot(request: Request, services: ServicesDep) -> Json:
     """Save a picture: multipart with `file` (PNG, JPEG, BMP or WebP), or JSON {"camera": id} to take one now."""
     kind = content_type(request)
@@ -54,7 +59,7 @@ def _save(services: Services, data: bytes, camera: str | None, purpose: str) -> 
     return services.store.snapshots.add(data, size, format, camera, purpose)
 
 
-@router.get("", response_model=responses.Snapshots)
+@router.get("/snapshots", tags=["snapshots"], response_model=responses.Snapshots)
 def list_snapshots(services: ServicesDep, limit: Limit = 50, cursor: Cursor = None,
                    purpose: Purpose | None = None) -> Json:
     """List snapshots, newest first; those that were taken for one purpose, or all."""
@@ -62,15 +67,101 @@ def list_snapshots(services: ServicesDep, limit: Limit = 50, cursor: Cursor = No
     return page((snapshot.to_json() for snapshot in snapshots.items), snapshots.next_cursor)
 
 
-@router.get("/{id}", response_model=responses.Snapshot)
+@router.get("/snapshots/{id}", tags=["snapshots"], response_model=responses.Snapshot)
 def read_snapshot(services: ServicesDep, id: Id) -> Json:
     """Describe a snapshot: size, camera, when it was taken, the checksum of its bytes."""
     return Json(services.store.snapshots.get(id).to_json())
 
 
-@router.get("/{id}/image.{format}", response_class=Response, responses=PICTURE)
-async def show_snapshot(services: ServicesDep, id: Id, format: Literal["png", "jpg"]) -> Response:
+@router.get("/snapshots/{id}/image.{format}", tags=["snapshots"], response_class=Response, responses=PICTURE)
+@in_thread
+def show_snapshot(services: ServicesDep, id: Id, format: Format) -> Response:
     """Return the picture, pixel for pixel as the sensor saw it: encoded anew, so that EXIF tags rotate nothing."""
     # An id is never used for another picture, so a browser may keep it for ever.
-    return await services.run_in_thread(lambda: picture(
-        services.frame(id).pixels, format, {"Cache-Control": "private, max-age=31536000, immutable"}))
+    return picture(services.frame(id).pixels, format, {"Cache-Control": "private, max-age=31536000, immutable"})
+
+
+Reach = Annotated[float, Field(ge=2, le=40, description="how far from the point a line may be, px")]
+Feature = Annotated[str, Field(min_length=1, max_length=200, description="border, line or arc of the field")]
+
+
+class FittedModelForm(Strict):
+    """A model as /fit/preview and GET /calibrations/{id} return it."""
+
+    name: Name
+    parameters: dict[str, Any]
+
+
+class FitForm(Strict):
+    """Where the field is, as far as it is known."""
+
+    model: FittedModelForm
+    field: Name
+    region: Name
+    rotate: Rotate | None = None
+
+
+class SnapRequest(Strict):
+    """Clicks, and what is known about the line beside them."""
+
+    points: Annotated[list[Pair], Field(max_length=500)]
+    reach_px: Reach = REACH_PX
+    width_px: Annotated[float, Field(ge=0.5, le=40)] | None = None
+    direction_deg: Annotated[float, Field(ge=-360, le=360)] | None = None
+    feature: Feature | None = None
+    fit: FitForm | None = None
+
+
+class AlongRequest(Strict):
+    """Which line, and how many points are wanted along it."""
+
+    fit: FitForm
+    feature: Feature
+    count: Annotated[int, Field(ge=1, le=50)] = 9
+    reach_px: Reach = REACH_PX
+
+
+@router.post("/snapshots/{id}/snap", tags=["snapshots"], response_model=responses.SnappedPoints)
+@in_thread
+def snap_points(services: ServicesDep, id: Id, body: SnapRequest) -> Json:
+    """Move each point to the middle of the painted line beside it, or leave it where it is, with the reason.
+
+    width_px and direction_deg say which line is meant; a fit and a feature give both for every point.
+    """
+    return Json({"points": snap_clicks(services, id, **dict(body))})
+
+
+@router.post("/snapshots/{id}/along", tags=["snapshots"], response_model=responses.SnappedPoints)
+@in_thread
+def find_along(services: ServicesDep, id: Id, body: AlongRequest) -> Json:
+    """Find points along one line of the field, beside where a fit expects it; none where it is hidden."""
+    return Json({"points": points_along(services, id, **dict(body))})
+
+
+@router.get("/drafts/{snapshot}", tags=["drafts"], response_model=responses.Draft)
+def read_draft(services: ServicesDep, snapshot: Id) -> Json:
+    """Return the draft that was saved last, or an empty one; its ETag goes into the next PUT's If-Match."""
+    draft = services.store.drafts.get(snapshot)
+    return versioned(draft.to_json(), draft.etag)
+
+
+@router.put("/drafts/{snapshot}", tags=["drafts"], response_model=responses.Draft)
+def save_draft(services: ServicesDep, by: OperatorDep, snapshot: Id, body: requests.DraftBody,
+               if_match: IfMatch = None) -> Response:
+    """Replace the draft that If-Match names: 428 without it, 412 with the `current` draft if somebody was faster."""
+    services.store.snapshots.get(snapshot)
+    if if_match is None:
+        raise IfMatchNeeded("The request does not say which draft it was made from.")
+    draft = services.store.drafts.save(snapshot, body.model_dump(), if_match, by)
+    services.presence.saved(snapshot, draft.etag, by)
+    return versioned(draft.to_json(), draft.etag)
+
+
+@router.websocket("/drafts/{snapshot}/stream")
+async def watch_draft(socket: WebSocket, services: ServicesDep, snapshot: str, name: str = "") -> None:
+    """Send who else has this picture open, and the ETag of the draft as soon as somebody has saved it, as JSON.
+
+    {"others": [name, …], "etag": "…" | null, "by": name | null}, now and after every change; with name=, what others
+    read of you.
+    """
+    await send_stream(socket, services.presence.changes(snapshot[:MAX_NAME], name.strip()[:MAX_NAME]))

@@ -23,6 +23,7 @@ MAX_TRANSFORM_POINTS = 100_000
 MAX_PICTURES = 25  # of one camera; a background is made of no more
 
 FrameName = Literal["image", "corrected", "field"]
+Format = Literal["png", "jpg"]
 
 # Ids and names in a path: short, and never a path of their own.
 Id = Annotated[str, Path(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]

@@ -1,6 +1,7 @@
-"""GET /settings: the settings of this server without any secret, and how much of the disk is used."""
+"""GET /health, /settings and /archive: the state of the server, its settings, and all that it has saved as one file."""
 
 import re
+import time
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -8,20 +9,32 @@ from typing import Any
 
 from fastapi import APIRouter
 from pydantic import BaseModel, SecretStr
+from starlette.responses import StreamingResponse
 
 from app import __version__, shipped
 from app.api.dependencies import ServicesDep
-from app.api.responses import Json
+from app.api.file_headers import attachment
+from app.api.responses import NO_STORE, Json
 from app.api.schemas import responses
+from app.api.schemas.media import files
 from app.settings import Settings
 
-router = APIRouter(tags=["health"])
+router = APIRouter()
 
 ELSEWHERE = {"cameras": "cameras", "publish": "network"}  # what can be changed while the server runs, and where
 SECRET = "set"  # shown in place of a secret
 
 
-@router.get("/settings", response_model=responses.SettingsView)
+@router.get("/health", tags=["health"], response_model=responses.Health)
+def health(services: ServicesDep) -> Json:
+    """Return version, uptime in s, warnings about disk and network, and damaged records."""
+    warnings = (*services.store.warnings, *services.publishing.warnings)
+    return Json({"status": "ok", "version": __version__, "uptime_s": round(time.monotonic() - services.started_s, 3),
+                 "warnings": [{"reason": w.reason, "text": w.text, "fix": w.fix} for w in warnings],
+                 "damaged": [damage.to_json() for damage in services.store.damaged]})
+
+
+@router.get("/settings", tags=["health"], response_model=responses.SettingsView)
 def read_settings(services: ServicesDep) -> Json:
     """List every setting with its default and meaning, without token and password; and how much of the disk is used."""
     helps = helps_in((shipped("configs") / "touchline.yaml").read_text(encoding="utf-8"))
@@ -78,3 +91,10 @@ def helps_in(text: str) -> dict[str, str]:
         elif not comment:
             comments = []
     return helps
+
+
+@router.get("/archive", tags=["archive"], response_class=StreamingResponse, responses=files("application/zip"))
+def download_everything(services: ServicesDep) -> StreamingResponse:
+    """Download one zip with every row, picture and field of your own; `touchline restore` makes a data folder of it."""
+    return StreamingResponse(services.store.archive(services.settings.own_fields), media_type="application/zip",
+                             headers={"Content-Disposition": attachment("touchline.zip"), **NO_STORE})

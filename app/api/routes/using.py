@@ -1,4 +1,4 @@
-"""/calibrations/{id}/transform, overlay.json, residuals.json: points between frames, and what is drawn on a picture."""
+"""/calibrations/{id}/correct, transform, overlay.json, residuals.json: pictures corrected, points between frames."""
 
 from functools import partial
 from typing import Annotated, Literal
@@ -6,15 +6,16 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from app.api.bodies import binary_points, content_type, json_body
-from app.api.dependencies import ServicesDep
+from app.api.bodies import binary_points, content_type, json_body, uploaded_file
+from app.api.dependencies import ServicesDep, in_thread
 from app.api.request_mapping import image_size
-from app.api.responses import Json
+from app.api.responses import Json, picture
 from app.api.schemas import responses
-from app.api.schemas.media import BINARY, BYTES, files
-from app.api.schemas.requests import FrameName, Id, MarginPx, TransformRequest, WidthPx
+from app.api.schemas.media import BINARY, BYTES, PICTURE, files, upload
+from app.api.schemas.requests import Format, FrameName, Id, IdQuery, MarginPx, TransformRequest, WidthPx
 from app.core.errors import BadInput
 from app.core.geometry import as_points
+from app.core.records import Calibration, Frame
 from app.imaging.correction import CorrectedView
 from app.services.calibrations import check_size, field_and_region, model_of, points_json, residual_vectors
 from app.workflows import calibration as workflow
@@ -25,6 +26,37 @@ FEW_POINTS = 1000  # as many are through before a thread has been found for them
 BODY = {"requestBody": {"required": True, "content": {
     "application/json": {"schema": TransformRequest.model_json_schema(ref_template="#/components/schemas/{model}")},
     BINARY: BYTES}}}
+
+
+@router.post("/correct", response_class=Response, responses=PICTURE,
+             openapi_extra={"requestBody": upload(required=False)})
+async def correct_picture(request: Request, services: ServicesDep, id: Id,
+                          snapshot: Annotated[IdQuery | None, Query()] = None, margin_px: MarginPx = 0,
+                          width: WidthPx = None, format: Format = "png") -> Response:
+    """Correct an uploaded picture (multipart, `file`), or a snapshot named in the query."""
+    calibration = services.store.calibrations.get(id)
+    if snapshot is not None:
+        frame = await services.run_in_thread(services.frame, snapshot)
+    else:
+        data, _ = await uploaded_file(request, services.decoder.limits.max_bytes)
+        frame = await services.run_in_thread(services.decoder.frame_from_bytes, data)
+    return await services.run_in_thread(_corrected, calibration, frame, CorrectedView(margin_px, width), format)
+
+
+@router.get("/corrected.{format}", response_class=Response, responses=PICTURE)
+@in_thread
+def show_corrected(services: ServicesDep, id: Id, format: Format, snapshot: Annotated[IdQuery | None, Query()] = None,
+                   margin_px: MarginPx = 0, width: WidthPx = None) -> Response:
+    """Return the corrected picture of the calibration's own snapshot, or of another one of the same size."""
+    calibration = services.store.calibrations.get(id)
+    if snapshot is None and calibration.snapshot is None:
+        raise BadInput("The calibration was made without a snapshot.", "Name one: ?snapshot=ID.", reason="no-snapshot")
+    frame = services.frame(snapshot or calibration.snapshot)
+    return _corrected(calibration, frame, CorrectedView(margin_px, width), format)
+
+
+def _corrected(calibration: Calibration, frame: Frame, view: CorrectedView, format: str) -> Response:
+    return picture(workflow.correct(frame.pixels, model_of(calibration), calibration.image_size, view), format)
 
 
 @router.post("/transform", response_model=responses.Transformed, openapi_extra=BODY, responses=files(BINARY))
@@ -65,8 +97,8 @@ def draw_field(services: ServicesDep, id: Id, frame: Literal["raw", "corrected"]
 
 
 @router.get("/residuals.json", response_model=responses.Arrows)
-async def draw_residuals(services: ServicesDep, id: Id, frame: Literal["raw", "corrected"] = "raw",
-                         margin_px: MarginPx = 0, width: WidthPx = None) -> Json:
+@in_thread
+def draw_residuals(services: ServicesDep, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
+                   width: WidthPx = None) -> Json:
     """Return vectors from clicks to where the model expects them: the nearest place of a line, or the landmark."""
-    calibration = services.store.calibrations.get(id)
-    return Json(await services.run_in_thread(residual_vectors, calibration, frame, CorrectedView(margin_px, width)))
+    return Json(residual_vectors(services.store.calibrations.get(id), frame, CorrectedView(margin_px, width)))

@@ -1,0 +1,132 @@
+"""How far to trust a version, how far two are apart, and all that is known of one; two cameras that see the same."""
+
+from contextlib import suppress
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request
+from starlette.responses import HTMLResponse, Response
+
+from app import report
+from app.api.dependencies import ServicesDep, in_thread
+from app.api.file_headers import disposition
+from app.api.request_mapping import image_size
+from app.api.responses import Json, finished_or_queued, picture
+from app.api.schemas import responses
+from app.api.schemas.lenses import PairLinesRequest, PairRequest
+from app.api.schemas.media import HTML, files
+from app.api.schemas.requests import Id
+from app.core.errors import BadInput, NotFound
+from app.core.records import Calibration
+from app.report.page import POLICY
+from app.services.calibrations import field_and_region, model_of
+from app.services.container import Services
+from app.workflows import calibration as workflow
+from app.workflows.pair import lines_by_calibrations, lines_by_matrix, run_pair
+
+router = APIRouter(tags=["judging"])
+
+HeightMm = Annotated[float, Query(ge=0, le=5000, allow_inf_nan=False, description="height of the plane, mm")]
+PNG = files("image/png")
+
+
+@router.get("/calibrations/{id}/uncertainty.json", response_model=responses.Uncertainty)
+@in_thread
+def uncertainty_of(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> Json:
+    """Return the expected error in mm on a grid over the region, in the plane at z_mm; 409 for a model without it."""
+    return Json(_uncertainty(services.store.calibrations.get(id), z_mm))
+
+
+@router.get("/calibrations/{id}/uncertainty.png", response_class=Response, responses=PNG)
+@in_thread
+def uncertainty_picture(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> Response:
+    """Draw the same as a heat map with a scale in mm and the worst place marked, oriented as the corrected picture."""
+    calibration = services.store.calibrations.get(id)
+    grid = _uncertainty(calibration, z_mm)["grid"]
+    return _heat_map(grid["sigma_mm"], calibration, f"expected error at z = {z_mm:g} mm")
+
+
+@router.get("/calibrations/{id}/difference/{other}.json", response_model=responses.Difference)
+@in_thread
+def difference_between(services: ServicesDep, id: Id, other: Id) -> Json:
+    """Return how far two calibrations of one picture are apart over the region: mm on the carpet and px in it."""
+    return Json(_difference(services.store.calibrations.get(id), services.store.calibrations.get(other)))
+
+
+@router.get("/calibrations/{id}/difference/{other}.png", response_class=Response, responses=PNG)
+@in_thread
+def difference_picture(services: ServicesDep, id: Id, other: Id) -> Response:
+    """Draw the same as a heat map with a scale in mm."""
+    a, b = services.store.calibrations.get(id), services.store.calibrations.get(other)
+    return _heat_map(_difference(a, b)["grid"]["mm"], a, f"version {b.version} from version {a.version}")
+
+
+def _uncertainty(calibration: Calibration, z_mm: float) -> dict[str, Any]:
+    return workflow.uncertainty(model_of(calibration), calibration.covariance, field_and_region(calibration)[1], z_mm)
+
+
+def _difference(a: Calibration, b: Calibration) -> dict[str, Any]:
+    return workflow.difference(model_of(a), model_of(b), field_and_region(a)[1])
+
+
+def _heat_map(values_mm: Any, calibration: Calibration, title: str) -> Response:
+    return picture(workflow.error_map_image(values_mm, field_and_region(calibration)[1], title), "png")
+
+
+@router.get("/calibrations/{id}/report.html", response_class=HTMLResponse, responses=HTML)
+@in_thread
+def report_page(services: ServicesDep, id: Id) -> HTMLResponse:
+    """Return one self-contained page: verdict, numbers, pictures before and after, error maps, versions and hashes."""
+    calibration = services.store.calibrations.get(id)
+    shown = _shown(services, calibration)
+    contents = report.contents(calibration, shown)
+    html = report.page(contents, report.draw(calibration, shown, contents))
+    name = f"{calibration.camera or calibration.field['name']}-v{calibration.version}-report.html"
+    return HTMLResponse(html.encode("utf-8", "replace"), headers={
+        "Content-Security-Policy": f"{POLICY}; frame-ancestors 'self'", "Cache-Control": "no-cache",
+        "Content-Disposition": disposition("inline", name)})
+
+
+@router.get("/calibrations/{id}/report.json", response_model=responses.CalibrationReport)
+@in_thread
+def report_as_json(services: ServicesDep, id: Id) -> Json:
+    """Return the same numbers and words as JSON, null for what is not known."""
+    calibration = services.store.calibrations.get(id)
+    return Json(report.contents(calibration, _shown(services, calibration)))
+
+
+def _shown(services: Services, calibration: Calibration) -> report.ReportPicture:
+    """Return the picture that was calibrated, and what its camera is called."""
+    name = None
+    if calibration.camera is not None:
+        with suppress(NotFound):  # its camera was removed, or belongs to another server
+            name = services.cameras.get(calibration.camera).name
+    return report.report_picture(calibration, services.frame, name)
+
+
+@router.post("/pairs", response_model=responses.Pair)
+async def judge_pair(request: Request, services: ServicesDep, body: PairRequest) -> Response:
+    """Return the fundamental matrix of matched points, the pose between two lenses, and the cameras' agreement in mm.
+
+    Each is null where it was not requested; one that cannot be computed is named in `failed`, with what to do.
+    """
+    spec = {"points_a": body.points_a, "points_b": body.points_b, "z_mm": body.z_mm}
+    for name, id in (("calibration_a", body.calibration_a), ("calibration_b", body.calibration_b)):
+        spec[name] = None if id is None else services.store.calibrations.get(id).to_json()
+    return await finished_or_queued(request, services, "pair", run_pair, spec, as_job=False)
+
+
+@router.post("/pairs/lines", response_model=responses.PairLines)
+@in_thread
+def epipolar_lines(services: ServicesDep, body: PairLinesRequest) -> Json:
+    """Return epipolar lines of points, each in the other picture, and where that shows the same place at `z_mm`.
+
+    By a fundamental `matrix` they are straight; by two calibrations they bend as the lenses do, null without rays.
+    """
+    ids, sizes = (body.calibration_a, body.calibration_b), (body.image_size_a, body.image_size_b)
+    if body.matrix is not None and None not in sizes and ids == (None, None):
+        return Json(lines_by_matrix(body.matrix, body.points_a, body.points_b, *map(image_size, sizes)))
+    if body.matrix is None and None not in ids:
+        calibrations = map(services.store.calibrations.get, ids)
+        return Json(lines_by_calibrations(*calibrations, body.points_a, body.points_b, body.z_mm))
+    raise BadInput("It is not said what tells the lines.", "Give a matrix and both pictures' sizes, or two "
+                   "calibrations.", reason="one-sided")

@@ -1,0 +1,130 @@
+"""What the field's lines in today's picture tell without a click: a calibration, whether one holds, a new pose."""
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Request, Response
+from pydantic import Field
+
+from app.api.dependencies import OperatorDep, ServicesDep
+from app.api.request_mapping import with_lens
+from app.api.responses import Json, accepted, finished_or_queued
+from app.api.routes.calibrations import ACCEPTED
+from app.api.schemas import responses
+from app.api.schemas.requests import MAX_PICTURES, AsJob, Id, PictureChoice
+from app.core.errors import BadInput, Conflict
+from app.jobs import Job
+from app.services.capture import take_snapshot
+from app.services.container import Services
+from app.services.value_types import Name, Note, OptionValues, Rotate, Strict
+from app.workflows.automatic_request import AutomaticRequest, run_auto
+from app.workflows.check import run_check
+from app.workflows.reregister import run_register
+
+router = APIRouter()
+
+FRAMES = 13  # over four seconds: who walks by has left most of them
+
+
+class PosePriorForm(Strict):
+    """What is roughly known of the camera's pose; without it the lines alone decide."""
+
+    height_mm: Annotated[float, Field(ge=100, le=100_000)] | None = Field(None, description="to a third either way")
+    turn_deg: Annotated[float, Field(ge=-360, le=360)] | None = Field(
+        None, description="how far the region is turned in the picture, clockwise, from how it stands when corrected; "
+                          "to 50° either way")
+
+
+class AutoRequest(PictureChoice):
+    """One of snapshot, snapshots and camera; the rest says what is seen."""
+
+    frames: Annotated[int, Field(ge=1, le=MAX_PICTURES)] = Field(MAX_PICTURES, description="how many, with camera")
+    field: Name
+    region: Name = "full"
+    rotate: Rotate | None = None
+    model: Name = Field("auto", description="auto: Brown–Conrady, or the first of others that can be fitted")
+    options: OptionValues = Field({}, description="as for a fit")
+    rough: PosePriorForm | None = None
+    keep: bool = Field(True, description="false: find the lines, and save no version")
+    note: Note = ""
+
+
+@router.post("/calibrations/auto", tags=["calibrations"], status_code=202, response_model=responses.Job)
+async def find_calibration(request: Request, services: ServicesDep, by: OperatorDep, body: AutoRequest) -> Json:
+    """Start a job that finds the field's lines, assigns them, and saves a version if nothing contradicts it.
+
+    Its result has the version's id or null as `calibration`, a `verdict`, the `doubts`, the `candidates`, and what was
+    found as `observations`, which can be fitted or put into a draft like any others.
+    """
+    body.check_choice(required=True)
+    task = await services.run_in_thread(_task, services, body)  # refused before a camera takes pictures
+    ids = body.ids or [(await take_snapshot(services, body.camera, request.is_disconnected, body.frames)).id]
+
+    def start() -> Job:
+        first = services.store.snapshots.get(ids[0])
+        spec = {"task": {**task, "snapshot": first.id, "camera": first.camera},
+                "pictures": services.store.snapshots.all_for_job(ids), "keep": body.keep}
+        return services.jobs.start("auto", run_auto, spec, "found-lines", {"by": by})
+    return accepted(await services.run_in_thread(start))
+
+
+def _task(services: Services, body: AutoRequest) -> dict[str, Any]:
+    field = services.fields[body.field]
+    prior = body.rough.model_dump(exclude_none=True) if body.rough else {}
+    return AutomaticRequest(field, field.region(body.region, body.rotate), body.model,
+                            with_lens(services, body.options), prior, note=body.note).to_json()
+
+
+class CheckRequest(PictureChoice):
+    """Today's picture: one of snapshot, snapshots and camera; none of them: the calibration's own camera, now."""
+
+    frames: Annotated[int, Field(ge=1, le=MAX_PICTURES)] = Field(1, description="how many it takes")
+
+
+@router.post("/calibrations/{id}/check", tags=["calibrations"], response_model=responses.CalibrationCheck,
+             responses=ACCEPTED)
+async def check_calibration(request: Request, services: ServicesDep, id: Id, body: CheckRequest,
+                            job: AsJob = False) -> Response:
+    """Return a verdict and the error of each line in mm; the version, and which one is active, stay as they are."""
+    body.check_choice(required=False)
+    calibration = await services.run_in_thread(services.store.calibrations.get, id)
+    ids = body.ids
+    if not ids:
+        camera = body.camera or calibration.camera
+        if camera is None:
+            raise BadInput("This calibration is of no camera.", "Send the snapshot to check it with.",
+                           reason="no-camera")
+        ids = [(await take_snapshot(services, camera, request.is_disconnected, body.frames)).id]
+    pictures = await services.run_in_thread(services.store.snapshots.all_for_job, ids)
+    spec = {"calibration": calibration.to_json(), "snapshot": ids[0], "pictures": pictures}
+    return await finished_or_queued(request, services, "check", run_check, spec, job)
+
+
+class Reregister(Strict):
+    """By default pictures are taken with the camera now."""
+
+    snapshot: Name | None = Field(None, description="of this camera, in place of pictures that are taken now")
+    frames: Annotated[int, Field(ge=1, le=25)] = Field(FRAMES, description="taken now; what moves vanishes")
+    note: Note = "Pose registered anew"
+
+
+@router.post("/cameras/{id}/reregister", tags=["cameras"], status_code=202, response_model=responses.Job)
+async def reregister_camera(request: Request, services: ServicesDep, by: OperatorDep, id: Id,
+                            body: Reregister | None = None) -> Json:
+    """Start a job: a child of the active calibration with its lens, and the pose by the field's lines now.
+
+    Its result has the version's id as `calibration`, what moved, and a `sentence`. Nothing is activated.
+    """
+    body = body or Reregister()
+    await services.run_in_thread(services.cameras.get, id)
+    calibration, _ = await services.run_in_thread(services.cameras.active_calibration, id)
+    if calibration is None:
+        raise Conflict("This camera has no active calibration.", "Calibrate it, and activate that version.",
+                       reason="not-calibrated")
+    snapshot = body.snapshot or (await take_snapshot(services, id, request.is_disconnected, body.frames)).id
+
+    def start() -> Job:
+        spec = {"calibration": calibration.to_json(), "snapshot": snapshot, "note": body.note,
+                "picture": services.store.snapshots.for_job(snapshot, "the picture"),
+                "before": services.cameras.calibration_picture(calibration)}
+        return services.jobs.start("register", run_register, spec, "registered", {"by": by})
+    return accepted(await services.run_in_thread(start))
