@@ -90,7 +90,7 @@ def _within(model: CameraModel, chain: Points) -> Points:
 
 def _bow(chains: Sequence[Points], size: ImageSize) -> tuple[dict[str, Any] | None, str]:
     try:
-        found = straight_lines.straightness_of_edges([chains], (), size)
+        found = straight_lines.straightness([chains], (), size)
     except FitFailed as refusal:
         return None, str(refusal)
     return {**found["bow"]["most"], "distortion": found["distortion"]}, ""

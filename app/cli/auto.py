@@ -6,22 +6,9 @@ from typing import Annotated, Any
 
 import typer
 
-from app.cli import files
+from app.cli import files, requests
 from app.cli.progress import progress_bar
-from app.cli.requests import (
-    FieldName,
-    HeightMm,
-    HeightSigmaMm,
-    LensFile,
-    LensSigma,
-    Options,
-    OwnFields,
-    Rotate,
-    options_from,
-    own_fields,
-)
 from app.core.errors import BadInput, FitFailed
-from app.images import ImageDecoder
 from app.workflows.automatic_request import AutomaticRequest, median_frame
 from app.workflows.calibration import subprogress
 
@@ -31,34 +18,34 @@ def auto(
                                                    "vanishes.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write, "
                                                 "where nothing speaks against it.")] = None,
-    field: FieldName = None,
+    field: requests.FieldName = None,
     region: Annotated[str, typer.Option("--region", help="Part of the field that is seen.")] = "full",
-    rotate: Rotate = None,
+    rotate: requests.Rotate = None,
     model: Annotated[str, typer.Option("--model", help="Camera model; auto: Brown–Conrady, or the first "
                                       "of others that can be fitted.")] = "auto",
-    option: Options = None, lens: LensFile = None, lens_sigma: LensSigma = None, height_mm: HeightMm = None,
-    height_sigma_mm: HeightSigmaMm = None,
+    option: requests.Options = None, lens: requests.LensFile = None, lens_sigma: requests.LensSigma = None,
+    height_mm: requests.HeightMm = None, height_sigma_mm: requests.HeightSigmaMm = None,
     turn_deg: Annotated[float | None, typer.Option("--turn", help="Roughly how far the region is turned in the "
                                                    "picture, clockwise.")] = None,
     points: Annotated[Path | None, typer.Option("--points", metavar="POINTS.json", help="Write the points that were "
                                                 "found, as calibrate reads them; also where it declines.")] = None,
     note: Annotated[str, typer.Option("--note", help="Kept with the calibration.")] = "",
-    fields: OwnFields = None,
+    fields: requests.OwnFields = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything that was found as JSON.")] = False,
 ) -> None:
     """Find the field's lines in a picture and calibrate from them; decline where they do not prove it."""
     if field is None:
         raise BadInput("No field is named.", "Give --field.", reason="no-field")
-    known = own_fields(fields)[field]
-    options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
+    known = requests.own_fields(fields)[field]
+    options = requests.options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
     rough = {name: value for name, value in (("height_mm", height_mm), ("turn_deg", turn_deg)) if value is not None}
     task = AutomaticRequest(known, known.region(region, rotate), model, options, rough, note=note)
-    with progress_bar("Looking for lines") as progress, ImageDecoder(workers=1) as decoder:
-        reads = [lambda path=path: decoder.frame_from_bytes(files.read_bytes(path)) for path in pictures]
+    with progress_bar("Looking for lines") as progress, files.decoded(pictures) as reads:
         frame = median_frame(reads, subprogress(progress, 0.0, 0.1))
         found, calibration = task.answer(frame, subprogress(progress, 0.1, 1.0))
     if points is not None:
-        files.write_bytes(points, json.dumps(_points_file(found), allow_nan=False).encode())
+        kept = {key: found[key] for key in ("field", "region", "rotate", "model", "image_size", "observations")}
+        files.write_bytes(points, json.dumps(kept, allow_nan=False).encode())
     if output is not None and calibration is not None:
         files.write_calibration(output, calibration)
     if as_json:
@@ -68,10 +55,6 @@ def auto(
     if calibration is None:
         verdict = found["verdict"]
         raise FitFailed(verdict["sentence"], verdict["fix"], reason=verdict["reason"])
-
-
-def _points_file(found: dict[str, Any]) -> dict[str, Any]:
-    return {key: found[key] for key in ("field", "region", "rotate", "model", "image_size", "observations")}
 
 
 def _summary(found: dict[str, Any], output: Path | None) -> str:

@@ -11,10 +11,9 @@ import typer
 
 from app.batch import SUFFIXES, BatchPlan, Row, count_verdicts, encode_table, pictures_in, read_table, run_requests
 from app.cli import files
-from app.cli.console import USAGE, exit_code_of, say
+from app.cli.console import ACCEPTED, USAGE, Enough, exit_code_of, say
 from app.cli.progress import progress_bar
 from app.cli.requests import FieldName, Options, OwnFields, RegionName, Rotate, options_from, own_fields, task_of
-from app.cli.verdicts import ACCEPTED, Enough
 from app.core.errors import BadInput, TouchlineError
 from app.jobs import JobEngine
 from app.models import MODELS
@@ -43,9 +42,7 @@ def batch(
     option: Options = None, calibration: Known = None, points: Points = None, output: Table = None,
     resume: Annotated[bool, typer.Option("--resume", help="Take over from the table what is the same.")] = False,
     engine: Annotated[str, typer.Option("--engine", help="local, or dask://host:port.")] = "local",
-    workers: Workers = None,
-    enough: EnoughOfAll = Enough.fair,
-    fields: OwnFields = None,
+    workers: Workers = None, enough: EnoughOfAll = Enough.fair, fields: OwnFields = None,
 ) -> None:
     """Calibrate, or check, every picture of a folder."""
     own = (field, region, rotate, model, option, fields)
@@ -127,7 +124,7 @@ class _Table:
 def _plan(field: str | None, region: str | None, rotate: int | None, model: str | None, option: list[str] | None,
             fields: Path | None, calibration: Path | None, points: Path | None, before: Any) -> Any:
     """Return what to do with each picture; raise for an unknown field, region or model before the first."""
-    known_fields, options = own_fields(fields), options_from(option, None, None, None, None)
+    known_fields, options = own_fields(fields), options_from(option)
     if field is not None and region is not None:
         known_fields[field].region(region, rotate)
     elif field is not None:

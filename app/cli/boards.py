@@ -8,9 +8,8 @@ import typer
 
 from app.cli import files
 from app.cli.progress import progress_bar
-from app.cli.requests import options_from
+from app.cli.requests import ReportAsJson, options_from
 from app.core.board import Board
-from app.images import ImageDecoder
 from app.workflows.board_request import BoardCalibrationRequest
 
 
@@ -28,17 +27,15 @@ def board(
     "brown-conrady",
     option: Annotated[list[str] | None, typer.Option("--option", metavar="NAME=VALUE", help="A setting of the fit, "
                                                      "such as warp=false; may be repeated.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
+    as_json: ReportAsJson = False,
 ) -> None:
     """Find a lens from pictures of a board; calibrate --lens then holds it."""
     markers = {"marker_mm": marker_mm, "dictionary": dictionary, "legacy": legacy}
     known = Board.from_json({"kind": kind, "columns": columns, "rows": rows, "square_mm": square_mm,
                             **{name: value for name, value in markers.items() if value}})
-    task = BoardCalibrationRequest(known, model, options_from(option, None, None, None, None))
-    with progress_bar("Looking for the board") as progress, ImageDecoder(workers=1) as decoder:
-        found = task.from_pictures(
-            ((path.name, lambda path=path: decoder.frame_from_bytes(files.read_bytes(path))) for path in pictures),
-            len(pictures), progress)
+    task = BoardCalibrationRequest(known, model, options_from(option))
+    with progress_bar("Looking for the board") as progress, files.decoded(pictures) as reads:
+        found = task.from_pictures(reads, progress)
     files.write_lens(output, found)
     print(json.dumps(found["report"], allow_nan=False) if as_json else _summary(found, output))
 

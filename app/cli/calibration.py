@@ -9,25 +9,10 @@ from typing import Annotated, Any
 
 import typer
 
-from app.cli import files
+from app.cli import files, requests
 from app.cli.progress import progress_bar
-from app.cli.requests import (
-    FieldName,
-    HeightMm,
-    HeightSigmaMm,
-    ImageFile,
-    LensFile,
-    LensSigma,
-    Options,
-    OwnFields,
-    PointsFile,
-    RegionName,
-    Rotate,
-    options_from,
-    task_from,
-)
 from app.imaging.correction import CorrectedView
-from app.models import model_from_json
+from app.models.restored import model_of
 from app.workflows import calibration as workflow
 
 CalibrationFile = Annotated[Path, typer.Option("--calibration", "-c", metavar="CAL.json", help="As calibrate wrote it, "
@@ -43,19 +28,18 @@ class Coordinates(StrEnum):
 
 
 def calibrate(
-    image: ImageFile, points: PointsFile,
+    image: requests.ImageFile, points: requests.PointsFile,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="CAL.json", help="The calibration to write.")],
-    field: FieldName = None, region: RegionName = None, rotate: Rotate = None,
+    field: requests.FieldName = None, region: requests.RegionName = None, rotate: requests.Rotate = None,
     model: Annotated[str | None, typer.Option("--model", help="Camera model; polynomial when left out.")] = None,
-    option: Options = None, lens: LensFile = None, lens_sigma: LensSigma = None, height_mm: HeightMm = None,
-    height_sigma_mm: HeightSigmaMm = None,
+    option: requests.Options = None, lens: requests.LensFile = None, lens_sigma: requests.LensSigma = None,
+    height_mm: requests.HeightMm = None, height_sigma_mm: requests.HeightSigmaMm = None,
     note: Annotated[str, typer.Option("--note", help="Kept with the calibration.")] = "",
-    fields: OwnFields = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
+    fields: requests.OwnFields = None, as_json: requests.ReportAsJson = False,
 ) -> None:
     """Calibrate one picture from clicked points."""
-    options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
-    task = task_from(image, points, field, region, rotate, model, options, note, fields)
+    options = requests.options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
+    task = requests.task_from(image, points, field, region, rotate, model, options, note, fields)
     with progress_bar("Calibrating") as progress:
         done = task.run(progress)
     files.write_calibration(output, task.record(done))
@@ -71,11 +55,10 @@ def correct(
 ) -> None:
     """Correct one picture."""
     known = files.read_calibration(calibration)
-    model = model_from_json(known.model_name, known.model_parameters)
     with progress_bar("Correcting") as progress:
         frame = files.read_picture(image)
         progress(0.3, "Correcting")
-        corrected = workflow.correct(frame.pixels, model, known.image_size, CorrectedView(margin, width))
+        corrected = workflow.correct(frame.pixels, model_of(known), known.image_size, CorrectedView(margin, width))
         progress(0.8, "Writing")
         files.write_picture(output, corrected)
 
@@ -91,9 +74,8 @@ def transform(
 ) -> None:
     """Turn pixels into field millimetres, or back."""
     known = files.read_calibration(calibration)
-    model = model_from_json(known.model_name, known.model_parameters)
     given = files.points_from_pairs(points) if points else files.points_from_text(sys.stdin.read(files.MAX_POINT_BYTES))
-    found = workflow.transform(model, given, source.value, target.value, z_mm).tolist()
+    found = workflow.transform(model_of(known), given, source.value, target.value, z_mm).tolist()
     reached = [point if math.isfinite(point[0]) else None for point in found]
     if as_json:
         print(json.dumps({"points": reached}, allow_nan=False))

@@ -9,9 +9,9 @@ import numpy as np
 import typer
 
 from app.cli import files
+from app.cli.console import Enough, EnoughOption, exit_below
 from app.cli.progress import progress_bar
-from app.cli.verdicts import Enough, EnoughOption, exit_below
-from app.images import ImageDecoder
+from app.cli.requests import AsJson
 from app.workflows.automatic_request import median_frame
 from app.workflows.calibration import subprogress
 from app.workflows.check import check as check_calibration
@@ -27,13 +27,11 @@ def check(
                                                    "several, what moves vanishes.")],
     drawn: Annotated[Path | None, typer.Option("--drawn", metavar="PICTURE", help="Write the picture with the lines as "
                                                "expected and as found.")] = None,
-    enough: EnoughOption = Enough.fair,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    enough: EnoughOption = Enough.fair, as_json: AsJson = False,
 ) -> None:
     """How far the field's lines lie from where a calibration has them; 0 if that is good enough."""
     calibrated = files.read_calibration(calibration)
-    with progress_bar("Checking the calibration") as progress, ImageDecoder(workers=1) as decoder:
-        reads = [lambda path=path: decoder.frame_from_bytes(files.read_bytes(path)) for path in pictures]
+    with progress_bar("Checking the calibration") as progress, files.decoded(pictures) as reads:
         frame = median_frame(reads, subprogress(progress, 0.0, 0.4))
         found = check_calibration(calibrated, frame.pixels, subprogress(progress, 0.4, 1.0))
     if drawn is not None:

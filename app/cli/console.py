@@ -1,7 +1,11 @@
-"""What a command says besides its result, all of it on stderr: errors with their fix, and exit codes."""
+"""What a command says besides its result: errors with their fix on stderr, exit codes, also for a poor verdict."""
 
 import sys
 import traceback
+from enum import StrEnum
+from typing import Annotated
+
+import typer
 
 from app.core.errors import TouchlineError
 
@@ -35,6 +39,24 @@ def exit_code_of(error: Exception) -> int:
     traceback.print_exception(error)
     print("error: Something broke here that should not.\nfix: Please report it with the lines above.", file=sys.stderr)
     return UNEXPECTED
+
+
+class Enough(StrEnum):
+    """The verdict that a script is content with."""
+
+    good = "good"
+    fair = "fair"
+    any = "any"
+
+
+ACCEPTED = {Enough.good: {"good"}, Enough.fair: {"good", "fair"}, Enough.any: {"good", "fair", "poor", "unknown"}}
+EnoughOption = Annotated[Enough, typer.Option("--enough", help=f"Exit code {POOR} for a verdict below this.")]
+
+
+def exit_below(enough: Enough, level: str | None) -> None:
+    """End with POOR where the verdict is below what is enough. level: None for an unknown one."""
+    if (level or "unknown") not in ACCEPTED[enough]:
+        raise typer.Exit(POOR)
 
 
 def say(text: str) -> None:

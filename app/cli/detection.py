@@ -10,6 +10,7 @@ import yaml
 
 from app.cli import files
 from app.cli.files import points_from_pairs
+from app.cli.requests import AsJson
 from app.core.colour_profile import ColourProfile
 from app.core.errors import BadInput
 from app.core.strict_yaml import MAX_BYTES, plain_from_yaml
@@ -41,7 +42,7 @@ def detect(
                                                       "for other pictures.")] = None,
     corrected: Annotated[bool, typer.Option("--corrected", help="Correct the picture first, and look at "
                                                 "that.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Find the ball and the robots in a picture, with numbers, fronts and places."""
     known = None if calibration is None else files.read_calibration(calibration)

@@ -9,42 +9,27 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from app.cli import files
+from app.cli import files, requests
 from app.cli.progress import progress_bar
-from app.cli.requests import (
-    FieldName,
-    HeightMm,
-    HeightSigmaMm,
-    ImageFile,
-    LensFile,
-    LensSigma,
-    Options,
-    OwnFields,
-    PointsFile,
-    RegionName,
-    Rotate,
-    options_from,
-    task_from,
-)
 from app.core.errors import FitFailed
-from app.core.field_json import field_from_json
-from app.models import model_from_json
+from app.models.restored import Restored, model_of
 from app.workflows import calibration as workflow
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print everything as JSON.")]
 PngFile = Annotated[Path | None, typer.Option("--png", metavar="OUT.png", help="Draw it as a map with a scale in mm.")]
 
 
 def compare(
-    image: ImageFile, points: PointsFile, field: FieldName = None, region: RegionName = None, rotate: Rotate = None,
+    image: requests.ImageFile, points: requests.PointsFile,
+    field: requests.FieldName = None, region: requests.RegionName = None, rotate: requests.Rotate = None,
     models: Annotated[str | None, typer.Option("--models", metavar="NAME,…", help="Camera models with commas between; "
                                                "all when left out.")] = None,
-    option: Options = None, lens: LensFile = None, lens_sigma: LensSigma = None, height_mm: HeightMm = None,
-    height_sigma_mm: HeightSigmaMm = None, fields: OwnFields = None, as_json: AsJson = False,
+    option: requests.Options = None, lens: requests.LensFile = None, lens_sigma: requests.LensSigma = None,
+    height_mm: requests.HeightMm = None, height_sigma_mm: requests.HeightSigmaMm = None,
+    fields: requests.OwnFields = None, as_json: requests.AsJson = False,
 ) -> None:
     """Fit every camera model to the same points and say which to trust."""
-    options = options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
-    task = task_from(image, points, field, region, rotate, None, options, "", fields)
+    options = requests.options_from(option, lens, lens_sigma, height_mm, height_sigma_mm)
+    task = requests.task_from(image, points, field, region, rotate, None, options, "", fields)
     names = [name.strip() for name in models.split(",")] if models else None
     with progress_bar("Comparing") as progress:
         found = task.compare(names, progress)
@@ -57,14 +42,14 @@ def compare(
 def difference(
     one: Annotated[Path, typer.Argument(metavar="A.json", help="A calibration.")],
     other: Annotated[Path, typer.Argument(metavar="B.json", help="Another one for the same picture size.")],
-    png: PngFile = None, as_json: AsJson = False,
+    png: PngFile = None, as_json: requests.AsJson = False,
 ) -> None:
     """How far two calibrations are apart over the region, in mm on the carpet and px in the picture."""
     a, b = files.read_calibration(one), files.read_calibration(other)
-    found = workflow.difference(_model(a), _model(b), _region(a))
+    model, _, region = Restored.of(a)
+    found = workflow.difference(model, model_of(b), region)
     if png is not None:
-        files.write_picture(png, workflow.error_map_image(_grid(found, "mm"), _region(a),
-                                                          f"{other.stem} from {one.stem}"))
+        files.write_picture(png, workflow.error_map_image(_grid(found, "mm"), region, f"{other.stem} from {one.stem}"))
     if as_json:
         print(json.dumps(found, allow_nan=False))
     elif found["max_mm"] is None:
@@ -79,28 +64,21 @@ def difference(
 def uncertainty(
     calibration: Annotated[Path, typer.Argument(metavar="CAL.json", help="As calibrate wrote it.")],
     z_mm: Annotated[float, typer.Option("--z", min=0, max=5000, help="Height of the plane above the carpet, mm.")] = 0,
-    png: PngFile = None, as_json: AsJson = False,
+    png: PngFile = None, as_json: requests.AsJson = False,
 ) -> None:
     """Expected error over the region, in the plane at a height: what the clicks' noise does to it."""
     known = files.read_calibration(calibration)
-    found = workflow.uncertainty(_model(known), known.covariance, _region(known), z_mm)
+    model, _, region = Restored.of(known)
+    found = workflow.uncertainty(model, known.covariance, region, z_mm)
     if png is not None:
-        files.write_picture(png, workflow.error_map_image(_grid(found, "sigma_mm"), _region(known),
-                                                          f"expected error at z = {z_mm:g} mm"))
+        title = f"expected error at z = {z_mm:g} mm"
+        files.write_picture(png, workflow.error_map_image(_grid(found, "sigma_mm"), region, title))
     if as_json:
         print(json.dumps(found, allow_nan=False))
     else:
         x, y = found["worst_place"]
         print(f"At z = {z_mm:g} mm the expected error is {found['rms']:.2f} mm rms over the region, "
               f"median {found['median']:.2f} mm, {found['max']:.2f} mm at most, at ({x:.0f}, {y:.0f}) mm.")
-
-
-def _model(calibration: Any) -> Any:
-    return model_from_json(calibration.model_name, calibration.model_parameters)
-
-
-def _region(calibration: Any) -> Any:
-    return field_from_json(calibration.field).region(calibration.region, calibration.rotate)
 
 
 def _grid(found: dict[str, Any], name: str) -> Any:

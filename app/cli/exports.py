@@ -62,8 +62,8 @@ def import_file(
     if not isinstance(found, Calibration):
         found = with_new_id(interchange.calibration_from_file(found, options, own_fields(fields)))
     files.write_calibration(output, found)
-    print(f"A calibration ({found.model_name}, {found.image_size.width} × {found.image_size.height} px, "
-          f"{found.field['name']} {found.region}), written to {output}.")
+    print(f"A calibration ({found.model_name}, {found.image_size}, {found.field['name']} {found.region}), written to "
+          f"{output}.")
 
 
 def _cost(row: dict) -> str:

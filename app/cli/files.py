@@ -2,7 +2,8 @@
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from app.core.geometry import Points, as_points
 from app.core.records import Calibration, Frame
 from app.fitting.ray_camera.distortion_prior import DistortionEstimate
 from app.formats import FORMATS
-from app.images import ImageLimits, encode, frame_from_bytes
+from app.images import ImageDecoder, ImageLimits, encode, frame_from_bytes
 from app.models.intrinsics import Intrinsics
 from app.store.files import write_atomically
 
@@ -46,6 +47,13 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 def read_picture(path: Path) -> Frame:
     return frame_from_bytes(read_bytes(path))
+
+
+@contextmanager
+def decoded(paths: Sequence[Path]) -> Iterator[list[tuple[str, Callable[[], Frame]]]]:
+    """Name each picture and how to read it, one at a time, while a child runs that decodes them."""
+    with ImageDecoder(workers=1) as decoder:
+        yield [(path.name, lambda path=path: decoder.frame_from_bytes(read_bytes(path))) for path in paths]
 
 
 def write_picture(path: Path, pixels: Any) -> None:

@@ -11,6 +11,7 @@ import typer
 from app.cli import files
 from app.cli.console import say
 from app.cli.progress import progress_bar
+from app.cli.requests import ReportAsJson
 from app.workflows import rolling_request
 
 
@@ -26,7 +27,7 @@ def motion(
                                       "brown-conrady.")] = "auto",
     refined: Annotated[Path | None, typer.Option("--refined", metavar="NEW.json", help="Fit the calibration anew to "
                                                  "its own clicks and these rolls, and write that.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
+    as_json: ReportAsJson = False,
 ) -> None:
     """Follow a ball or robot through a film and say how far its straight rolls bow."""
     if refined is not None and calibration is None:

@@ -11,12 +11,12 @@ import typer
 
 from app.cli import files
 from app.cli.console import say
-from app.cli.requests import own_fields
+from app.cli.requests import AsJson, own_fields
 from app.core.errors import TouchlineError
 from app.league.config import PublishingConfig
 from app.league.geometry_listener import GeometryListener
 from app.league.geometry_packet import geometry_packet, published_cameras
-from app.league.multicast_address import MulticastAddress
+from app.league.multicast_address import GROUP, PORT, MulticastAddress
 from app.league.multicast_sender import MulticastSender
 from app.league.received import received_json
 
@@ -24,7 +24,6 @@ GroupOption = Annotated[str, typer.Option("--group", help="The multicast group."
 PortOption = Annotated[int, typer.Option("--port", min=1, max=65535, help="Its UDP port.")]
 InterfaceOption = Annotated[str, typer.Option("--interface", metavar="NAME|ADDRESS", help="By which interface; without "
                                               "one the system chooses.")]
-GROUP, PORT = "224.5.23.2", 10006
 JOIN_S = 5.0
 
 
@@ -65,7 +64,7 @@ def absorb(
                                                 "there, as import reads it.")] = None,
     group: GroupOption = GROUP, port: PortOption = PORT, interface: InterfaceOption = "",
     fields: Annotated[Path | None, typer.Option("--fields", metavar="DIR", help="A folder of your own fields.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Listen to the group, and tell who publishes geometry there."""
     known = tuple(own_fields(fields).values())

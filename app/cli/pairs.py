@@ -8,6 +8,7 @@ import typer
 
 from app.cli import files
 from app.cli.progress import progress_bar
+from app.cli.requests import AsJson
 from app.workflows.pair import evaluate_pair
 
 
@@ -17,7 +18,7 @@ def pair(
     a: Annotated[Path | None, typer.Option("--a", metavar="CAL.json", help="The first camera's calibration.")] = None,
     b: Annotated[Path | None, typer.Option("--b", metavar="CAL.json", help="The second camera's.")] = None,
     z_mm: Annotated[float, typer.Option("--z", min=0, max=5000, help="Height of the matched things, mm.")] = 0.0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Judge two cameras by matched points, by their calibrations, or by both."""
     given: dict[str, Any] = files.read_matches(matches) if matches is not None else {}

@@ -9,8 +9,8 @@ import typer
 
 from app import report as reporting
 from app.cli import files
+from app.cli.console import Enough, EnoughOption, exit_below
 from app.cli.stored import ConfigOption, stored
-from app.cli.verdicts import Enough, EnoughOption, exit_below
 from app.core.errors import Conflict
 from app.images import frame_from_bytes
 from app.report.figures import HEAD
@@ -44,31 +44,25 @@ def report(calibration: CalibrationOrId, picture: PictureFile = None, output: Ou
 def calibration_and_picture(calibration: str, picture: Path | None, data: Path | None,
                             config: Path | None) -> tuple[Any, Any]:
     """Return the calibration of a file or an id, and the picture that was clicked, if it is given or stored."""
-    known, clicked = (_stored(calibration, data, config) if _is_id(calibration) else
-                      (files.read_calibration(Path(calibration)), None))
+    if ID.fullmatch(calibration) and not Path(calibration).exists():
+        known, clicked = _stored(calibration, data, config)
+    else:
+        known, clicked = files.read_calibration(Path(calibration)), None
     if picture is not None:
-        clicked = reporting.ReportPicture(_with_size_of(files.read_picture(picture), known, picture))
+        frame = files.read_picture(picture)
+        if frame.size != known.image_size:
+            raise Conflict(f"{picture} is {frame.size}; the calibration was made for {known.image_size}.",
+                           "Give the picture that was clicked.", reason="size-mismatch")
+        clicked = reporting.ReportPicture(frame)
     return known, clicked or reporting.ReportPicture(None, "No picture was given.")
-
-
-def _is_id(word: str) -> bool:
-    return ID.fullmatch(word) is not None and not Path(word).exists()
 
 
 def _stored(id: str, data: Path | None, config: Path | None) -> tuple[Any, Any]:
     """Return a calibration of the data folder with its picture."""
     with stored(data, config) as (store, _):
         calibration = store.calibrations.get(id)
-        return calibration, reporting.report_picture(calibration,
-                                               lambda snapshot: frame_from_bytes(store.snapshots.picture(snapshot)))
-
-
-def _with_size_of(frame: Any, known: Any, path: Path) -> Any:
-    if frame.size != known.image_size:
-        raise Conflict(f"{path} is {frame.size.width} × {frame.size.height} px; the calibration was made for "
-                       f"{known.image_size.width} × {known.image_size.height} px.",
-                       "Give the picture that was clicked.", reason="size-mismatch")
-    return frame
+        return calibration, reporting.report_picture(
+            calibration, lambda snapshot: frame_from_bytes(store.snapshots.picture(snapshot)))
 
 
 def _summary(contents: dict[str, Any], output: Path | None) -> str:

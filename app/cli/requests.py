@@ -1,4 +1,4 @@
-"""The fit that a picture, a file of points and some options ask for; calibrate, compare and batch share it."""
+"""Options that several commands share, and the fit that a picture, a file of points and these options ask for."""
 
 import json
 from pathlib import Path
@@ -29,6 +29,8 @@ LensSigma = Annotated[str | None, typer.Option("--lens-sigma", metavar="0|own", 
                                                "well as the board told it.")]
 HeightMm = Annotated[float | None, typer.Option("--height-mm", help="The camera's height above the carpet by tape.")]
 HeightSigmaMm = Annotated[float | None, typer.Option("--height-sigma-mm", help="How sure it is; 30 when left out.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print everything as JSON.")]
+ReportAsJson = Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")]
 TAPE_SIGMA_MM = 30.0
 
 
@@ -56,16 +58,16 @@ def task_of(image: Path, size: Any, sha256: str, given: dict[str, Any], fields: 
     known = fields[field_name]
     turn = rotate if rotate is not None else given.get("rotate")
     if "image_size" in given and ImageSize.of(given["image_size"]) != size:
-        raise Conflict(f"{image} is {size.width} × {size.height} px; the points are for a picture of "
-                       f"{given['image_size']}.", "Give the picture that was clicked.", reason="size-mismatch")
-    return CalibrationRequest(observations_from_json(given["observations"]), known, known.region(region_name, turn),
-                              size,
-                model or given.get("model") or "polynomial", {**(given.get("options") or {}), **options},
-                image_sha256=sha256, note=note or given.get("note", ""))
+        raise Conflict(f"{image} is {size}; the points are for a picture of {given['image_size']}.",
+                       "Give the picture that was clicked.", reason="size-mismatch")
+    return CalibrationRequest(
+        observations_from_json(given["observations"]), known, known.region(region_name, turn), size,
+        model or given.get("model") or "polynomial", {**(given.get("options") or {}), **options}, image_sha256=sha256,
+        note=note or given.get("note", ""))
 
 
-def options_from(words: list[str] | None, lens: Path | None, lens_sigma: str | None, height_mm: float | None,
-                 height_sigma_mm: float | None) -> dict[str, Any]:
+def options_from(words: list[str] | None, lens: Path | None = None, lens_sigma: str | None = None,
+                 height_mm: float | None = None, height_sigma_mm: float | None = None) -> dict[str, Any]:
     """Return a fit's options: NAME=VALUE words (a value is JSON, or else text), a known lens, a height by tape."""
     options: dict[str, Any] = {}
     for word in words or []:

@@ -7,9 +7,10 @@ from typing import Annotated, Any
 import typer
 
 from app.cli import files
+from app.cli.console import Enough, EnoughOption, exit_below
 from app.cli.progress import progress_bar
+from app.cli.requests import AsJson
 from app.cli.stored import ConfigOption, stored
-from app.cli.verdicts import Enough, EnoughOption, exit_below
 from app.core.errors import BadInput, Conflict
 from app.core.field_json import field_from_json
 from app.evaluate.cameras.rectangles import NAMES
@@ -37,7 +38,7 @@ def check(
                                                  "cameras both see, as pair takes them.")] = None,
     z_mm: Annotated[float, typer.Option("--z", min=0, max=5000, help="Height of the matched things, mm.")] = 0.0,
     enough: EnoughOption = Enough.fair, data: DataFolder = None, config: ConfigOption = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """How far cameras are apart where two of them see the same carpet; 0 if that is good enough."""
     known, pictures = _rig(which, picture, data, config)
@@ -67,7 +68,7 @@ def stitch(
     stitcher, names = stitcher_of(known, pictures, FieldView(field_from_json(known["field"]), width))
     files.write_picture(output, stitcher.stitch([pictures[name] for name in names]))
     view = stitcher.view
-    print(f"{output}: {view.size.width} × {view.size.height} px, {1 / view.px_per_mm:.2g} mm a px. "
+    print(f"{output}: {view.size}, {1 / view.px_per_mm:.2g} mm a px. "
           f"{stitcher.unseen_summary()['words']}")
 
 

@@ -9,8 +9,8 @@ import typer
 
 from app.cli import files
 from app.cli.progress import progress_bar
+from app.cli.requests import ReportAsJson
 from app.core.geometry import ImageSize
-from app.images import ImageDecoder
 from app.models.distortion import Distortion
 from app.workflows.straight_lines import undistort
 from app.workflows.straight_lines_request import StraightLinesRequest
@@ -26,7 +26,7 @@ def straight(
                                "from the picture's; 0 holds it. 1 % of the diagonal by default.")] = None,
     corrected: Annotated[Path | None, typer.Option("--corrected", metavar="PICTURE", help="Write the first picture "
                                                    "without its bend.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the whole report as JSON.")] = False,
+    as_json: ReportAsJson = False,
 ) -> None:
     """Say how straight pictures show straight edges, and which lens makes them straight."""
     pictures = pictures or []
@@ -34,15 +34,13 @@ def straight(
         raise typer.BadParameter("--corrected needs a picture.")
     given: dict[str, Any] = files.read_lines(lines) if lines is not None else {"lines": []}
     size = given.get("image_size")
-    task = StraightLinesRequest(lens, centre_sigma_px, tuple(given["lines"]), None
-                                if size is None else ImageSize.of(size))
-    with progress_bar("Looking for edges") as progress, ImageDecoder(workers=1) as decoder:
-        def read(path: Path) -> Any:
-            return decoder.frame_from_bytes(files.read_bytes(path))
-
-        found = task.answer(((path.name, lambda path=path: read(path)) for path in pictures), len(pictures), progress)
+    task = StraightLinesRequest(lens, centre_sigma_px, tuple(given["lines"]),
+                                None if size is None else ImageSize.of(size))
+    with progress_bar("Looking for edges") as progress, files.decoded(pictures) as reads:
+        found = task.answer(reads, progress)
         if corrected is not None:
-            files.write_picture(corrected, undistort(read(pictures[0]).pixels, Distortion.from_json(found["lens"])))
+            _, read_first = reads[0]
+            files.write_picture(corrected, undistort(read_first().pixels, Distortion.from_json(found["lens"])))
     print(json.dumps(found, allow_nan=False) if as_json else _summary(found))
 
 

@@ -35,4 +35,6 @@ def nullable(values: Any) -> Any:
 
 def nullable_points(points: Any) -> list[list[float] | None]:
     """Points (n, 2) as a list of pairs; None for each that is out of reach."""
-    return [point.tolist() if np.isfinite(point).all() else None for point in points]
+    points = np.asarray(points).reshape(-1, 2)
+    reachable = np.isfinite(points).all(axis=1)
+    return [point if ok else None for point, ok in zip(points.tolist(), reachable.tolist(), strict=True)]

@@ -104,7 +104,7 @@ def assign_lines(seen: DetectedLines, field: Field, region: Region, rough: PoseP
     state = searched.candidates[0].refined.state
     coarse = FieldPattern.of(field, field.length_mm / FINE_STEPS)
     finer = refine_camera(with_brown_conrady(state, coarse, size), coarse, np.concatenate(seen.chains),
-                    np.concatenate(seen.along), size, FINER_PX)
+                          np.concatenate(seen.along), size, FINER_PX)
     if finer is not None:
         state = finer.state
     pattern = fine_pattern(field)
@@ -147,15 +147,14 @@ def observed_feature(marking: Line | Arc, region: Region) -> str:
     return marking.name
 
 
-def calibrate(found: LineAssignment, field: Field, region: Region, size: ImageSize, model: str, options: Mapping[str,
-                                                                                                                 Any],
-              progress: Progress = no_progress) -> CalibrationResult:
+def calibrate(found: LineAssignment, field: Field, region: Region, size: ImageSize, model: str,
+              options: Mapping[str, Any], progress: Progress = no_progress) -> CalibrationResult:
     """Fit and evaluate the found points as clicks are. A model with rays starts from the camera that was found."""
     begin = _start(found.state, model, region, size)
     if begin is not None:
         try:
             return calibration.calibrate(found.observations, field, region, size, model, {**options, "start": begin},
-                                      progress)
+                                         progress)
         except FitFailed:
             pass  # a lens with one term less may not see as far as this picture shows: then it begins as for clicks
     return calibration.calibrate(found.observations, field, region, size, model, options, progress)
@@ -181,13 +180,9 @@ def verify(found: LineAssignment, seen: DetectedLines, field: Field, region: Reg
     there = np.bincount(found.expected.marking, weights=length * found.hits, minlength=count)
     explained, unexplained = _explained(found, seen, field)
     best, *others = found.searched.candidates
+    rival = max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c, region)), default=0.0)
     return Verification(tuple(m.name for m in found.pattern.markings), wanted, there, explained, unexplained,
-                        found.rms_px, _rival(best, others, region), float(np.hypot(*seen.size)))
-
-
-def _rival(best: CameraCandidate, others: list[CameraCandidate], region: Region) -> float:
-    """Return the best rival's share, leaving out the same camera over the field turned by 180°."""
-    return max((c.value / max(best.value, 1e-9) for c in others if not _twins(best, c, region)), default=0.0)
+                        found.rms_px, rival, float(np.hypot(*seen.size)))
 
 
 def _twins(one: CameraCandidate, other: CameraCandidate, region: Region) -> bool:
@@ -230,15 +225,3 @@ def no_match_error(seen: DetectedLines, searched: SearchResult) -> FitFailed:
                          reason="no-lines")
     return FitFailed(f"{lines} lines were seen, but no camera above this field and region sees its lines there.",
                      "Check that the field and the region are the right ones, or click points.", reason="no-match")
-
-
-__all__ = [
-    "DetectedLines",
-    "LineAssignment",
-    "assign_lines",
-    "calibrate",
-    "candidates_json",
-    "detect_lines",
-    "no_match_error",
-    "verify",
-]

@@ -1,6 +1,6 @@
 """A request for a calibration without clicks, and what came of it; routes, jobs and commands share it."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as member
 from typing import Any, Self
@@ -17,9 +17,9 @@ from app.fitting.field_lines.search import PosePrior
 from app.models import MODELS
 from app.vision.motion.background import Background
 from app.workflows import automatic
-from app.workflows.calibration import CalibrationResult, subprogress
+from app.workflows.calibration import subprogress
 from app.workflows.calibration_request import CalibrationRequest
-from app.workflows.job_pictures import job_pictures
+from app.workflows.job_pictures import Pictures, job_pictures
 
 AUTO = "auto"
 LADDER = ("brown-conrady", "fisheye", "division")  # the first that can be fitted: very wide lenses need the second
@@ -80,15 +80,15 @@ class AutomaticRequest:
         progress(0.0, "Looking for lines")
         lines = automatic.detect_lines(frame.pixels)
         found, searched = automatic.assign_lines(lines, self.field, self.region, pose_prior_from_json(self.rough),
-                                                   subprogress(progress, 0.15, 0.6))
+                                                 subprogress(progress, 0.15, 0.6))
         summary: dict[str, Any] = {
             "field": self.field.name, "region": self.region.name, "rotate": self.region.rotate_deg,
             "model": self.model, "image_size": list(frame.size),
             "candidates": automatic.candidates_json(searched, self.region),
             "lines": lines.polylines(), "observations": [], "proof": None, "report": None}
         if found is None:
-            refusal = automatic.no_match_error(lines, searched)
-            return {**summary, "doubts": [_doubt(refusal)], "verdict": verdict_of([_doubt(refusal)], None, None)}, None
+            doubts = [automatic.no_match_error(lines, searched).to_json()]
+            return {**summary, "doubts": doubts, "verdict": verdict_of(doubts, None, None)}, None
         summary["observations"] = [o.to_json() for o in found.observations]
         proof = automatic.verify(found, lines, self.field, self.region)
         doubts, done, refused = [*proof.doubts()], None, []
@@ -99,37 +99,30 @@ class AutomaticRequest:
                 summary["model"] = name
                 break
             except FitFailed as refusal:
-                refused.append(_doubt(refusal))
+                refused.append(refusal.to_json())
         report = None if done is None else done.report
         doubts += refused[:1] if done is None else []
         summary |= {"doubts": doubts, "verdict": verdict_of(doubts, proof, report and report["verdict"]),
                     "proof": proof.to_json(), "report": report}
-        return summary, self._record(found, done, frame, summary["model"]) if done is not None and not doubts else None
-
-    def _record(self, found: automatic.LineAssignment, done: CalibrationResult, frame: Frame,
-                model: str) -> Calibration:
-        request = CalibrationRequest(found.observations, self.field, self.region, frame.size, model, self.options,
-                                     self.camera, self.snapshot, frame.sha256 or None, self.note)
-        return request.record(done)
+        if done is None or doubts:
+            return summary, None
+        request = CalibrationRequest(found.observations, self.field, self.region, frame.size, summary["model"],
+                                     self.options, self.camera, self.snapshot, frame.sha256 or None, self.note)
+        return summary, request.record(done)
 
 
-def _doubt(refusal: FitFailed) -> dict[str, str]:
-    return {"reason": refusal.reason, "what": refusal.what, "fix": refusal.fix}
-
-
-def median_frame(reads: Sequence[Callable[[], Frame]], progress: Progress = no_progress) -> Frame:
+def median_frame(pictures: Pictures, progress: Progress = no_progress) -> Frame:
     """Return the median of several pictures of one camera, in which robots and people vanish; a single one as it is."""
-    first = reads[0]()
-    if len(reads) == 1:
+    first, count = pictures[0][1](), len(pictures)
+    if count == 1:
         return first
-    background = Background(first.pixels.shape, len(reads))
-    for number, read in enumerate(reads):
-        progress(number / len(reads), f"Reading picture {number + 1} of {len(reads)}")
+    background = Background(first.pixels.shape, count)
+    for number, (_, read) in enumerate(pictures):
+        progress(number / count, f"Reading picture {number + 1} of {count}")
         frame = first if number == 0 else read()
         if frame.size != first.size:
-            raise Conflict(f"Picture {number + 1} is {frame.size.width} × {frame.size.height} px, the first "
-                           f"{first.size.width} × {first.size.height} px.", "Give pictures of one camera in one mode.",
-                           reason="size-mismatch")
+            raise Conflict(f"Picture {number + 1} is {frame.size}, the first {first.size}.",
+                           "Give pictures of one camera in one mode.", reason="size-mismatch")
         background.add(frame.pixels)
     return replace(first, pixels=np.ascontiguousarray(background.picture))
 
@@ -138,6 +131,6 @@ def run_auto(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …], "keep"}; pictures are untrusted."""
     request = AutomaticRequest.from_json(spec["task"])
     with job_pictures(spec["pictures"]) as pictures:
-        frame = median_frame([read for _, read in pictures], subprogress(progress, 0.0, 0.1))
+        frame = median_frame(pictures, subprogress(progress, 0.0, 0.1))
     summary, made = request.answer(frame, subprogress(progress, 0.1, 1.0))
     return {"told": summary, "made": made.to_json() if made is not None and spec["keep"] else None}

@@ -38,19 +38,18 @@ class BoardCalibrationRequest:
         done = board.calibrate_board(views, self.board, size, self.model, self.options, progress)
         return {**done, "software": f"touchline {__version__}"}
 
-    def from_pictures(self, pictures: Pictures, count: int, progress: Progress = no_progress) -> dict[str, Any]:
+    def from_pictures(self, pictures: Pictures, progress: Progress = no_progress) -> dict[str, Any]:
         """Find the board in pictures of one size and fit. A picture without a board is left out, with a warning."""
         if self.board is None:
             raise BadInput("No board is given.", "Say what the pictures show: kind, columns, rows and square_mm.",
                            reason="no-board")
-        views, blank, size = [], [], None
+        views, blank, size, count = [], [], None, len(pictures)
         for number, (name, read) in enumerate(pictures):
             progress(LOOKING * number / count, f"Looking for the board in {name} ({number + 1} of {count})")
             frame = read()
             size = size or frame.size
             if frame.size != size:
-                raise Conflict(sentence(f"{name} is {frame.size.width} × {frame.size.height} px, the ones before are "
-                                        f"{size.width} × {size.height} px."),
+                raise Conflict(sentence(f"{name} is {frame.size}, the ones before are {size}."),
                                "Take all pictures with one camera at one size.", reason="size-mismatch")
             try:
                 views.append(board.find(frame.pixels, self.board, name))
@@ -82,4 +81,4 @@ def run_views(spec: Any, progress: Progress) -> dict[str, Any]:
 def run_pictures(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; untrusted, decoded in a child."""
     with job_pictures(spec["pictures"]) as pictures:
-        return BoardCalibrationRequest.from_json(spec["task"]).from_pictures(pictures, len(pictures), progress)
+        return BoardCalibrationRequest.from_json(spec["task"]).from_pictures(pictures, progress)

@@ -26,7 +26,7 @@ from app.fitting import FITTERS, sensitivity_of
 from app.fitting.border import fit_curve
 from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.heat_map import heat_map
-from app.models import MODELS, CameraModel, RayModel, field_from_raw, raw_from_field
+from app.models import MODELS, CameraModel, RayModel, raw_from_field
 from app.models.border_curve import MAX_DEGREE
 
 Space = Literal["image", "corrected", "field"]
@@ -56,8 +56,7 @@ def calibrate(observations: Observations, field: Field, region: Region, image_si
         field.feature(observation.feature, region)  # an unknown name is refused before anything is computed
     first, second = subprogress(progress, 0.0, 0.5), subprogress(progress, 0.5, 1.0)
     fit = FITTERS[model].fit(observations, field, region, image_size, options, first)
-    held_out = held_out_mm(fit, observations, field, region, image_size, options,
-                           second) if cross_validate else None
+    held_out = held_out_mm(fit, observations, field, region, image_size, options, second) if cross_validate else None
     return CalibrationResult(fit, report(fit, observations, field, region, held_out))
 
 
@@ -79,13 +78,11 @@ def compare(observations: Observations, field: Field, region: Region, image_size
     for index, name in enumerate(names):
         title, known = MODELS[name].TITLE, {o.name for o in FITTERS[name].OPTIONS}
         mine = {key: value for key, value in (options or {}).items() if key in known}
-
         part = subprogress(progress, index / len(names), (index + 1) / len(names), f"{title}: ")
         try:
             made = calibrate(observations, field, region, image_size, name, mine, part)
         except FitFailed as refusal:
-            failed.append({"model": name, "title": title, "reason": refusal.reason,
-                           "what": refusal.what, "fix": refusal.fix})
+            failed.append({"model": name, "title": title, **refusal.to_json()})
             continue
         fitted.append(FittedModel(name, title, made.fit, made.report, parameter_count(made.fit)))
     if not fitted:
@@ -109,8 +106,7 @@ def uncertainty(model: CameraModel, covariance: Any, region: Region, z_mm: float
     names, matrix = covariance_from_json(covariance, model)
     fit = Fit(model, (), (), covariance=matrix, parameter_names=names)
     sigma = expected_error(fit, region, z_mm, grid_over(region, columns, rows))
-    return {**sigma.to_json(), "grid": {"places": sigma.places.tolist(),
-                                        "sigma_mm": nullable(sigma.sigma_mm)}}
+    return {**sigma.to_json(), "grid": {"places": sigma.places.tolist(), "sigma_mm": nullable(sigma.sigma_mm)}}
 
 
 def difference(one: CameraModel, other: CameraModel, region: Region) -> dict[str, Any]:
@@ -192,12 +188,15 @@ def _transform_at_height(model: CameraModel, points: Points, source: Space, targ
 def correct(pixels: NDArray[np.uint8], model: CameraModel, image_size: ImageSize,
             view: CorrectedView = CorrectedView()) -> NDArray[np.uint8]:  # noqa: B008
     """Correct a raw picture that has the calibration's own size."""
-    height, width = pixels.shape[:2]
-    if (width, height) != tuple(image_size):
-        raise Conflict(f"The picture is {width} × {height} px; the calibration was made for {image_size.width} × "
-                       f"{image_size.height} px.", "Use a picture of that size, or calibrate this one.",
-                       reason="size-mismatch")
+    check_size(ImageSize(pixels.shape[1], pixels.shape[0]), image_size)
     return correction_map(model, view).apply_finely(pixels)
+
+
+def check_size(size: ImageSize, wanted: ImageSize) -> None:
+    """Refuse a picture of another size: a calibration holds for one size only."""
+    if size != wanted:
+        raise Conflict(f"The picture is {size}; the calibration was made for {wanted}.",
+                       "Use a picture of that size, or calibrate this one.", reason="size-mismatch")
 
 
 def overlay(model: CameraModel, field: Field, region: Region, frame: Literal["raw", "corrected"] = "raw",
@@ -235,15 +234,3 @@ def residual_vectors(model: CameraModel, observations: Observations, field: Fiel
     def seen(raw: Points) -> Points:
         return raw if frame == "raw" else view.view_from_corrected(model, model.corrected_from_raw(raw))
     return {"frame": frame, **vectors.residual_vectors(model, observations, field, region, strays, seen)}
-
-
-__all__ = [
-    "CalibrationResult",
-    "calibrate",
-    "correct",
-    "field_from_raw",
-    "fit_border",
-    "overlay",
-    "residual_vectors",
-    "transform",
-]

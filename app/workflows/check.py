@@ -36,10 +36,8 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
     Conflict size-mismatch for a picture of another size.
     """
     size = ImageSize(pixels.shape[1], pixels.shape[0])
-    if tuple(size) != tuple(calibration.image_size):
-        width, height = calibration.image_size
-        raise Conflict(f"The picture is {size.width} × {size.height} px, the calibration is for {width} × "
-                       f"{height} px.",
+    if size != calibration.image_size:
+        raise Conflict(f"The picture is {size}, the calibration is for {calibration.image_size}.",
                        "Check with a picture of that size, or calibrate the camera again.", reason="size-mismatch")
     model, field, region = Restored.of(calibration)
     progress(0.0, "Looking for the field's lines")
@@ -111,6 +109,6 @@ def _drawn(seen: LineMeasurements) -> list[dict[str, Any]]:
 def run_check(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"calibration": whole, "snapshot", "pictures": [{"name", "path", "sha256"}, …], untrusted}."""
     with job_pictures(spec["pictures"]) as pictures:
-        frame = median_frame([read for _, read in pictures], subprogress(progress, 0.0, 0.4))
+        frame = median_frame(pictures, subprogress(progress, 0.0, 0.4))
     found = check(Calibration.from_json(spec["calibration"]), frame.pixels, subprogress(progress, 0.4, 1.0))
     return {**found, "snapshot": spec["snapshot"]}

@@ -27,6 +27,7 @@ from app.vision.colour.separability import colour_health
 from app.vision.stage_pipeline import FrameResult, StageConfig, StagePipeline
 from app.vision.stages import StageContext
 from app.vision.stages.localisation import FieldLocator
+from app.workflows.calibration import check_size
 from app.workflows.rectified_detection import RectifiedDetector
 
 Clicks = Mapping[str, Sequence[Sequence[float]]]  # by colour: x, y of a click, or x0, y0, x1, y1 of a box
@@ -63,7 +64,8 @@ def detect(pixels: NDArray[np.uint8], config: StageConfig, *, calibration: Calib
                        "Give a calibration, or how many mm a pixel is.", reason="no-scale")
     if eye_mm is not None and not eye_mm[2] > 0:
         raise BadInput("A camera hangs above the carpet.", "Give its height in mm, more than 0.", reason="bad-eye")
-    _refuse_other_size(size, calibration)
+    if calibration is not None:
+        check_size(size, calibration.image_size)
     profile = colour_profile_for(pixels, config, profile, clicks)
     # What is loaded and made at the first frame is no part of a frame's time.
     pipeline_for(config, size, profile, calibration, mm_per_px, eye_mm).process(pixels)
@@ -104,7 +106,7 @@ def context_for(size: ImageSize, profile: ColourProfile, calibration: Calibratio
     """Return the stages' context; a calibration gives places, sizes, heights and where the field is."""
     if calibration is None:
         return StageContext(size, profile, FieldLocator.flat(size, mm_per_px or 1.0))
-    _refuse_other_size(size, calibration)
+    check_size(size, calibration.image_size)
     field = field_from_json(calibration.field)
     view = FieldLocator.of(model_of(calibration), eye_mm)
     ball = field.extras.get("ball", {}).get("radius_mm", 21.5)
@@ -123,13 +125,6 @@ def pipeline_for(config: StageConfig, size: ImageSize, profile: ColourProfile, c
         raise Conflict("A picture is corrected by a calibration, and there is none.",
                        "Activate or name a calibration, or look at the raw picture.", reason="no-calibration")
     return RectifiedDetector(config, context, calibration, BESIDE_MM, field_area)
-
-
-def _refuse_other_size(size: ImageSize, calibration: Calibration | None) -> None:
-    if calibration is not None and size != calibration.image_size:
-        raise Conflict(f"The picture is {size.width} × {size.height} px; the calibration was made for "
-                       f"{calibration.image_size.width} × {calibration.image_size.height} px.",
-                       "Use a picture of that size, or calibrate this one.", reason="size-mismatch")
 
 
 def with_calibration_sigma(config: StageConfig, calibration: Calibration | None) -> StageConfig:

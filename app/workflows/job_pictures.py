@@ -1,6 +1,6 @@
 """The pictures named in a job's spec: untrusted files, checked by their hash and decoded in a child process."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any
@@ -10,11 +10,11 @@ from app.images import ImageDecoder
 from app.store.snapshots import read_checked
 
 Read = Callable[[], Frame]
-Pictures = Iterable[tuple[str, Read]]  # each one's name, and how to read it
+Pictures = Sequence[tuple[str, Read]]  # each one's name, and how to read it
 
 
 @contextmanager
-def job_pictures(pictures: Iterable[Mapping[str, Any]]) -> Iterator[list[tuple[str, Read]]]:
+def job_pictures(pictures: Iterable[Mapping[str, Any]]) -> Iterator[Pictures]:
     """Name each of [{"name", "path", "sha256"}, …] and how to read it, one at a time, while the child runs."""
     with ImageDecoder(workers=1) as decoder:
         yield [(one["name"], partial(_read, decoder, one)) for one in pictures]

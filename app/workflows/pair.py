@@ -13,7 +13,7 @@ import numpy as np
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_json import field_from_json
 from app.core.geometry import Array, ImageSize, Points, inside_picture
-from app.core.json_values import nullable
+from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.evaluate.cameras import pair_verdict
@@ -51,7 +51,7 @@ def evaluate_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b:
     _refuse_different_fields(a, b)
     parts: dict[str, Callable[[], dict[str, Any]]] = {}
     matches = None if points_a is None else _Matches.of(points_a, points_b, z_mm)
-    models = None if a is None else _models(a, b)
+    models = None if a is None else (model_of(a), model_of(b))
     if matches is not None:
         parts["fundamental"] = lambda: _fundamental(matches)
         if models is not None and _have_rays(models):
@@ -70,7 +70,7 @@ def evaluate_pair(points_a: Any, points_b: Any, a: Calibration | None = None, b:
         raise failed[0][1]
     return {**{name: found.get(name) for name in ("fundamental", "pose", "calibrated", "agreement")},
             "matches": 0 if matches is None else len(matches.a),
-            "failed": [{"part": name, "reason": e.reason, "what": e.what, "fix": e.fix} for name, e in failed]}
+            "failed": [{"part": name, **refusal.to_json()} for name, refusal in failed]}
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,10 +107,6 @@ def _refuse_different_fields(a: Calibration | None, b: Calibration | None) -> No
     if a is not None and b is not None and a.field != b.field:
         raise Conflict("The two calibrations are for different fields.", "Choose two cameras over one field.",
                        reason="different-fields")
-
-
-def _models(a: Calibration, b: Calibration) -> tuple[CameraModel, CameraModel]:
-    return model_of(a), model_of(b)
 
 
 def _have_rays(models: Sequence[CameraModel]) -> bool:
@@ -209,7 +205,7 @@ def lines_by_calibrations(a: Calibration, b: Calibration, points_a: Any, points_
     "place_in_b": where picture b shows what picture a shows at points_a, if that is z_mm above the carpet.
     """
     _refuse_different_fields(a, b)
-    models = _models(a, b)
+    models = model_of(a), model_of(b)
     ends = [np.array(p, float).reshape(-1, 2) for p in (points_a, points_b)]
     result: dict[str, Any] = {}
     for other, points, here, there, size in (("b", ends[0], *models, b.image_size),
@@ -219,8 +215,8 @@ def lines_by_calibrations(a: Calibration, b: Calibration, points_a: Any, points_
     return result
 
 
-def _place(here: CameraModel, there: CameraModel, points: Points, z_mm: float, size: ImageSize,
-           ) -> list[list[float] | None] | None:
+def _place(here: CameraModel, there: CameraModel, points: Points, z_mm: float,
+           size: ImageSize) -> list[list[float] | None] | None:
     if z_mm == 0:
         found = raw_from_field(there, field_from_raw(here, points))
     elif _have_rays((here, there)):
@@ -228,12 +224,11 @@ def _place(here: CameraModel, there: CameraModel, points: Points, z_mm: float, s
         found = there.project(np.column_stack([places, np.full(len(places), z_mm)]))
     else:
         return None
-    return [p if ok else None for p, ok in zip(found.tolist(), inside_picture(found, size).tolist(), strict=True)]
+    return nullable_points(np.where(inside_picture(found, size)[:, None], found, np.nan))
 
 
 def _drawn(lines: Array) -> list[list[list[float] | None] | None]:
     """Each line's points, None where it is out of reach; None for one that is nowhere in the picture."""
-    reached = np.isfinite(lines).all(axis=2)
-    return [None if ok.sum() < 2 else [p if in_reach else None for p, in_reach in zip(line, ok.tolist(), strict=True)]
-            for line, ok in zip(lines.tolist(), reached, strict=True)]
+    reached = np.isfinite(lines).all(axis=2).sum(axis=1)
+    return [nullable_points(line) if count >= 2 else None for line, count in zip(lines, reached, strict=True)]
 

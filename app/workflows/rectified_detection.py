@@ -18,8 +18,7 @@ from app.core.errors import BadInput
 from app.core.field import Field
 from app.core.geometry import ImageSize, Points
 from app.core.records import Calibration
-from app.imaging.correction import CorrectedView as CorrectedView
-from app.imaging.correction import correction_map
+from app.imaging.correction import CorrectedView, correction_map
 from app.models import CameraModel, RayModel
 from app.models.restored import Restored
 from app.vision.colour.learning import mean_light
@@ -92,8 +91,7 @@ class RectifiedDetector:
         """As StagePipeline.process; the stages' pictures are corrected ones."""
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if size != self.context.image_size:
-            raise BadInput(f"The picture is {size.width} × {size.height} px, the calibration was made for "
-                           f"{self.context.image_size.width} × {self.context.image_size.height} px.",
+            raise BadInput(f"The picture is {size}, the calibration was made for {self.context.image_size}.",
                            "Use a picture of that size, or calibrate this one.", reason="size-mismatch")
         began = clock() if clock else 0.0
         rectified = self._map.apply(pixels)

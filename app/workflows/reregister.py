@@ -42,11 +42,9 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
 
     before: the picture that the calibration came from, where it is stored.
     """
-    if tuple(frame.size) != tuple(calibration.image_size):
-        width, height = calibration.image_size
-        raise Conflict(f"The picture is {frame.size.width} × {frame.size.height} px, the calibration is for {width} × "
-                       f"{height} px.", "Set the camera back to that size, or calibrate it at this one.",
-                       reason="size-mismatch")
+    if frame.size != calibration.image_size:
+        raise Conflict(f"The picture is {frame.size}, the calibration is for {calibration.image_size}.",
+                       "Set the camera back to that size, or calibrate it at this one.", reason="size-mismatch")
     model, field, region = Restored.of(calibration)
     progress(0.0, "Looking for the field's lines")
     found = track_lines(opencv.to_grey(frame.pixels), model, field,
@@ -127,9 +125,9 @@ def _off_px(model: CameraModel, found: TrackedLines) -> float:
 def _summary(calibration: Calibration, before: CameraModel, done: CalibrationResult, found: TrackedLines,
              off_px: float) -> dict[str, Any]:
     summary = {"parent": calibration.id, "points": len(found.points), "lines": len(set(found.marking.tolist())),
-               "seen_share": round(found.share, 3), "lines_px": round(off_px, 3), "picture_px": round(found.moved_px,
-                                                                                                      2), "turned_deg":
-               None, "moved_mm": None, "verdict": done.report["verdict"]}
+               "seen_share": round(found.share, 3), "lines_px": round(off_px, 3),
+               "picture_px": round(found.moved_px, 2), "turned_deg": None, "moved_mm": None,
+               "verdict": done.report["verdict"]}
     kept = "moved along"
     if isinstance(before, RayModel):
         turn = np.array(done.model.camera_from_field) @ np.array(before.camera_from_field).T

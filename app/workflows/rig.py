@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import BadInput, Conflict, FitFailed
 from app.core.field_json import field_from_json
+from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, observations_from_json
 from app.evaluate.cameras import rig_verdict
@@ -85,7 +86,7 @@ def _pair(rig: Mapping[str, Any], titles: Mapping[str, str], names: tuple[str, s
         evidence, source, notes = _evidence(rig, names, (a, b), models, pictures, given, progress)
         found = agreement(models[0], a.image_size, models[1], b.image_size, field_from_json(rig["field"]), evidence)
     except FitFailed as refusal:
-        return {**answer, "failed": {"reason": refusal.reason, "what": refusal.what, "fix": refusal.fix}}
+        return {**answer, "failed": refusal.to_json()}
     verdict = rig_verdict.of_pair(titles[names[0]], titles[names[1]], found, source)
     return {**answer, "agreement": found, "from": source, "notes": notes, "verdict": verdict}
 
@@ -95,7 +96,7 @@ def _crosscheck(a: Calibration, b: Calibration, given: Mapping[str, Any]) -> dic
     try:
         return evaluate_pair(given["points_a"], given["points_b"], a, b, given["z_mm"])
     except FitFailed as refusal:
-        return {"failed": [{"part": "all", "reason": refusal.reason, "what": refusal.what, "fix": refusal.fix}]}
+        return {"failed": [{"part": "all", **refusal.to_json()}]}
 
 
 def _evidence(rig: Mapping[str, Any], names: tuple[str, str], both: tuple[Calibration, Calibration],
@@ -166,12 +167,6 @@ def _troubles(rig: Mapping[str, Any], camera: Mapping[str, Any], mine: Rectangle
                       f"Refit {title} with the rig's rectangles, then activate the new version.")
 
 
-def refit_request(calibration: Calibration, wanted: Mapping[str, Any]) -> CalibrationRequest:
-    """Return a request for the same clicks, model and options with the rig's rectangles."""
-    return CalibrationRequest.of(calibration, {**calibration.options, **wanted},
-                                 "refitted with the rectangles of its rig")
-
-
 def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"calibrations": [whole, …], "rectangles"}: each refitted; {"made": [JSON of one not yet stored, …]}."""
     made = []
@@ -182,7 +177,8 @@ def run_refit(spec: Any, progress: Progress) -> dict[str, Any]:
         if not before.observations:
             raise Conflict(f"The calibration of {before.camera} keeps no clicks.", "It was imported: calibrate the "
                            "camera anew with the rig's rectangles.", reason="no-observations")
-        request = refit_request(before, spec["rectangles"])
+        request = CalibrationRequest.of(before, {**before.options, **spec["rectangles"]},
+                                        "refitted with the rectangles of its rig")
         made.append(request.record(request.run(share), parent=before.id).to_json())
     return {"made": made}
 
@@ -193,11 +189,10 @@ def refuse_other_sizes(rig: Mapping[str, Any], pictures: Mapping[str, Pixels]) -
         pixels, calibration = pictures.get(camera["camera"]), camera["calibration"]
         if pixels is None or calibration is None:
             continue
-        (height, width), wanted = pixels.shape[:2], calibration["image_size"]
-        if [width, height] != list(wanted):
-            raise Conflict(f"The picture of {camera['title']} is {width} × {height} px; its calibration was made for "
-                           f"{wanted[0]} × {wanted[1]} px.", "Use pictures of that size, or calibrate it anew.",
-                           reason="size-mismatch")
+        size, wanted = ImageSize(pixels.shape[1], pixels.shape[0]), ImageSize.of(calibration["image_size"])
+        if size != wanted:
+            raise Conflict(f"The picture of {camera['title']} is {size}; its calibration was made for {wanted}.",
+                           "Use pictures of that size, or calibrate it anew.", reason="size-mismatch")
 
 
 def _matches_of(matches: Sequence[Mapping[str, Any]], a: str, b: str) -> Mapping[str, Any] | None:

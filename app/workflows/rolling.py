@@ -124,7 +124,7 @@ def lens_or_none(rolls: Sequence[RecordedRoll], figures: dict[str, Any], size: I
     if len(quick) < MIN_FOR_LENS:
         return None
     try:
-        return straightness(lines=[roll.points for roll in quick], image_size=size)
+        return straightness((), [roll.points for roll in quick], size)
     except FitFailed:
         return None
 

@@ -47,14 +47,15 @@ def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
         rolls, size, report = rolling.rolls, rolling.size, rolling.report(*model_for_size(calibration, rolling.size))
     else:
         rolls, size = [roll_from_json(one) for one in spec["rolls"]], ImageSize.of(spec["image_size"])
-        report = {**roll_report(rolls, size, *model_for_size(calibration, size)), "runs": [roll.to_json() for roll in
-                                                                                           rolls]}
+        report = roll_report(rolls, size, *model_for_size(calibration, size))
+        report = {**report, "runs": [roll.to_json() for roll in rolls]}
     lens = made = None
     if spec["make"] != "report":
         progress(FOLLOWING, "Making the rolls straight")
         kind, held = spec["lens"], spec["centre_sigma_px"]
         if spec["make"] == "refined":
-            kind, held = check_refinable(calibration), _centre_sigma(calibration)
+            kind = check_refinable(calibration)
+            held = float(calibration.options.get("centre_sigma_px") or 0.0)
         lens = lens_record(rolls, size, kind, held, spec["note"], spec["camera"])
     if spec["make"] == "refined":
         made = refine(calibration, lens, spec["note"], subprogress(progress, 0.8, 1.0)).to_json()
@@ -62,15 +63,13 @@ def run_motion(spec: Any, progress: Progress) -> dict[str, Any]:
     return {"report": report, "lens": lens, "calibration": made}
 
 
-def rolls_in_film(path: Path, calibration: Calibration | None = None, progress: Progress = no_progress,
-                  ) -> dict[str, Any]:
-    """The report on a film. BadInput for what is no film, Conflict where the calibration is of another size."""
-    rolling = track_film(path, progress, calibration)
-    return rolling.report(*model_for_size(calibration, rolling.size))
+class FilmRecorder(RollRecorder):
+    """A film's rolls, and its last frame, on which they can be drawn."""
+
+    last: Any = None
 
 
-def track_film(path: Path, progress: Progress = no_progress, calibration: Calibration | None = None,
-               ) -> "FilmRecorder":
+def track_film(path: Path, progress: Progress = no_progress, calibration: Calibration | None = None) -> FilmRecorder:
     """Record the rolls of a film, which is read once. calibration: refused early where its picture size differs."""
     film, rolling = _film(path), FilmRecorder()
     try:
@@ -92,12 +91,6 @@ def track_film(path: Path, progress: Progress = no_progress, calibration: Calibr
         film.close()
     rolling.end()
     return rolling
-
-
-class FilmRecorder(RollRecorder):
-    """A film's rolls, and its last frame, on which they can be drawn."""
-
-    last: Any = None
 
 
 def stored_rolls_json(stored: Sequence[Mapping[str, Any]], calibration: Calibration | None) -> dict[str, Any]:
@@ -143,8 +136,7 @@ def lens_record(rolls: Sequence[RecordedRoll], size: ImageSize, kind: str = "aut
     if len(used) < MIN_FOR_LENS:
         raise FitFailed(f"{len(used)} rolls agree with each other; {MIN_FOR_LENS} are needed for a lens.",
                         "Roll more, quickly, in several directions, near the borders.", reason="too-few-rolls")
-    found = straightness(lines=[roll.points for roll in used], image_size=size, lens=kind,
-                         centre_sigma_px=centre_sigma_px)
+    found = straightness((), [roll.points for roll in used], size, lens=kind, centre_sigma_px=centre_sigma_px)
     border = found["bow"]["border"]
     by_lines, by_rolls = 100 * border["sigma_px"] / border["length_px"], figures["raw"]["border_sigma_pct"]
     wider = max(1.0, by_rolls / max(by_lines, 1e-9))
@@ -177,8 +169,8 @@ def check_refinable(calibration: Calibration | None) -> str:
     return calibration.model_name
 
 
-def refine(calibration: Calibration, lens: Mapping[str, Any], note: str = "", progress: Progress = no_progress,
-           ) -> Calibration:
+def refine(calibration: Calibration, lens: Mapping[str, Any], note: str = "",
+           progress: Progress = no_progress) -> Calibration:
     """Fit the calibration's own clicks again, with the distortion of that lens record as a prior."""
     check_refinable(calibration)
     options = {**calibration.options, "lens": {"name": lens["model"], "lens": lens["lens"]}, "lens_sigma": "own"}
@@ -192,10 +184,6 @@ def check(make: str, lens: str, centre_sigma_px: float | None) -> None:
     if make not in MAKE:
         raise BadInput(f"Rolls make no {make!r}.", f"Use one of: {', '.join(MAKE)}.", reason="bad-option")
     check_choice(lens, centre_sigma_px)
-
-
-def _centre_sigma(calibration: Calibration) -> float:
-    return float(calibration.options.get("centre_sigma_px") or 0.0)
 
 
 def _few(points: Sequence[Sequence[float]]) -> list[Sequence[float]]:
@@ -214,7 +202,6 @@ def model_for_size(calibration: Calibration | None, size: ImageSize) -> tuple[Ca
         return None, None
     wanted = calibration.image_size
     if wanted != size:
-        raise Conflict(f"The rolls are of pictures of {size.width} × {size.height} px, the calibration of "
-                       f"{wanted.width} × {wanted.height} px.", "Use what the camera showed in the mode that was "
-                       "calibrated.", reason="size-mismatch")
+        raise Conflict(f"The rolls are of pictures of {size}, the calibration of {wanted}.",
+                       "Use what the camera showed in the mode that was calibrated.", reason="size-mismatch")
     return model_of(calibration), calibration.id

@@ -1,8 +1,8 @@
 """From a picture, or lines clicked in it, to how straight it shows straight edges, and the lens that undoes the bend.
 
-    report = straightness([frame.pixels, …])                    edges are looked for
-    report = straightness(lines=[[[x, y], …], …], image_size=…) each a clicked line
-    pixels = undistort(frame.pixels, lens)                      the picture without the bend
+    report = straightness([edge_chains(frame.pixels), …], (), size)    edges of pictures
+    report = straightness((), [[[x, y], …], …], size)                  each a clicked line
+    pixels = undistort(frame.pixels, lens)                             the picture without the bend
 """
 
 from collections.abc import Sequence
@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import BadInput, Conflict, FitFailed
+from app.core.errors import Conflict, FitFailed
 from app.core.geometry import ImageSize, Points, as_points
-from app.core.json_values import nullable
+from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.fitting.plumb_line.fit import PlumbLineFit, fit_plumb_lines
 from app.fitting.plumb_line.line_sag import LineSag, SagVerdict, sag_verdict
@@ -21,7 +21,6 @@ from app.fitting.plumb_line.search import plumb_line_problem
 from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.undistorted_view import UndistortedView
 from app.models.distortion import LINE_LENSES, Distortion
-from app.vision.lines.edges import edge_chains
 
 LADDER = ("division", "division-even")  # what "auto" tries, simplest first
 MUCH_STRAIGHTER = 0.95  # of the simpler lens' misfit: less is no reason for another term
@@ -31,25 +30,13 @@ MAX_DRAWN = 40_000  # points of all chains together that the report repeats, for
 MAX_DRAWN_OF_ONE = 33
 
 
-def straightness(pictures: Sequence[NDArray[np.uint8]] = (), lines: Sequence[Any] = (),
-                 image_size: ImageSize | None = None, *, lens: str = "auto", centre_sigma_px: float | None = None,
-                 progress: Progress = no_progress) -> dict[str, Any]:
+def straightness(edges: Sequence[Sequence[Points]], lines: Sequence[Any], size: ImageSize, *, lens: str = "auto",
+                 centre_sigma_px: float | None = None, progress: Progress = no_progress) -> dict[str, Any]:
     """Fit one lens to all pictures of one camera; how straight edges are before and after, as plain JSON.
 
-    lines: clicked points [[x, y], …] of one straight edge each, in the first picture or one of image_size.
+    edges: of each picture, as edge_chains found them. lines: clicked points [[x, y], …] of one straight edge each, in
+    the first picture.
     """
-    size = _one_size(pictures, image_size)
-    edges = []
-    for number, pixels in enumerate(pictures):
-        progress(LOOKING * number / len(pictures), f"Looking for edges in picture {number + 1}")
-        edges.append(edge_chains(pixels))
-    return straightness_of_edges(edges, lines, size, lens=lens, centre_sigma_px=centre_sigma_px, progress=progress)
-
-
-def straightness_of_edges(edges: Sequence[Sequence[Points]], lines: Sequence[Any], size: ImageSize, *,
-                          lens: str = "auto", centre_sigma_px: float | None = None,
-                          progress: Progress = no_progress) -> dict[str, Any]:
-    """The same from the edges of each picture, as edge_chains found them, and clicked lines of the first."""
     chains: list[Points] = [as_points(line, f"The points of line {i + 1}").reshape(-1, 2)
                             for i, line in enumerate(lines)]
     clicked = len(chains)
@@ -70,21 +57,9 @@ def undistort(pixels: NDArray[np.uint8], lens: Distortion, width: int | None = N
     """Undo a lens' distortion of a picture (h, w, 3), at its own size or `width` px wide; Conflict for another size."""
     seen = ImageSize(pixels.shape[1], pixels.shape[0])
     if seen != lens.image_size:
-        raise Conflict(f"The picture is {seen.width} × {seen.height} px, the lens is of pictures of "
-                       f"{lens.image_size.width} × {lens.image_size.height} px.",
+        raise Conflict(f"The picture is {seen}, the lens is of pictures of {lens.image_size}.",
                        "Send a picture of the camera and mode that the lens is of.", reason="size-mismatch")
     return correction_map(UndistortedView(lens), CorrectedView(width=width)).apply_finely(pixels)
-
-
-def _one_size(pictures: Sequence[NDArray[np.uint8]], image_size: ImageSize | None) -> ImageSize:
-    sizes = {ImageSize(p.shape[1], p.shape[0]) for p in pictures} | ({image_size} if image_size else set())
-    if len(sizes) > 1:
-        raise BadInput("The pictures differ in size.", "Send pictures of one camera in one mode.",
-                       reason="size-mismatch")
-    if not sizes:
-        raise BadInput("There is neither a picture nor a picture's size.",
-                       "Send a picture, or lines and the size of their picture.", reason="bad-image-size")
-    return sizes.pop()
 
 
 def _fit(chains: list[Points], size: ImageSize, lens: str, where: list[int],
@@ -135,7 +110,8 @@ def _report(fit: PlumbLineFit, chains: list[Points], clicked: int) -> dict[str, 
                    "length_px": c.length_px, "before_px": nullable(c.before_px), "after_px": nullable(c.after_px),
                    "used": c.used, "reason": c.reason or None,
                    "ends": [chains[c.index][i].tolist() for i in (0, -1)] if c.count else [],
-                   "chain": _plain(drawn[c.index]), "straight": _plain(straight.corrected_from_raw(drawn[c.index]))}
+                   "chain": nullable_points(drawn[c.index].round(2)),
+                   "straight": nullable_points(straight.corrected_from_raw(drawn[c.index]).round(2))}
                   for c in fit.chains],
         "lenses": list(LINE_LENSES),
         "cannot_see": "Straight edges tell how the picture bends, not its focal length and hardly its centre.",
@@ -166,10 +142,6 @@ def _drawn(chain: Points, most: int, ordered: bool) -> Points:
         about = chain - chain.mean(axis=0)
         chain = chain[np.argsort(about @ np.linalg.svd(about, full_matrices=False)[2][0], kind="stable")]
     return chain[np.unique(np.linspace(0, len(chain) - 1, most).round().astype(int))] if len(chain) else chain
-
-
-def _plain(points: Points) -> list[list[float] | None]:
-    return [[x, y] if np.isfinite(x + y) else None for x, y in points.round(2).tolist()]
 
 
 def _name(index: int, picture: int, clicked: int) -> str:

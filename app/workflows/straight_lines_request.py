@@ -8,6 +8,7 @@ from app.core.errors import BadInput, Conflict
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.text_format import sentence
+from app.vision.lines.edges import edge_chains
 from app.workflows import straight_lines
 from app.workflows.job_pictures import Pictures, job_pictures
 
@@ -27,8 +28,9 @@ class StraightLinesRequest:
     def __post_init__(self) -> None:
         straight_lines.check_choice(self.lens, self.centre_sigma_px)
 
-    def answer(self, pictures: Pictures = (), count: int = 0, progress: Progress = no_progress) -> dict[str, Any]:
+    def answer(self, pictures: Pictures = (), progress: Progress = no_progress) -> dict[str, Any]:
         """Return the report, with the pictures' names. One picture is in memory at a time."""
+        count = len(pictures)
         self.check_given(count)
         size, edges, names = self.image_size, [], {}
         for number, (name, read) in enumerate(pictures):
@@ -36,16 +38,15 @@ class StraightLinesRequest:
             frame = read()
             size = size or frame.size
             if frame.size != size:
-                raise Conflict(sentence(f"{name} is {frame.size.width} × {frame.size.height} px, not {size.width} × "
-                                        f"{size.height} px."),
+                raise Conflict(sentence(f"{name} is {frame.size}, not {size}."),
                                "Give pictures of one camera in one mode.", reason="size-mismatch")
             if frame.sha256 in names:  # counted twice, its edges would pass for twice as many things
                 raise BadInput(sentence(f"{name} is the same picture as {names[frame.sha256]}."),
                                "Leave one of them out.", reason="same-picture")
             names[frame.sha256] = name
-            edges.append(straight_lines.edge_chains(frame.pixels))
-        found = straight_lines.straightness_of_edges(edges, self.lines, size, lens=self.lens,
-                                                     centre_sigma_px=self.centre_sigma_px, progress=progress)
+            edges.append(edge_chains(frame.pixels))
+        found = straight_lines.straightness(edges, self.lines, size, lens=self.lens,
+                                            centre_sigma_px=self.centre_sigma_px, progress=progress)
         return {**found, "pictures": list(names.values())}
 
     def check_given(self, count: int) -> None:
@@ -70,4 +71,4 @@ class StraightLinesRequest:
 def run_straightness(spec: Any, progress: Progress) -> dict[str, Any]:
     """A job: {"task", "pictures": [{"name", "path", "sha256"}, …]}; untrusted, decoded in a child."""
     with job_pictures(spec["pictures"]) as pictures:
-        return StraightLinesRequest.from_json(spec["task"]).answer(pictures, len(pictures), progress)
+        return StraightLinesRequest.from_json(spec["task"]).answer(pictures, progress)

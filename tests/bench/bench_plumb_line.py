@@ -15,8 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.geometry import ImageSize
 from app.fitting.plumb_line.fit import fit_plumb_lines
 from app.vision.lines.edges import edge_chains
-from app.workflows.straight_lines import straightness
-from tests.support.plumb_pictures import department, picture
+from tests.support.plumb_pictures import department, picture, straightness_of
 from tests.support.straight_edges import FLOOR_PX, SIZE, lens_of, lines_seen
 
 SEEDS = 16
@@ -108,7 +107,7 @@ def main() -> None:
             print("skipped:", absent)
             continue
         start = time.perf_counter()
-        report = straightness([pixels])
+        report = straightness_of(pixels)
         seconds = time.perf_counter() - start
         before, after = report["straightness_px"].values()
         print(f"{name}: {report['lens']['name']}, {report['lines_used']} of {len(report['lines'])} edges, "

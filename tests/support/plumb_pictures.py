@@ -1,9 +1,11 @@
-"""Pictures of straight edges that other people published, where they are at hand."""
-
+"""Pictures of straight edges that other people published, where they are at hand; and how straight they are."""
 
 import cv2
 import pytest
 
+from app.core.geometry import ImageSize
+from app.vision.lines.edges import edge_chains
+from app.workflows.straight_lines import straightness
 from tests.support.paths import SHARED_DATA
 
 LINES = SHARED_DATA / "lines"
@@ -23,3 +25,8 @@ def department():
     if len(names) < 8:
         pytest.skip("no department_dataset beside the project, under shared/data/lines")
     return [picture(f"department_dataset/{name}") for name in names]
+
+
+def straightness_of(pixels):
+    """The report on the edges of one picture (h, w, 3)."""
+    return straightness([edge_chains(pixels)], (), ImageSize(pixels.shape[1], pixels.shape[0]))

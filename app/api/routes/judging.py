@@ -17,8 +17,8 @@ from app.api.schemas.media import HTML, files
 from app.api.schemas.requests import Id
 from app.core.errors import BadInput, NotFound
 from app.core.records import Calibration
+from app.models.restored import Restored, model_of
 from app.report.page import POLICY
-from app.services.calibrations import field_and_region, model_of
 from app.services.container import Services
 from app.workflows import calibration as workflow
 from app.workflows.pair import lines_by_calibrations, lines_by_matrix, run_pair
@@ -61,15 +61,17 @@ def difference_picture(services: ServicesDep, id: Id, other: Id) -> Response:
 
 
 def _uncertainty(calibration: Calibration, z_mm: float) -> dict[str, Any]:
-    return workflow.uncertainty(model_of(calibration), calibration.covariance, field_and_region(calibration)[1], z_mm)
+    model, _, region = Restored.of(calibration)
+    return workflow.uncertainty(model, calibration.covariance, region, z_mm)
 
 
 def _difference(a: Calibration, b: Calibration) -> dict[str, Any]:
-    return workflow.difference(model_of(a), model_of(b), field_and_region(a)[1])
+    model, _, region = Restored.of(a)
+    return workflow.difference(model, model_of(b), region)
 
 
 def _heat_map(values_mm: Any, calibration: Calibration, title: str) -> Response:
-    return picture(workflow.error_map_image(values_mm, field_and_region(calibration)[1], title), "png")
+    return picture(workflow.error_map_image(values_mm, Restored.of(calibration).region, title), "png")
 
 
 @router.get("/calibrations/{id}/report.html", response_class=HTMLResponse, responses=HTML)

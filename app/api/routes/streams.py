@@ -21,8 +21,8 @@ from app.core.errors import BadInput, Conflict
 from app.images import encode
 from app.imaging.correction import CorrectedView
 from app.live import LiveCamera, StreamSpec
+from app.models.restored import model_of
 from app.processes.framing import decode_body
-from app.services.calibrations import model_of
 from app.services.container import Services
 from app.services.live import FIRST_FRAME_S, take_frame, when_awake
 from app.workflows.calibration import correct

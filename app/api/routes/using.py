@@ -8,16 +8,16 @@ from starlette.responses import Response
 
 from app.api.bodies import binary_points, content_type, json_body, uploaded_file
 from app.api.dependencies import ServicesDep, in_thread
-from app.api.request_mapping import image_size
 from app.api.responses import Json, picture
 from app.api.schemas import responses
 from app.api.schemas.media import BINARY, BYTES, PICTURE, files, upload
 from app.api.schemas.requests import Format, FrameName, Id, IdQuery, MarginPx, TransformRequest, WidthPx
 from app.core.errors import BadInput
-from app.core.geometry import as_points
-from app.core.records import Calibration, Frame
+from app.core.geometry import ImageSize, as_points
+from app.core.json_values import nullable_points
+from app.core.records import Calibration, Frame, observations_from_json
 from app.imaging.correction import CorrectedView
-from app.services.calibrations import check_size, field_and_region, model_of, points_json, residual_vectors
+from app.models.restored import Restored, model_of
 from app.workflows import calibration as workflow
 
 router = APIRouter(prefix="/calibrations/{id}", tags=["using a calibration"])
@@ -79,21 +79,21 @@ async def transform_points(request: Request, services: ServicesDep, id: Id,
     else:
         body = await json_body(request, TransformRequest)
         source, target, z_mm, points = body.source, body.target, body.z_mm, as_points(body.points)
-        check_size(calibration, image_size(body.image_size))
+        if body.image_size is not None:
+            workflow.check_size(ImageSize.of(body.image_size), calibration.image_size)
     transform = partial(workflow.transform, model_of(calibration), points, source, target, z_mm)
     result = transform() if len(points) <= FEW_POINTS else await services.run_in_thread(transform)
     if binary:
         return Response(result.astype("<f8").tobytes(), media_type=BINARY)
-    return Json({"points": points_json(result)})
+    return Json({"points": nullable_points(result)})
 
 
 @router.get("/overlay.json", response_model=responses.Overlay)
 def draw_field(services: ServicesDep, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
                width: WidthPx = None) -> Json:
     """Return the region's borders and the field's markings as polylines; null where out of reach."""
-    calibration = services.store.calibrations.get(id)
-    return Json({"features": workflow.overlay(model_of(calibration), *field_and_region(calibration), frame,
-                                              CorrectedView(margin_px, width))})
+    described = Restored.of(services.store.calibrations.get(id))
+    return Json({"features": workflow.overlay(*described, frame, CorrectedView(margin_px, width))})
 
 
 @router.get("/residuals.json", response_model=responses.Arrows)
@@ -101,4 +101,8 @@ def draw_field(services: ServicesDep, id: Id, frame: Literal["raw", "corrected"]
 def draw_residuals(services: ServicesDep, id: Id, frame: Literal["raw", "corrected"] = "raw", margin_px: MarginPx = 0,
                    width: WidthPx = None) -> Json:
     """Return vectors from clicks to where the model expects them: the nearest place of a line, or the landmark."""
-    return Json(residual_vectors(services.store.calibrations.get(id), frame, CorrectedView(margin_px, width)))
+    calibration = services.store.calibrations.get(id)
+    model, field, region = Restored.of(calibration)
+    observations = observations_from_json(calibration.observations)
+    return Json(workflow.residual_vectors(model, observations, field, region, calibration.outliers(observations), frame,
+                                          CorrectedView(margin_px, width)))

@@ -15,6 +15,7 @@ from app.fitting.plumb_line.search import with_best_lines
 from app.models.distortion import LINE_LENSES, Distortion
 from app.models.lenses.even_division import EvenDivisionLens
 from app.workflows.straight_lines import straightness
+from tests.support.plumb_pictures import straightness_of
 from tests.support.straight_edges import FLOOR_PX, SIZE, arc, lens_of, lines_seen
 
 SEEDS = range(8)
@@ -208,7 +209,7 @@ def test_thousands_of_points_do_not_make_a_bow_of_a_tenth_of_a_pixel_significant
 
 
 def test_a_bent_picture_has():
-    report = straightness(lines=lines_seen(lens_of("division", (-0.05,)), 0), image_size=SIZE)
+    report = straightness((), lines_seen(lens_of("division", (-0.05,)), 0), SIZE)
     assert report["distortion"] == "significant"
     assert report["bow"]["most"]["px"] > 3
 
@@ -220,14 +221,14 @@ def test_edges_that_tell_nothing_say_so():
         start, angle = np.array(SIZE.centre) + rng.uniform(-40, 40, 2), rng.uniform(0, np.pi)
         along = np.linspace(0, 60, 12)[:, None] * [np.cos(angle), np.sin(angle)]
         chains.append(start + along + rng.normal(0, 0.02, along.shape))
-    report = straightness(lines=chains, image_size=SIZE, lens="division")
+    report = straightness((), chains, SIZE, lens="division")
     assert report["distortion"] == "unknown"
     assert report["sigma"]["k"] > 0.3  # anything from a strong barrel to a strong pincushion
 
 
 def test_the_report_names_lines_and_is_plain_json():
     chains = [*lines_seen(lens_of("division", (-0.25,)), 2), arc((300, 300), 250, 0.2, 1.2), np.array([[1.0, 2.0]])]
-    report = json.loads(json.dumps(straightness(lines=[c.tolist() for c in chains], image_size=SIZE), allow_nan=False))
+    report = json.loads(json.dumps(straightness((), [c.tolist() for c in chains], SIZE), allow_nan=False))
     assert report["lines"][14]["name"] == "line 15" and report["lines"][14]["reason"] == "not-straight"
     assert report["lines"][15]["reason"] == "too-few-points"
     assert report["straightness_px"]["after"] < 0.35 < report["straightness_px"]["before"]
@@ -242,25 +243,23 @@ def test_the_report_names_lines_and_is_plain_json():
     ([[[0, 0], [float("nan"), 5]]] * 9, "non-finite-points")])
 def test_what_is_no_straight_lines_is_refused_by_name(lines, reason):
     with pytest.raises(BadInput) as refusal:
-        straightness(lines=lines, image_size=SIZE, lens="division")
+        straightness((), lines, SIZE, lens="division")
     assert refusal.value.reason == reason
 
 
 def test_clicks_may_come_in_any_order():
     chains = lines_seen(lens_of("division", (-0.25,)), 3)
     mixed = [np.random.default_rng(i).permutation(c) for i, c in enumerate(chains)]
-    ordered, any_order = (straightness(lines=c, image_size=SIZE, lens="division") for c in (chains, mixed))
+    ordered, any_order = (straightness((), c, SIZE, lens="division") for c in (chains, mixed))
     assert any_order["bow"]["most"]["px"] == pytest.approx(ordered["bow"]["most"]["px"], rel=0.01)
 
 
-def test_pictures_of_different_sizes_and_unknown_lenses_are_refused():
-    blank = np.zeros((40, 60, 3), np.uint8)
-    for bad in (lambda: straightness([blank, blank[:30]]), lambda: straightness(),
-                lambda: straightness(lines=[[[0, 0]]], image_size=SIZE, lens="fisheye"),
+def test_unknown_lenses_are_refused():
+    for bad in (lambda: straightness((), [[[0, 0]]], SIZE, lens="fisheye"),
                 lambda: fit_plumb_lines([], SIZE, "division", ("k9",)),
                 lambda: fit_plumb_lines([], SIZE, "division-even", ("k2",)),
                 lambda: fit_plumb_lines([], SIZE, "division", centre_sigma_px=float("nan"))):
         with pytest.raises(BadInput):
             bad()
     with pytest.raises(FitFailed, match="There are 0 lines"):
-        straightness([blank])
+        straightness_of(np.zeros((40, 60, 3), np.uint8))

@@ -130,13 +130,13 @@ def test_of_several_pictures_what_moves_vanishes(plain):
         x, y = rng.integers(0, 600), rng.integers(0, 450)
         pixels[y:y + 220, x:x + 200] = rng.integers(0, 255, 3)
         pictures.append(Frame(pixels))
-    made = AutomaticRequest(plain.field, plain.region).answer(median_frame([lambda p=p: p for p in pictures]))[1]
+    made = AutomaticRequest(plain.field, plain.region).answer(median_frame([("", lambda p=p: p) for p in pictures]))[1]
     assert made is not None and error_mm(made, plain) < RIGHT_MM
 
 
 def test_pictures_of_two_sizes_are_refused(plain):
     with pytest.raises(Conflict) as refused:
-        median_frame([lambda: Frame(plain.pixels), lambda: Frame(blank())])
+        median_frame([("", lambda: Frame(plain.pixels)), ("", lambda: Frame(blank()))])
     assert refused.value.reason == "size-mismatch"
 
 

@@ -27,7 +27,7 @@ from app.vision.motion.straight_runs import straight_runs
 from app.vision.motion.tracks import MAX_POINTS, Tracker
 from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.rolling import RollRecorder
-from app.workflows.rolling_request import check_refinable, lens_record, refine, rolls_in_film, stored_rolls_json
+from app.workflows.rolling_request import check_refinable, lens_record, refine, stored_rolls_json, track_film
 from tests.support.rolling_balls import FPS, SIZE, chords, film, lens_of
 from tests.support.sim_clicks import border_observations, known_grid, rms_mm
 from tests.support.waiting import LONG_S, until
@@ -245,7 +245,7 @@ def test_a_film_from_the_shell(touchline, film_file, tmp_path):
 def test_a_calibration_for_another_size_is_refused(film_file):
     _, made = calibrated_over_rolls()
     with pytest.raises(Conflict, match="640"):
-        rolls_in_film(film_file, made)
+        track_film(film_file, calibration=made)
 
 
 def test_rolls_tell_the_lens_within_three_sigma_and_a_fit_that_holds_it_needs_few_clicks():
@@ -296,7 +296,7 @@ def test_kept_rolls_say_each_its_number_and_those_left_out_none():
 
 
 def test_a_pool_ball_rolls_straight_to_a_third_of_a_pixel(real_data):
-    told = rolls_in_film(real_data("motion/pool_smartcue/2019_PoolChamp_Clip15.mp4"))
+    told = track_film(real_data("motion/pool_smartcue/2019_PoolChamp_Clip15.mp4")).report()
     longest = max(told["runs"], key=lambda run: np.hypot(*np.subtract(run["points"][0], run["points"][-1])))
     assert len(longest["points"]) >= 20 and longest["straight_px"] < 0.35 and longest["rms_px"] < 0.2
     assert np.hypot(*np.subtract(longest["points"][0], longest["points"][-1])) > 290
@@ -304,7 +304,7 @@ def test_a_pool_ball_rolls_straight_to_a_third_of_a_pixel(real_data):
 
 def test_a_camera_in_somebodys_hand_is_refused(real_data):
     with pytest.raises(BadInput, match="not still"):
-        rolls_in_film(real_data("motion/foosball/sample.avi"))
+        track_film(real_data("motion/foosball/sample.avi")).report()
 
 
 def test_what_moves_is_followed_only_while_somebody_asks(monkeypatch):

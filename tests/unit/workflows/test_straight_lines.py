@@ -6,12 +6,11 @@ import pytest
 from app.core.geometry import ImageSize
 from app.fitting.plumb_line.fit import fit_plumb_lines
 from app.vision.lines.edges import edge_chains
-from app.workflows.straight_lines import straightness
-from tests.support.plumb_pictures import department, picture
+from tests.support.plumb_pictures import department, picture, straightness_of
 
 
 def test_the_facade_becomes_straight_to_a_fifth_of_a_pixel():
-    report = straightness([picture("ipol_alvarez/building.png")])
+    report = straightness_of(picture("ipol_alvarez/building.png"))
     assert report["distortion"] == "significant"
     assert report["straightness_px"]["before"] > 5
     assert report["straightness_px"]["after"] <= 0.20
@@ -21,7 +20,7 @@ def test_the_facade_becomes_straight_to_a_fifth_of_a_pixel():
 
 
 def test_the_facade_as_others_corrected_it_has_no_significant_distortion():
-    report = straightness([picture("ipol_alvarez/building_division_model.png")])
+    report = straightness_of(picture("ipol_alvarez/building_division_model.png"))
     assert report["distortion"] == "none"
     assert "No significant distortion" in report["sentence"]
     assert report["bow"]["longest"]["length_px"] > 1000 and report["bow"]["longest"]["px"] < 0.3
@@ -47,13 +46,13 @@ def test_every_picture_of_one_camera_finds_the_lens_of_all(sets, lens):
 
 
 def test_an_ice_rinks_curved_boards_do_not_break_the_search():
-    report = straightness([picture("hockey_video2calibration/distorted.png")])
+    report = straightness_of(picture("hockey_video2calibration/distorted.png"))
     crooked = [line for line in report["lines"] if line["reason"] == "not-straight"]
     assert report["lines_used"] >= 5 and crooked  # rings and rounded boards
     assert report["straightness_px"]["after"] < 1
 
 
 def test_a_grid_of_lines_is_joined_across_its_crossings():
-    report = straightness([picture("discorpy/line_pattern_01.jpg")])
+    report = straightness_of(picture("discorpy/line_pattern_01.jpg"))
     assert report["bow"]["longest"]["length_px"] > 2000
     assert report["straightness_px"]["after"] < 0.08 < report["straightness_px"]["before"]
