@@ -1,8 +1,9 @@
 """JSON text in which nothing is NaN."""
 
 import json
-import math
 from typing import Any
+
+from app.core.json_values import finite_json
 
 
 def json_bytes(value: Any) -> bytes:
@@ -10,13 +11,5 @@ def json_bytes(value: Any) -> bytes:
     try:
         text = json.dumps(value, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     except ValueError:
-        text = json.dumps(_finite(value), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+        text = json.dumps(finite_json(value), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     return text.encode("utf-8", "replace")
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    return [_finite(item) for item in value] if isinstance(value, (list, tuple)) else value

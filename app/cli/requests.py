@@ -11,7 +11,7 @@ from app.core.errors import BadInput, Conflict
 from app.core.geometry import ImageSize
 from app.core.records import observations_from_json
 from app.settings import Settings
-from app.store.field_repository import FieldRepository
+from app.store.fields import FieldRepository
 from app.workflows.calibration_request import CalibrationRequest
 
 ImageFile = Annotated[Path, typer.Argument(metavar="IMAGE", help="PNG, JPEG, BMP or WebP.")]

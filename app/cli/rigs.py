@@ -15,7 +15,7 @@ from app.core.errors import BadInput, Conflict
 from app.core.field_json import field_from_json
 from app.evaluate.cameras.rectangles import NAMES
 from app.imaging.mosaic import FieldView, stitcher_of
-from app.store.field_repository import FieldRepository
+from app.store.fields import FieldRepository
 from app.workflows.rig import check as check_rig
 from app.workflows.rig import refuse_other_sizes
 

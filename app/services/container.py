@@ -9,6 +9,7 @@ from typing import Any, ParamSpec, TypeVar
 import anyio
 from anyio import CapacityLimiter, to_thread
 
+from app.core.errors import Cancelled
 from app.core.progress import Progress
 from app.core.records import Frame
 from app.images import ImageDecoder, ImageLimits
@@ -20,13 +21,13 @@ from app.scene.scene_registry import SceneRegistry
 from app.services.cache import LruCache
 from app.services.cameras import CameraService
 from app.services.detection import DetectionService
-from app.services.live import start_live_cameras
+from app.services.live import start_live_cameras, take_frame
 from app.services.presence import Presence
 from app.services.publishing import PublishingService
 from app.services.result_savers import result_savers
 from app.settings import Settings
-from app.store import Store
-from app.store.field_repository import FieldRepository
+from app.store import Snapshot, Store
+from app.store.fields import FieldRepository
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -34,6 +35,7 @@ MAX_FRAME_BYTES = 256 << 20  # decoded snapshots: a picture that is looked at is
 MAX_SCENE_PAGES = 4  # of 1 MB each; one takes a process and two seconds, and a version never changes
 MAX_STITCHERS = 4
 POLL_S = 0.05  # how often a job that somebody waits for is looked at
+FRAME_INTERVAL_S = 1 / 3  # between the frames of a background: who walks by needs some seconds to leave
 POLLS_PER_CHECK = 10  # and after how many looks whether its caller still waits
 
 
@@ -76,6 +78,15 @@ class Services:
         """Return a snapshot decoded; NotFound."""
         return self._frames.get_or_make(
             snapshot, lambda: self.decoder.frame_from_bytes(self.store.snapshots.picture(snapshot)))
+
+    async def take_snapshot(self, camera: str, is_abandoned: Callable[[], Awaitable[bool]], frames: int = 1,
+                            over_s: float | None = None, purpose: str = "picture") -> Snapshot:
+        """Take and save one frame, or what most of several agree on; nothing where the caller has gone meanwhile."""
+        over_s = FRAME_INTERVAL_S * (frames - 1) if over_s is None else over_s
+        frame = await take_frame(self.live.get(camera), frames=frames, over_s=over_s)
+        if await is_abandoned():
+            raise Cancelled("Nobody waits for this picture any more.", "Take it again.")
+        return await self.run_in_thread(frame.save, self.store, purpose)
 
     async def run_in_thread(self, work: Callable[Given, Result], *args: Given.args, **kwargs: Given.kwargs) -> Result:
         """Run work of a second or two on a worker thread; when all are busy it waits for its turn."""

@@ -20,7 +20,7 @@ from app.live.detection_feed import OFF
 from app.services.cameras import CameraService
 from app.services.publishing import PublishingService
 from app.store import Store
-from app.store.field_repository import FieldRepository
+from app.store.fields import FieldRepository
 from app.store.stages import named_plan
 from app.vision.colour.automatic import automatic_profile
 from app.vision.colour.separability import colour_health

@@ -17,7 +17,6 @@ from app.services.value_types import Name, Note, ObservationForm, OptionValues, 
 from app.workflows.interchange import (
     ImportOptions,
     calibration_from_file,
-    for_camera,
     is_lens,
     lens_record_from_file,
     read_file,
@@ -76,7 +75,9 @@ def import_file(services: Services, data: bytes, texts: Mapping[str, str], by: s
         if given:
             raise BadInput(f"A calibration exported as json says its {given[0]} itself.", f"Leave {given[0]} out.",
                            reason="bad-request")
-        return store.calibrations.add(for_camera(_checked(content, data), options.camera), by).to_json(), "calibrations"
+        checked = _checked(content, data)
+        mine = replace(checked, camera=options.camera or checked.camera)
+        return store.calibrations.add(mine, by).to_json(), "calibrations"
     if is_lens(content):
         return store.lenses.add(lens_record_from_file(content, options)), "lenses"
     made = calibration_from_file(content, options, services.fields)

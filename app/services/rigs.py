@@ -81,12 +81,8 @@ async def take_frames(services: Services, cameras: Iterable[str]) -> tuple[dict[
 
 def save_frames(services: Services, frames: Mapping[str, TakenFrame]) -> dict[str, dict[str, Any]]:
     """Keep the frames that were taken for a check, so that it can be repeated; return them as a job reads them."""
-    return {camera: rig_picture(services, frame.save(services.store, "rig").id) for camera, frame in frames.items()}
-
-
-def rig_picture(services: Services, snapshot: str) -> dict[str, Any]:
-    """Return a snapshot as a job reads it, called by its id."""
-    return services.store.snapshots.for_job(snapshot, snapshot)
+    snapshots = services.store.snapshots
+    return {camera: snapshots.for_job(frame.save(services.store, "rig").id) for camera, frame in frames.items()}
 
 
 def stitcher_for(services: Services, rig: Mapping[str, Any], cameras: Iterable[str],

@@ -19,13 +19,13 @@ has saved survives a killed process and a power cut. One process at a time opens
     archive.py     everything as one zip, and back; restore.py fills an empty folder with it
     files.py, quarantine.py, lock.py    atomic files, what is damaged, one server a folder
 
-Fields and stage plans are YAML files, written by people too: field_repository.py, fields.py, stages.py.
+Fields and stage plans are YAML files, written by people too: fields.py, stages.py.
 """
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from app.core.errors import Unavailable
 from app.core.records import Warning
@@ -34,7 +34,7 @@ from app.store.backups import Backups
 from app.store.calibrations import CalibrationRepository
 from app.store.cameras import CameraRepository, IdentityRepository
 from app.store.clips import ClipRepository
-from app.store.disk_usage import DiskUsage, disk_usage
+from app.store.disk_usage import disk_usage
 from app.store.documents import ColourProfileRepository, DetectionPlanRepository, Document, RigRepository
 from app.store.drafts import EMPTY, Draft, DraftRepository
 from app.store.files import make_folder
@@ -49,7 +49,7 @@ from app.store.restore import refuse_unfinished
 from app.store.rolls import RollRepository
 from app.store.snapshots import Snapshot, SnapshotRepository
 
-__all__ = ["EMPTY", "Damage", "DamagedFile", "DiskUsage", "Document", "Draft", "Page", "Snapshot", "Store"]
+__all__ = ["EMPTY", "Damage", "DamagedFile", "Document", "Draft", "Page", "Snapshot", "Store"]
 
 
 class Store:
@@ -115,8 +115,8 @@ class Store:
         return archive_pieces(self._database, self.folder, fields, self._clock)
 
     @property
-    def disk_usage(self) -> DiskUsage:
-        """How much of the disk is used, and how old the newest backup is."""
+    def disk_usage(self) -> dict[str, Any]:
+        """How much of the disk is used, bytes, and how old the newest backup is; plain JSON."""
         return disk_usage(self.folder, self._quota, self._backups)
 
     @property

@@ -5,10 +5,9 @@
 """
 
 import json
-import os
 import re
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import accumulate
@@ -56,8 +55,7 @@ class ClipRepository:
         """Save one. head: width, height and frames with their bytes, in the order of the JPEGs."""
         self._quota.check_free()
         header = {"camera": camera, "taken_at": timestamp(self._clock), "width": head["width"],
-                  "height": head["height"],
-                "frames": list(head["frames"])}
+                  "height": head["height"], "frames": list(head["frames"])}
         text = json.dumps(header, allow_nan=False, separators=(",", ":")).encode("ascii")
         if len(text) > MAX_HEADER_BYTES or len(jpegs) > MAX_BYTES:
             raise DiskFull("The clip is too large.", "Record fewer seconds.", reason="clip-too-large")
@@ -129,20 +127,14 @@ class ClipRepository:
 
     def _files(self) -> list[Path]:
         """Return the files, oldest first."""
-        if not self._folder.is_dir():
-            return []
-        return _by_age([path for path in self._folder.iterdir() if path.suffix == ".clip"])
+        known = []
+        for path in self._folder.glob("*.clip"):
+            with suppress(OSError):
+                known.append((path.stat().st_mtime_ns, path))
+        return [path for _, path in sorted(known)]
 
     def _path(self, id: str) -> Path:
         return self._folder / f"{id}.clip"
-
-
-def _by_age(paths: Sequence[Path]) -> list[Path]:
-    known = []
-    for path in paths:
-        with suppress(OSError):
-            known.append((os.stat(path).st_mtime_ns, path))
-    return [path for _, path in sorted(known)]
 
 
 def _unknown(id: str) -> NotFound:

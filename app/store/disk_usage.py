@@ -1,7 +1,6 @@
 """How much of the disk everything takes, and how old the newest backup is."""
 
 from contextlib import suppress
-from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -11,46 +10,25 @@ from app.store.opening import FILE
 from app.store.quota import PictureQuota, free_bytes
 
 
-@dataclass(frozen=True)
-class BackupUsage:
-    """newest_at: when the newest copy was made, ISO 8601, UTC; None before the first."""
+def disk_usage(folder: Path, quota: PictureQuota, backups: Backups | None) -> dict[str, Any]:
+    """Measure what is used now; a backup that is removed meanwhile is not counted.
 
-    count: int
-    used_bytes: int
-    limit_bytes: int
-    newest_at: str | None
-
-
-@dataclass(frozen=True)
-class DiskUsage:
-    """Bytes. database_bytes: None where the database is not a file here; backups: None where it has its own."""
-
-    pictures_bytes: int
-    pictures_limit_bytes: int
-    free_bytes: int
-    database_bytes: int | None
-    backups: BackupUsage | None
-
-    def to_json(self) -> dict[str, Any]:
-        return asdict(self)
+    "database_bytes" and "backups" are None where the database is not a file here. "newest_at": when the newest copy
+    was made, ISO 8601, UTC; None before the first.
+    """
+    database = None if backups is None else sum(_size(folder / (FILE + more)) for more in ("", "-wal"))
+    return {"pictures_bytes": quota.used_bytes, "pictures_limit_bytes": quota.quota_bytes,
+            "free_bytes": free_bytes(folder), "database_bytes": database,
+            "backups": None if backups is None else _of_backups(backups)}
 
 
-def disk_usage(folder: Path, quota: PictureQuota, backups: Backups | None) -> DiskUsage:
-    """Measure what is used now; a backup that is removed meanwhile is not counted."""
-    database = None
-    if backups is not None:
-        database = sum(_size(folder / (FILE + more)) for more in ("", "-wal"))
-    return DiskUsage(quota.used_bytes, quota.quota_bytes, free_bytes(folder), database,
-                None if backups is None else _of_backups(backups))
-
-
-def _of_backups(backups: Backups) -> BackupUsage:
+def _of_backups(backups: Backups) -> dict[str, Any]:
     found = backups.all()
-    newest = None
-    if found:
-        with suppress(OSError):
-            newest = datetime.fromtimestamp(found[0].path.stat().st_mtime, UTC).isoformat(timespec="seconds")
-    return BackupUsage(len(found), sum(_size(backup.path) for backup in found), backups.limit_bytes, newest)
+    newest_at = None
+    with suppress(OSError, IndexError):
+        newest_at = datetime.fromtimestamp(found[0].path.stat().st_mtime, UTC).isoformat(timespec="seconds")
+    return {"count": len(found), "used_bytes": sum(_size(backup.path) for backup in found),
+            "limit_bytes": backups.limit_bytes, "newest_at": newest_at}
 
 
 def _size(path: Path) -> int:

@@ -1,12 +1,19 @@
-"""Field definitions as YAML files, one field a file, named as the field is."""
+"""Fields as YAML files, one a file, named as the field is: those that come with Touchline, and the operator's own."""
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import yaml
 
 from app import shipped
-from app.core.errors import BadInput, NotFound
+from app.core.errors import BadInput, Conflict, NotFound
 from app.core.field import Field
 from app.core.field_json import field_from_json
-from app.store.files import read_yaml
+from app.store.files import make_folder, read_yaml, translate_disk_errors, write_atomically
+
+MAX_OWN_FIELDS = 500
 
 
 def fields_folder() -> Path:
@@ -31,3 +38,56 @@ def load_field(path: Path) -> Field:
         raise BadInput(f"The file {path.name} holds the field {field.name!r}.",
                        f"Call the file {field.name}.yaml, or the field {path.stem}.", reason="bad-field")
     return field
+
+
+class FieldRepository(Mapping[str, Field]):
+    """All fields by name; put() adds or changes one of the operator's own.
+
+    own: the folder of their YAML files; made when the first is written.
+    """
+
+    def __init__(self, own: Path) -> None:
+        self._folder = own
+        self._lock = Lock()
+        self._shipped = load_fields()
+        self._own = load_fields(own) if own.is_dir() else {}
+        for name in self._own:
+            self._refuse_shipped(name)
+
+    def __getitem__(self, name: str) -> Field:
+        try:
+            return self._shipped[name] if name in self._shipped else self._own[name]
+        except (KeyError, TypeError):
+            raise NotFound(f"There is no field called {name!r}.", f"Use one of: {', '.join(self)}.",
+                           reason="unknown-field") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._shipped or name in self._own
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([*self._shipped, *self._own])
+
+    def __len__(self) -> int:
+        return len(self._shipped) + len(self._own)
+
+    def put(self, name: str, value: Any) -> Field:
+        """Check and save a field; the one before stays until the new one is safe on disk."""
+        self._refuse_shipped(name)
+        field = field_from_json(value)
+        if field.name != name:
+            raise BadInput(f"The field calls itself {field.name!r}, not {name!r}.", "Use one name in both places.",
+                           reason="bad-field")
+        with self._lock:
+            if name not in self._own and len(self._own) >= MAX_OWN_FIELDS:
+                raise Conflict(f"There are {MAX_OWN_FIELDS} fields already.", "Change one of them.",
+                               reason="too-many-fields")
+            text = yaml.safe_dump(field.to_json(), allow_unicode=True, sort_keys=False)
+            with translate_disk_errors("The field"):
+                write_atomically(make_folder(self._folder) / f"{name}.yaml", text.encode())
+            self._own = {**self._own, name: field}
+        return field
+
+    def _refuse_shipped(self, name: str) -> None:
+        if name in self._shipped:
+            raise Conflict(f"The field {name} comes with Touchline and stays as it is.",
+                           "Give yours a name of its own.", reason="shipped-field")

@@ -48,11 +48,7 @@ def _fill(file: Path, folder: Path, setting: str | None) -> dict[str, int]:
             return restore_archive(file, database, folder)
     database, lock = open_postgresql(setting, folder, Quarantine(folder / "quarantine"))
     with closing(database), closing(lock):
-        _refuse_filled(database)
+        if database.changes() != 0:
+            raise Conflict("The database is not empty.", "Name a new database in the settings: nothing is ever "
+                           "restored over something else.", reason="database-not-empty")
         return restore_archive(file, database, folder)
-
-
-def _refuse_filled(database: Database) -> None:
-    if database.changes() != 0:
-        raise Conflict("The database is not empty.", "Name a new database in the settings: nothing is ever restored "
-                       "over something else.", reason="database-not-empty")

@@ -46,10 +46,6 @@ class Snapshot:
         return ImageSize(self.width, self.height)
 
     @property
-    def media_type(self) -> str:
-        return f"image/{self.format}"
-
-    @property
     def file(self) -> str:
         """Its picture's name in pictures/."""
         return f"{self.sha256}.{self.format}"
@@ -98,10 +94,13 @@ class SnapshotRepository(Repository):
         """Return where a snapshot's bytes are, for another process that reads them and checks their sha256 itself."""
         return self._pictures / snapshot.file
 
-    def for_job(self, id: str, name: str) -> dict[str, str]:
-        """Return {"name", "path", "sha256"}, with which a job in another process calls read_checked; NotFound."""
+    def for_job(self, id: str, name: str = "") -> dict[str, str]:
+        """Return {"name", "path", "sha256"}, with which a job in another process calls read_checked; NotFound.
+
+        name: for its errors; the id where there is none.
+        """
         snapshot = self.get(id)
-        return {"name": name, "path": str(self.path(snapshot)), "sha256": snapshot.sha256}
+        return {"name": name or id, "path": str(self.path(snapshot)), "sha256": snapshot.sha256}
 
     def all_for_job(self, ids: Iterable[str]) -> Sequence[dict[str, str]]:
         """Return the same for several, called "picture 1" and so on."""

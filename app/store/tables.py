@@ -5,6 +5,8 @@ Every row carries its content as text, `body`; most other columns repeat what th
 never used twice; no date orders anything. `damaged` names the quarantine's file once a row was found to be damaged.
 """
 
+from typing import Any
+
 from sqlalchemy import BigInteger, ForeignKey, Index, Integer, String, Text, UniqueConstraint
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
@@ -27,6 +29,8 @@ class Checksummed:
 class Sequenced(Checksummed):
     """Rows in the order in which they came."""
 
+    __table_args__: tuple[Any, ...] = ({"sqlite_autoincrement": True},)
+
     sequence: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     id: Mapped[str] = mapped_column(String(16), unique=True)
 
@@ -35,7 +39,6 @@ class SnapshotRow(Sequenced, Base):
     """A stored picture; its bytes are the file pictures/PICTURE."""
 
     __tablename__ = "snapshots"
-    __table_args__ = ({"sqlite_autoincrement": True},)
 
     picture: Mapped[str] = mapped_column(String(80), index=True)
     purpose: Mapped[str] = mapped_column(String(40), index=True)
@@ -94,7 +97,6 @@ class LensRow(Sequenced, Base):
     """A lens from pictures of a board."""
 
     __tablename__ = "lenses"
-    __table_args__ = ({"sqlite_autoincrement": True},)
 
 
 class CameraRow(Checksummed, Base):
@@ -128,7 +130,6 @@ class RollRow(Sequenced, Base):
     """A straight roll of a ball before a live camera."""
 
     __tablename__ = "rolls"
-    __table_args__ = ({"sqlite_autoincrement": True},)
 
     camera: Mapped[str] = mapped_column(String(64), index=True)
 
@@ -176,7 +177,6 @@ class LedgerRow(Base):
 
 # What is checked, archived and restored, in an order in which a row's references come before it.
 ARCHIVED_TABLES: tuple[type[Base], ...] = (SnapshotRow, DraftRow, CalibrationRow, ActiveRow, ActivationRow, LensRow,
-                                           CameraRow,
-                                IdentityRow, RigRow, RollRow, PresetRow)
+                                           CameraRow, IdentityRow, RigRow, RollRow, PresetRow)
 CHECKSUMMED_TABLES: tuple[type[Checksummed], ...] = tuple(table for table in ARCHIVED_TABLES
                                                           if issubclass(table, Checksummed))

@@ -1,9 +1,17 @@
-"""A request for a lens, from pictures of a board or from corners found elsewhere."""
+"""A lens from pictures of a board, or from corners found elsewhere, with its report.
 
-from collections.abc import Mapping
+    view = find(frame.pixels, board)                for every picture
+    answer = calibrate_board(views, board, image_size, "brown-conrady")
+    answer["lens"]                                  fixed in a later fit: {"name": answer["model"], "lens": …}
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import field as member
 from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
 
 from app import __version__
 from app.core.board import Board, BoardView, views_from_json
@@ -13,12 +21,40 @@ from app.core.options import read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Warning
 from app.core.text_format import sentence
-from app.fitting.board.fit import board_model, board_options
-from app.workflows import board
+from app.evaluate.board.report import board_report
+from app.fitting.board.fit import board_model, board_options, fit_board
+from app.vision.board.detection import find_board
 from app.workflows.calibration import subprogress
 from app.workflows.job_pictures import Pictures, job_pictures
 
+FITTING = 0.7  # of the time of a calibration from views
 LOOKING = 0.6  # of a calibration from pictures: finding the board takes longer than all arithmetic
+
+
+def find(pixels: NDArray[np.uint8], board: Board, name: str = "") -> BoardView:
+    """Find the board in one picture; FitFailed where there is none."""
+    view = find_board(pixels, board, name)
+    if view is None:
+        raise FitFailed(sentence(f"{name or 'The picture'} shows no {board.kind} of {board.columns} × {board.rows} "
+                                 "inner corners."),
+                        "Count the inner corners again; the whole board must be in the picture, sharp and unhidden."
+                        if board.kind == "chessboard" else
+                        "Check columns, rows and dictionary, and whether the board is an old one (legacy).",
+                        reason="no-board")
+    return view
+
+
+def calibrate_board(views: Sequence[BoardView], board: Board | None, image_size: ImageSize,
+                    model: str = "brown-conrady", options: Mapping[str, Any] | None = None,
+                    progress: Progress = no_progress) -> dict[str, Any]:
+    """{"model", "lens", "board", "image_size", "report"}, plain JSON. board: None where views bring their places."""
+    fit = fit_board(tuple(views), image_size, board_model(model), options,
+                    lambda fraction, message: progress(fraction * FITTING, message))
+    progress(FITTING, "Judging it")
+    report = board_report(fit)
+    progress(1.0, "Done")
+    return {"model": model, "lens": fit.lens.to_json(), "board": board.to_json() if board else None,
+            "image_size": [image_size.width, image_size.height], "report": report}
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +71,7 @@ class BoardCalibrationRequest:
     def from_views(self, views: tuple[BoardView, ...], size: ImageSize, progress: Progress = no_progress,
                    ) -> dict[str, Any]:
         """Fit views; return the lens with its report as JSON, not yet stored."""
-        done = board.calibrate_board(views, self.board, size, self.model, self.options, progress)
+        done = calibrate_board(views, self.board, size, self.model, self.options, progress)
         return {**done, "software": f"touchline {__version__}"}
 
     def from_pictures(self, pictures: Pictures, progress: Progress = no_progress) -> dict[str, Any]:
@@ -52,7 +88,7 @@ class BoardCalibrationRequest:
                 raise Conflict(sentence(f"{name} is {frame.size}, the ones before are {size}."),
                                "Take all pictures with one camera at one size.", reason="size-mismatch")
             try:
-                views.append(board.find(frame.pixels, self.board, name))
+                views.append(find(frame.pixels, self.board, name))
             except FitFailed as none:
                 blank.append((number, none))
         if size is None or not views:

@@ -6,7 +6,7 @@ Import: the reader that recognises the file, then a calibration where the file h
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -201,14 +201,9 @@ def _region(found: CameraFile, options: ImportOptions, field: Field) -> Region:
     best = max(field.regions.values(), key=share)
     if rotate is None:
         right = camera.camera_from_field[0, :2]
-        rotate = max(QUARTER_TURNS, key=lambda turn: float(_right(best.rotated(turn)) @ right))
+        tops = {turn: best.rotated(turn).border("top") for turn in QUARTER_TURNS}  # they run to the picture's right
+        rotate = max(QUARTER_TURNS, key=lambda turn: float(np.subtract(tops[turn].end, tops[turn].start) @ right))
     return best.rotated(rotate)
-
-
-def _right(region: Region) -> np.ndarray:
-    """The field direction (2,) that is right in the corrected picture."""
-    line = region.border("top")
-    return np.array(line.end) - np.array(line.start)
 
 
 def _view(found: CameraFile, region: Region) -> dict[str, Any]:
@@ -226,8 +221,3 @@ def size_from_text(text: str) -> ImageSize:
     if found is None:
         raise BadInput(f"{text[:40]!r} is no picture size.", "Write it as 1280x1024.", reason="bad-image-size")
     return ImageSize.of((int(found[1]), int(found[2])))
-
-
-def for_camera(calibration: Calibration, camera: str | None) -> Calibration:
-    """Assign the calibration to a camera of this server, where one is named."""
-    return calibration if camera is None else replace(calibration, camera=camera)

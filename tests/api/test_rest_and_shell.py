@@ -14,7 +14,7 @@ from app.cli.server import DEMO_CAMERAS
 from app.main import create_app
 from app.settings import Settings
 from app.sources import SourceContext, source_from_url
-from app.store.field_repository import FieldRepository
+from app.store.fields import FieldRepository
 from tests.support.refusals import API, without_size
 from tests.support.sim_clicks import border_observations
 

@@ -14,7 +14,6 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from app.api.routes import scenes
-from app.api.schemas.scenes import parse_message
 from app.core.errors import BadInput
 from app.formats import FORMATS
 from app.main import create_app
@@ -122,7 +121,7 @@ def test_what_cannot_be_shown_is_told_and_the_line_stays_open(standing, kept, st
                                   "x" * 50_000])
 def test_what_nobody_can_mean_is_refused(word):
     with pytest.raises(BadInput) as refusal:
-        parse_message(word)
+        scenes.parse_message(word)
     assert refusal.value.fix
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from app.core.records import Calibration
 from app.sources import SourceContext, source_from_url
-from app.store.field_repository import FieldRepository
+from app.store.fields import FieldRepository
 from app.workflows.calibration_request import CalibrationRequest
 from tests.support.sim_clicks import border_observations
 

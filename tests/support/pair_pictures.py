@@ -10,7 +10,7 @@ import numpy as np
 
 from app.sources import SourceContext, source_from_url
 from app.sources.sim.source import SimSource
-from app.store.field_repository import FieldRepository
+from app.store.fields import FieldRepository
 from tests.support.sim_clicks import border_clicks
 from tests.support.sim_truth import robots_in
 

@@ -88,9 +88,8 @@ class AccessControl:
             return framework_problem(403, "This server does not answer to that host name.")
         changes = scope["type"] == "websocket" or scope["method"] not in SAFE
         origin = headers.get("origin")
-        if changes and origin is not None and urlsplit(origin).netloc != host:
-            return framework_problem(403, "This request comes from another site's page.")
-        if changes and headers.get("sec-fetch-site") in ("cross-site", "same-site"):
+        elsewhere = origin is not None and urlsplit(origin).netloc != host
+        if changes and (elsewhere or headers.get("sec-fetch-site") in ("cross-site", "same-site")):
             return framework_problem(403, "This request comes from another site's page.")
         return None
 
@@ -130,7 +129,7 @@ def _address(scope: Scope) -> str:
 
 
 def too_many_tokens() -> Response:
-    return problem(429, "too-many-wrong-tokens", "Too many wrong tokens", "Too many wrong tokens from this address.",
+    return problem(429, "too-many-wrong-tokens", "Too many wrong tokens from this address.",
                    "Wait a minute, then send the token that the server printed.", {"Retry-After": "60"})
 
 

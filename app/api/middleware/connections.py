@@ -107,8 +107,7 @@ class LimitedConnection(HttpToolsProtocol):
         """Answer on the bare connection, and close it."""
         if self.transport.is_closing():
             return
-        answer = problem(status, reason, reason.replace("-", " ").capitalize(), detail, fix,
-                         {"Connection": "close", **(headers or {})})
+        answer = problem(status, reason, detail, fix, {"Connection": "close", **(headers or {})})
         lines = [b"HTTP/1.1 %d %s" % (status, reason.encode()), *(b": ".join(pair) for pair in answer.raw_headers)]
         self.transport.write(b"\r\n".join(lines) + b"\r\n\r\n" + answer.body)
         self.transport.close()

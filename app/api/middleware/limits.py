@@ -8,6 +8,7 @@ slower. Nothing is buffered: a body that is too large is refused at the first by
 """
 
 import asyncio
+from contextlib import suppress
 from http import HTTPStatus
 
 from starlette.datastructures import Headers
@@ -75,7 +76,8 @@ class _Body:
         try:
             message = await self._next(self._deadline)
         except TimeoutError:
-            await self._refuse_time()
+            await self._answer(408, "too-slow", f"The request was not whole after {self._seconds:g} s.",
+                               "Send it again over a faster connection, or send less.")
             return {"type": "http.disconnect"}
         self._size += len(message.get("body", b""))
         self._is_complete = not message.get("more_body", False)
@@ -97,28 +99,19 @@ class _Body:
         limit = self.limit - ENVELOPE_BYTES if self._is_upload else self.limit
         await self._answer(413, "too-large", f"The {what} has more than {limit / MB:g} MB.", fix)
 
-    async def _refuse_time(self) -> None:
-        await self._answer(408, "too-slow", f"The request was not whole after {self._seconds:g} s.",
-                           "Send it again over a faster connection, or send less.")
-
     async def _answer(self, status: HTTPStatus | int, reason: str, detail: str, fix: str) -> None:
         self.refused = True
         if self._answered:
             return  # half a response has gone; the app ends when it receives the disconnect
-        answer = problem(status, reason, reason.replace("-", " ").capitalize(), detail, fix, {"Connection": "close"})
+        answer = problem(status, reason, detail, fix, {"Connection": "close"})
         await self._send({"type": "http.response.start", "status": status, "headers": answer.raw_headers})
         await self._send({"type": "http.response.body", "body": answer.body, "more_body": True})
         if status == 413 and not self._is_complete:
-            await self._linger()
+            until = asyncio.get_running_loop().time() + LINGER_S
+            with suppress(TimeoutError):
+                while (await self._next(until)).get("more_body", False):
+                    pass
         await self._send({"type": "http.response.body"})
-
-    async def _linger(self) -> None:
-        until = asyncio.get_running_loop().time() + LINGER_S
-        try:
-            while (await self._next(until)).get("more_body", False):
-                pass
-        except TimeoutError:
-            pass
 
     async def _next(self, deadline: float) -> Message:
         async with asyncio.timeout_at(deadline):

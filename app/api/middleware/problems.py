@@ -51,7 +51,6 @@ VALUE_FIXES = {
     "model_attributes_type": "Send a JSON object, with Content-Type: application/json.",
 }
 
-
 VALUE_REASONS = {
     "finite_number": "non-finite-number",
     "less_than_equal": "out-of-range",
@@ -62,9 +61,10 @@ VALUE_REASONS = {
 }
 
 
-def problem(status: int, reason: str, title: str, detail: str, fix: str, headers: dict[str, str] | None = None,
-            **more: Any) -> Response:
-    """Return a response that says what is wrong and what to do."""
+def problem(status: int, reason: str, detail: str, fix: str, headers: dict[str, str] | None = None, *,
+            title: str | None = None, **more: Any) -> Response:
+    """Return a response that says what is wrong and what to do; the title is the reason in words unless it is given."""
+    title = title or reason.replace("-", " ").capitalize()
     body = {**more, "type": MANUAL + reason, "title": title, "status": status, "detail": detail, "fix": fix}
     return Response(json_bytes(body), status, headers=headers, media_type=MEDIA_TYPE)
 
@@ -73,15 +73,13 @@ def problem_of(error: TouchlineError) -> Response:
     """Return the problem of a refusal; with the ETag of the newest state, where that is what was missed."""
     etag = error.details.get("etag")
     headers = {"ETag": f'"{etag}"'} if etag is not None else None
-    return problem(error.status, error.reason, error.title, error.what, error.fix, headers, **error.details)
+    return problem(error.status, error.reason, error.what, error.fix, headers, title=error.title, **error.details)
 
 
 def framework_problem(status: int, detail: str | None = None, headers: Any = None) -> Response:
     """Return a problem for a bare status code, as the framework raises them."""
     reason, fix = FRAMEWORK.get(status, ("refused", "Check the request against /docs."))
-    phrase = HTTPStatus(status).phrase
-    return problem(status, reason, reason.replace("-", " ").capitalize(), detail or f"{phrase}.", fix,
-                   dict(headers or {}))
+    return problem(status, reason, detail or f"{HTTPStatus(status).phrase}.", fix, dict(headers or {}))
 
 
 def bad_request(errors: Sequence[Any]) -> Response:
@@ -91,8 +89,7 @@ def bad_request(errors: Sequence[Any]) -> Response:
     first = found[0] if found else {"at": "body", "what": "unreadable", "kind": "bad"}
     reason = VALUE_REASONS.get(first["kind"], "bad-request")
     fix = VALUE_FIXES.get(first["kind"], "Correct it: the form of every body is in /api/v1/openapi.json.")
-    return problem(422, reason, reason.replace("-", " ").capitalize(),
-                   f"{first['at']}: {first['what']}.", fix, errors=found)
+    return problem(422, reason, f"{first['at']}: {first['what']}.", fix, errors=found)
 
 
 def _location(location: Sequence[Any]) -> str:
@@ -120,7 +117,7 @@ class UnexpectedErrors:
         except asyncio.CancelledError:
             # Only a server that is ending cancels a request; its log has said so.
             if scope["type"] == "http" and not started:
-                await problem(503, "shutting-down", "Shutting down", "The server is shutting down.",
+                await problem(503, "shutting-down", "The server is shutting down.",
                               "Try again when it is back.")(scope, receive, send)
         except Exception:
             if scope["type"] != "http":
@@ -129,9 +126,9 @@ class UnexpectedErrors:
             log.exception("unexpected error %s on %s %s", id, scope["method"], scope["path"])
             if started:
                 raise  # half a response has gone: only cutting the connection can say so
-            answer = problem(500, "unexpected", "Unexpected error",
-                             f"Something broke here that should not (error {id}).",
-                             f"Try again; if it stays, report it with the log around error {id}.")
+            answer = problem(500, "unexpected", f"Something broke here that should not (error {id}).",
+                             f"Try again; if it stays, report it with the log around error {id}.",
+                             title="Unexpected error")
             await answer(scope, receive, send)
 
 

@@ -2,18 +2,55 @@
 
 import hashlib
 from datetime import UTC, datetime
+from typing import Annotated
 
 from fastapi import APIRouter
+from pydantic import Field
 
 from app.api.dependencies import OperatorDep, ServicesDep, in_thread
 from app.api.responses import Json, created
-from app.api.schemas import publishing, responses
-from app.api.schemas.requests import Id
+from app.api.schemas import responses
+from app.api.schemas.requests import CameraId, Id
 from app.core.errors import Conflict
 from app.league.received import source_name
 from app.services.import_file import OPTIONS, import_file
+from app.services.value_types import Name, Number, Rotate, Size, Strict
 
 router = APIRouter(prefix="/publishing", tags=["publishing"])
+
+Text = Annotated[str, Field(max_length=64)]
+WireNumber = Annotated[int, Field(ge=0, le=2**32 - 1)]
+
+
+class PublishingChanges(Strict):
+    """What is to change; what is left out stays."""
+
+    enabled: bool = False
+    absorb: bool = False
+    group: Text = Field("", description="IPv4 multicast address")
+    port: Annotated[int, Field(ge=1, le=65535)] = 10006
+    interface: Text = Field("", description="name or address; empty: the system's choice")
+    ttl: Annotated[int, Field(ge=0, le=255)] = 1
+    interval_s: Annotated[float, Field(ge=0.1, le=60)] = 3.0
+    limit_mm: Annotated[Number, Field(ge=0, le=100_000)] = 10.0
+    field: CameraId | None = Field(None, description="where cameras see several; null: that of most")
+    numbers: Annotated[dict[CameraId, WireNumber | None], Field(max_length=100)] = Field(
+        {}, description="cameras' numbers on the wire, null for that of the region; cameras not named stay")
+    approved: Annotated[dict[CameraId, Name | None], Field(max_length=100)] = Field(
+        {}, description="calibrations, by camera, whose loss is accepted; cameras not named stay")
+
+
+class ImportBody(Strict):
+    """Which camera of a sender is saved as a calibration, and what its packet does not say."""
+
+    camera_id: WireNumber
+    camera: CameraId | None = None
+    field: CameraId | None = None
+    region: CameraId | None = None
+    rotate: Rotate | None = None
+    image_size: Size | None = None
+    sha256: Annotated[str, Field(min_length=64, max_length=64)] | None = Field(
+        None, description="of the packet that was looked at: 409 where the sender has sent another one since")
 
 
 @router.get("", response_model=responses.Publishing)
@@ -24,7 +61,7 @@ def read_publishing(services: ServicesDep) -> Json:
 
 
 @router.put("", response_model=responses.Publishing)
-async def set_publishing(services: ServicesDep, body: publishing.PublishingChanges) -> Json:
+async def set_publishing(services: ServicesDep, body: PublishingChanges) -> Json:
     """Change some settings, also for after a restart; what is left out stays. 409 where this network cannot send it."""
     changes = body.model_dump(exclude_unset=True)
     if changes.get("field") is not None:
@@ -44,7 +81,7 @@ def read_heard(services: ServicesDep) -> Json:
 
 @router.post("/heard/{id}/import", status_code=201, response_model=responses.Calibration)
 @in_thread
-def import_heard(services: ServicesDep, by: OperatorDep, id: Id, body: publishing.ImportBody) -> Json:
+def import_heard(services: ServicesDep, by: OperatorDep, id: Id, body: ImportBody) -> Json:
     """Save one camera of a sender's newest packet as a new version of a calibration; its note says who sent it."""
     sender = services.publishing.publisher.remote_publisher(id)
     if body.sha256 is not None and body.sha256 != hashlib.sha256(sender.data).hexdigest():

@@ -119,7 +119,7 @@ async def check_rig(request: Request, services: ServicesDep, name: Id, body: sch
     if unknown := set(body.snapshots) - set(cameras):
         raise BadInput(f"The rig has no camera called {sorted(unknown)[0]!r}.", f"Use {', '.join(cameras)}.",
                        reason="unknown-camera")
-    pictures = {camera: rigs.rig_picture(services, id) for camera, id in body.snapshots.items()}
+    pictures = {camera: services.store.snapshots.for_job(id) for camera, id in body.snapshots.items()}
     missing: list[dict[str, Any]] = []
     if body.pictures == "live":
         others = [c for c in cameras if c not in pictures and services.store.calibrations.active(c) is not None]

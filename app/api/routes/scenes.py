@@ -1,19 +1,20 @@
 """WS /scene: a 3-D scene for one page, while the socket is open; GET …/scene.html: the same as a file."""
 
 import asyncio
+import json
 from contextlib import suppress
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, WebSocket
+from pydantic import Field, StringConstraints, ValidationError
 from starlette.responses import HTMLResponse
 
 from app.api.dependencies import ServicesDep
 from app.api.file_headers import disposition
 from app.api.schemas.media import HTML
 from app.api.schemas.requests import Id
-from app.api.schemas.scenes import SceneShow, parse_message
 from app.api.sockets import run_until_first, send_json, websocket_session
-from app.core.errors import TouchlineError, Unavailable
+from app.core.errors import BadInput, TouchlineError, Unavailable
 from app.core.records import Calibration
 from app.live import StreamSpec
 from app.processes.framing import decode_body, split_body
@@ -22,6 +23,7 @@ from app.scene.page import EXPORT_POLICY
 from app.scene.process import SceneProcess
 from app.services.container import Services
 from app.services.scenes import calibration_jpeg, scene_content, title_of
+from app.services.value_types import Strict
 
 router = APIRouter(tags=["scene"])
 
@@ -32,6 +34,51 @@ POLL_S = 1.0
 SILENT_S = 5.0  # without detections
 MAX_WAITING = 50  # messages for a page that takes none
 Dark = Annotated[bool, Query(description="on a dark ground")]
+MAX_MESSAGE = 20_000  # characters
+MAX_CAMERAS = 16
+SceneName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+Layer = Literal["pictures", "rays", "arrows", "footprints", "labels", "moved", "things"]
+
+
+class SceneShow(Strict):
+    """calibrations, or a rig by its name, or a lens from a board; before: an older version to see what moved."""
+
+    calibrations: Annotated[list[SceneName], Field(min_length=1, max_length=MAX_CAMERAS)] | None = None
+    rig: SceneName | None = None
+    lens: SceneName | None = None
+    before: SceneName | None = None
+    live: bool = True
+    fps: Annotated[float, Field(ge=0.1, le=5)] = 5.0  # of live pictures; a slow viewer that gets too many shows none
+
+
+class SceneSet(Strict):
+    """How the scene is viewed: see app/scene/view_state.py."""
+
+    layers: Annotated[list[Layer], Field(max_length=16)] | None = None
+    hidden: Annotated[list[SceneName], Field(max_length=MAX_CAMERAS)] | None = None
+    sheet: Literal["none", "carpet", "hat"] | None = None
+    scale: Annotated[float, Field(ge=0.1, le=1000)] | None = None
+    dark: bool | None = None
+    view: Literal["free", "above", "camera"] | None = None
+    through: Annotated[str, Field(max_length=64)] | None = None
+
+
+class SceneMessage(Strict):
+    """One message: either, or both."""
+
+    show: SceneShow | None = None
+    set: SceneSet | None = None
+
+
+def parse_message(text: str) -> SceneMessage:
+    """Return the message; BadInput for anything else."""
+    try:
+        if len(text) > MAX_MESSAGE:
+            raise ValueError("too long")
+        return SceneMessage.model_validate(json.loads(text))
+    except (ValidationError, ValueError, RecursionError):
+        raise BadInput("This is not what can be said to a scene.", 'Say {"show": {"calibrations": [id]}} or {"set": '
+                       '{"view": "above"}}.', reason="bad-request") from None
 
 
 @router.websocket("/scene")

@@ -41,7 +41,7 @@ def read_settings(services: ServicesDep) -> Json:
     items = [{"name": name, "value": _plain(value), "default": _plain(default), "help": helps.get(name, ""),
               "secret": _is_secret(name), "change": ELSEWHERE.get(name.partition(".")[0])}
              for name, value, default in _all(services.settings)]
-    return Json({"version": __version__, "items": items, "storage": services.store.disk_usage.to_json()})
+    return Json({"version": __version__, "items": items, "storage": services.store.disk_usage})
 
 
 def _all(settings: Settings) -> Iterator[tuple[str, Any, Any]]:

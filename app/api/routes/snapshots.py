@@ -15,7 +15,6 @@ from app.api.schemas.requests import CameraSnapshot, Cursor, Format, Id, Limit, 
 from app.api.sockets import send_stream
 from app.core.errors import BadInput
 from app.images import screen
-from app.services.capture import take_snapshot
 from app.services.container import Services
 from app.services.snapping import points_along, snap_clicks
 from app.services.value_types import Name, Pair, Rotate, Strict
@@ -40,8 +39,8 @@ async def keep_snapshot(request: Request, services: ServicesDep) -> Json:
                                                 texts["purpose"] or "picture")
     elif kind == "application/json":
         body = await json_body(request, CameraSnapshot)
-        snapshot = await take_snapshot(services, body.camera, request.is_disconnected, body.frames, body.over_s,
-                                       body.purpose)
+        snapshot = await services.take_snapshot(body.camera, request.is_disconnected, body.frames, body.over_s,
+                                                body.purpose)
     else:
         raise BadInput("This is neither a form with a file nor JSON.", 'Send multipart/form-data with the picture as '
                        '"file", or JSON {"camera": id}.', reason="wrong-content-type")

@@ -13,7 +13,6 @@ from app.api.schemas import responses
 from app.api.schemas.requests import MAX_PICTURES, AsJob, Id, PictureChoice
 from app.core.errors import BadInput, Conflict
 from app.jobs import Job
-from app.services.capture import take_snapshot
 from app.services.container import Services
 from app.services.value_types import Name, Note, OptionValues, Rotate, Strict
 from app.workflows.automatic_request import AutomaticRequest, run_auto
@@ -57,7 +56,7 @@ async def find_calibration(request: Request, services: ServicesDep, by: Operator
     """
     body.check_choice(required=True)
     task = await services.run_in_thread(_task, services, body)  # refused before a camera takes pictures
-    ids = body.ids or [(await take_snapshot(services, body.camera, request.is_disconnected, body.frames)).id]
+    ids = body.ids or [(await services.take_snapshot(body.camera, request.is_disconnected, body.frames)).id]
 
     def start() -> Job:
         first = services.store.snapshots.get(ids[0])
@@ -93,7 +92,7 @@ async def check_calibration(request: Request, services: ServicesDep, id: Id, bod
         if camera is None:
             raise BadInput("This calibration is of no camera.", "Send the snapshot to check it with.",
                            reason="no-camera")
-        ids = [(await take_snapshot(services, camera, request.is_disconnected, body.frames)).id]
+        ids = [(await services.take_snapshot(camera, request.is_disconnected, body.frames)).id]
     pictures = await services.run_in_thread(services.store.snapshots.all_for_job, ids)
     spec = {"calibration": calibration.to_json(), "snapshot": ids[0], "pictures": pictures}
     return await finished_or_queued(request, services, "check", run_check, spec, job)
@@ -120,7 +119,7 @@ async def reregister_camera(request: Request, services: ServicesDep, by: Operato
     if calibration is None:
         raise Conflict("This camera has no active calibration.", "Calibrate it, and activate that version.",
                        reason="not-calibrated")
-    snapshot = body.snapshot or (await take_snapshot(services, id, request.is_disconnected, body.frames)).id
+    snapshot = body.snapshot or (await services.take_snapshot(id, request.is_disconnected, body.frames)).id
 
     def start() -> Job:
         spec = {"calibration": calibration.to_json(), "snapshot": snapshot, "note": body.note,

@@ -14,7 +14,7 @@ from app.evaluate.board.residual_structure import neighbour_correlation
 from app.fitting.board.fit import fit_board
 from app.fitting.board.parameters import BoardObservations, matrices_from_vectors
 from app.models import MODELS
-from app.workflows.board import calibrate_board, find
+from app.workflows.board_request import calibrate_board, find
 from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, picture_of, views_of
 
 BROWN = MODELS["brown-conrady"]

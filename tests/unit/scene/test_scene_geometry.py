@@ -18,7 +18,7 @@ from app.scene.geometry.ray_hits import RayHits
 from app.scene.geometry.scene_camera import SceneCamera
 from app.scene.geometry.shapes import carpet, goals, paint
 from app.scene.geometry.views import Viewpoint
-from app.workflows.board import calibrate_board
+from app.workflows.board_request import calibrate_board
 from app.workflows.calibration import uncertainty
 from tests.support.board_views import BOARD, SIZE, TRUTH, views_of
 from tests.support.pair_over_field import FIELD

@@ -49,7 +49,7 @@ def test_a_snapshot_keeps_its_bytes_and_what_they_are(opener, store):
     with opener.again(store) as again:
         assert again.snapshots.get(kept.id) == kept and again.snapshots.picture(kept.id) == b"bytes"
     assert (kept.size, kept.format, kept.camera) == (SIZE, "jpeg", "north")
-    assert kept.sha256 == sha256(b"bytes").hexdigest() and kept.media_type == "image/jpeg"
+    assert kept.sha256 == sha256(b"bytes").hexdigest() and kept.format == "jpeg"
 
 
 def test_snapshots_are_listed_by_what_they_were_taken_for_also_after_a_restart(opener, store):

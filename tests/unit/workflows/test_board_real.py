@@ -12,7 +12,7 @@ from app.core.geometry import ImageSize
 from app.fitting.board.fit import fit_board
 from app.models import MODELS
 from app.vision.board.detection import find_board
-from app.workflows.board import calibrate_board
+from app.workflows.board_request import calibrate_board
 
 PLAIN = {"terms": ["k1", "k2", "p1", "p2", "k3"]}
 CHESS = Board("chessboard", 9, 6, 30.0)
