@@ -42,7 +42,8 @@ A point out of reach is null. Every refusal says what to do in `fix`."""
 
 def create_app(settings: Settings) -> FastAPI:
     """Make the whole application from settings alone. It holds the data folder until it has been served and stopped."""
-    jobs = jobs_of(settings)  # refused before anything is held
+    jobs = JobEngine(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
+                     kept=settings.jobs.kept, modules=MODULES)  # refused before anything is held
     services = Services(settings, open_store(settings), jobs, image_limits(settings))
 
     @asynccontextmanager
@@ -67,11 +68,6 @@ def image_limits(settings: Settings) -> ImageLimits:
     images = settings.images
     return ImageLimits(max_bytes=int(images.max_file_mb * MB), max_pixels=int(images.max_megapixels * 1e6),
                        max_side_px=images.max_side_px, wall_s=images.decode_timeout_s)
-
-
-def jobs_of(settings: Settings) -> JobEngine:
-    return JobEngine(settings.jobs.workers, engine=settings.jobs.engine, wall_s=settings.jobs.time_limit_s,
-                     kept=settings.jobs.kept, modules=MODULES)
 
 
 def _add_page(app: FastAPI, settings: Settings) -> None:

@@ -148,14 +148,6 @@ class Settings(BaseSettings):
         """The folder from which picture:// cameras read."""
         return self.pictures or self.data / "shown"
 
-    def camera(self, id: str) -> CameraSettings:
-        """Return one camera by its id; NotFound."""
-        for camera in self.cameras:
-            if camera.id == id:
-                return camera
-        known = ", ".join(camera.id for camera in self.cameras) or "none: add one under cameras: in touchline.yaml"
-        raise NotFound(f"There is no camera called {id!r}.", f"Known cameras: {known}.", reason="unknown-camera")
-
 
 def read_yaml(path: Path) -> dict[str, Any]:
     """Read the file's mapping; an empty file is an empty mapping."""

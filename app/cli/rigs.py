@@ -44,7 +44,10 @@ def check(
     known, pictures = _rig(which, picture, data, config)
     given = []
     if matches is not None:
-        a, b = _first_two(known)
+        names = [camera["camera"] for camera in known["cameras"]]
+        if len(names) < 2:
+            raise BadInput("Matches need two cameras.", "Give two calibrations.", reason="one-sided")
+        a, b = names[:2]
         given = [{"a": a, "b": b, "z_mm": z_mm, **files.read_matches(matches)}]
     with progress_bar("Checking the rig") as progress:
         found = check_rig(known, pictures, given, progress)
@@ -68,12 +71,11 @@ def stitch(
     stitcher, names = stitcher_of(known, pictures, FieldView(field_from_json(known["field"]), width))
     files.write_picture(output, stitcher.stitch([pictures[name] for name in names]))
     view = stitcher.view
-    print(f"{output}: {view.size}, {1 / view.px_per_mm:.2g} mm a px. "
-          f"{stitcher.unseen_summary()['words']}")
+    print(f"{output}: {view.size}, {1 / view.px_per_mm:.2g} mm a px. {stitcher.unseen_summary()['words']}")
 
 
-def _rig(which: list[str], picture: list[Path] | None, data: Path | None, config: Path | None,
-         ) -> tuple[dict[str, Any], dict[str, Any]]:
+def _rig(which: list[str], picture: list[Path] | None, data: Path | None,
+         config: Path | None) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the rig as workflows.rig takes it, and its pictures by camera."""
     named = len(which) == 1 and not Path(which[0]).suffix and not Path(which[0]).exists()
     known = _stored(which[0], data, config) if named else _of_files([Path(word) for word in which])
@@ -109,13 +111,6 @@ def _stored(name: str, data: Path | None, config: Path | None) -> dict[str, Any]
         return {"name": name, "title": body["title"], "cameras": cameras,
                 "field": FieldRepository(settings.own_fields)[body["field"]].to_json(),
                 "rectangles": {one: body[one] for one in NAMES}}
-
-
-def _first_two(known: dict[str, Any]) -> list[str]:
-    names = [camera["camera"] for camera in known["cameras"]]
-    if len(names) < 2:
-        raise BadInput("Matches need two cameras.", "Give two calibrations.", reason="one-sided")
-    return names[:2]
 
 
 def _summary(found: dict[str, Any]) -> str:

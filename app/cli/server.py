@@ -38,16 +38,12 @@ def serve(host: HostOption = None, port: PortOption = None, data: DataOption = N
 def demo(port: PortOption = None, data: DataOption = None, open_page: OpenOption = False,
          verbose: LogOption = False) -> None:
     """Serve a simulated field camera behind a real lens model, ready to calibrate."""
-    settings = load_settings(data=data or _demo_folder(), cameras=list(DEMO_CAMERAS), server=_server(None, port))
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    settings = load_settings(data=data or cache / "touchline" / "demo", cameras=list(DEMO_CAMERAS),
+                             server=_server(None, port))
     main.serve(settings, open_page=open_page, verbose=verbose)
 
 
 def _server(host: str | None, port: int | None) -> dict[str, Any] | None:
     given = {"host": host, "port": port}
     return {name: value for name, value in given.items() if value is not None} or None
-
-
-def _demo_folder() -> Path:
-    """Return the demo's folder under the user's cache."""
-    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(cache) / "touchline" / "demo"

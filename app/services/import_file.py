@@ -13,15 +13,8 @@ from app.core.field_json import field_from_json
 from app.core.records import Calibration
 from app.models import model_from_json
 from app.services.container import Services
-from app.services.value_types import Name, Note, ObservationForm, OptionValues, Rotate, Size, Strict
-from app.workflows.interchange import (
-    ImportOptions,
-    calibration_from_file,
-    is_lens,
-    lens_record_from_file,
-    read_file,
-    size_from_text,
-)
+from app.services.forms import Name, Note, ObservationForm, OptionValues, Rotate, Size, Strict
+from app.workflows import interchange
 
 FIX = "Give a file that Touchline exported as json."
 MAX_IMPORT_BYTES = 4 << 20
@@ -69,7 +62,7 @@ def import_file(services: Services, data: bytes, texts: Mapping[str, str], by: s
     origin: where the file is from, in a sentence, for the note of a calibration of another format.
     """
     store, options = services.store, _import_options(texts)
-    content = read_file(data, texts["file"], options.camera_id)
+    content = interchange.read_file(data, texts["file"], options.camera_id)
     if isinstance(content, Calibration):
         given = [name for name in OPTIONS if name != "camera" and texts[name]]
         if given:
@@ -78,13 +71,13 @@ def import_file(services: Services, data: bytes, texts: Mapping[str, str], by: s
         checked = _checked(content, data)
         mine = replace(checked, camera=options.camera or checked.camera)
         return store.calibrations.add(mine, by).to_json(), "calibrations"
-    if is_lens(content):
-        return store.lenses.add(lens_record_from_file(content, options)), "lenses"
-    made = calibration_from_file(content, options, services.fields)
+    if interchange.is_lens(content):
+        return store.lenses.add(interchange.lens_record_from_file(content, options)), "lenses"
+    made = interchange.calibration_from_file(content, options, services.fields)
     return store.calibrations.add(replace(made, note=f"{made.note} {origin}".strip()), by).to_json(), "calibrations"
 
 
-def _import_options(texts: Mapping[str, str]) -> ImportOptions:
+def _import_options(texts: Mapping[str, str]) -> interchange.ImportOptions:
     """Read what the form says beside the file."""
     given: dict[str, Any] = {name: text for name, text in texts.items() if name != "file" and text}
     for name in ("field", "region", "camera", "model"):
@@ -97,8 +90,8 @@ def _import_options(texts: Mapping[str, str]) -> ImportOptions:
                 raise BadInput(f"{name} is no whole number.", f"Send {name} as digits.", reason="bad-request")
             given[name] = int(given[name])
     if "image_size" in given:
-        given["image_size"] = size_from_text(given["image_size"])
-    return ImportOptions(**given)
+        given["image_size"] = interchange.size_from_text(given["image_size"])
+    return interchange.ImportOptions(**given)
 
 
 def _checked(calibration: Calibration, data: bytes) -> Calibration:

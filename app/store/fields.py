@@ -16,14 +16,9 @@ from app.store.files import make_folder, read_yaml, translate_disk_errors, write
 MAX_OWN_FIELDS = 500
 
 
-def fields_folder() -> Path:
-    """Return the folder of the fields that come with Touchline."""
-    return shipped("configs") / "fields"
-
-
 def load_fields(folder: Path | None = None) -> dict[str, Field]:
     """Load every field of a folder by name, in order; without one, those that come with Touchline."""
-    folder = folder or fields_folder()
+    folder = folder or shipped("configs") / "fields"
     if not folder.is_dir():
         raise NotFound(f"There is no folder {folder.name!r} of fields.", "Name an existing folder in the settings.",
                        reason="no-fields")

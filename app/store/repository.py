@@ -121,18 +121,14 @@ class Repository:
 
     def _page(self, limit: int, cursor: str | None, read: Callable[[Any], T], *where: ColumnElement[bool]) -> Page[T]:
         """Return a page, newest first. Nothing is shown twice or missed while others come and go."""
-        check_page(limit, cursor)
+        if not 1 <= limit <= MAX_PAGE:
+            raise BadInput(f"A page cannot hold {limit}.", f"Ask for 1 to {MAX_PAGE}.", reason="bad-limit")
+        if cursor is not None and not (isinstance(cursor, str) and re.fullmatch(r"[0-9]{1,12}", cursor)):
+            raise BadInput("This is no cursor of ours.", "Send the next_cursor of the page before, or none.",
+                           reason="bad-cursor")
         query = select(self.table).where(self.table.damaged.is_(None), *where)
         if cursor is not None:
             query = query.where(self.table.sequence < int(cursor))
         found = self._find(query.order_by(self.table.sequence.desc()).limit(limit + 1))
         items = self._intact(found[:limit], lambda row: read(self._checked(row, row.id)))
         return Page(items, str(found[limit - 1].sequence) if len(found) > limit else None)
-
-
-def check_page(limit: int, cursor: str | None) -> None:
-    if not 1 <= limit <= MAX_PAGE:
-        raise BadInput(f"A page cannot hold {limit}.", f"Ask for 1 to {MAX_PAGE}.", reason="bad-limit")
-    if cursor is not None and not (isinstance(cursor, str) and re.fullmatch(r"[0-9]{1,12}", cursor)):
-        raise BadInput("This is no cursor of ours.", "Send the next_cursor of the page before, or none.",
-                       reason="bad-cursor")

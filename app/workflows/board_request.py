@@ -68,8 +68,8 @@ class BoardCalibrationRequest:
     def __post_init__(self) -> None:
         read_options(board_options(board_model(self.model)), self.options)  # refused before a job starts
 
-    def from_views(self, views: tuple[BoardView, ...], size: ImageSize, progress: Progress = no_progress,
-                   ) -> dict[str, Any]:
+    def from_views(self, views: tuple[BoardView, ...], size: ImageSize,
+                   progress: Progress = no_progress) -> dict[str, Any]:
         """Fit views; return the lens with its report as JSON, not yet stored."""
         done = calibrate_board(views, self.board, size, self.model, self.options, progress)
         return {**done, "software": f"touchline {__version__}"}

@@ -45,7 +45,8 @@ def check(calibration: Calibration, pixels: Pixels, progress: Progress = no_prog
     seen = measure_lines(model, gray, field, region)
     progress(0.7, "Judging")
     lines = [asdict(line) for line in line_deviations(seen)]
-    found = replace(_judged(model, gray, field, seen), own_mm=_own_mm(calibration))
+    own_mm = number((calibration.report.get("verdict") or {}).get("mm"))  # none in an imported report
+    found = replace(_judged(model, gray, field, seen), own_mm=own_mm)
     verdict = check_verdict(found, lines)
     if verdict["reason"] in INCONCLUSIVE:  # what lies where a line is expected is then something else
         found = replace(found, rms_mm=None, p95_mm=None, rms_px=None, left_mm=None, carpet=None, hat=None)
@@ -77,11 +78,6 @@ def _judged(model: CameraModel, gray: Pixels, field: Field, seen: LineMeasuremen
         p95_mm=float(np.percentile(mm, 95)) if len(mm) else None,
         rms_px=float(np.sqrt(np.mean(seen.off_px[of] ** 2))) if len(mm) else None,
         left_mm=left, carpet=carpet, hat=hat, others_share=_other_lines_px(gray, seen) / max(expected_px, 1e-9))
-
-
-def _own_mm(calibration: Calibration) -> float | None:
-    """Return the error that its own report states; None where it has none, as after an import."""
-    return number((calibration.report.get("verdict") or {}).get("mm"))
 
 
 def _other_lines_px(gray: Pixels, seen: LineMeasurements) -> float:

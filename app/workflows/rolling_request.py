@@ -6,6 +6,7 @@
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -71,8 +72,11 @@ class FilmRecorder(RollRecorder):
 
 def track_film(path: Path, progress: Progress = no_progress, calibration: Calibration | None = None) -> FilmRecorder:
     """Record the rolls of a film, which is read once. calibration: refused early where its picture size differs."""
-    film, rolling = _film(path), FilmRecorder()
-    try:
+    if not path.is_file():
+        raise NotFound(f"There is no film {path.name!r}.", "Correct the path.", reason="unknown-video")
+    rolling = FilmRecorder()
+    with closing(VideoSource.open(path.name, OPTIONS, SourceContext(decode=frame_from_bytes,
+                                                                    pictures=path.parent))) as film:
         for number in range(MAX_FRAMES):
             try:
                 frame = film.read()
@@ -87,8 +91,6 @@ def track_film(path: Path, progress: Progress = no_progress, calibration: Calibr
             if number % PROGRESS_EVERY == 0:
                 progress(number / (number + 200), f"Following what moves: {film.moment_s:.1f} s, "
                                                   f"{len(rolling.rolls)} rolls")
-    finally:
-        film.close()
     rolling.end()
     return rolling
 
@@ -109,9 +111,12 @@ def stored_rolls_json(stored: Sequence[Mapping[str, Any]], calibration: Calibrat
         figures = report[view] if report else None
         for one in figures.pop("rolls") if figures else ():
             by_id[here[one["number"]]["id"]][view] = one
-    items = [{"id": one["id"], "at": one["at"], "seconds": one["seconds"], "left_out": one["left_out"],
-              "counts": ImageSize.of(one["image_size"]) == size, "points": _few(one["points"]), **by_id[one["id"]]}
-             for one in stored]
+    items = []
+    for one in stored:
+        few = np.unique(np.linspace(0, len(one["points"]) - 1, DRAWN).round().astype(int))
+        items.append({"id": one["id"], "at": one["at"], "seconds": one["seconds"], "left_out": one["left_out"],
+                      "counts": ImageSize.of(one["image_size"]) == size, "points": [one["points"][i] for i in few],
+                      **by_id[one["id"]]})
     return {"items": items, "report": report}
 
 
@@ -184,16 +189,6 @@ def check(make: str, lens: str, centre_sigma_px: float | None) -> None:
     if make not in MAKE:
         raise BadInput(f"Rolls make no {make!r}.", f"Use one of: {', '.join(MAKE)}.", reason="bad-option")
     check_choice(lens, centre_sigma_px)
-
-
-def _few(points: Sequence[Sequence[float]]) -> list[Sequence[float]]:
-    return [points[i] for i in np.unique(np.linspace(0, len(points) - 1, DRAWN).round().astype(int))]
-
-
-def _film(path: Path) -> VideoSource:
-    if not path.is_file():
-        raise NotFound(f"There is no film {path.name!r}.", "Correct the path.", reason="unknown-video")
-    return VideoSource.open(path.name, OPTIONS, SourceContext(decode=frame_from_bytes, pictures=path.parent))
 
 
 def model_for_size(calibration: Calibration | None, size: ImageSize) -> tuple[CameraModel | None, str | None]:

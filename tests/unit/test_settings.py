@@ -93,12 +93,6 @@ def test_settings_are_frozen():
         Settings().data = "x"
 
 
-def test_an_unknown_camera_lists_the_known_ones():
-    with pytest.raises(NotFound) as refused:
-        Settings(cameras=[{"id": "north", "source": "x"}]).camera("south")
-    assert "north" in refused.value.fix
-
-
 def test_this_machine_alone_needs_no_token(tmp_path):
     settings = Settings(data=tmp_path)
     assert with_token(settings, say=print).token is None and not list(tmp_path.iterdir())

@@ -15,8 +15,8 @@ from app.core.geometry import ImageSize
 from app.live import LiveCamera
 from app.live.board_capture import MAX_VIEWS, BoardCapture
 from app.services.container import Services
+from app.services.forms import Number, Strict
 from app.services.live import TakenFrame, when_awake
-from app.services.value_types import Number, Strict
 from app.store import Snapshot
 
 router = APIRouter(prefix="/cameras", tags=["lenses"])

@@ -15,9 +15,9 @@ from app.api.schemas import responses
 from app.api.schemas.media import BINARY, BYTES, Responses, upload
 from app.api.schemas.requests import AsJob, CompareRequest, Cursor, FitRequest, Id, IdQuery, Limit
 from app.core.errors import TouchlineError
+from app.services.forms import Note, Strict
 from app.services.import_file import MAX_IMPORT_BYTES, OPTIONS, import_file
 from app.services.result_savers import save_new_version
-from app.services.value_types import Note, Strict
 from app.store import Store
 from app.workflows.calibration_request import run_compare, run_fit
 from app.workflows.interchange import export, formats

@@ -12,8 +12,8 @@ from app.api.schemas import responses
 from app.api.schemas.media import files
 from app.api.schemas.requests import Id
 from app.services.clips import RAW, detect_in_clip
+from app.services.forms import Name, Strict
 from app.services.live import when_awake
-from app.services.value_types import Name, Strict
 
 router = APIRouter(tags=["clips"])
 

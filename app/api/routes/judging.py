@@ -4,6 +4,7 @@ from contextlib import suppress
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
+from pydantic import Field
 from starlette.responses import HTMLResponse, Response
 
 from app import report
@@ -12,7 +13,6 @@ from app.api.file_headers import disposition
 from app.api.request_mapping import image_size
 from app.api.responses import Json, finished_or_queued, picture
 from app.api.schemas import responses
-from app.api.schemas.lenses import PairLinesRequest, PairRequest
 from app.api.schemas.media import HTML, files
 from app.api.schemas.requests import Id
 from app.core.errors import BadInput, NotFound
@@ -20,6 +20,7 @@ from app.core.records import Calibration
 from app.models.restored import Restored, model_of
 from app.report.page import POLICY
 from app.services.container import Services
+from app.services.forms import HeightForm, Name, Number, Pair, Size, Strict
 from app.workflows import calibration as workflow
 from app.workflows.pair import lines_by_calibrations, lines_by_matrix, run_pair
 
@@ -27,6 +28,33 @@ router = APIRouter(tags=["judging"])
 
 HeightMm = Annotated[float, Query(ge=0, le=5000, allow_inf_nan=False, description="height of the plane, mm")]
 PNG = files("image/png")
+
+
+class PairRequest(Strict):
+    """The same things in two pictures, two calibrations over one field, or both."""
+
+    points_a: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
+        None, description="[x, y] px in picture a; null for one that is not clicked yet and only counts")
+    points_b: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
+        None, description="and in picture b")
+    calibration_a: Name | None = None
+    calibration_b: Name | None = None
+    z_mm: HeightForm | Annotated[list[HeightForm | None], Field(max_length=20_000)] = Field(
+        0.0, description="height of the matched things, mm: of all, or of each, null where it is not known")
+
+
+class PairLinesRequest(Strict):
+    """Points in the pictures of a pair, for their epipolar lines: by a matrix, or by two calibrations."""
+
+    points_a: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture a")
+    points_b: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture b")
+    matrix: Annotated[list[Annotated[list[Number], Field(min_length=3, max_length=3)]],
+                      Field(min_length=3, max_length=3)] | None = Field(None, description="as `POST /pairs` returns it")
+    image_size_a: Size | None = Field(None, description="[width, height] px, with a matrix")
+    image_size_b: Size | None = None
+    calibration_a: Name | None = None
+    calibration_b: Name | None = None
+    z_mm: HeightForm | None = Field(0.0, description="height of the things, mm; null where it is not known")
 
 
 @router.get("/calibrations/{id}/uncertainty.json", response_model=responses.Uncertainty)

@@ -1,8 +1,9 @@
 """/lenses: lenses from boards and edges, which fits of cameras over a field can hold fixed; and how they are found."""
 
-from typing import Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Request
+from pydantic import Field
 from starlette.responses import Response
 
 from app.api.dependencies import ServicesDep, in_thread
@@ -10,13 +11,14 @@ from app.api.request_mapping import image_size, pictures_of_one_size
 from app.api.responses import Json, accepted, finished_or_queued, page, picture
 from app.api.routes.calibrations import ACCEPTED
 from app.api.schemas import responses
-from app.api.schemas.lenses import BoardRequest, StraightenedRequest, StraightnessRequest
 from app.api.schemas.media import PICTURE
 from app.api.schemas.requests import AsJob, Cursor, Format, Id, Limit, WidthPx
 from app.core.board import Board, views_from_json
 from app.core.errors import BadInput
+from app.core.geometry import MAX_COORDINATE
 from app.models.distortion import Distortion
 from app.services.container import Services
+from app.services.forms import Coordinate, Name, Note, Number, OptionText, OptionValues, Pair, Size, Strict, Triple
 from app.workflows.board_request import BoardCalibrationRequest, run_pictures, run_views
 from app.workflows.straight_lines import undistort
 from app.workflows.straight_lines_request import StraightLinesRequest, run_straightness
@@ -24,6 +26,60 @@ from app.workflows.straight_lines_request import StraightLinesRequest, run_strai
 router = APIRouter(tags=["lenses"])
 
 SUMMARY = ("id", "created_at", "camera", "note", "model", "board", "image_size")
+
+
+class BoardViewForm(Strict):
+    """One view of a board: corners in the picture, and where they are on the board."""
+
+    image_points: Annotated[list[Pair], Field(max_length=10_000)] = Field(description="[x, y] px in the raw picture")
+    object_points: Annotated[list[Triple], Field(max_length=10_000)] = Field(description="[x, y, z] mm on the board")
+    name: Annotated[str, Field(max_length=200)] = ""
+
+
+class BoardRequest(Strict):
+    """Pictures of a board, or views of it, from which a lens is found."""
+
+    snapshots: Annotated[list[Name], Field(min_length=1, max_length=500)] | None = None
+    views: Annotated[list[BoardViewForm], Field(min_length=1, max_length=1000)] | None = None
+    image_size: Size | None = None
+    board: Annotated[dict[OptionText, bool | int | Number | OptionText], Field(max_length=10)] | None = Field(
+        None, description='{"kind": "chessboard" or "charuco", "columns", "rows" (inner corners), "square_mm"}; a '
+                          'charuco board has "marker_mm", "dictionary" and "legacy" too')
+    model: Name = "brown-conrady"
+    options: OptionValues = Field({})
+    camera: Name | None = None
+    note: Note = ""
+
+
+class StraightnessRequest(Strict):
+    """Pictures of one camera, lines clicked in the first of them (or in none), or both."""
+
+    snapshots: Annotated[list[Name], Field(max_length=50)] = Field([])
+    lines: Annotated[list[Annotated[list[Pair], Field(max_length=20_000)]], Field(max_length=2000)] = Field(
+        [], description="[[x, y], …] px along one straight edge each")
+    image_size: Size | None = Field(None, description="of the picture, where there are only lines")
+    lens: Name = Field("auto", description="division, division-even, brown-conrady, or auto")
+    centre_sigma_px: Annotated[float, Field(ge=0, le=MAX_COORDINATE)] | None = Field(
+        None, description="how far the lens' centre may be from the picture's; 0 holds it, 1 % of the diagonal by "
+                          "default")
+
+
+class PlumbLensForm(Strict):
+    """A lens as `lens` of a response on straightness."""
+
+    name: Name
+    terms: Annotated[dict[OptionText, Coordinate], Field(max_length=10)]
+    centre_px: Pair
+    image_size: Size
+    unit: Literal["half-diagonal"] = "half-diagonal"
+    unit_px: Number | None = None
+
+
+class StraightenedRequest(Strict):
+    """A picture, and the lens whose distortion is removed."""
+
+    snapshot: Name
+    lens: PlumbLensForm
 
 
 @router.get("/lenses", response_model=responses.Lenses)

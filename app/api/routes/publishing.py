@@ -13,8 +13,8 @@ from app.api.schemas import responses
 from app.api.schemas.requests import CameraId, Id
 from app.core.errors import Conflict
 from app.league.received import source_name
+from app.services.forms import Name, Number, Rotate, Size, Strict
 from app.services.import_file import OPTIONS, import_file
-from app.services.value_types import Name, Number, Rotate, Size, Strict
 
 router = APIRouter(prefix="/publishing", tags=["publishing"])
 

@@ -17,8 +17,8 @@ from app.core.geometry import MAX_COORDINATE
 from app.core.records import Calibration
 from app.live import LiveCamera
 from app.services.container import Services
+from app.services.forms import Name, Note, Number, Pair, Size, Strict
 from app.services.live import when_awake
-from app.services.value_types import Name, Note, Number, Pair, Size, Strict
 from app.sources.local.files import file_within
 from app.store import Store
 from app.workflows.rolling_request import check, check_refinable, run_motion, stored_rolls_json

@@ -22,8 +22,8 @@ from app.scene import messages
 from app.scene.page import EXPORT_POLICY
 from app.scene.process import SceneProcess
 from app.services.container import Services
+from app.services.forms import Strict
 from app.services.scenes import calibration_jpeg, scene_content, title_of
-from app.services.value_types import Strict
 
 router = APIRouter(tags=["scene"])
 

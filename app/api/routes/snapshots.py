@@ -16,8 +16,8 @@ from app.api.sockets import send_stream
 from app.core.errors import BadInput
 from app.images import screen
 from app.services.container import Services
+from app.services.forms import Name, Pair, Rotate, Strict
 from app.services.snapping import points_along, snap_clicks
-from app.services.value_types import Name, Pair, Rotate, Strict
 from app.store import Snapshot
 from app.vision.lines.snap import REACH_PX
 

@@ -14,7 +14,7 @@ from app.api.schemas.requests import MAX_PICTURES, AsJob, Id, PictureChoice
 from app.core.errors import BadInput, Conflict
 from app.jobs import Job
 from app.services.container import Services
-from app.services.value_types import Name, Note, OptionValues, Rotate, Strict
+from app.services.forms import Name, Note, OptionValues, Rotate, Strict
 from app.workflows.automatic_request import AutomaticRequest, run_auto
 from app.workflows.check import run_check
 from app.workflows.reregister import run_register

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from app.services.value_types import Coordinate, Name, Strict
+from app.services.forms import Coordinate, Name, Strict
 
 Place = Annotated[list[Coordinate], Field(min_length=2, max_length=4)]
 Clicks = Annotated[dict[Name, Annotated[list[Place], Field(max_length=40)]], Field(max_length=13)]  # by colour

@@ -6,18 +6,7 @@ from fastapi import Path, Query
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.core.errors import BadInput
-from app.services.value_types import (
-    Name,
-    Note,
-    Number,
-    ObservationForm,
-    OptionText,
-    OptionValues,
-    Pair,
-    Rotate,
-    Size,
-    Strict,
-)
+from app.services.forms import Name, Note, Number, ObservationForm, OptionText, OptionValues, Pair, Rotate, Size, Strict
 
 MAX_TRANSFORM_POINTS = 100_000
 MAX_PICTURES = 25  # of one camera; a background is made of no more

@@ -4,9 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.api.schemas.lenses import Height
 from app.api.schemas.requests import CameraId
-from app.services.value_types import Name, Number, Pair, Rotate, Strict
+from app.services.forms import HeightForm, Name, Number, Pair, Rotate, Strict
 from app.workflows.rig import MAX_CAMERAS
 
 MAX_MATCHES = 5000
@@ -39,7 +38,7 @@ class RigMatches(Strict):
     b: CameraId
     points_a: Annotated[list[Pair | None], Field(min_length=1, max_length=MAX_MATCHES)]
     points_b: Annotated[list[Pair | None], Field(min_length=1, max_length=MAX_MATCHES)]
-    z_mm: Height | Annotated[list[Height | None], Field(max_length=MAX_MATCHES)] = 0.0
+    z_mm: HeightForm | Annotated[list[HeightForm | None], Field(max_length=MAX_MATCHES)] = 0.0
 
 
 class RigCheck(Strict):

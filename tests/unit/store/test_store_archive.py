@@ -68,9 +68,9 @@ def test_nothing_is_restored_over_something(filled, tmp_path, opener):
 
 
 def test_the_operators_fields_come_with_it(filled, tmp_path):
-    from app.store.fields import fields_folder
+    from app import shipped
     (tmp_path / "fields").mkdir()
-    text = (fields_folder() / "table.yaml").read_text().replace("name: table", "name: mine")
+    text = (shipped("configs") / "fields" / "table.yaml").read_text().replace("name: table", "name: mine")
     (tmp_path / "fields" / "mine.yaml").write_text(text)
     path = zipped(filled, tmp_path, tmp_path / "fields")
     restore_into(path, tmp_path / "bare", None)

@@ -1,4 +1,4 @@
-"""Checked values of JSON from outside. Strict: nothing unknown, no strings for numbers, nothing infinite.
+"""Forms: checked values of JSON from outside. Strict: nothing unknown, no strings for numbers, nothing infinite.
 
 Sizes are bounded here, so that what passes is small; what the values mean is checked again where they are used.
 """
@@ -12,6 +12,7 @@ from app.core.geometry import MAX_COORDINATE
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
 Pair = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 Triple = Annotated[list[Coordinate], Field(min_length=2, max_length=3)]
+HeightForm = Annotated[float, Field(ge=0, le=5000)]  # mm above the carpet
 Side = Annotated[int, Field(ge=2, le=65536)]
 Size = Annotated[list[Side], Field(min_length=2, max_length=2)]
 Name = Annotated[str, Field(min_length=1, max_length=64)]
