@@ -58,7 +58,6 @@ def auto(
 
 
 def _summary(found: dict[str, Any], output: Path | None) -> str:
-    """Return the verdict, then what it rests on."""
     report, proof = found["report"], found["proof"]
     count = sum(len(o["points"]) for o in found["observations"])
     best = found["candidates"][0]

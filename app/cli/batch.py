@@ -36,14 +36,12 @@ Workers = Annotated[int | None, typer.Option("--workers", min=1, max=MAX_WORKERS
 EnoughOfAll = Annotated[Enough, typer.Option("--enough", help=f"Exit code {BAD} for a verdict below this.")]
 
 
-def batch(
-    folder: Folder, field: FieldName = None, region: RegionName = None, rotate: Rotate = None,
-    model: Annotated[str | None, typer.Option("--model", help="Camera model; polynomial when left out.")] = None,
-    option: Options = None, calibration: Known = None, points: Points = None, output: Table = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Take over from the table what is the same.")] = False,
-    engine: Annotated[str, typer.Option("--engine", help="local, or dask://host:port.")] = "local",
-    workers: Workers = None, enough: EnoughOfAll = Enough.fair, fields: OwnFields = None,
-) -> None:
+def batch(folder: Folder, field: FieldName = None, region: RegionName = None, rotate: Rotate = None,
+          model: Annotated[str | None, typer.Option("--model", help="Camera model; polynomial when left out.")] = None,
+          option: Options = None, calibration: Known = None, points: Points = None, output: Table = None,
+          resume: Annotated[bool, typer.Option("--resume", help="Take over from the table what is the same.")] = False,
+          engine: Annotated[str, typer.Option("--engine", help="local, or dask://host:port.")] = "local",
+          workers: Workers = None, enough: EnoughOfAll = Enough.fair, fields: OwnFields = None) -> None:
     """Calibrate, or check, every picture of a folder."""
     own = (field, region, rotate, model, option, fields)
     if calibration is not None and any(it is not None for it in own):

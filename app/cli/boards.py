@@ -41,7 +41,6 @@ def board(
 
 
 def _summary(found: dict[str, Any], output: Path) -> str:
-    """Return the verdict, then the lens with the σ of each number, and every warning with its fix."""
     report, lens = found["report"], found["lens"]
     used = sum(view["used"] for view in report["views"])
     lines = [report["verdict"]["sentence"],

@@ -84,7 +84,6 @@ def transform(
 
 
 def _summary(report: dict[str, Any], output: Path) -> str:
-    """Return what an operator wants to know, the verdict first; the numbers are the report's own."""
     def number(key: str, unit: str) -> str:
         value = report.get(key)
         return f"{value:.2f} {unit}" if value is not None else "unknown"

@@ -41,7 +41,6 @@ def check(
 
 
 def _summary(found: dict[str, Any]) -> str:
-    """Return the verdict, then a row for each line."""
     verdict = found["verdict"]
     rows = [f"{verdict['sentence']} {verdict['fix']}".strip()]
     width = max((len(line["feature"]) for line in found["lines"]), default=4)

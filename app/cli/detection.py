@@ -94,7 +94,6 @@ def _clicks(texts: list[str]) -> dict[str, list[list[float]]]:
 
 
 def _summary(found: dict[str, Any]) -> str:
-    """Return a line for each detection, then notes and the time."""
     lines = [f"{'what':<14}{'x mm':>9}{'y mm':>9}{'± mm':>7}{'front °':>9}{'sure':>6}   px"]
     order = {"ball": 0, "robot": 1, "marker": 2}
     things = sorted(found["detections"], key=lambda d: (order[d["kind"]], d["team"] or "", -1 if d["id"] is None

@@ -39,11 +39,9 @@ def compare(
         _show_ranking(found)
 
 
-def difference(
-    one: Annotated[Path, typer.Argument(metavar="A.json", help="A calibration.")],
-    other: Annotated[Path, typer.Argument(metavar="B.json", help="Another one for the same picture size.")],
-    png: PngFile = None, as_json: requests.AsJson = False,
-) -> None:
+def difference(one: Annotated[Path, typer.Argument(metavar="A.json", help="A calibration.")],
+               other: Annotated[Path, typer.Argument(metavar="B.json", help="Another one for the same picture size.")],
+               png: PngFile = None, as_json: requests.AsJson = False) -> None:
     """How far two calibrations are apart over the region, in mm on the carpet and px in the picture."""
     a, b = files.read_calibration(one), files.read_calibration(other)
     model, _, region = Restored.of(a)
@@ -89,7 +87,6 @@ def _grid(found: dict[str, Any], name: str) -> Any:
 
 
 def _show_ranking(found: dict[str, Any]) -> None:
-    """Print a table, best first, then the choice in a sentence and what could not be fitted."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
     table.add_column("")
     table.add_column("model", no_wrap=True)

@@ -138,13 +138,11 @@ def _print_sender(one: dict[str, Any]) -> None:
 
 
 def _unread(one: dict[str, Any]) -> str:
-    """Say what of a sender was not read, and why."""
     refused = f", {one['refused']} refused ({one['refusal']})" if one["refused"] else ""
     return refused + (f", {one['skipped']} not read: too many" if one["skipped"] else "")
 
 
 def _loss(camera: dict[str, Any]) -> str:
-    """Say what a camera loses, and where."""
     loss = camera["loss"]
     x, y = loss["worst_place"]
     words = f"at worst {loss['worst_mm']:.4f} mm off on the carpet (at {x:.0f}, {y:.0f})"

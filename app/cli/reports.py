@@ -58,7 +58,6 @@ def calibration_and_picture(calibration: str, picture: Path | None, data: Path |
 
 
 def _stored(id: str, data: Path | None, config: Path | None) -> tuple[Any, Any]:
-    """Return a calibration of the data folder with its picture."""
     with stored(data, config) as (store, _):
         calibration = store.calibrations.get(id)
         return calibration, reporting.report_picture(
@@ -66,7 +65,6 @@ def _stored(id: str, data: Path | None, config: Path | None) -> tuple[Any, Any]:
 
 
 def _summary(contents: dict[str, Any], output: Path | None) -> str:
-    """Return the verdict, the figures that are known, every warning with its fix."""
     lines = [f"{contents['verdict']['level']}: {contents['verdict']['sentence']}"]
     lines += [f"{it['title']}: {it['value']:.{HEAD[key].digits}f} {it['unit']}".rstrip()
               for key, it in contents["figures"].items() if it["value"] is not None]

@@ -114,7 +114,6 @@ def _stored(name: str, data: Path | None, config: Path | None) -> dict[str, Any]
 
 
 def _summary(found: dict[str, Any]) -> str:
-    """Return the verdict, then each pair, then what is wrong with single cameras."""
     verdict = found["verdict"]
     lines = [f"{verdict['level'] or 'unknown'}: {verdict['sentence']} {verdict['fix']}".rstrip()]
     for pair in found["pairs"]:

@@ -45,7 +45,6 @@ def straight(
 
 
 def _summary(found: dict[str, Any]) -> str:
-    """Return the verdict, then the bow, straightness before and after, the lens, and what was left out."""
     bow, px, lens, sigma = found["bow"]["most"], found["straightness_px"], found["lens"], found["sigma"]
     left = Counter(line["reason"].replace("-", " ") for line in found["lines"] if not line["used"])
     lines = [f"Distortion {found['distortion']}. {found['sentence']}",

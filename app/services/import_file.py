@@ -78,7 +78,6 @@ def import_file(services: Services, data: bytes, texts: Mapping[str, str], by: s
 
 
 def _import_options(texts: Mapping[str, str]) -> interchange.ImportOptions:
-    """Read what the form says beside the file."""
     given: dict[str, Any] = {name: text for name, text in texts.items() if name != "file" and text}
     for name in ("field", "region", "camera", "model"):
         if name in given and not NAME.fullmatch(given[name]):

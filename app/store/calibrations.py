@@ -106,7 +106,6 @@ class CalibrationRepository(Repository):
         return Calibration.from_json(content(row)).activated(row.id in active)
 
     def _active_ids(self, key: str | None = None) -> set[str]:
-        """Return the active versions' ids, of one camera or of all."""
         query = select(ActiveRow).where(ActiveRow.damaged.is_(None))
         if key is not None:
             query = query.where(ActiveRow.camera_key == key)
@@ -121,7 +120,6 @@ class CalibrationRepository(Repository):
 
 
 def _shown(camera: str | None) -> Iterator[ColumnElement[bool]]:
-    """Yield the conditions of a list, of one camera or of all."""
     yield SHOWN
     if camera is not None:
         yield CalibrationRow.camera_key == camera_key(camera)

@@ -42,7 +42,6 @@ def recover_row(database: Database, backups: Backups | None, table: type[Checksu
 
 
 def _copy_in(path: Path, table: type[Checksummed], row: Any) -> dict[str, Any] | None:
-    """Return a backup's intact copy of a row; None where it has none."""
     keys = _keys(table)
     where = " AND ".join(f'"{column.name}" = ?' for column in keys)
     with suppress(sqlite3.Error), closing(_open(path)) as source:

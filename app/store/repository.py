@@ -87,7 +87,6 @@ class Repository:
         return damaged
 
     def _row(self, id: str, *where: ColumnElement[bool]) -> Any:
-        """Return the row with that id; raise NotFound or DamagedFile."""
         if not is_id(id):
             raise self._unknown(id)
         with self._database.reading() as rows:

@@ -114,7 +114,6 @@ def _have_rays(models: Sequence[CameraModel]) -> bool:
 
 
 def _heights(z_mm: float | Sequence[float | None], count: int) -> Array:
-    """(count,) mm, NaN where it is not known."""
     if not isinstance(z_mm, Sequence):
         return np.full(count, float(z_mm))
     if len(z_mm) != count:
@@ -168,8 +167,7 @@ def _calibrated(model_a: CameraModel, model_b: CameraModel, matches: _Matches) -
     rotation, centre = pose_between(model_a, model_b)
     return {"median_px": float(np.median(seen)), "rms_px": float(np.sqrt(np.mean(seen**2))),
             "epipolar_px": matches.in_given_order(found), **_turn(rotation), "translation_mm": centre.tolist(),
-            "distance_mm": float(np.linalg.norm(centre)),
-            "verdict": pair_verdict.of_calibrated(found, matches.which)}
+            "distance_mm": float(np.linalg.norm(centre)), "verdict": pair_verdict.of_calibrated(found, matches.which)}
 
 
 def _agreement(a: Calibration, b: Calibration, model_a: CameraModel, model_b: CameraModel,

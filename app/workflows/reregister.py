@@ -35,9 +35,8 @@ AFRESH = "Calibrate the camera anew: find its lines, or click them."
 OWN_OPTIONS = ("lens", "lens_sigma", "terms", "leanings", "start", "click_sigma_px", "height_mm", "centre_sigma_px")
 
 
-def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_progress,
-               before: Frame | None = None, snapshot: str | None = None,
-               note: str = "") -> tuple[dict[str, Any], Calibration]:
+def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_progress, before: Frame | None = None,
+               snapshot: str | None = None, note: str = "") -> tuple[dict[str, Any], Calibration]:
     """Return a summary and the new version. FitFailed where lines do not suffice; Conflict for another size.
 
     before: the picture that the calibration came from, where it is stored.

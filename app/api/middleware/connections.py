@@ -104,7 +104,6 @@ class LimitedConnection(HttpToolsProtocol):
                     "Send the request at once.")
 
     def _close(self, status: int, reason: str, detail: str, fix: str, headers: dict[str, str] | None = None) -> None:
-        """Answer on the bare connection, and close it."""
         if self.transport.is_closing():
             return
         answer = problem(status, reason, detail, fix, {"Connection": "close", **(headers or {})})

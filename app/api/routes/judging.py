@@ -125,7 +125,6 @@ def report_as_json(services: ServicesDep, id: Id) -> Json:
 
 
 def _shown(services: Services, calibration: Calibration) -> report.ReportPicture:
-    """Return the picture that was calibrated, and what its camera is called."""
     name = None
     if calibration.camera is not None:
         with suppress(NotFound):  # its camera was removed, or belongs to another server
