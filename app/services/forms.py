@@ -3,7 +3,7 @@
 Sizes are bounded here, so that what passes is small; what the values mean is checked again where they are used.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -27,6 +27,13 @@ Note = Annotated[str, Field(max_length=2000)]
 
 class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class FittedModelForm(Strict):
+    """A model as /fit/preview and GET /calibrations/{id} return it."""
+
+    name: Name
+    parameters: dict[str, Any]
 
 
 class ObservationForm(Strict):

@@ -13,18 +13,13 @@ from app.core.field_json import field_from_json
 from app.core.records import Calibration
 from app.models import model_from_json
 from app.services.container import Services
-from app.services.forms import Name, Note, ObservationForm, OptionValues, Rotate, Size, Strict
+from app.services.forms import FittedModelForm, Name, Note, ObservationForm, OptionValues, Rotate, Size, Strict
 from app.workflows import interchange
 
 FIX = "Give a file that Touchline exported as json."
 MAX_IMPORT_BYTES = 4 << 20
 OPTIONS = ("camera", "field", "region", "rotate", "image_size", "camera_id", "model")  # given beside the file
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-
-
-class ModelPart(Strict):
-    name: Name
-    parameters: dict[str, Any]
 
 
 class CalibrationFile(Strict):
@@ -38,7 +33,7 @@ class CalibrationFile(Strict):
     field: Name
     region: Name
     rotate: Rotate
-    model: ModelPart
+    model: FittedModelForm
     image_size: Size
     corrected_size: Size
     observations: Annotated[list[ObservationForm], Field(max_length=500)]

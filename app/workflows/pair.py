@@ -114,6 +114,7 @@ def _have_rays(models: Sequence[CameraModel]) -> bool:
 
 
 def _heights(z_mm: float | Sequence[float | None], count: int) -> Array:
+    """(count,) mm, NaN where it is not known."""
     if not isinstance(z_mm, Sequence):
         return np.full(count, float(z_mm))
     if len(z_mm) != count:

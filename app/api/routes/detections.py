@@ -29,6 +29,8 @@ from app.workflows.detection import DetectionResult, context_for, detect, detect
 router = APIRouter(tags=["detections"])
 
 DRAWN = "drawn"  # in place of a stage: the picture with everything that was found
+MAX_FPS = 20.0  # what a page can draw; the newest wins
+FIRST_S = 30.0  # a camera that was asleep, its stages to be set up, on a busy machine
 
 
 @router.get("/stages", response_model=Answer)
@@ -78,10 +80,6 @@ def _detect(services: Services, body: DetectionBody,
                    mm_per_px=body.mm_per_px, eye_mm=body.eye_mm and tuple(body.eye_mm),
                    pictures=() if stage == DRAWN else (stage,))
     return found, frame, calibration
-
-
-MAX_FPS = 20.0  # what a page can draw; the newest wins
-FIRST_S = 30.0  # a camera that was asleep, its stages to be set up, on a busy machine
 
 
 @router.get("/cameras/{id}/seeing", response_model=responses.DetectionSettings)

@@ -30,33 +30,6 @@ HeightMm = Annotated[float, Query(ge=0, le=5000, allow_inf_nan=False, descriptio
 PNG = files("image/png")
 
 
-class PairRequest(Strict):
-    """The same things in two pictures, two calibrations over one field, or both."""
-
-    points_a: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
-        None, description="[x, y] px in picture a; null for one that is not clicked yet and only counts")
-    points_b: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
-        None, description="and in picture b")
-    calibration_a: Name | None = None
-    calibration_b: Name | None = None
-    z_mm: HeightForm | Annotated[list[HeightForm | None], Field(max_length=20_000)] = Field(
-        0.0, description="height of the matched things, mm: of all, or of each, null where it is not known")
-
-
-class PairLinesRequest(Strict):
-    """Points in the pictures of a pair, for their epipolar lines: by a matrix, or by two calibrations."""
-
-    points_a: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture a")
-    points_b: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture b")
-    matrix: Annotated[list[Annotated[list[Number], Field(min_length=3, max_length=3)]],
-                      Field(min_length=3, max_length=3)] | None = Field(None, description="as `POST /pairs` returns it")
-    image_size_a: Size | None = Field(None, description="[width, height] px, with a matrix")
-    image_size_b: Size | None = None
-    calibration_a: Name | None = None
-    calibration_b: Name | None = None
-    z_mm: HeightForm | None = Field(0.0, description="height of the things, mm; null where it is not known")
-
-
 @router.get("/calibrations/{id}/uncertainty.json", response_model=responses.Uncertainty)
 @in_thread
 def uncertainty_of(services: ServicesDep, id: Id, z_mm: HeightMm = 0.0) -> Json:
@@ -130,6 +103,33 @@ def _shown(services: Services, calibration: Calibration) -> report.ReportPicture
         with suppress(NotFound):  # its camera was removed, or belongs to another server
             name = services.cameras.get(calibration.camera).name
     return report.report_picture(calibration, services.frame, name)
+
+
+class PairRequest(Strict):
+    """The same things in two pictures, two calibrations over one field, or both."""
+
+    points_a: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
+        None, description="[x, y] px in picture a; null for one that is not clicked yet and only counts")
+    points_b: Annotated[list[Pair | None], Field(max_length=20_000)] | None = Field(
+        None, description="and in picture b")
+    calibration_a: Name | None = None
+    calibration_b: Name | None = None
+    z_mm: HeightForm | Annotated[list[HeightForm | None], Field(max_length=20_000)] = Field(
+        0.0, description="height of the matched things, mm: of all, or of each, null where it is not known")
+
+
+class PairLinesRequest(Strict):
+    """Points in the pictures of a pair, for their epipolar lines: by a matrix, or by two calibrations."""
+
+    points_a: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture a")
+    points_b: Annotated[list[Pair], Field(max_length=200)] = Field([], description="[x, y] px in picture b")
+    matrix: Annotated[list[Annotated[list[Number], Field(min_length=3, max_length=3)]],
+                      Field(min_length=3, max_length=3)] | None = Field(None, description="as `POST /pairs` returns it")
+    image_size_a: Size | None = Field(None, description="[width, height] px, with a matrix")
+    image_size_b: Size | None = None
+    calibration_a: Name | None = None
+    calibration_b: Name | None = None
+    z_mm: HeightForm | None = Field(0.0, description="height of the things, mm; null where it is not known")
 
 
 @router.post("/pairs", response_model=responses.Pair)

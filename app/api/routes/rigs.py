@@ -22,6 +22,8 @@ from app.workflows.rig import refuse_other_sizes, run_check, run_refit
 
 router = APIRouter(prefix="/rigs", tags=["rigs"])
 
+FIRST_S = 20.0  # cameras that were asleep, their stages to be set up, on a busy machine
+FOLLOW_S = 0.6  # for a single response, where nobody else follows
 Width = Annotated[int, Query(ge=64, le=8192, description="of the picture, px")]
 SnapshotNames = Annotated[list[str], Query(
     max_length=32, description="CAMERA:SNAPSHOT, or the id of a snapshot that one of its cameras took; newest frames "
@@ -146,10 +148,6 @@ def refit_rig(services: ServicesDep, by: OperatorDep, name: Id, body: schemas.Ri
                        "Name cameras that are calibrated.", reason="nothing-to-refit")
     spec = {"calibrations": calibrations, "rectangles": shown["rectangles"]}
     return accepted(services.jobs.start("rig-refit", run_refit, spec, "calibrations", {"by": by}))
-
-
-FIRST_S = 20.0  # cameras that were asleep, their stages to be set up, on a busy machine
-FOLLOW_S = 0.6  # for a single response, where nobody else follows
 
 
 @router.get("/{name}/tracks", response_model=responses.Tracks)

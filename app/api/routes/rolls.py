@@ -26,6 +26,7 @@ from app.workflows.rolling_request import check, check_refinable, run_motion, st
 router = APIRouter(tags=["rolls"])
 
 MIN_INTERVAL_S = 0.1  # between two messages: ten a second at most
+MAX_ROLLS = 1000
 SAVED = ("at", "seconds", "points", "rms_px", "straight_px")
 SESSIONS = SessionLimit(4, "Others watch what rolls before this camera.",
                         "Wait until they are done, or read GET /api/v1/cameras/{id}/rolls.", "rolls-watched")
@@ -107,9 +108,6 @@ def _save(store: Store, camera: str, new: list[dict[str, Any]], image_size: list
 
 def _rolls_json(store: Store, camera: str) -> dict[str, Any]:
     return stored_rolls_json(store.rolls.of(camera), store.calibrations.active(camera))
-
-
-MAX_ROLLS = 1000
 
 
 class RollForm(Strict):

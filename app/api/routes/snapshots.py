@@ -1,6 +1,6 @@
 """/snapshots and /drafts: saved pictures, clicks moved to painted lines, and an operator's work in progress on one."""
 
-from typing import Annotated, Any, get_args
+from typing import Annotated, get_args
 
 from fastapi import APIRouter, Request, WebSocket
 from pydantic import Field
@@ -16,7 +16,7 @@ from app.api.sockets import send_stream
 from app.core.errors import BadInput
 from app.images import screen
 from app.services.container import Services
-from app.services.forms import Name, Pair, Rotate, Strict
+from app.services.forms import FittedModelForm, Name, Pair, Rotate, Strict
 from app.services.snapping import points_along, snap_clicks
 from app.store import Snapshot
 from app.vision.lines.snap import REACH_PX
@@ -24,6 +24,8 @@ from app.vision.lines.snap import REACH_PX
 router = APIRouter()
 
 PURPOSES = get_args(Purpose)
+Reach = Annotated[float, Field(ge=2, le=40, description="how far from the point a line may be, px")]
+Feature = Annotated[str, Field(min_length=1, max_length=200, description="border, line or arc of the field")]
 BODY = upload(camera={"type": "string"}, purpose={"type": "string", "enum": list(PURPOSES), "default": "picture"})
 BODY["content"]["application/json"] = {"schema": CameraSnapshot.model_json_schema()}
 
@@ -78,17 +80,6 @@ def show_snapshot(services: ServicesDep, id: Id, format: Format) -> Response:
     """Return the picture, pixel for pixel as the sensor saw it: encoded anew, so that EXIF tags rotate nothing."""
     # An id is never used for another picture, so a browser may keep it for ever.
     return picture(services.frame(id).pixels, format, {"Cache-Control": "private, max-age=31536000, immutable"})
-
-
-Reach = Annotated[float, Field(ge=2, le=40, description="how far from the point a line may be, px")]
-Feature = Annotated[str, Field(min_length=1, max_length=200, description="border, line or arc of the field")]
-
-
-class FittedModelForm(Strict):
-    """A model as /fit/preview and GET /calibrations/{id} return it."""
-
-    name: Name
-    parameters: dict[str, Any]
 
 
 class FitForm(Strict):
