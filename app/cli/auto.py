@@ -22,7 +22,7 @@ def auto(
     region: Annotated[str, typer.Option("--region", help="Part of the field that is seen.")] = "full",
     rotate: requests.Rotate = None,
     model: Annotated[str, typer.Option("--model", help="Camera model; auto: Brown–Conrady, or the first "
-                                      "of others that can be fitted.")] = "auto",
+                                       "of others that can be fitted.")] = "auto",
     option: requests.Options = None, lens: requests.LensFile = None, lens_sigma: requests.LensSigma = None,
     height_mm: requests.HeightMm = None, height_sigma_mm: requests.HeightSigmaMm = None,
     turn_deg: Annotated[float | None, typer.Option("--turn", help="Roughly how far the region is turned in the "

@@ -32,7 +32,7 @@ def board(
     """Find a lens from pictures of a board; calibrate --lens then holds it."""
     markers = {"marker_mm": marker_mm, "dictionary": dictionary, "legacy": legacy}
     known = Board.from_json({"kind": kind, "columns": columns, "rows": rows, "square_mm": square_mm,
-                            **{name: value for name, value in markers.items() if value}})
+                             **{name: value for name, value in markers.items() if value}})
     task = BoardCalibrationRequest(known, model, options_from(option))
     with progress_bar("Looking for the board") as progress, files.decoded(pictures) as reads:
         found = task.from_pictures(reads, progress)

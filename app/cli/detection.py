@@ -52,7 +52,7 @@ def detect(
     plan = replace(plan, corrected=True) if corrected else plan
     wanted = [name for name, _ in plan.stages] if stage_pictures is not None else []
     found = detect_in(frame.pixels, plan, calibration=known, profile=profile, clicks=_clicks(click or []),
-                     mm_per_px=mm_per_px, eye_mm=eye_mm, pictures=wanted)
+                      mm_per_px=mm_per_px, eye_mm=eye_mm, pictures=wanted)
     if drawn is not None:
         view = context_for(frame.size, found.profile, known, mm_per_px, eye_mm).view
         files.write_picture(drawn, draw_over(frame.pixels, found.seen.detections, view))

@@ -105,7 +105,7 @@ class CameraService:
         """Return what a search for cameras needs; it decodes nothing."""
         settings = self._settings
         return SourceContext(self._fields, None, settings.shown_pictures, settings.sources.allowed_hosts,
-                            settings.sources.known_producers)
+                             settings.sources.known_producers)
 
     def active_calibration(self, id: str) -> tuple[Calibration | None, Identity | None]:
         """Return a camera's active calibration, and for which device it was made or confirmed."""

@@ -42,7 +42,7 @@ def detect_in_clip(services: Services, id: str, number: int, plan_name: str | No
     pipeline = pipeline_for(plan, frame.size, profile, calibration, mm_per_px)
     head, pictures = clip.frames[number], () if stage in (None, DETECTIONS) else (stage,)
     result = pipeline.process(frame.pixels, clock=time.thread_time, pictures=pictures,
-                          camera=clip.camera, frame=head["seq"], time_s=head["time_s"])
+                              camera=clip.camera, frame=head["seq"], time_s=head["time_s"])
     json = detection_json(result, head["seq"], head["time_s"], frame.size, calibration, profile.notes,
                           clip.to_json()["fps"])
     return json, (detections_image(frame.pixels, result.detections, pipeline.context.view) if stage == DETECTIONS

@@ -159,7 +159,7 @@ def field_area(view: FieldLocator, field: Field) -> NDArray[np.uint8] | None:
 
 
 def detections_image(pixels: NDArray[np.uint8], detections: Detections, view: FieldLocator,
-                    robot_mm: float = 90.0) -> NDArray[np.uint8]:
+                     robot_mm: float = 90.0) -> NDArray[np.uint8]:
     """Draw a ring around each thing, and each robot's front and number."""
     picture = pixels.copy()
     for item in detections.items:

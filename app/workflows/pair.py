@@ -230,4 +230,3 @@ def _drawn(lines: Array) -> list[list[list[float] | None] | None]:
     """Each line's points, None where it is out of reach; None for one that is nowhere in the picture."""
     reached = np.isfinite(lines).all(axis=2).sum(axis=1)
     return [nullable_points(line) if count >= 2 else None for line, count in zip(lines, reached, strict=True)]
-

@@ -97,7 +97,7 @@ class RectifiedDetector:
         rectified = self._map.apply(pixels)
         took = {STAGE: 1000 * (clock() - began)} if clock else {}
         seen = self._pipeline(pixels, rectified).process(rectified, clock=clock, pictures=pictures, camera=camera,
-                                                      frame=frame, time_s=time_s)
+                                                         frame=frame, time_s=time_s)
         items = seen.detections.items
         raw = self._straight.raw(np.array([item.pixel for item in items]).reshape(-1, 2))
         found = tuple(replace(item, pixel=(float(x), float(y))) for item, (x, y) in zip(items, raw, strict=True)

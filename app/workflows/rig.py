@@ -67,7 +67,7 @@ def check(rig: Mapping[str, Any], pictures: Mapping[str, Pixels], matches: Seque
                            f"{titles[a]} and {titles[b]}: ")
         part(0.0, "Comparing")
         pairs.append({"a": a, "b": b, **_pair(rig, titles, (a, b), calibrations, pictures,
-                                             _matches_of(matches, a, b), part)})
+                                              _matches_of(matches, a, b), part)})
     troubles = [trouble for camera in status["cameras"] for trouble in camera["troubles"]]
     return {**status, "pairs": pairs, "verdict": rig_verdict.of_rig(pairs, troubles)}
 
@@ -214,4 +214,3 @@ def _refuse_unknown(matches: Sequence[Mapping[str, Any]], known: set[str]) -> No
         if len(one["points_a"]) != len(one["points_b"]):
             raise BadInput("Matches have not the same number of points on both sides.", "Give as many in one picture "
                            "as in the other.", reason="bad-matches")
-
