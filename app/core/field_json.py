@@ -45,8 +45,7 @@ def field_from_json(value: Any) -> Field:
     far = (length, width)  # markings may lie outside the field, as goals do, but not by more than half of it
     lines = members(value.get("lines", []), "lines", lambda v, at: _line(v, at, far, thick))
     arcs = members(value.get("arcs", []), "arcs", lambda v, at: _arc(v, at, far, thick))
-    landmarks = table(value.get("landmarks", {}), "landmarks",
-                      lambda key, v, at: Landmark(key, point(v, at, far)))
+    landmarks = table(value.get("landmarks", {}), "landmarks", lambda key, v, at: Landmark(key, point(v, at, far)))
     regions = table(value["regions"], "regions", lambda key, v, at: _region(key, v, at, length, width))
     if not regions:
         raise refuse("regions is empty.", 'Give at least the region "full".')

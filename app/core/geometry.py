@@ -72,8 +72,7 @@ def as_points(value: Any, what: str = "The points") -> Points:
     try:
         points = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise BadInput(f"{what} are not pairs of numbers.", "Send them as [[x, y], …].",
-                       reason="bad-points") from None
+        raise BadInput(f"{what} are not pairs of numbers.", "Send them as [[x, y], …].", reason="bad-points") from None
     if points.size == 0:
         return points.reshape(0, 2)
     if points.ndim < 1 or points.shape[-1] != 2:

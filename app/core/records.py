@@ -115,8 +115,7 @@ class Warning:
     index: int | None = None  # of the point within its observation, from 0
 
     def to_json(self) -> dict[str, Any]:
-        return {"reason": self.reason, "text": self.text, "fix": self.fix, "feature": self.feature,
-                "index": self.index}
+        return {"reason": self.reason, "text": self.text, "fix": self.fix, "feature": self.feature, "index": self.index}
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,14 +3,14 @@
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.geometry import Array, ImageSize
+from app.core.geometry import Array, ImageSize, inside_picture
 from app.core.records import Observations, Warning
 
 
 def check_inside_picture(observations: Observations, image_size: ImageSize) -> None:
     """Raise FitFailed for a click that no picture of that size can have."""
     for o in observations:
-        outside = np.flatnonzero(((o.points < -1) | (o.points > np.array(tuple(image_size)))).any(axis=1))
+        outside = np.flatnonzero(~inside_picture(o.points, image_size, -1))
         if outside.size:
             x, y = o.points[outside[0]]
             raise FitFailed(f"Point {outside[0] + 1} of {o.label}, ({x:.6g}, {y:.6g}), is outside the picture of "
@@ -28,13 +28,16 @@ def inlier_masks(observations: Observations, owners: Array, inliers: Array) -> t
 
 def outlier_warnings(observations: Observations, owners: Array, inliers: Array, pixels: Array) -> list[Warning]:
     """Return a warning for each click that was left out; pixels: how far off it is."""
-    named = []
-    for (i, k), fine, px in zip(owners, inliers, pixels, strict=True):
-        if not fine:
-            named.append(Warning("stray-click", f"Point {k + 1} of {observations[i].label} lies {abs(px):.1f} px from "
-                                 "where the camera sees it; it was left out of the fit.",
-                                 "Drag it onto the line, or remove it.", str(observations[i].feature), int(k)))
-    return named
+    return [outlier_warning(observations, i, k, f"lies {abs(px):.1f} px from where the camera sees it")
+            for (i, k), fine, px in zip(owners, inliers, pixels, strict=True) if not fine]
+
+
+def outlier_warning(observations: Observations, i: int, k: int, where: str,
+                    fix: str = "Drag it onto the line, or remove it.") -> Warning:
+    """Return the warning for point k of observation i; where: what is wrong with it, as a verb."""
+    observation = observations[i]
+    return Warning("stray-click", f"Point {k + 1} of {observation.label} {where}; it was left out of the fit.", fix,
+                   str(observation.feature), int(k))
 
 
 def elevated_point_warnings(observations: Observations, who: str) -> list[Warning]:

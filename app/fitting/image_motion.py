@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from app.core.geometry import Array, Points, with_z
+from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
 from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 from app.models.rotation import matrix_from_vector
 
@@ -133,8 +133,7 @@ class RegionSamples:
         """Make samples at field_places (n, 2) mm; None where the camera sees none of them."""
         model = flow.model
         raw = raw_from_field(model, field_places)
-        with np.errstate(invalid="ignore"):
-            raw = raw[((raw >= 0) & (raw <= np.array(flow.size) - 1)).all(axis=1)]
+        raw = raw[inside_picture(raw, ImageSize(*flow.size), 0)]
         right, left, down, up = (field_from_raw(model, raw + np.array([dx, dy]))
                                  for dx, dy in ((0.5, 0), (-0.5, 0), (0, 0.5), (0, -0.5)))
         scale, linear, field = np.stack([right - left, down - up], axis=-1), flow.at(raw), field_from_raw(model, raw)

@@ -1,4 +1,4 @@
-"""The options that fitters share."""
+"""The options that fitters share, and those of all cameras with rays."""
 
 from app.core.options import Option
 from app.fitting.corrected_rectangle import RECTANGLE_OPTIONS
@@ -11,3 +11,18 @@ COMMON_OPTIONS: tuple[Option, ...] = (
     *RECTANGLE_OPTIONS,
     Option("robust", "bool", True, "Name stray clicks and leave them out of the fit."),
 )
+
+RAY_OPTIONS: tuple[Option, ...] = (
+    Option("height_mm", "value-and-sigma", None, "The camera's height above the carpet by tape, and how sure it is. "
+           "It tells focal length and height apart.", (100, 50_000), "mm"),
+    Option("lens", "calibration", None, "A calibration or board whose lens is taken; the field fixes the pose."),
+    Option("lens_sigma", "choice", None, "0 holds that lens fast; own holds it as well as it was known.",
+           choices=("0", "own")),
+    LINE_SIGMA,
+    CLICK_SIGMA,
+    Option("centre_sigma_px", "float", 0.0, "How far the lens's centre may be from the picture's; 0 holds it there.",
+           (0, 500), "px"),
+    *COMMON_OPTIONS,
+)
+
+TERMS_OPTION = Option("terms", "terms-or-auto", "auto", "Which terms to estimate; auto takes what the points support.")

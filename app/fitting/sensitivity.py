@@ -1,29 +1,21 @@
 """How what a model sees moves with its parameters, by the derivatives that its fit uses."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from app.core.geometry import Array, Points, with_z
+from app.fitting.homography.parameters import HomographyParameters
+from app.fitting.ray_camera.parameters import RayCameraParameters
 
 EDGE_ON = 1e-9  # a plane is seen from its edge where it is this much shorter one way than the other
-
-
-class FittedParameters(Protocol):
-    """A model's parameters as a fit moves them: their names, and pixels with derivatives."""
-
-    @property
-    def names(self) -> tuple[str, ...]: ...
-
-    def project_jacobian(self, points: Array) -> tuple[Array, Array, Array]: ...
 
 
 @dataclass(frozen=True, eq=False)
 class ParameterSensitivity:
     """contract.Sensitivity for models whose fit moves `parameters`."""
 
-    parameters: FittedParameters
+    parameters: RayCameraParameters | HomographyParameters
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -3,9 +3,9 @@
 A model is a frozen dataclass whose fields are its parameters. It maps between the four frames of core/geometry.py and
 knows nothing of how it is fitted: that is app/fitting, which has a fitter of the same name for each.
 
-To add one: write app/models/NAME.py with a class that follows contract.CameraModel (a camera with rays subclasses
-RayCamera and names its lens from lenses/), add its line to MODELS and a fitter to app/fitting. The laws in
-tests/unit/models/test_models.py then hold for it.
+To add one: write app/models/NAME.py with a class that follows contract.CameraModel (for a camera with rays, a subclass
+of RayCamera in lens_models.py that names its lens from lenses/), add its line to MODELS and a fitter to app/fitting.
+The laws in tests/unit/models/test_models.py then hold for it.
 
 Laws, for every example of every model: there and back is the same pixel; the shape of the points is kept;
 a point out of reach is NaN; parameters survive JSON exactly; a fit on its own exact points returns itself;
@@ -27,10 +27,10 @@ MODELS = Registry("camera model", {
     "polynomial": "app.models.polynomial:Polynomial",  # the paper's: two one-dimensional corrections from four borders
     "homography": "app.models.homography:Homography",  # no lens at all: eight numbers from four lines
     "thin-plate": "app.models.thin_plate:ThinPlate",  # bends away what another model leaves, without a reason
-    "division": "app.models.division:Division",  # a pinhole with one distortion number
-    "brown-conrady": "app.models.brown_conrady:BrownConrady",  # radial and tangential terms: nearly every field camera
-    "fisheye": "app.models.fisheye:Fisheye",  # Kannala–Brandt, for very wide lenses
-    "ssl": "app.models.ssl:Ssl",  # the league's one term, for its software
+    "division": "app.models.lens_models:Division",  # a pinhole with one distortion number
+    "brown-conrady": "app.models.lens_models:BrownConrady",  # radial and tangential terms: nearly every field camera
+    "fisheye": "app.models.lens_models:Fisheye",  # Kannala–Brandt, for very wide lenses
+    "ssl": "app.models.lens_models:Ssl",  # the league's one term, for its software
 })
 
 

@@ -27,7 +27,7 @@ REACH = 1.0  # how far beyond the picture a lens is extrapolated, as a share of 
 
 @dataclass(frozen=True)
 class RayCamera(TopView, RayModel):
-    """What all cameras with a lens have in common; a subclass names its LENS.
+    """What all cameras with a lens have in common; a subclass names its LENS and the terms of its examples.
 
     focal_px: in x; y has focal_px · aspect. centre_px: principal point. rotation: camera_from_field as a rotation
     vector (Rodrigues). position_mm: the centre of projection in the field frame; z is the height above the carpet.
@@ -35,6 +35,7 @@ class RayCamera(TopView, RayModel):
     """
 
     LENS: ClassVar[type[Lens]]
+    EXAMPLE_TERMS: ClassVar[tuple[tuple[float, ...], ...]]  # of the three examples' lenses
 
     lens_terms: tuple[float, ...]
     focal_px: float
@@ -107,6 +108,12 @@ class RayCamera(TopView, RayModel):
             raise BadInput("These parameters describe no camera over a field.",
                            "Give what Touchline exported as json.", reason="bad-parameters")
         return model
+
+    @classmethod
+    def examples(cls) -> Iterator[Self]:
+        """Yield a camera for each of EXAMPLE_TERMS."""
+        for terms, common in zip(cls.EXAMPLE_TERMS, example_parameters(), strict=True):
+            yield cls(lens_terms=terms, **common)
 
     def plausible(self) -> bool:
         """Return whether this can be a camera above a field: finite, above the carpet, with a usual focal length."""

@@ -19,8 +19,8 @@ import numpy as np
 from app.core.errors import BadInput
 from app.core.geometry import MAX_COORDINATE, Array, Points, unreachable_where
 from app.models import CameraModel, model_from_json
-from app.models.division import Division
 from app.models.homography import Homography
+from app.models.lens_models import Division
 from app.models.thin_plate_spline import Spline
 from app.models.top_view import reading_parameters
 

@@ -27,7 +27,7 @@ from app.fitting.field_lines.refinement import FINER_PX, nearest_markings, refin
 from app.fitting.field_lines.search import FINE_STEPS, CameraCandidate, PosePrior, SearchResult, candidate_json, search
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, parameters_json
-from app.models.brown_conrady import BrownConrady
+from app.models.lens_models import BrownConrady
 from app.models.ray_camera import RayCamera
 from app.vision.lines.profiles import across_lines
 from app.vision.lines.ridge_chains import ridge_chains

@@ -17,7 +17,7 @@ from app.core.json_values import nullable, nullable_points
 from app.core.progress import Progress, no_progress
 from app.fitting.plumb_line.fit import PlumbLineFit, fit_plumb_lines
 from app.fitting.plumb_line.line_sag import LineSag, SagVerdict, sag_verdict
-from app.fitting.plumb_line.search import plumb_line_problem
+from app.fitting.plumb_line.search import PlumbLineProblem
 from app.imaging.correction import CorrectedView, correction_map
 from app.imaging.undistorted_view import UndistortedView
 from app.models.distortion import LINE_LENSES, Distortion
@@ -50,7 +50,7 @@ def straightness(edges: Sequence[Sequence[Points]], lines: Sequence[Any], size: 
 
 def check_choice(lens: str, centre_sigma_px: float | None) -> None:
     """Refuse an impossible lens or σ before edges are looked for."""
-    plumb_line_problem(LADDER[0] if lens == "auto" else lens, None, centre_sigma_px, ImageSize(2, 2))
+    PlumbLineProblem.of(LADDER[0] if lens == "auto" else lens, None, centre_sigma_px, ImageSize(2, 2))
 
 
 def undistort(pixels: NDArray[np.uint8], lens: Distortion, width: int | None = None) -> NDArray[np.uint8]:

@@ -16,9 +16,8 @@ if __name__ == "__main__":
 
 from app.core.geometry import ImageSize
 from app.evaluate.fit.approximation import approximation_error
-from app.models.brown_conrady import BrownConrady
+from app.models.lens_models import BrownConrady, Ssl
 from app.models.rotation import vector_from_matrix
-from app.models.ssl import Ssl
 from app.store.fields import load_fields
 from app.workflows import interchange
 from tests.support.exported import of_model

@@ -4,7 +4,7 @@ import numpy as np
 
 from app.core.field import BORDERS
 from app.models import raw_from_field
-from app.models.brown_conrady import BrownConrady
+from app.models.lens_models import BrownConrady
 from app.models.ray_camera import example_parameters
 from tests.support.board_views import SIZE, TRUTH
 

@@ -8,7 +8,7 @@ import numpy as np
 from app.core.geometry import homogeneous
 from app.fitting.two_view.epipolar import normaliser
 from app.fitting.two_view.relative_pose import ideal_px
-from app.models.division import Division
+from app.models.lens_models import Division
 from app.models.rotation import vector_from_matrix
 from tests.support.paths import SHARED_DATA
 

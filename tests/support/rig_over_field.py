@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from app.core.records import Observation
-from app.models.brown_conrady import BrownConrady
+from app.models.lens_models import BrownConrady
 from app.models.rotation import vector_from_matrix
 from app.sources import SourceContext, source_from_url
 from app.workflows.calibration_request import CalibrationRequest

@@ -77,8 +77,7 @@ def _bow(fit: BoardFit) -> dict[str, Any] | None:
         return None
     sigma = np.sqrt(np.diag(shared_covariance(fit.solution)))
     at = [fit.solution.names.index(name) for name in WARP]
-    return {"x": float(fit.state.warp_mm[0]), "y": float(fit.state.warp_mm[1]),
-            "sigma": [float(sigma[i]) for i in at]}
+    return {"x": float(fit.state.warp_mm[0]), "y": float(fit.state.warp_mm[1]), "sigma": [float(sigma[i]) for i in at]}
 
 
 DOUBTS = ("wrong-model", "noisy-corners", "badly-spread-views", "halves-disagree")

@@ -18,12 +18,7 @@ from app.core.field import Region
 from app.core.geometry import Array, Points, inside_picture
 from app.fitting import FITTERS
 from app.fitting.least_squares import Minimum, minimise
-from app.fitting.linear import (
-    Incidences,
-    focal_from_vanishing_points,
-    homography_from_lines,
-    pose_from_homography,
-)
+from app.fitting.linear import Incidences, focal_from_vanishing_points, homography_from_lines, pose_from_homography
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 from app.models.ray_camera import RayCamera

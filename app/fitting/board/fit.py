@@ -14,13 +14,7 @@ from app.core.progress import Progress, no_progress
 from app.fitting import FITTERS
 from app.fitting.board.initial import start_states, state_with_poses
 from app.fitting.board.model_selection import select, term_sets_for
-from app.fitting.board.outlier_rejection import (
-    FIRST_SIGMA_PX,
-    BoardSolution,
-    BoardSolver,
-    OutlierRejection,
-    with_poses_of,
-)
+from app.fitting.board.outlier_rejection import FIRST_SIGMA_PX, BoardSolution, BoardSolver, OutlierRejection
 from app.fitting.board.parameters import WARP, BoardObservations, BoardParameters
 from app.fitting.board.views import RejectedView, refuse_bent_board, unusable_views
 from app.models import MODELS
@@ -129,7 +123,8 @@ def fit_board(views: tuple[BoardView, ...], image_size: ImageSize, model: type[R
         found, tried = _select_terms(solver, found, observations, term_sets, progress)
     _refuse_too_few_views(int(found.keep.sum()), left_out)
     progress(0.9, "Saying how sure it is")
-    solution = _final_solution(solver, found, observations)
+    solution = solver.solve(observations.only(found.keep).without(found.outliers[found.keep]),
+                            found.state.only(found.keep), found.solution.terms, found.solution.sigma_px)
     _refuse_implausible(solution, found, observations)
     used = np.zeros(len(views), bool)
     used[usable[found.keep]] = True
@@ -187,7 +182,7 @@ def _select_terms(solver: BoardSolver, found: OutlierRejection, observations: Bo
         solutions.append(solver.solve(same, state, terms, sigma, max_steps=SELECTION_STEPS))
     chosen = select(solutions)
     best = solutions[chosen]
-    start = with_poses_of(found.state, best.minimum.state, some)
+    start = best.minimum.state.with_poses_of(found.state, some)
     rejection = solver.reject_outliers(observations, start, term_sets[chosen], best.sigma_px, found.keep)
     why = tuple(a or b for a, b in zip(found.why, rejection.why, strict=True))
     return OutlierRejection(rejection.solution, rejection.state, rejection.keep, rejection.outliers, why), \
@@ -197,12 +192,6 @@ def _select_terms(solver: BoardSolver, found: OutlierRejection, observations: Bo
 def _evenly_spaced(count: int, most: int) -> Array:
     """Return indices of at most `most` of `count` views, evenly spaced."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
-
-
-def _final_solution(solver: BoardSolver, found: OutlierRejection, observations: BoardObservations) -> BoardSolution:
-    """Fit once more at the σ that the corners have."""
-    return solver.solve(observations.only(found.keep).without(found.outliers[found.keep]), found.state.only(found.keep),
-                        found.solution.terms, found.solution.sigma_px)
 
 
 def _refuse_implausible(solution: BoardSolution, found: OutlierRejection, observations: BoardObservations) -> None:

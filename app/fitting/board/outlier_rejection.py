@@ -96,17 +96,19 @@ class BoardSolver:
             first = robust and number == 0
             solution = self.solve(observations.only(keep).without(outliers[keep]), state.only(keep), terms, sigma_px,
                                 robust=first)
-            state = with_poses_of(state, solution.minimum.state, keep)
+            state = solution.minimum.state.with_poses_of(state, keep)
             if not robust:
                 break
             used = observations.only(keep)
             away = _distances(replace(solution.problem, observations=used), solution.minimum.state)
-            sigma_px = max(_typical_sigma(away, used.present) if first else solution.sigma_px, MIN_SIGMA_PX)
+            # at first from the median length, which outliers hardly move
+            typical = float(np.median(away[used.present])) / RAYLEIGH_MEDIAN if first else solution.sigma_px
+            sigma_px = max(typical, MIN_SIGMA_PX)
             beyond = np.zeros_like(outliers)
             beyond[keep] = away > OUTLIER_SIGMAS * sigma_px
             wrong = _wrong_views(away, beyond[keep], observations.present[keep])
             if wrong.any() and (len(keep) - keep.sum() + wrong.sum()) <= MAX_LEFT_OUT * len(keep):
-                for index, usual in zip(np.flatnonzero(keep)[wrong], _medians(away)[wrong], strict=True):
+                for index, usual in zip(np.flatnonzero(keep)[wrong], np.nanmedian(away, axis=1)[wrong], strict=True):
                     why[index] = f"its corners lie {format_number(usual)} px from where the other views' lens puts them"
                 keep[np.flatnonzero(keep)[wrong]] = False
             elif np.array_equal(beyond, outliers) and not first:
@@ -115,30 +117,14 @@ class BoardSolver:
         return OutlierRejection(solution, state, keep, outliers, tuple(why))
 
 
-def with_poses_of(full: BoardParameters, part: BoardParameters, keep: Array) -> BoardParameters:
-    """Return `part`, the state of some of the views (mask or indices), with the other views' poses from `full`."""
-    rotations, shifts = full.rotations.copy(), full.shifts_mm.copy()
-    rotations[keep], shifts[keep] = part.rotations, part.shifts_mm
-    return replace(part, rotations=rotations, shifts_mm=shifts)
-
-
 def _distances(problem: BoardProblem, state: BoardParameters) -> Array:
     """Return residual lengths (v, m) px; infinite where a corner cannot be projected, NaN where there is none."""
     away = np.linalg.norm(problem.residuals_px(state), axis=-1)
     return np.where(problem.observations.present & np.isnan(away), np.inf, away)
 
 
-def _medians(away: Array) -> Array:
-    return np.nanmedian(away, axis=1)
-
-
-def _typical_sigma(away: Array, present: Array) -> float:
-    """Return σ of a coordinate from the median length, which outliers hardly move."""
-    return float(np.median(away[present])) / RAYLEIGH_MEDIAN
-
-
 def _wrong_views(away: Array, beyond: Array, present: Array) -> Array:
     """Return views whose residuals are several times the usual, or that have many outliers."""
-    medians = _medians(away)
+    medians = np.nanmedian(away, axis=1)
     share = beyond.sum(axis=1) / np.maximum(present.sum(axis=1), 1)
     return (medians > np.maximum(MAX_VIEW_RATIO * np.median(medians), MIN_SIGMA_PX)) | (share > MAX_VIEW_OUTLIERS)

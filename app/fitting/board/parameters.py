@@ -90,6 +90,12 @@ class BoardParameters:
     def only(self, keep: Array) -> Self:
         return replace(self, rotations=self.rotations[keep], shifts_mm=self.shifts_mm[keep])
 
+    def with_poses_of(self, full: Self, keep: Array) -> Self:
+        """Return this state of some of the views (mask or indices), with the other views' poses from `full`."""
+        rotations, shifts = full.rotations.copy(), full.shifts_mm.copy()
+        rotations[keep], shifts[keep] = self.rotations, self.shifts_mm
+        return replace(self, rotations=rotations, shifts_mm=shifts)
+
     def retract(self, delta: Array, free: Array, own: Array) -> Self:
         """Apply a step: delta for the free shared parameters, own (v, 6) a rotation and a shift of every pose."""
         full = np.zeros(len(free))

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.board import BoardView
 from app.core.errors import FitFailed
-from app.core.geometry import Array, ImageSize
+from app.core.geometry import Array, ImageSize, inside_picture
 from app.core.text_format import sentence
 
 MIN_CORNERS = 6  # a pose takes six of twelve numbers; with four corners, one wrong corner would go unseen
@@ -30,7 +30,7 @@ class RejectedView:
         object.__setattr__(self, "text", sentence(self.text))
 
     def to_json(self) -> dict[str, Any]:
-        return {"index": self.index, "name": self.name, "reason": self.reason, "text": self.text}
+        return dict(vars(self))
 
 
 def unusable_views(views: tuple[BoardView, ...], image_size: ImageSize) -> Iterator[RejectedView]:
@@ -45,9 +45,9 @@ def unusable_views(views: tuple[BoardView, ...], image_size: ImageSize) -> Itera
         elif _collinear(view.pixels) or _collinear(view.places_mm[:, :2]):
             yield RejectedView(index, name, "corners-on-a-line",
                                f"The corners of {name} lie on one line: no pose follows.")
-        elif ((view.pixels < -1) | (view.pixels > np.array(tuple(image_size)))).any():
+        elif not inside_picture(view.pixels, image_size, -1).all():
             yield RejectedView(index, name, "outside-picture", f"{name} has corners outside the picture of "
-                          f"{image_size.width} × {image_size.height} px.")
+                               f"{image_size.width} × {image_size.height} px.")
         elif (same := np.rint(view.pixels / SAME_PX).tobytes()) in first:
             yield RejectedView(index, name, "seen-already", f"{name} is {first[same]} once more: it tells nothing new.")
         else:

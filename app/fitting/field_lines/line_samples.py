@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.core.field import Field
-from app.core.geometry import Array, ImageSize, Points, with_z
+from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
 from app.fitting.field_lines.pattern import FieldPattern
 
 MARGIN_PX = 6.0
@@ -56,8 +56,7 @@ def sample_lines(project: Callable[[Array], Points], pattern: FieldPattern, size
         tangent = ahead / length[:, None]
         normals = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
         width = np.abs(np.sum(side * normals, axis=1))
-        inside = ((places >= MARGIN_PX) & (places <= np.array(tuple(size)) - 1 - MARGIN_PX)).all(axis=1)
-        inside &= np.isfinite(length) & np.isfinite(width) & (length > 0)
+        inside = inside_picture(places, size, MARGIN_PX) & np.isfinite(length) & np.isfinite(width) & (length > 0)
     here = np.flatnonzero(inside)
     chosen = _spaced(pattern.marking[here], length[here], apart_px)
     index = here[chosen]

@@ -16,8 +16,7 @@ from app.fitting.linear import pose_from_homography
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior
 from app.fitting.ray_camera.search import RayFitProblem, residual_count
-from app.models.brown_conrady import BrownConrady
-from app.models.division import Division
+from app.models.lens_models import BrownConrady, Division
 
 CAPTURE_PX = (24.0, 14.0, 10.0, 6.0, 3.5, 2.0)  # in a picture of 1280 px, on the way in
 MIN_COSINE = np.cos(np.radians(12))

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.geometry import Array, ImageSize, Points, homogeneous
+from app.core.geometry import Array, ImageSize, Points, homogeneous, inside_picture
 from app.fitting.field_lines.blind_distortion import UndistortedPlane
 from app.fitting.field_lines.pattern import FieldPattern
 
@@ -48,15 +48,12 @@ class RidgeMaps:
             empty = np.full(shape, 255, np.uint8)
             near = off < 0.8
             empty[y[near], x[near]] = 0
-            maps.append(cv2.distanceTransform(empty, cv2.DIST_L2, 3) if near.any()
-                        else np.full(shape, 1e3, np.float32))
+            maps.append(cv2.distanceTransform(empty, cv2.DIST_L2, 3) if near.any() else np.full(shape, 1e3, np.float32))
         return cls(np.stack(maps), scale, size, float(len(points)))
 
     def found(self, raw: Points, along: Array) -> Array:
         """Return (...,) 0 to 1: how near a ridge of that direction is; 0 outside the picture."""
-        w, h = self.size
-        with np.errstate(invalid="ignore"):
-            inside = ((raw >= 2) & (raw <= (w - 3, h - 3))).all(axis=-1)
+        inside = inside_picture(raw, self.size, 2)
         at = np.rint(np.where(inside[..., None], raw, 0) * self.scale).astype(np.int32)
         angle = np.arctan2(along[..., 1], along[..., 0]) % np.pi
         way = np.rint(angle * (DIRECTIONS / np.pi)).astype(np.int32) % DIRECTIONS
@@ -64,30 +61,19 @@ class RidgeMaps:
         return np.where(inside, np.maximum(1 - (away / REACH_PX) ** 2, 0), 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Scores:
-    """(n,) each: recall (found), precision (explained), and their harmonic mean."""
-
-    found: Array
-    explained: Array
-    value: Array
-
-
-def score(homographies: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps) -> Scores:
-    """Score homographies (n, 3, 3) from field mm to the undistorted plane."""
+def score(homographies: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps) -> Array:
+    """Score homographies (n, 3, 3) from field mm to the undistorted plane: the harmonic mean (n,) of both shares."""
     parts = [_score_batch(homographies[k:k + BATCH], plane, pattern, ridges)
              for k in range(0, len(homographies), BATCH)]
     found, explained = (np.concatenate([np.empty(0), *(p[i] for p in parts)]) for i in (0, 1))
-    return Scores(found, explained, 2 * found * explained / np.maximum(found + explained, 1e-9))
+    return 2 * found * explained / np.maximum(found + explained, 1e-9)
 
 
 def _score_batch(maps: Array, plane: UndistortedPlane, pattern: FieldPattern, ridges: RidgeMaps) -> tuple[Array, Array]:
     raw = project(maps, pattern.points, plane)
     ahead = project(maps, pattern.points + pattern.along * (pattern.step_mm / 4)[:, None], plane) - raw
     step_px = np.linalg.norm(ahead, axis=-1) * 4
-    w, h = ridges.size
-    with np.errstate(invalid="ignore"):
-        inside = ((raw >= 2) & (raw <= (w - 3, h - 3))).all(axis=-1) & np.isfinite(step_px)
+    inside = inside_picture(raw, ridges.size, 2) & np.isfinite(step_px)
     length = np.where(inside, step_px, 0.0)
     found = (ridges.found(np.where(inside[..., None], raw, -1.0), np.where(inside[..., None], ahead, 1.0))
              * length).sum(axis=1)

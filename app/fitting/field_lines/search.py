@@ -1,13 +1,14 @@
 """From ridges to cameras: lens first, then lines, then which line is which, then the best few drawn onto the ridges."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from app.core.field import Field, Region
-from app.core.geometry import Array, ImageSize, Points, with_z
+from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
+from app.core.progress import Progress, no_progress
 from app.fitting.field_lines.blind_distortion import UndistortedPlane, estimate_bend
 from app.fitting.field_lines.four_lines import Hypotheses, four_line_hypotheses
 from app.fitting.field_lines.line_merging import DetectedLine, merge_chains
@@ -67,7 +68,7 @@ class SearchResult:
 
 
 def search(chains: Sequence[Points], along: Sequence[Array], field: Field, region: Region, size: ImageSize,
-           prior: PosePrior = PosePrior(), progress: Callable[[float, str], None] = lambda f, w: None) -> SearchResult:
+           prior: PosePrior = PosePrior(), progress: Progress = no_progress) -> SearchResult:
     """Search for cameras. chains: points (n, 2) raw px along each ridge, longest first; along: unit vectors at them."""
     plane = UndistortedPlane.of(size, estimate_bend(chains, size))
     lines = merge_chains(chains, plane, MAX_LINES)
@@ -126,17 +127,17 @@ class _Scorer:
         shows = self._shows_region(maps)
         maps, focal = maps[shows], focal[shows]
         if len(maps) > MAX_FINE:
-            prior = score(maps, self.plane, self.coarse, self.ridges).value
+            prior = score(maps, self.plane, self.coarse, self.ridges)
             top = np.argsort(-prior, kind="stable")[:MAX_FINE]
             maps, focal = maps[top], focal[top]
-        value = score(maps, self.plane, self.fine, self.ridges).value
+        value = score(maps, self.plane, self.fine, self.ridges)
         return [(float(value[i]), maps[i], float(focal[i])) for i in np.argsort(-value, kind="stable")]
 
     def _shows_region(self, maps: Array) -> Array:
         """Return whether enough of the region is in the picture, large enough, and upright where no more is known."""
         raw = project(maps, self.carpet, self.plane)
+        inside = inside_picture(raw, self.size, 0)
         with np.errstate(invalid="ignore"):
-            inside = ((raw >= 0) & (raw <= np.array(tuple(self.size)) - 1)).all(axis=-1)
             low = np.where(inside[..., None], raw, np.inf).min(axis=1)
             high = np.where(inside[..., None], raw, -np.inf).max(axis=1)
             fills = np.prod(np.maximum(high - low, 0), axis=-1) > MIN_REGION_FILL * self.size.width * self.size.height
@@ -168,9 +169,8 @@ class _Scorer:
             raw = state.project(flat)
             ahead = state.project(flat + ahead_mm) - raw
             length = np.linalg.norm(ahead, axis=1) * 4
-            inside = ((raw >= 2) & (raw <= np.array(tuple(self.size)) - 3)).all(axis=1) & np.isfinite(length)
-            carpet = state.project(with_z(self.carpet))
-            seen = ((carpet >= 0) & (carpet <= np.array(tuple(self.size)) - 1)).all(axis=1).mean()
+            inside = inside_picture(raw, self.size, 2) & np.isfinite(length)
+            seen = inside_picture(state.project(with_z(self.carpet)), self.size, 0).mean()
             ends = state.project(with_z(self.rightwards))
         if not inside.any() or seen < MIN_REGION_SEEN or not np.isfinite(ends).all():
             return None

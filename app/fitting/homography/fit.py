@@ -11,8 +11,14 @@ from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, homogeneous, with_z
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
-from app.core.records import Fit, Observations, Warning
-from app.fitting.clicks import check_inside_picture, elevated_point_warnings, inlier_masks, outlier_warnings
+from app.core.records import Fit, Observations
+from app.fitting.clicks import (
+    check_inside_picture,
+    elevated_point_warnings,
+    inlier_masks,
+    outlier_warning,
+    outlier_warnings,
+)
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.corrected_rectangle import corrected_rectangle
 from app.fitting.homography.parameters import HomographyParameters
@@ -79,7 +85,8 @@ class HomographyFitter(Fitter):
                  "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
                  "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
         warnings = (*outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
-                    *_beyond_horizon_warnings(observations, whole.owners[~seen]),
+                    *(outlier_warning(observations, i, k, "lies beyond the horizon of the others")
+                      for i, k in whole.owners[~seen]),
                     *elevated_point_warnings(observations, "a homography"))
         return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), warnings, notes,
                    covariance=found.covariance, parameter_names=names)
@@ -168,9 +175,3 @@ def _refuse_impossible(found: RayFitResult, region: Region) -> None:
         raise FitFailed("The field appears mirrored in the picture.",
                         "Check which border is left and which is right, or turn the region; a mirrored picture must "
                         "be flipped back first.", reason="mirrored")
-
-
-def _beyond_horizon_warnings(observations: Observations, owners: Array) -> list[Warning]:
-    return [Warning("stray-click", f"Point {k + 1} of {observations[i].label} lies beyond the horizon of the others; "
-                    "it was left out of the fit.", "Drag it onto the line, or remove it.",
-                    str(observations[i].feature), int(k)) for i, k in owners]

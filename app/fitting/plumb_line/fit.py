@@ -14,14 +14,7 @@ from app.core.geometry import Array, ImageSize, Points, as_points
 from app.fitting.plumb_line.covariance import covariance, groups_of
 from app.fitting.plumb_line.initial import chain_rms, initial_bend
 from app.fitting.plumb_line.problem import Chains
-from app.fitting.plumb_line.search import (
-    chain_rms_px,
-    initial_fit,
-    plumb_line_problem,
-    select_chains,
-    solve,
-    spread_covariance,
-)
+from app.fitting.plumb_line.search import PlumbLineProblem, chain_rms_px, initial_fit, solve, spread_covariance
 from app.models.distortion import Distortion, half_diagonal_px
 
 MIN_POINTS = 3  # two make a line whatever the lens
@@ -84,7 +77,7 @@ def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str =
     be the lens's; 0 fixes it there, None takes 1 % of the diagonal. noise_px: a first guess; it is then measured.
     Raises FitFailed where there are too few lines, or no lens makes half of their points straight.
     """
-    problem = plumb_line_problem(lens, terms, centre_sigma_px, image_size)
+    problem = PlumbLineProblem.of(lens, terms, centre_sigma_px, image_size)
     given = [as_points(c, f"The points of line {i + 1}").reshape(-1, 2) for i, c in enumerate(chains)]
     where = np.zeros(len(given), int) if pictures is None else np.asarray(pictures, int)
     unit, centre, need = half_diagonal_px(image_size), np.array(image_size.centre), len(problem.names) + SPARE_CHAINS
@@ -105,7 +98,7 @@ def fit_plumb_lines(chains: Sequence[Points], image_size: ImageSize, lens: str =
             raise FitFailed("No lens makes enough of the lines straight.",
                             "Mark edges that are straight in the world, each by itself.", reason="no-straight-lines")
         tried.append(picked)
-        part = replace(select_chains(thin, picked), noise_px=noise_px)
+        part = replace(thin.only(picked), noise_px=noise_px)
         minimum = solve(part, state, problem)
         state = minimum.state
         noise_px = max(1.4826 * float(np.median(np.abs(state.linearise(part).residuals))), MIN_NOISE_PX)

@@ -45,6 +45,11 @@ class Chains:
         """Return which chain each point belongs to, (n,)."""
         return np.repeat(np.arange(len(self.starts)), self.counts)
 
+    def only(self, which: Array) -> Self:
+        """Return some of the chains; which (c,) bool."""
+        return replace(self, pixels=self.pixels[which[self.owner]],
+                       starts=np.concatenate([[0], np.cumsum(self.counts[which])[:-1]]).astype(int))
+
     def sums(self, values: Array) -> Array:
         """Sum over each chain, (n, …) to (c, …)."""
         return np.add.reduceat(values, self.starts, axis=0)

@@ -1,6 +1,7 @@
 """One lens to one choice of chains: where the search starts, the search, and what one more term would change."""
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -25,6 +26,22 @@ class PlumbLineProblem:
     centre_sigma: float
     size: ImageSize
 
+    @classmethod
+    def of(cls, lens: str, terms: tuple[str, ...] | None, centre_sigma_px: float | None, size: ImageSize) -> Self:
+        """Read the choices; two terms, and 1 % of the diagonal for the centre, where none are given."""
+        if lens not in LINE_LENSES:
+            raise BadInput(f"Straight lines know no lens {lens!r}.", f"Use one of: {', '.join(LINE_LENSES)}.",
+                           reason="unknown-lens")
+        known = tuple(LINE_LENSES[lens][1])
+        names = known[:2] if terms is None else tuple(t for t in known if t in terms)
+        if not names or names != known[:len(names)]:
+            raise BadInput("The terms of a lens are freed in order.", f"Free the first or more of {', '.join(known)}.",
+                           reason="bad-option")
+        if centre_sigma_px is not None and not 0 <= centre_sigma_px < np.inf:
+            raise BadInput("The centre's σ is no length.", "Give it in px, 0 to hold the centre.", reason="bad-option")
+        sigma = CENTRE_SIGMA * 2 * half_diagonal_px(size) if centre_sigma_px is None else float(centre_sigma_px)
+        return cls(lens, names, sigma, size)
+
     @property
     def free(self) -> list[int]:
         return [LINE_LENSES[self.lens][0].TERMS.index(n) for n in self.names]
@@ -34,28 +51,12 @@ class PlumbLineProblem:
         return [*self.free, *([-2, -1] if self.centre_sigma else [])]
 
     @property
-    def wider(self) -> "PlumbLineProblem | None":
+    def wider(self) -> Self | None:
         """Return the same with one more term."""
         if self.lens == "division":
             return replace(self, lens="division-even", names=("k1", "k2"))
         terms = tuple(LINE_LENSES[self.lens][1])
         return replace(self, names=terms[:len(self.names) + 1]) if len(self.names) < len(terms) else None
-
-
-def plumb_line_problem(lens: str, terms: tuple[str, ...] | None, centre_sigma_px: float | None,
-                       size: ImageSize) -> PlumbLineProblem:
-    if lens not in LINE_LENSES:
-        raise BadInput(f"Straight lines know no lens {lens!r}.", f"Use one of: {', '.join(LINE_LENSES)}.",
-                       reason="unknown-lens")
-    known = tuple(LINE_LENSES[lens][1])
-    names = known[:2] if terms is None else tuple(t for t in known if t in terms)
-    if not names or names != known[:len(names)]:
-        raise BadInput("The terms of a lens are freed in order.", f"Free the first or more of {', '.join(known)}.",
-                       reason="bad-option")
-    if centre_sigma_px is not None and not 0 <= centre_sigma_px < np.inf:
-        raise BadInput("The centre's σ is no length.", "Give it in px, 0 to hold the centre.", reason="bad-option")
-    sigma = CENTRE_SIGMA * 2 * half_diagonal_px(size) if centre_sigma_px is None else float(centre_sigma_px)
-    return PlumbLineProblem(lens, names, sigma, size)
 
 
 def initial_fit(chains: Chains, problem: PlumbLineProblem, bend: float) -> LineFit:
@@ -127,13 +128,8 @@ def chain_rms_px(state: LineFit, chains: Chains) -> Array:
     """Return the rms of each chain (c,), px, about its own best line; infinite where the lens does not reach."""
     plane = state.lens.undistort(state.terms, (chains.pixels - state.centre) / chains.unit_px)[..., :2]
     reached = chains.sums(np.isfinite(plane).all(axis=1).astype(int)) == chains.counts
-    part = select_chains(chains, reached)
+    part = chains.only(reached)
     rms = np.full(len(reached), np.inf)
     if reached.any():
         rms[reached] = np.sqrt(part.sums(with_best_lines(state, part).linearise(part).residuals ** 2) / part.counts)
     return np.where(np.isfinite(rms), rms, np.inf)
-
-
-def select_chains(chains: Chains, which: Array) -> Chains:
-    return replace(chains, pixels=chains.pixels[which[chains.owner]],
-                   starts=np.concatenate([[0], np.cumsum(chains.counts[which])[:-1]]).astype(int))

@@ -1,7 +1,7 @@
 """Fitting the paper's model: rows first, then columns on the horizontally corrected clicks, then millimetres."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,8 +11,9 @@ from app.core.field import BORDERS, Field, Region
 from app.core.geometry import ImageSize, Points
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
-from app.core.records import Fit, Observations, Warning
+from app.core.records import Fit, Observation, Observations, Warning
 from app.fitting.border import CurveFit, fit_curve
+from app.fitting.clicks import check_inside_picture, outlier_warning
 from app.fitting.contract import Fitter
 from app.fitting.corrected_rectangle import corrected_rectangle
 from app.fitting.options import COMMON_OPTIONS
@@ -69,7 +70,8 @@ class PolynomialFitter(Fitter):
         rows = (-0.5, image_size.height - 0.5)
         fits = {name: fit_curve(borders[name].points[:, 1], borders[name].points[:, 0], degrees[name], rows,
                                 f"the {name} border", robust=robust) for name in ("left", "right")}
-        _refuse_crossing("left", "right", fits, _span_of_clicks(borders, 1))
+        clicked = np.concatenate([b.points[:, 1] for b in borders.values()])
+        _refuse_crossing("left", "right", fits, (float(clicked.min()), float(clicked.max())))
         width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
 
         progress(0.4, "Fitting the top and bottom borders")
@@ -82,11 +84,11 @@ class PolynomialFitter(Fitter):
 
         straight = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
                               (0.0, region.width_mm / width_px), (0.0, region.height_mm), region, image_size)
-        _refuse_crossing("left", "right", fits, _rows_of_the_field(straight))
+        x_c = np.linspace(0, width_px, 64)
+        _refuse_crossing("left", "right", fits, (float(straight.top(x_c).min()), float(straight.bottom(x_c).max())))
         progress(0.7, "Relating pixels to millimetres")
         across, down, relation, used, mistaken = relate(straight, observations, field, settings["relation_degree"])
-        model = Polynomial(*(fits[name].curve for name in BORDERS), width_px, height_px, n_x, n_y,
-                           across, down, region, image_size)
+        model = replace(straight, across_mm=across, down_mm=down)
         inliers = _inliers(observations, borders, fits, mistaken)
         warnings = (*_outlier_warnings(observations, borders, fits, inliers),
                     *_extrapolation_warnings(borders, fits, straight))
@@ -121,28 +123,12 @@ def _check_clicks(borders: Mapping[str, _Border], image_size: ImageSize) -> None
             raise FitFailed(f"The {border.name} border has no points.",
                             f"Click points along the {border.name} border.", reason="too-few-points",
                             feature=border.name)
-        outside = np.flatnonzero(((border.points < -1) | (border.points > np.array(tuple(image_size)))).any(axis=1))
-        if outside.size:
-            x, y = border.points[outside[0]]
-            raise FitFailed(f"Point {outside[0] + 1} of the {border.name} border, ({x:.6g}, {y:.6g}), is outside the "
-                            f"picture of {image_size.width} × {image_size.height} px.",
-                            "Remove it, or choose the picture it was clicked on.", reason="outside-picture",
-                            feature=border.name, index=int(outside[0]))
+        check_inside_picture((Observation(border.name, "line", border.points),), image_size)
     points = np.concatenate([b.points for b in borders.values()])
     spread = np.linalg.svd((points - points.mean(axis=0)) / np.sqrt(len(points)), compute_uv=False)
     if 12 * spread[0] * spread[1] < MIN_HULL_SHARE * image_size.width * image_size.height:  # a rectangle's area
         raise FitFailed("The points of all four borders lie nearly on one line.",
                         "Click each border along its own line.", reason="collinear-points")
-
-
-def _span_of_clicks(borders: Mapping[str, _Border], axis: int) -> tuple[float, float]:
-    values = np.concatenate([b.points[:, axis] for b in borders.values()])
-    return float(values.min()), float(values.max())
-
-
-def _rows_of_the_field(model: Polynomial) -> tuple[float, float]:
-    x_c = np.linspace(0, model.width_px, 64)
-    return float(model.top(x_c).min()), float(model.bottom(x_c).max())
 
 
 def _refuse_crossing(first: str, second: str, fits: Mapping[str, CurveFit], span: tuple[float, float]) -> None:
@@ -172,22 +158,13 @@ def _inliers(observations: Observations, borders: Mapping[str, _Border], fits: M
 
 def _outlier_warnings(observations: Observations, borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
             inliers: tuple[np.ndarray, ...]) -> list[Warning]:
-    found = []
-    for name, border in borders.items():
-        for (i, k), fine, residual in zip(border.owners, fits[name].inliers, fits[name].residuals, strict=True):
-            if not fine:
-                found.append(Warning(
-                    "stray-click", f"Point {k + 1} of the {name} border lies {abs(residual):.1f} px off the curve "
-                    "through the others; it was left out of the fit.",
-                    "Drag it onto the line, or remove it.", str(observations[i].feature), k))
-    for i, observation in enumerate(observations):
-        if observation.feature not in BORDERS:
-            for k in np.flatnonzero(~inliers[i]):
-                found.append(Warning(
-                    "stray-click", f"Point {k + 1} of {observation.label} disagrees with everything else; it was "
-                    "left out of the fit.", "Check that it was clicked on the right mark.",
-                    str(observation.feature), int(k)))
-    return found
+    found = [outlier_warning(observations, i, k, f"lies {abs(residual):.1f} px off the curve through the others")
+             for name, border in borders.items() for (i, k), fine, residual
+             in zip(border.owners, fits[name].inliers, fits[name].residuals, strict=True) if not fine]
+    return found + [outlier_warning(observations, i, k, "disagrees with everything else",
+                                    "Check that it was clicked on the right mark.")
+                    for i, observation in enumerate(observations) if observation.feature not in BORDERS
+                    for k in np.flatnonzero(~inliers[i])]
 
 
 def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, CurveFit],
@@ -206,7 +183,7 @@ def _extrapolation_warnings(borders: Mapping[str, _Border], fits: Mapping[str, C
                             "Check the points of all four borders, or choose a lower degree.", reason="borders-cross",
                             feature=name)
         low, high = rows[name]
-        ends = {"left": ("top", "bottom"), "right": ("top", "bottom")}.get(name, ("left", "right"))
+        ends = ("top", "bottom") if name in ("left", "right") else ("left", "right")
         for gap, end in ((position.min() - low, ends[0]), (high - position.max(), ends[1])):
             if gap > EXTRAPOLATED_SHARE * (high - low):
                 found.append(Warning(

@@ -16,11 +16,11 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.geometry import Array, ImageSize
+from app.fitting.ray_camera.lens_prior import GaussianPrior, refuse_other_camera
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models.distortion import LINE_LENSES, Distortion
 
 FIXED_SIGMA = 1e-3  # of its σ, for a distortion that is to be fixed
-MIN_VARIANCE = 1e-9  # of its scale: a lower bound of the variance in every direction
 CENTRE = ("centre_x", "centre_y")
 
 
@@ -56,30 +56,6 @@ class DistortionEstimate:
         return tuple(name for name in self.names if name not in CENTRE)
 
 
-@dataclass(frozen=True, eq=False)
-class DistortionPrior:
-    """The estimate as residuals of a fit: rows (k, k), rows @ (values per unit - values) has σ 1."""
-
-    names: tuple[str, ...]
-    values: Array
-    rows: Array
-    powers: Array  # of each: 0 for the centre
-    unit_px: float
-
-    def residuals(self, found: Mapping[str, float]) -> Array:
-        return self.rows @ (np.array([found[name] for name in self.names]) * self._scale(found) - self.values)
-
-    def jacobian(self, names: list[str], found: Mapping[str, float]) -> Array:
-        scale = self._scale(found)
-        by = np.zeros((len(self.names), len(names)))
-        by[np.arange(len(self.names)), [names.index(name) for name in self.names]] = scale
-        by[:, names.index("log_focal")] -= self.powers * scale * np.array([found[name] for name in self.names])
-        return self.rows @ by
-
-    def _scale(self, found: Mapping[str, float]) -> Array:
-        return (self.unit_px / np.exp(found["log_focal"])) ** self.powers
-
-
 def read_distortion(model: str, settings: Mapping[str, Any], image_size: ImageSize) -> DistortionEstimate | None:
     """Read the lens from straight lines in the options, None for any other; BadInput if it is not this model's,
     or of another picture."""
@@ -87,28 +63,18 @@ def read_distortion(model: str, settings: Mapping[str, Any], image_size: ImageSi
     if given is None or "unit" not in given.get("lens", {}):
         return None
     lens = DistortionEstimate.from_json(given["lens"])
-    if lens.distortion.name != model:
-        raise BadInput(f"The held lens is {lens.distortion.name}, the model to fit is {model}.",
-                       f"Fit {lens.distortion.name}, or hold another lens.", reason="bad-option")
-    size = lens.distortion.image_size
-    if size != image_size:
-        raise BadInput(f"The held lens is of pictures of {size.width} × {size.height} px, this one has "
-                       f"{image_size.width} × {image_size.height} px.",
-                       "Hold a lens that was found at this size.", reason="bad-option")
+    refuse_other_camera(lens.distortion.name, lens.distortion.image_size, model, image_size, "found")
     return lens
 
 
-def distortion_prior(lens: DistortionEstimate, settings: Mapping[str, Any]) -> DistortionPrior:
+def distortion_prior(lens: DistortionEstimate, settings: Mapping[str, Any]) -> GaussianPrior:
     """Return the prior of an estimate: fixed, or with its covariance."""
     own = dict(zip(lens.distortion.lens.TERMS, lens.distortion.terms, strict=True)) | dict(
         zip(CENTRE, lens.distortion.centre_px, strict=True))
-    scale = np.sqrt(np.maximum(np.diag(lens.covariance), 1e-300))
-    values, vectors = np.linalg.eigh(lens.covariance / np.outer(scale, scale))
-    rows = (vectors / np.sqrt(np.maximum(values, MIN_VARIANCE))).T / scale
     powers = LINE_LENSES[lens.distortion.name][1]
-    return DistortionPrior(lens.names, np.array([own[name] for name in lens.names]),
-                     rows if settings.get("lens_sigma") == "own" else rows / FIXED_SIGMA,
-                     np.array([powers.get(name, 0) for name in lens.names], float), lens.distortion.unit_px)
+    prior = GaussianPrior.of(lens.names, np.array([own[name] for name in lens.names]), lens.covariance,
+                             np.array([powers.get(name, 0) for name in lens.names], float), lens.distortion.unit_px)
+    return prior if settings.get("lens_sigma") == "own" else replace(prior, rows=prior.rows / FIXED_SIGMA)
 
 
 def with_distortion(state: RayCameraParameters, lens: DistortionEstimate) -> RayCameraParameters:

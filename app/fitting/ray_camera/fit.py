@@ -1,8 +1,9 @@
 """Fitting a camera with a lens: linear start, robust refinement, outlier rejection, then plain least squares."""
 
-from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
+
+import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Field, Region
@@ -13,21 +14,13 @@ from app.core.records import Fit, Observations
 from app.fitting.clicks import check_inside_picture, inlier_masks, outlier_warnings
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.corrected_rectangle import corrected_rectangle
+from app.fitting.options import RAY_OPTIONS
 from app.fitting.ray_camera.distortion_prior import read_distortion, with_distortion
 from app.fitting.ray_camera.initial import start_states
 from app.fitting.ray_camera.lens_prior import read_lens, with_lens
-from app.fitting.ray_camera.options import RAY_OPTIONS
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import gather_clicks, line_incidences
-from app.fitting.ray_camera.search import (
-    RayFitProblem,
-    RayFitResult,
-    best_start,
-    significantly_better,
-    simplest_distortion,
-    solve,
-    with_only_terms,
-)
+from app.fitting.ray_camera.search import RayFitProblem, RayFitResult, best_start, significantly_better, solve
 from app.fitting.ray_camera.setup import fit_problem, read_shrinkage, shrinkage_for, term_sets_for
 from app.fitting.sensitivity import ParameterSensitivity
 from app.models import parameters_json
@@ -40,15 +33,19 @@ class RayFitter(Fitter):
     MODEL: ClassVar[type[RayCamera]]
     OPTIONS: ClassVar[tuple[Option, ...]] = RAY_OPTIONS
 
+    TERM_SETS: ClassVar[tuple[tuple[str, ...], ...]] = ()  # those that "auto" tries, simplest first
+    FIRST_TERM: ClassVar[tuple[float, float]] = (1.0, 0.0)  # of the lens, by k1 of r_d = r (1 + k1 r²): slope, offset
+
     @classmethod
-    @abstractmethod
     def start_terms(cls, k1: float) -> Array:
         """Return the lens's terms whose leading behaviour is r_d = r (1 + k1 r²)."""
+        slope, offset = cls.FIRST_TERM
+        return np.pad([slope * k1 + offset], (0, len(cls.MODEL.LENS.TERMS) - 1))
 
     @classmethod
     def term_sets(cls) -> tuple[tuple[str, ...], ...]:
         """Return the sets of lens terms that "auto" tries, simplest first; a lens without a choice has one."""
-        return (cls.MODEL.LENS.TERMS,)
+        return cls.TERM_SETS or (cls.MODEL.LENS.TERMS,)
 
     @classmethod
     def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
@@ -87,8 +84,8 @@ class RayFitter(Fitter):
             starts = [with_distortion(state, distortion) for state in starts]
         term_sets = term_sets_for(cls.MODEL.LENS, cls.term_sets(), settings, intrinsics, distortion)
         best, refusal, tried, chosen_shrinkage = None, None, {}, {}
-        first = fit_problem(starts[0], problem, simplest_distortion(term_sets), settings, image_size, intrinsics,
-                            distortion)
+        simplest = next((terms for terms in term_sets if terms), term_sets[-1])  # with any distortion
+        first = fit_problem(starts[0], problem, simplest, settings, image_size, intrinsics, distortion)
         # a known answer is only spoilt by a rough search
         begin = best_start(first, starts) if start is None else starts[0]
         for rung, terms in enumerate(term_sets):
@@ -138,7 +135,7 @@ def _first_solved(task: RayFitProblem, starts: Iterable[RayCameraParameters], te
     """Solve from the first start that leads anywhere: some see no click at all once their lens is another."""
     for start in starts:
         try:
-            return solve(task, start if task.lens_given else with_only_terms(start, terms), settings)
+            return solve(task, start if task.lens_given else start.with_only_terms(terms), settings)
         except FitFailed as refused:
             refusal = refused
     raise refusal

@@ -6,13 +6,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array, ImageSize
-from app.fitting.linear import (
-    PlaneEstimate,
-    focal_from_vanishing_points,
-    homography_from_lines,
-    pose_from_homography,
-    tsai_two_stage,
-)
+from app.fitting.linear import focal_from_vanishing_points, homography_from_lines, pose_from_homography, tsai_two_stage
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import ClickResiduals, Incidences
 from app.models.lenses import Lens
@@ -33,7 +27,8 @@ def start_states(lens: type[Lens], start_terms: Callable[[float], Array], proble
     found = homography_from_lines(incidences, centre)
     plane_from_field = np.linalg.inv(found.field_from_plane)
     states = [state(focal, float(np.clip(found.bend * focal**2, -1.0, 0.5)),
-                    *pose_from_homography(plane_from_field, focal)) for focal in _focals(found, image_size, height_mm)]
+                    *pose_from_homography(plane_from_field, focal))
+              for focal in _focals(plane_from_field, image_size, height_mm)]
     flat = problem.marks[:, 2] == 0
     if flat.sum() >= 6:  # landmarks alone allow Tsai's two stages as well
         spots = problem.pixels[problem.curves:][flat]
@@ -46,8 +41,7 @@ def start_states(lens: type[Lens], start_terms: Callable[[float], Array], proble
     return states
 
 
-def _focals(found: PlaneEstimate, image_size: ImageSize, height_mm: float | None) -> list[float]:
-    plane_from_field = np.linalg.inv(found.field_from_plane)
+def _focals(plane_from_field: Array, image_size: ImageSize, height_mm: float | None) -> list[float]:
     estimate = focal_from_vanishing_points(plane_from_field)
     focals = [f * image_size.width for f in FOCAL_GUESSES]
     if estimate is not None and PLAUSIBLE_FOCAL[0] < estimate / image_size.width < PLAUSIBLE_FOCAL[1]:

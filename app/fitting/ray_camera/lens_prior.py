@@ -7,7 +7,7 @@ then fixes the pose.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -23,19 +23,47 @@ MIN_VARIANCE = 1e-9  # of its scale: a lower bound of the variance in every dire
 
 @dataclass(frozen=True, eq=False)
 class GaussianPrior:
-    """Parameters by name, their mean, and the whitening of their errors: rows (k, k), rows @ (x - values) has σ 1."""
+    """Parameters by name, their mean, and the whitening of their errors: rows (k, k), rows @ (x - values) has σ 1.
+
+    powers (k,): values are of x · (unit_px / focal length)^power.
+    """
 
     names: tuple[str, ...]
     values: Array
     rows: Array
+    powers: Array
+    unit_px: float = 1.0
+
+    @classmethod
+    def of(cls, names: tuple[str, ...], values: Array, covariance: Array, powers: Array, unit_px: float = 1.0) -> Self:
+        # unit diagonal first: focal lengths and k3 are known to very different digits
+        scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        variances, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+        return cls(names, values, (vectors / np.sqrt(np.maximum(variances, MIN_VARIANCE))).T / scale, powers, unit_px)
 
     def residuals(self, found: Mapping[str, float]) -> Array:
-        return self.rows @ (np.array([found[name] for name in self.names]) - self.values)
+        return self.rows @ (np.array([found[name] for name in self.names]) * self._scale(found) - self.values)
 
-    def jacobian(self, names: list[str], _found: Mapping[str, float]) -> Array:
+    def jacobian(self, names: list[str], found: Mapping[str, float]) -> Array:
+        scale = self._scale(found)
         by = np.zeros((len(self.names), len(names)))
-        by[:, [names.index(name) for name in self.names]] = self.rows
-        return by
+        by[np.arange(len(self.names)), [names.index(name) for name in self.names]] = scale
+        by[:, names.index("log_focal")] -= self.powers * scale * np.array([found[name] for name in self.names])
+        return self.rows @ by
+
+    def _scale(self, found: Mapping[str, float]) -> Array:
+        return (self.unit_px / np.exp(found["log_focal"])) ** self.powers
+
+
+def refuse_other_camera(held: str, size: ImageSize, model: str, image_size: ImageSize, made: str) -> None:
+    """Raise BadInput where the held lens is of another model or of another picture size than the fit."""
+    if held != model:
+        raise BadInput(f"The held lens is {held}, the model to fit is {model}.",
+                       f"Fit {held}, or hold another lens.", reason="bad-option")
+    if size != image_size:
+        raise BadInput(f"The held lens is of pictures of {size.width} × {size.height} px, this one has "
+                       f"{image_size.width} × {image_size.height} px.",
+                       f"Hold a lens that was {made} at this size.", reason="bad-option")
 
 
 def read_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) -> Intrinsics | None:
@@ -48,14 +76,8 @@ def read_lens(model: str, settings: Mapping[str, Any], image_size: ImageSize) ->
     else:
         camera = model_from_json(given["name"], given["parameters"])
         lens = camera_intrinsics(camera, given.get("covariance")) if isinstance(camera, RayCamera) else None
-    name = lens.model if lens else given["name"]
-    if name != model:
-        raise BadInput(f"The held lens is {name}, the model to fit is {model}.",
-                       f"Fit {name}, or hold another lens.", reason="bad-option")
-    if lens.image_size != image_size:
-        raise BadInput(f"The held lens is of pictures of {lens.image_size.width} × {lens.image_size.height} px, this "
-                       f"one has {image_size.width} × {image_size.height} px.",
-                       "Hold a lens that was calibrated at this size.", reason="bad-option")
+    refuse_other_camera(lens.model if lens else given["name"], lens.image_size if lens else image_size, model,
+                        image_size, "calibrated")
     if settings.get("lens_sigma") == "own" and not lens.estimated:
         raise BadInput("It is not known how well the held lens is known: " + (
             "that calibration held a lens fast itself." if given.get("covariance") else "it says no covariance."),
@@ -98,9 +120,5 @@ def lens_prior(lens: Intrinsics, settings: Mapping[str, Any]) -> GaussianPrior |
         return None
     chosen = [i for i, name in enumerate(lens.estimated) if name != "aspect"]
     names = tuple(lens.estimated[i] for i in chosen)
-    covariance = np.array(lens.covariance)[np.ix_(chosen, chosen)]
-    # unit diagonal first: focal lengths and k3 are known to very different digits
-    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    rows = (vectors / np.sqrt(np.maximum(values, MIN_VARIANCE))).T / scale
-    return GaussianPrior(names, np.array([lens.values[name] for name in names]), rows)
+    return GaussianPrior.of(names, np.array([lens.values[name] for name in names]),
+                            np.array(lens.covariance)[np.ix_(chosen, chosen)], np.zeros(len(names)))

@@ -43,6 +43,10 @@ class RayCameraParameters:
         return ("log_focal", "centre_x", "centre_y", *self.lens.TERMS, "turn_x", "turn_y", "turn_z", "x", "y",
                 "height", *(f"line_{i}" for i in range(len(self.offsets_mm))))
 
+    def with_only_terms(self, terms: tuple[str, ...]) -> Self:
+        keep = np.array([name in terms for name in self.lens.TERMS], bool)
+        return replace(self, terms=np.where(keep, self.terms, 0.0))
+
     def retract(self, delta: Array, free: Array) -> Self:
         """Apply a step: delta for the free parameters, in the order of names.
 

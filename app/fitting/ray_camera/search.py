@@ -9,7 +9,6 @@ import numpy as np
 from app.core.errors import FitFailed
 from app.core.geometry import Array
 from app.fitting.least_squares import Minimum, minimise
-from app.fitting.ray_camera.distortion_prior import DistortionPrior
 from app.fitting.ray_camera.lens_prior import GaussianPrior
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior
@@ -36,7 +35,7 @@ class RayFitProblem:
     free: Array
     names: tuple[str, ...]
     lens_given: bool = False  # by the options; fixed unless it has a prior
-    lens_prior: GaussianPrior | DistortionPrior | None = None
+    lens_prior: GaussianPrior | None = None
 
     @property
     def unknowns(self) -> int:
@@ -75,18 +74,13 @@ class RayFitResult:
         return covariance_of(self.minimum.jacobian)
 
 
-def simplest_distortion(term_sets: tuple[tuple[str, ...], ...]) -> tuple[str, ...]:
-    """Return the simplest set of terms with any distortion: with it the starts are compared."""
-    return next((terms for terms in term_sets if terms), term_sets[-1])
-
-
 def best_start(task: RayFitProblem, starts: list[RayCameraParameters]) -> RayCameraParameters:
     """Improve each start by a few robust steps and return the best."""
     tried = []
     for start in starts:
         task.problem.places = np.empty(0)
         terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f)
-        begin = start if task.lens_given else with_only_terms(start, terms)
+        begin = start if task.lens_given else start.with_only_terms(terms)
         tried.append(_minimise(task, begin, 2 * CLICK_PX, residual_count(task.problem), steps=START_STEPS))
     best = min(tried, key=lambda m: m.cost)
     if not np.isfinite(best.cost):
@@ -201,8 +195,3 @@ def significantly_better(simple: RayFitResult, rich: RayFitResult) -> bool:
                               for f in (simple, rich))
     gain = (simple_cost - rich_cost) / extra
     return gain > (ENTRY_F + ENTRY_F_EACH * (extra - 1) + 12 / freedom) * max(rich_cost / freedom, 1e-12)
-
-
-def with_only_terms(state: RayCameraParameters, terms: tuple[str, ...]) -> RayCameraParameters:
-    keep = np.array([name in terms for name in state.lens.TERMS], bool)
-    return replace(state, terms=np.where(keep, state.terms, 0.0))

@@ -69,8 +69,7 @@ def fit_problem(state: RayCameraParameters, problem: ClickResiduals, terms: tupl
     priors, gaussian = [], None
     if intrinsics is not None:
         gaussian = lens_prior(intrinsics, settings)
-        free[:3 + len(lens_terms)] = [gaussian is not None and n in gaussian.names for n in
-                                                  names[:3 + len(lens_terms)]]
+        free[:3 + len(lens_terms)] = [gaussian is not None and n in gaussian.names for n in names[:3 + len(lens_terms)]]
     else:
         known = distortion.names if distortion is not None else ()
         gaussian = distortion_prior(distortion, settings) if distortion is not None else None

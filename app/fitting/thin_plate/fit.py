@@ -13,7 +13,7 @@ from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations, Warning
 from app.fitting import FITTERS
-from app.fitting.clicks import check_inside_picture, elevated_point_warnings, inlier_masks
+from app.fitting.clicks import check_inside_picture, elevated_point_warnings, inlier_masks, outlier_warning
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.options import CLICK_SIGMA, COMMON_OPTIONS
 from app.fitting.ray_camera.search import MAX_OUTLIER_SHARE, MIN_OUTLIER_PX, OUTLIER_SIGMAS
@@ -181,5 +181,4 @@ def _outlier_warning(observations: Observations, i: int, k: int, pixel: Points, 
     foot = model.raw_from_corrected(model.corrected_from_field(features[i].nearest(place)))
     far = np.linalg.norm(foot - pixel)
     where = f"lies {far:.1f} px from where the others see it" if np.isfinite(far) else "lies beyond the field"
-    return Warning("stray-click", f"Point {k + 1} of {observations[i].label} {where}; it was left out of the fit.",
-                   "Drag it onto the line, or remove it.", str(observations[i].feature), int(k))
+    return outlier_warning(observations, i, k, where)

@@ -9,7 +9,7 @@ other camera's own place by way of the ray, and on past where the ray ends, or i
 
 import numpy as np
 
-from app.core.geometry import Array, ImageSize, Points, homogeneous
+from app.core.geometry import Array, ImageSize, Points, homogeneous, inside_picture
 from app.models.ray_camera import RayCamera
 
 COARSE, FINE = 181, 65  # steps of a degree at most find the part in the picture, which is then walked finely
@@ -55,7 +55,7 @@ def epipolar_curves(camera_a: RayCamera, camera_b: RayCamera, points_a: Points) 
             return camera_b.project(np.array(camera_b.position_mm) + AHEAD_MM * ahead)
 
         share = np.broadcast_to(np.linspace(0, 1, COARSE), (len(away), COARSE))
-        inside = _in_picture(seen(share), camera_b.image_size)
+        inside = inside_picture(seen(share), camera_b.image_size)
         first = np.maximum(inside.argmax(axis=1) - 1, 0)
         last = np.minimum(COARSE - inside[:, ::-1].argmax(axis=1), COARSE - 1)
         fine = (first[:, None] + np.linspace(0, 1, FINE) * (last - first)[:, None]) / (COARSE - 1)
@@ -67,8 +67,3 @@ def directions(camera: RayCamera, raw: Points) -> Array:
     with np.errstate(all="ignore"):
         rays = camera.rays(raw) @ camera.camera_from_field
         return rays / np.linalg.norm(rays, axis=1, keepdims=True)
-
-
-def _in_picture(points: Points, size: ImageSize) -> Array:
-    with np.errstate(invalid="ignore"):
-        return ((points >= -0.5) & (points <= np.array(tuple(size)) - 0.5)).all(axis=-1)

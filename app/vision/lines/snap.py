@@ -219,8 +219,7 @@ def _bar_seen(state: NDArray, s: NDArray, t: NDArray) -> tuple[NDArray, NDArray]
     d = t - (c0 + c1 * s + c2 * s**2)
     z1, z2 = (d + width / 2) / blur, (d - width / 2) / blur
     rise1, rise2 = _normal_cdf(z1), _normal_cdf(z2)
-    slope1, slope2 = ((level * np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi))
-                      for level, z in ((p - b1, z1), (b2 - p, z2)))
+    slope1, slope2 = ((level * np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi)) for level, z in ((p - b1, z1), (b2 - p, z2)))
     by_d = (slope1 + slope2) / blur
     columns = (-by_d, -by_d * s, -by_d * s**2, (slope1 - slope2) / (2 * blur), -(slope1 * z1 + slope2 * z2),
                1 - rise1, rise1 - rise2, rise2, s)

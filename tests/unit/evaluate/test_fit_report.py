@@ -11,7 +11,7 @@ from app.core.records import Observation
 from app.evaluate.fit.distortion import clicked_sag_pct, distortion_kind, sag_pct
 from app.evaluate.fit.residuals import feature_residuals
 from app.models import field_from_raw
-from app.models.brown_conrady import BrownConrady
+from app.models.lens_models import BrownConrady
 from app.models.polynomial import Polynomial
 from app.workflows import calibration
 from tests.support.fields import FULL, grid, marks_seen, plain_field, seen

@@ -16,8 +16,8 @@ from app.fitting.thin_plate.fit import ThinPlateFitter
 from app.fitting.thin_plate.smoothing import Constraints, SmoothingSplines
 from app.fitting.thin_plate.uncertainty import NODE_NAMES, lattice
 from app.models import RayModel, field_from_raw, parameters_json, raw_from_field
-from app.models.brown_conrady import BrownConrady
 from app.models.homography import Homography
+from app.models.lens_models import BrownConrady
 from app.models.ray_camera import example_parameters
 from app.models.thin_plate import ThinPlate
 from app.models.thin_plate_spline import Spline
