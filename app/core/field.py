@@ -37,6 +37,15 @@ class Line:
         along = (end - start) / np.linalg.norm(end - start)
         return start + ((points - start) @ along)[..., None] * along
 
+    def tangents(self, points: Points) -> Points:
+        """Unit vectors along the line, one for each of the points (..., 2)."""
+        return np.broadcast_to((np.array(self.end) - self.start) / self.length_mm, points.shape)
+
+    def normals(self, points: Points) -> Points:
+        """Unit vectors to the line's left, likewise."""
+        along = self.tangents(points)
+        return np.stack([-along[..., 1], along[..., 0]], axis=-1)
+
     def sample(self, count: int) -> Points:
         """(count, 2) evenly spaced points from start to end."""
         t = np.linspace(0.0, 1.0, count)[:, None]
@@ -67,6 +76,15 @@ class Arc:
         length = np.linalg.norm(arm, axis=-1, keepdims=True)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.asarray(self.centre) + arm * (self.radius_mm / length)
+
+    def tangents(self, points: Points) -> Points:
+        """Unit vectors along the arc at each of the points (..., 2) on it, counter-clockwise."""
+        out = self.normals(points)
+        return np.stack([-out[..., 1], out[..., 0]], axis=-1)
+
+    def normals(self, points: Points) -> Points:
+        """Unit vectors outwards, likewise."""
+        return (points - np.asarray(self.centre)) / self.radius_mm
 
     def sample(self, count: int) -> Points:
         """(count, 2) evenly spaced points from start_deg to end_deg."""

@@ -17,38 +17,6 @@ def points_from_cv(array: NDArray | None) -> Points:
     return np.asarray(array, dtype=np.float64).reshape(-1, 2)
 
 
-def remap(pixels: NDArray, map_1: NDArray, map_2: NDArray, *, border: tuple[int, int, int] = (0, 0, 0),
-          fine: bool = False) -> NDArray:
-    """Sample the picture by float32 maps or fixed-point ones, bilinearly or (fine) bicubically.
-
-    Outside gives the border colour, and so does NaN in a float map with bilinear sampling.
-    """
-    return cv2.remap(pixels, map_1, map_2, interpolation=cv2.INTER_CUBIC if fine else cv2.INTER_LINEAR,
-                     borderMode=cv2.BORDER_CONSTANT, borderValue=border)
-
-
-def fixed_point_maps(raw_x: NDArray[np.float32], raw_y: NDArray[np.float32]) -> tuple[NDArray, NDArray]:
-    """Float maps as OpenCV's quicker pair: int16 places and an index into 32 × 32 weights; NaN becomes outside."""
-    outside = np.float32(-30_000)  # fits int16, and no picture begins there
-    maps = [np.clip(np.nan_to_num(m, nan=outside), outside, -outside) for m in (raw_x, raw_y)]
-    return cv2.convertMaps(*maps, dstmap1type=cv2.CV_16SC2)
-
-
-def paste(target: NDArray[np.uint8], pixels: NDArray[np.uint8], mask: NDArray[np.uint8]) -> None:
-    """Put the picture into the target (which may be a window of a larger one) where the mask is not 0."""
-    cv2.copyTo(pixels, mask, target)
-
-
-def multiply(pixels: NDArray[np.uint8], weight: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Pixels (n, 3) times their weights (n, 3)."""
-    return cv2.multiply(pixels, weight, dtype=cv2.CV_32F)
-
-
-def round_to_uint8(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Round to the nearest grey level, 255 at most; no value may be negative."""
-    return cv2.convertScaleAbs(values)
-
-
 def refine_corners(gray: NDArray[np.uint8], corners: Points, half_window: int) -> Points:
     """Chessboard corners (n, 2) to sub-pixel, in a window of 2 · half_window + 1."""
     fine = np.ascontiguousarray(corners.reshape(-1, 1, 2), np.float32)
@@ -114,12 +82,6 @@ def viridis() -> NDArray[np.uint8]:
 def draw_text(picture: NDArray[np.uint8], text: str, at: tuple[int, int], colour: tuple[int, int, int]) -> None:
     """Draw small text into a picture; at is its lower left corner."""
     cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.42, colour, 1, cv2.LINE_AA)
-
-
-def draw_marker(picture: NDArray[np.uint8], at: tuple[int, int], colour: tuple[int, int, int]) -> None:
-    """Draw a small cross in a ring."""
-    cv2.circle(picture, at, 7, colour, 1, cv2.LINE_AA)
-    cv2.drawMarker(picture, at, colour, cv2.MARKER_CROSS, 7, 1, cv2.LINE_AA)
 
 
 def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:

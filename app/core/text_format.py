@@ -35,6 +35,11 @@ def format_with_sigma(value: float, sigma: float) -> str:
     return f"{_fixed(value, max(0, 1 - power))} ± {format_number(sigma)}"
 
 
+def format_mm(value: float) -> str:
+    """Millimetres, to a tenth below 10."""
+    return f"{value:.1f} mm" if value < 10 else f"{value:.0f} mm"
+
+
 def _power(value: float) -> int:
     """Of ten, of the first digit."""
     return int(f"{value:e}".partition("e")[2])

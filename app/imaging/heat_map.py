@@ -1,5 +1,6 @@
 """A map of millimetres as a picture: colours, a scale with units, and the worst place marked."""
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,7 +43,8 @@ def heat_map(values: NDArray[np.float64], *, width: int, height: int, unit: str,
         y = y0 + row / max(rows - 1, 1) * (height - 1)
         at = shades[int(np.clip(largest / end * (SHADES - 1), 0, SHADES - 1))]
         ink = BRIGHT if at.mean() < 128 else DARK  # to be seen on the colour of that place
-        opencv.draw_marker(picture, (int(x), int(y)), ink)
+        cv2.circle(picture, (int(x), int(y)), 7, ink, 1, cv2.LINE_AA)
+        cv2.drawMarker(picture, (int(x), int(y)), ink, cv2.MARKER_CROSS, 7, 1, cv2.LINE_AA)
         opencv.draw_text(picture, f"{largest:.2g} {unit}", (int(min(max(x - 20, x0 + 2), x0 + width - 60)),
                                                    int(y + (18 if y < y0 + height / 2 else -12))), ink)
     return picture

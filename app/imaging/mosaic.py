@@ -11,10 +11,10 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core import opencv
 from app.core.errors import BadInput, FitFailed
 from app.core.field import Arc, Field, Region
 from app.core.geometry import ImageSize, Points, inside_picture
@@ -49,13 +49,15 @@ class FieldView:
     def size(self) -> ImageSize:
         return ImageSize(self.width, max(2, round((self.field.width_mm + 2 * self.margin_mm) * self.px_per_mm)))
 
+    @property
+    def _corner(self) -> Points:
+        return np.array([-self.field.length_mm / 2 - self.margin_mm, self.field.width_mm / 2 + self.margin_mm])
+
     def view_from_field(self, points: Points) -> Points:
-        corner = np.array([-self.field.length_mm / 2 - self.margin_mm, self.field.width_mm / 2 + self.margin_mm])
-        return (points - corner) * [self.px_per_mm, -self.px_per_mm] - 0.5
+        return (points - self._corner) * [self.px_per_mm, -self.px_per_mm] - 0.5
 
     def field_from_view(self, points: Points) -> Points:
-        corner = np.array([-self.field.length_mm / 2 - self.margin_mm, self.field.width_mm / 2 + self.margin_mm])
-        return (points + 0.5) / [self.px_per_mm, -self.px_per_mm] + corner
+        return (points + 0.5) / [self.px_per_mm, -self.px_per_mm] + self._corner
 
     def field_from_view_corner(self) -> list[list[float]]:
         """The field's places at the picture's first and last pixel, mm."""
@@ -132,11 +134,12 @@ class Stitcher:
                 raise BadInput("A picture has another size than its camera's calibration.",
                                "Give pictures of the size that was calibrated.", reason="size-mismatch")
             seen = part.map.apply(pixels)
-            opencv.paste(out[part.window], seen, part.alone)
+            cv2.copyTo(seen, part.alone, out[part.window])
             if len(self.seam):
-                blended += opencv.multiply(_whole(seen).take(part.seam).view(np.uint8).reshape(-1, 3), part.weight)
+                blended += cv2.multiply(_whole(seen).take(part.seam).view(np.uint8).reshape(-1, 3), part.weight,
+                                        dtype=cv2.CV_32F)
         if len(self.seam):
-            np.put(_whole(out), self.seam, _whole(opencv.round_to_uint8(blended)))
+            np.put(_whole(out), self.seam, _whole(cv2.convertScaleAbs(blended)))
         return out
 
     def unseen_summary(self) -> dict[str, Any]:

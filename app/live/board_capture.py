@@ -17,7 +17,7 @@ from app.core.geometry import ImageSize
 from app.evaluate.board.poses import BoardPose, PoseHistory, pose_history
 from app.live.capture import FrameCapture
 from app.processes.limits import give_way
-from app.vision.board.quick_board import find_board_quickly
+from app.vision.board.detection import find_board_quickly
 
 WAIT_S = 2.0  # for the next frame
 STILL_S = 0.4  # longer than anybody's hand turns round in

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from bench.peers import mrcal, opencv
 
-from app.evaluate.board.lens_difference import lens_difference, median_difference
+from app.evaluate.board.lens_difference import lens_difference
 from app.evaluate.board.lens_uncertainty import expected_px, lens_sensitivity
 from app.fitting.board.fit import fit_board
 from app.models import MODELS
-from tests.support.board_views import BOARD, PLAIN, SIZE, TRUTH, views_of
+from tests.support.board_views import BOARD, PLAIN, SIZE, TRUTH, median_difference, views_of
 
 BROWN = MODELS["brown-conrady"]
 SEEDS = range(8)

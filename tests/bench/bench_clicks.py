@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
+from app.core.geometry import with_z
 from app.core.records import Fit
-from app.evaluate.fit.uncertainty import HAT_MM, at_height, expected_error, grid_over
+from app.evaluate.fit.uncertainty import HAT_MM, expected_error, grid_over
 from app.fitting import FITTERS, sensitivity_of
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import gather_clicks
@@ -63,7 +64,7 @@ def least_mean_hat(count: int, lens=("k1", "k2"), seeds: int = BOUND_SEEDS) -> f
     """Of the least possible errors at hat height, straight down, clicks 0.5 px: the mean over seeds and chance, mm."""
     rng, places, means = np.random.default_rng(0), grid_over(REGION, 21, 17), []
     for known in knowable(reference_camera("mild", 0), count, 0.5, seeds, lens):
-        by = sensitivity_of(known.model).field_jacobian(at_height(places, HAT_MM), known.parameter_names)
+        by = sensitivity_of(known.model).field_jacobian(with_z(places.reshape(-1, 2), HAT_MM), known.parameter_names)
         errors = np.einsum("nik,sk->sni", by, rng.multivariate_normal(np.zeros(by.shape[2]), known.covariance, 200))
         means.append(np.mean(np.sqrt(np.mean(np.sum(errors**2, axis=-1), axis=-1))))
     return float(np.mean(means))

@@ -5,6 +5,7 @@ import numpy as np
 
 from app.core.board import Board, BoardView
 from app.core.geometry import ImageSize
+from app.evaluate.board.lens_difference import lens_difference
 from app.fitting.board.parameters import matrices_from_vectors
 from app.models.intrinsics import Intrinsics
 
@@ -53,6 +54,11 @@ def views_of(truth: Intrinsics = TRUTH, count: int = 40, *, seed: int = 0, noise
                 pixels[strays] += rng.uniform(-1, 1, (int(strays.sum()), 2)) * 20
                 views.append(BoardView(pixels, flat, f"view {len(views) + 1}"))
     return tuple(views)
+
+
+def median_difference(first: Intrinsics, second: Intrinsics) -> float:
+    """Median length over the picture, px, of how the lenses differ once each may be turned."""
+    return float(np.nanmedian(np.linalg.norm(lens_difference(first, second), axis=-1)))
 
 
 def _inside(pixels: np.ndarray, size: np.ndarray) -> np.ndarray:

@@ -6,6 +6,8 @@ from zlib import compress, crc32
 import cv2
 import numpy as np
 
+from app.imaging.correction import BORDER_BGR, CorrectionMap
+
 LOSSLESS_WEBP = 101  # OpenCV's quality above 100
 
 
@@ -13,6 +15,12 @@ def gradient(width: int = 64, height: int = 48) -> np.ndarray:
     """A smooth picture that no two rows or columns of are alike, BGR uint8; smooth, so that JPEG keeps it."""
     x, y = np.meshgrid(np.linspace(0, 255, width), np.linspace(0, 255, height))
     return np.stack([x, y, (x + y) / 2], axis=-1).astype(np.uint8)
+
+
+def remapped_exactly(table: CorrectionMap, pixels: np.ndarray) -> np.ndarray:
+    """The corrected picture, bilinear at the exact places, where the map itself rounds them to 1/32 px."""
+    return cv2.remap(pixels, table.raw_x, table.raw_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT,
+                     borderValue=BORDER_BGR)
 
 
 def encoded(suffix: str, pixels: np.ndarray | None = None, *options: int) -> bytes:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from app.core.geometry import Array
+from app.core.geometry import Array, ImageSize, Points
 from app.evaluate.board.lens_difference import picture_grid
 from app.evaluate.board.lens_uncertainty import SURE_GRID, expected_px, lens_sensitivity
 from app.fitting.board.fit import BoardFit, shared_covariance
@@ -22,11 +22,9 @@ NEXT_SHARE = 0.35  # of the picture's width that the suggested board fills
 NEXT_CORNERS = 12  # fewer inside the picture are no view
 
 
-def cell_counts(fit: BoardFit) -> Array:
-    """(rows, columns): how many corners lie in each cell of the picture."""
-    seen = fit.observations.pixels[fit.observations.present]
-    size = fit.lens.image_size
-    counts, *_ = np.histogram2d(seen[:, 1], seen[:, 0], bins=(CELLS[1], CELLS[0]),
+def cell_counts(pixels: Points, size: ImageSize) -> Array:
+    """(rows, columns): how many corners (n, 2) px lie in each cell of the picture."""
+    counts, *_ = np.histogram2d(pixels[:, 1], pixels[:, 0], bins=(CELLS[1], CELLS[0]),
                                 range=((-0.5, size.height - 0.5), (-0.5, size.width - 0.5)))
     return counts.astype(int)
 
@@ -45,9 +43,13 @@ def tilts(fit: BoardFit) -> tuple[Array, tuple[str, ...]]:
     # Where the far side's normal points right, the right edge is nearer.
     leans = []
     for tilt, (x, y, _) in zip(degrees, across, strict=True):
-        side = ("right" if x > 0 else "left") if abs(x) > abs(y) else ("bottom" if y > 0 else "top")
-        leans.append(side if tilt > FACE_ON_DEG else "")
+        leans.append(edge_towards(x, y) if tilt > FACE_ON_DEG else "")
     return degrees, tuple(leans)
+
+
+def edge_towards(x: float, y: float) -> str:
+    """Name the edge of the picture that a direction points to."""
+    return ("right" if x > 0 else "left") if abs(x) > abs(y) else ("bottom" if y > 0 else "top")
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,7 @@ class NextView:
     worst_after_px: float
 
     def to_json(self) -> dict[str, Any]:
-        return {"text": self.text, "place_px": list(self.place_px), "tilt_deg": self.tilt_deg, "nearer": self.nearer,
-                "worst_before_px": self.worst_before_px, "worst_after_px": self.worst_after_px}
+        return {**vars(self), "place_px": list(self.place_px)}
 
 
 def next_view(fit: BoardFit) -> NextView | None:
@@ -104,8 +105,7 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
         ray = fit.lens.rays(spot)
         if not np.isfinite(ray).all():
             continue
-        facing = matrices_from_vectors(rotation_to(ray)[None])[0]
-        rotation = facing @ matrices_from_vectors(lean_vector(nearer)[None])[0]
+        rotation = board_rotation(ray, nearer)
         tried.append((f"{down} {across}".strip(), spot, nearer))
         rotations.append(rotation)
         shifts.append(ray * distance - rotation @ middle)
@@ -127,6 +127,11 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
     own_t = own.transpose(0, 2, 1)
     reduced = shared - own @ np.linalg.solve(own_t @ own, own_t @ shared)
     return [t for t, ok in zip(tried, seen, strict=True) if ok], reduced.transpose(0, 2, 1) @ reduced
+
+
+def board_rotation(ray: Array, nearer: str) -> Array:
+    """camera_from_board (3, 3) of a board that faces along the unit ray, tilted with that edge nearer."""
+    return matrices_from_vectors(rotation_to(ray)[None])[0] @ matrices_from_vectors(lean_vector(nearer)[None])[0]
 
 
 def rotation_to(ray: Array) -> Array:

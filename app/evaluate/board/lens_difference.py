@@ -41,8 +41,3 @@ def lens_difference(first: Intrinsics, second: Intrinsics, pixels: Array | None 
         if np.linalg.norm(step) < 1e-12:
             break
     return second.project(rays @ rotation.T) - pixels
-
-
-def median_difference(first: Intrinsics, second: Intrinsics) -> float:
-    """Median length over the picture, px."""
-    return float(np.nanmedian(np.linalg.norm(lens_difference(first, second), axis=-1)))

@@ -17,17 +17,8 @@ import numpy as np
 from app.core.board import Board, BoardView
 from app.core.errors import BadInput
 from app.core.geometry import Array, ImageSize
-from app.evaluate.board.coverage import (
-    CELLS,
-    LEANS,
-    NEXT_SHARE,
-    NEXT_TILT_DEG,
-    PLACES,
-    lean_vector,
-    rotation_to,
-    view_instruction,
-)
-from app.fitting.board.parameters import matrices_from_vectors
+from app.evaluate.board import coverage
+from app.evaluate.board.coverage import LEANS, NEXT_SHARE, NEXT_TILT_DEG, PLACES, view_instruction
 
 MIN_CORNERS = 6  # that tell where the rest of a board is
 FACE_ON_DEG = 15.0  # less is hardly a tilt; coarser than for a known lens, since the focal length is assumed
@@ -94,7 +85,7 @@ class BoardPose:
         x, y = self.leaning
         if np.degrees(np.arctan(np.hypot(x, y))) < FACE_ON_DEG:
             return ""
-        return ("right" if x > 0 else "left") if abs(x) > abs(y) else ("bottom" if y > 0 else "top")
+        return coverage.edge_towards(x, y)
 
     def moved_px(self, before: "BoardPose") -> float:
         """How far a corner has moved at most; whichever way round the board was found."""
@@ -129,14 +120,15 @@ class PoseHistory:
 def pose_history(poses: list[BoardPose], board: Board, size: ImageSize) -> PoseHistory:
     """Return coverage and the next view to take: where fewest corners are, tilted in the rarest way."""
     points = np.concatenate([pose.corners(board) for pose in poses]) if poses else np.zeros((0, 2))
-    cells, *_ = np.histogram2d(points[:, 1], points[:, 0], bins=(CELLS[1], CELLS[0]),
-                               range=((-0.5, size.height - 0.5), (-0.5, size.width - 0.5)))
+    cells = coverage.cell_counts(points, size)
     leans = {name: sum(pose.nearer == name for pose in poses) for name in ("", *LEANS)}
     tilts = {name or "face on": count for name, count in leans.items()}
-    shares = _shares(cells)
+    # by ninths of the picture (column, row): in which share of its cells corners were seen
+    shares = {(i, j): float((block > 0).mean()) for j, row in enumerate(np.array_split(cells, 3, axis=0))
+              for i, block in enumerate(np.array_split(row, 3, axis=1))}
     bare = min(shares.values()) < BLOCK_SHARE
     if not bare and min(leans.values()) >= EACH_LEAN and len(poses) >= ENOUGH_VIEWS:
-        return PoseHistory(cells.astype(int), tilts, None)
+        return PoseHistory(cells, tilts, None)
     there = Counter(tuple(np.clip(pose.centre / tuple(size) * 3, 0, 2).astype(int)) for pose in poses)
     places = sorted(shares, key=lambda at: (min(shares[at], BLOCK_SHARE), there[at]))
     seldom = sorted(leans, key=lambda name: (leans[name], name != ""))
@@ -146,16 +138,10 @@ def pose_history(poses: list[BoardPose], board: Board, size: ImageSize) -> PoseH
         pose = BoardPose(_outline_at(spot, nearer, board, size), size)
         if not any(pose.is_like(other) for other in poses):
             place = f"{PLACES[1][down]} {PLACES[0][across]}".strip()
-            return PoseHistory(cells.astype(int), tilts, {
+            return PoseHistory(cells, tilts, {
                 "text": view_instruction(place, nearer), "outline": pose.quad.tolist(), "nearer": nearer,
                 "tilt_deg": NEXT_TILT_DEG if nearer else 0.0})
-    return PoseHistory(cells.astype(int), tilts, None)
-
-
-def _shares(cells: Array) -> dict[tuple[int, int], float]:
-    """By ninths of the picture (column, row): in which share of its cells corners were seen."""
-    return {(i, j): float((block > 0).mean()) for j, row in enumerate(np.array_split(cells, 3, axis=0))
-            for i, block in enumerate(np.array_split(row, 3, axis=1))}
+    return PoseHistory(cells, tilts, None)
 
 
 def _outline_at(spot: Array, nearer: str, board: Board, size: ImageSize) -> Array:
@@ -166,7 +152,7 @@ def _outline_at(spot: Array, nearer: str, board: Board, size: ImageSize) -> Arra
     places = board.places_mm[_outline(board)]
     places = places - places.mean(axis=0)
     distance = np.ptp(places[:, 0]) / NEXT_SHARE
-    turn = matrices_from_vectors(rotation_to(ray)[None])[0] @ matrices_from_vectors(lean_vector(nearer)[None])[0]
+    turn = coverage.board_rotation(ray, nearer)
     rim = places + np.sign(places) * RIM * board.square_mm
     seen = np.concatenate([places, rim]) @ turn.T + ray * distance
     pixels = seen[:, :2] / seen[:, 2:] * focal + middle

@@ -4,22 +4,25 @@ from typing import Any
 
 import numpy as np
 
+from app.core.geometry import Array
 from app.core.json_values import finite_json
 from app.core.text_format import format_number
 from app.evaluate.board.coverage import FACE_ON_DEG, LEANS, cell_counts, next_view, tilts
 from app.evaluate.board.cross_validation import cross_validate
 from app.evaluate.board.lens_uncertainty import expected_over_picture
-from app.evaluate.board.residual_structure import neighbour_correlation
 from app.evaluate.board.warnings import board_warnings
 from app.fitting.board.fit import BoardFit, shared_covariance
-from app.fitting.board.parameters import WARP
+from app.fitting.board.parameters import WARP, BoardObservations
+
+SAME_ROW = 1e-3  # of the board's size
 
 
 def board_report(fit: BoardFit) -> dict[str, Any]:
     """Plain JSON; what is unknown is None."""
     lengths = np.linalg.norm(fit.residuals_px, axis=-1)
     degrees, leans = tilts(fit)
-    counts, expected = cell_counts(fit), expected_over_picture(fit.lens)
+    counts = cell_counts(fit.observations.pixels[fit.observations.present], fit.lens.image_size)
+    expected = expected_over_picture(fit.lens)
     cv, correlation = cross_validate(fit), neighbour_correlation(fit.residuals_px, fit.observations)
     cover = float((counts > 0).mean())
     warnings = [w.to_json() for w in board_warnings(fit, cv, expected, cover, degrees, correlation)]
@@ -46,9 +49,29 @@ def board_report(fit: BoardFit) -> dict[str, Any]:
     return finite_json(report)
 
 
+def neighbour_correlation(residuals: Array, sights: BoardObservations) -> float:
+    """Correlation of the residuals (v, m, 2) of corners that are neighbours in a row: about 0 for noise, towards 1 for
+    a shape: then the model is wrong, however small the residuals are."""
+    fine = np.isfinite(residuals).all(axis=-1)
+    x, y = sights.places[..., 0], sights.places[..., 1]
+    step = SAME_ROW * sights.size_mm
+    order = np.lexsort((np.where(fine, x, np.inf), np.where(fine, np.rint(y / step), np.inf)), axis=1)
+    r, row, known = (np.take_along_axis(a, order if a.ndim == 2 else order[..., None], axis=1)
+                     for a in (residuals, np.rint(y / step), fine))
+    pairs = known[:, 1:] & known[:, :-1] & (row[:, 1:] == row[:, :-1])
+    if not pairs.any():
+        return float("nan")
+    first, second = r[:, :-1][pairs], r[:, 1:][pairs]
+    power = np.sum(first**2) + np.sum(second**2)
+    return float(2 * np.sum(first * second) / power) if power > 0 else 0.0
+
+
 def _views(fit: BoardFit, lengths: np.ndarray, degrees: np.ndarray, leans: tuple[str, ...]) -> list[dict[str, Any]]:
     reasons = {out.index: out for out in fit.left_out}
-    quads = _quads(fit)
+    # (used views, 4, 3) mm in the camera's frame: where the board's outermost corners were held, one way round
+    (x0, y0), (x1, y1) = (f(fit.observations.places[fit.observations.present][:, :2], axis=0) for f in (np.min, np.max))
+    outline = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
+    quads = outline @ fit.state.rotations.transpose(0, 2, 1) + fit.state.shifts_mm[:, None]
     places = iter(range(len(lengths)))
     entries = []
     for index, view in enumerate(fit.views):
@@ -62,14 +85,6 @@ def _views(fit: BoardFit, lengths: np.ndarray, degrees: np.ndarray, leans: tuple
             entry |= {"reason": reasons[index].reason, "text": reasons[index].text}
         entries.append(entry)
     return entries
-
-
-def _quads(fit: BoardFit) -> np.ndarray:
-    """(used views, 4, 3) mm in the camera's frame: where the board's outermost corners were held, one way round."""
-    places = fit.observations.places[fit.observations.present]
-    (x0, y0), (x1, y1) = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
-    outline = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
-    return outline @ fit.state.rotations.transpose(0, 2, 1) + fit.state.shifts_mm[:, None]
 
 
 def _bow(fit: BoardFit) -> dict[str, Any] | None:

@@ -29,16 +29,14 @@ def marking_places(field: Field, step_mm: float = STEP_MM) -> tuple[Points, Poin
     """Places (n, 2) mm on the markings, clear of the others, their normals (n, 2) and the markings' widths (n,) mm."""
     shapes: list[Line | Arc] = [*field.lines.values(), *field.arcs.values()]
     drawn = [shape.sample(max(2, round(shape.length_mm / 20))) for shape in shapes]
+    # spots that are painted, where a line crosses none
+    marks = [np.array([field.landmarks[m["at"]].position]) for m in field.extras.get("marks", ())
+             if m.get("at") in field.landmarks]
     found = []
     for index, shape in enumerate(shapes):
         places = shape.sample(max(3, round(shape.length_mm / step_mm) + 1))
-        if isinstance(shape, Arc):
-            normals = (places - np.asarray(shape.centre)) / shape.radius_mm
-        else:
-            along = np.subtract(shape.end, shape.start) / shape.length_mm
-            normals = np.broadcast_to([-along[1], along[0]], places.shape)
+        normals = shape.normals(places)
         others = [points for other, points in enumerate(drawn) if other != index]
-        marks = [np.array([m["position"]]) for m in _marks(field)]
         away = np.min([np.linalg.norm(places[:, None] - points, axis=-1).min(axis=1) for points in (*others, *marks)],
                       axis=0, initial=np.inf)
         ends = 0.0 if isinstance(shape, Arc) else CLEAR_MM  # a line's end is a corner, or nothing
@@ -46,12 +44,6 @@ def marking_places(field: Field, step_mm: float = STEP_MM) -> tuple[Points, Poin
         clear = (away > CLEAR_MM) & (to_end >= ends)
         found.append((places[clear], normals[clear], np.full(int(clear.sum()), shape.width_mm)))
     return tuple(np.concatenate(parts) for parts in zip(*found, strict=True))
-
-
-def _marks(field: Field) -> list[dict]:
-    """Spots that are painted, where a line crosses none."""
-    return [{"position": field.landmarks[m["at"]].position} for m in field.extras.get("marks", ())
-            if m.get("at") in field.landmarks]
 
 
 def from_pictures(a: CameraModel, pixels_a: NDArray[np.uint8], b: CameraModel, pixels_b: NDArray[np.uint8],

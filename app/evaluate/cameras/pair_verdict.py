@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from app.core.geometry import Array
+from app.core.text_format import format_mm
 from app.evaluate.cameras.pair_agreement import PointAgreement
 from app.evaluate.fit.report import FAIR_MM, GOOD_MM
 
@@ -27,7 +28,7 @@ def of_agreement(found: PointAgreement, covered: float) -> dict[str, Any]:
     words = {"good": "Both cameras put the same thing at the same place.",
              "fair": "A robot jumps a little where one camera takes over from the other.",
              "poor": "The cameras put the same thing at different places."}[level]
-    sentence = f"{words} They are {_mm(median)} apart in the median, {_mm(worst)} at the worst place."
+    sentence = f"{words} They are {format_mm(median)} apart in the median, {format_mm(worst)} at the worst place."
     if few := len(apart) - len(usual):
         x, y = found.places[int(np.argmax(apart))]
         return {"level": "fair" if level == "good" else level,
@@ -39,10 +40,6 @@ def of_agreement(found: PointAgreement, covered: float) -> dict[str, Any]:
                if len(apart) < FEW_PLACES or covered < 0.25 else "")
         return {"level": level, "sentence": sentence, "fix": fix}
     return {"level": level, "sentence": sentence, "fix": _cure(found)}
-
-
-def _mm(value: float) -> str:
-    return f"{value:.1f} mm" if value < 10 else f"{value:.0f} mm"
 
 
 def _cure(found: PointAgreement) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.field import Field
-from app.core.geometry import Array, ImageSize, inside_picture
+from app.core.geometry import Array, ImageSize, inside_picture, with_z
 from app.core.json_values import nullable
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
@@ -52,7 +52,7 @@ def _hat(a: CameraModel, size_a: ImageSize, b: CameraModel, size_b: ImageSize, z
          found: OffsetField) -> dict[str, Any] | None:
     if not (isinstance(a, RayModel) and isinstance(b, RayModel)):
         return None
-    hats = np.concatenate([shared.places, np.full((*shared.both.shape, 1), z_mm)], axis=-1)
+    hats = with_z(shared.places, z_mm)
     raw_a, raw_b = a.project(hats), b.project(hats)
     both = inside_picture(raw_a, size_a) & inside_picture(raw_b, size_b)
     behind = field_from_raw(b, raw_b)  # the spot of carpet that the hat hides

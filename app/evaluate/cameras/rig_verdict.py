@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from app.core.text_format import format_mm
 from app.evaluate.fit.report import FAIR_MM, GOOD_MM
 
 LEVELS = ("good", "fair", "poor")
@@ -18,9 +19,9 @@ def of_pair(a: str, b: str, found: Mapping[str, Any], source: str) -> dict[str, 
     worst = max(carpet["p95_mm"], hat["p95_mm"] if hat else 0.0)
     level = "good" if worst <= GOOD_MM else "fair" if worst <= FAIR_MM else "poor"
     x, y = carpet["where"]
-    sentence = (f"{a} and {b} put the same thing {_mm(carpet['mean_mm'])} apart in the mean, "
-                f"{_mm(carpet['max_mm'])} at the worst place, ({x:.0f}, {y:.0f}) mm")
-    sentence += f"; a robot's hat {_mm(hat['max_mm'])} at worst." if hat else "."
+    sentence = (f"{a} and {b} put the same thing {format_mm(carpet['mean_mm'])} apart in the mean, "
+                f"{format_mm(carpet['max_mm'])} at the worst place, ({x:.0f}, {y:.0f}) mm")
+    sentence += f"; a robot's hat {format_mm(hat['max_mm'])} at worst." if hat else "."
     if not found["both_directions"]:
         sentence += " Over most of it that is known in one direction only: along a line nobody can tell."
     fixes = []
@@ -40,7 +41,7 @@ def _cure(a: str, b: str, found: Mapping[str, Any]) -> str:
     if own_a is not None and own_b is not None:
         for name, own, other in ((a, own_a, own_b), (b, own_b, own_a)):
             if own > GOOD_MM and own > STANDS_OUT * other:
-                return (f"It is {name}: the field's lines lie {_mm(own)} from where its calibration has them. "
+                return (f"It is {name}: the field's lines lie {format_mm(own)} from where its calibration has them. "
                         f"Calibrate {name} again.")
     shift = found["shift_mm"]
     return (f"Both have a part in it; in the mean {b} is ({shift[0]:.0f}, {shift[1]:.0f}) mm from {a}. Calibrate both "
@@ -60,7 +61,3 @@ def of_rig(pairs: Sequence[Mapping[str, Any]], troubles: Sequence[Mapping[str, A
     sentence = f"{words} Worst: {worst['verdict']['sentence']}"
     return {"level": level, "sentence": sentence,
             "fix": " ".join(filter(None, [worst["verdict"]["fix"], *(t["fix"] for t in troubles[:2])]))}
-
-
-def _mm(value: float) -> str:
-    return f"{value:.1f} mm" if value < 10 else f"{value:.0f} mm"

@@ -27,6 +27,14 @@ FIXES: dict[State, str] = {
     "covered": "Clear the lines, or wait: somebody may stand in the way.",
     "dark": "Switch the lamps on, or lengthen the exposure.",
 }
+SENTENCES: dict[State, str] = {
+    "learning": "Where the field's lines are is being looked at.",
+    "unfollowed": "Too few of the field's lines are where the calibration expects them: whether the camera stays "
+                  "cannot be told.",
+    "covered": "Too many of the field's lines are covered to tell whether the camera still stands as it did.",
+    "dark": "It is too dark to tell whether the camera still stands as it did.",
+    "replaced": "The field's lines are neither where they were nor near: the camera was turned far, or replaced.",
+}
 
 
 def state_of(sample: DriftSample, was_knocked: bool = False) -> State:
@@ -113,17 +121,8 @@ def _same_kind(before: State, state: State) -> bool:
 
 def sentence(state: State, sample: DriftSample | None) -> str:
     """Describe the status for the operator."""
-    if state == "learning":
-        return "Where the field's lines are is being looked at."
-    if state == "unfollowed":
-        return ("Too few of the field's lines are where the calibration expects them: whether the camera stays cannot "
-                "be told.")
-    if state == "covered":
-        return "Too many of the field's lines are covered to tell whether the camera still stands as it did."
-    if state == "dark":
-        return "It is too dark to tell whether the camera still stands as it did."
-    if state == "replaced":
-        return "The field's lines are neither where they were nor near: the camera was turned far, or replaced."
+    if state in SENTENCES:
+        return SENTENCES[state]
     if state == "out-of-focus":
         how = "softer" if sample.softer_px > 0 else "sharper"
         return f"The focus was changed: lines are {how} than they were, by {_px(abs(sample.softer_px))} px."

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from app.core.text_format import format_mm
 from app.evaluate.fit.report import FAIR_MM, GOOD_MM
 
 MIN_FOUND = 0.5  # of the length of the lines that should be seen: people may stand on a third of it
@@ -89,4 +90,4 @@ def _inconclusive(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> di
 def _mm(value: float | None) -> str:
     if value is None:
         return "an unknown distance"
-    return "0.1 mm" if value < 0.1 else f"{value:.1f} mm" if value < 10 else f"{value:.0f} mm"
+    return "0.1 mm" if value < 0.1 else format_mm(value)

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.field import Arc, Field, Line, Region
+from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, Points, inside_picture
 from app.evaluate.cameras.evidence import OffsetMeasurements
 from app.evaluate.cameras.offsets import OffsetField, fit_offset_field
@@ -133,20 +133,12 @@ class _Search:
         foot, normal = np.full_like(spot, np.nan), np.full_like(spot, np.nan)
         for number, marking in enumerate(pattern.markings):
             of = at.marking == number
-            foot[of], normal[of] = marking.nearest(spot[of]), _across(marking, there[of])
+            foot[of], normal[of] = marking.nearest(spot[of]), marking.normals(there[of])
         off_mm = np.sum((spot - foot) * normal, axis=1)
         off_px = np.sum((raw - at.places) * at.normals, axis=1)
         return LineMeasurements(tuple(m.name for m in pattern.markings), at.marking[clear], at.places[clear],
                                 at.normals[clear], raw[clear], off_px[clear], foot[clear], normal[clear], off_mm[clear],
                                 at.length_px[clear])
-
-
-def _across(marking: Line | Arc, places: Points) -> Points:
-    if isinstance(marking, Arc):
-        arm = places - np.asarray(marking.centre)
-        return arm / np.linalg.norm(arm, axis=1, keepdims=True)
-    along = np.subtract(marking.end, marking.start) / marking.length_mm
-    return np.broadcast_to([-along[1], along[0]], places.shape)
 
 
 @dataclass(frozen=True)

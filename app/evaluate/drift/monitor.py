@@ -80,7 +80,8 @@ class DriftReference:
         """From one picture or several of the same scene; None where too few lines are where they are expected."""
         size = ImageSize(pictures[0].shape[1], pictures[0].shape[0])
         flow = MotionField(model, tuple(size))
-        measure = RegionSamples.of(flow, _all_over(region))
+        x, y = np.meshgrid(np.linspace(*region.x_mm, GRID[0]), np.linspace(*region.y_mm, GRID[1]))
+        measure = RegionSamples.of(flow, np.stack([x.ravel(), y.ravel()], axis=-1))
         found = found_lines(opencv.to_grey(pictures[0]), model, field, size)
         if measure is None or found is None:
             return None
@@ -180,11 +181,6 @@ def found_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field, size:
     margin = places.width_px[some] / 2 + CLEAR_PX
     hits = hits & inside_picture(middles, size, margin[:, None])
     return (middles[hits], places.normals[some][hits], places.width_px[some][hits]) if hits.any() else None
-
-
-def _all_over(region: Region) -> Points:
-    x, y = np.meshgrid(np.linspace(*region.x_mm, GRID[0]), np.linspace(*region.y_mm, GRID[1]))
-    return np.stack([x.ravel(), y.ravel()], axis=-1)
 
 
 def _thumb(picture: NDArray[np.uint8]) -> NDArray[np.float64]:

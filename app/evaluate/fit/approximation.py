@@ -15,7 +15,7 @@ import numpy as np
 
 from app.core.errors import Conflict, FitFailed
 from app.core.field import Region
-from app.core.geometry import Array, Points, inside_picture
+from app.core.geometry import Array, Points, inside_picture, with_z
 from app.fitting import FITTERS
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.linear import Incidences, focal_from_vanishing_points, homography_from_lines, pose_from_homography
@@ -55,9 +55,7 @@ class ApproximationError:
         return max(self.worst_mm, self.hat_worst_mm or 0.0)
 
     def to_json(self) -> dict[str, Any]:
-        return {"rms_mm": self.rms_mm, "worst_mm": self.worst_mm, "worst_place": list(self.worst_place),
-                "hat_rms_mm": self.hat_rms_mm, "hat_worst_mm": self.hat_worst_mm,
-                "hat_height_mm": self.hat_height_mm}
+        return {**vars(self), "worst_place": list(self.worst_place)}
 
 
 def approximation_error(model: CameraModel, other: RayCamera, region: Region,
@@ -66,11 +64,11 @@ def approximation_error(model: CameraModel, other: RayCamera, region: Region,
     places, pixels = _seen(model, region, GRID, 0.0)
     errors = _length(other.unproject(pixels) - places)
     worst = int(np.argmax(errors))
-    hat = None
+    hat_rms = hat_worst = None
     if isinstance(model, RayModel):
         hat_places, hat_pixels = _seen(model, region, GRID, hat_height_mm)
         hat = _length(other.unproject(hat_pixels, hat_height_mm) - hat_places)
-    hat_rms, hat_worst = (None, None) if hat is None else (_rms(hat), float(hat.max(initial=0.0)))
+        hat_rms, hat_worst = _rms(hat), float(hat.max(initial=0.0))
     return ApproximationError(_rms(errors), float(errors[worst]), tuple(map(float, places[worst])), hat_rms, hat_worst,
                               hat_height_mm)
 
@@ -105,7 +103,8 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
     tried = [(search(start, start, FIRST_STEPS), start) for start in starts]
     near, start = min(tried, key=lambda found: found[0].cost)
     best = search(start, near.state, STEPS) if np.isfinite(near.cost) else near
-    found = family(**best.state.parameters(), **_view(model, region))
+    rectangle = {name: getattr(model, name) for name in RECTANGLE_FIELDS}  # both make the same corrected picture
+    found = family(**best.state.parameters(), **{**rectangle, "region": region})
     if not np.isfinite(best.cost) or not found.plausible():
         raise Conflict(f"No {family.TITLE} lens comes near this calibration over its region.",
                        "Fit a lens model to the same clicks, and export that.", reason="no-approximation")
@@ -139,7 +138,7 @@ def _samples(model: CameraModel, region: Region, hat_height_mm: float) -> tuple[
         # towards the horizon a pixel is worth kilometres
         fine &= np.abs(worth).max(axis=(-2, -1)) < 20 * np.median(np.abs(worth[fine]).max(axis=(-2, -1))) \
             if fine.any() else False
-        points.append(np.concatenate([places, np.full((len(places), 1), z)], axis=1)[fine])
+        points.append(with_z(places, z)[fine])
         seen.append(pixels[fine])
         weights.append(weight * worth[fine])
     return np.concatenate(points), np.concatenate(seen), np.concatenate(weights)
@@ -182,17 +181,11 @@ def _seen_from(model: CameraModel, family: type[RayCamera], points: Array, pixel
     return states
 
 
-def _view(model: CameraModel, region: Region) -> dict[str, Any]:
-    """The corrected rectangle that the model makes, so that both make the same picture."""
-    return {**{name: getattr(model, name) for name in RECTANGLE_FIELDS}, "region": region}
-
-
 def _seen(model: CameraModel, region: Region, grid: tuple[int, int], z_mm: float) -> tuple[Points, Points]:
     """Places (n, 2) mm of the region, at z_mm, that the picture shows, and their pixels; all where it shows none."""
     corner = np.array([region.width_mm, region.height_mm])
     places = region.field_from_region(_grid(np.zeros(2), corner, grid))
-    pixels = raw_from_field(model, places) if z_mm == 0 else model.project(
-        np.concatenate([places, np.full((len(places), 1), z_mm)], axis=1))
+    pixels = raw_from_field(model, places) if z_mm == 0 else model.project(with_z(places, z_mm))
     reached = np.isfinite(pixels).all(axis=1)
     inside = inside_picture(pixels, model.image_size)
     chosen = inside if inside.sum() >= 12 else reached

@@ -3,7 +3,7 @@
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.field import BORDERS, Feature, Field, Landmark, Line, Region
+from app.core.field import BORDERS, Feature, Field, Landmark, Region
 from app.core.geometry import ImageSize, Points, inside_picture
 from app.models import CameraModel, field_from_raw, raw_from_field
 from app.vision.lines.snap import Hint, Snapped, snap
@@ -23,7 +23,7 @@ def line_hints(model: CameraModel, feature: Feature, field: Field, region: Regio
     if isinstance(feature, Landmark):
         return [Hint(reach_px)] * len(points)
     places = feature.nearest(field_from_raw(model, points))
-    ahead, aside = _directions(feature, places)
+    ahead, aside = feature.tangents(places), feature.normals(places)
     width_mm = _width_mm(feature, field, region)
     before, after = (raw_from_field(model, places + sign * STEP_MM * ahead) for sign in (-1, 1))
     near, far = (raw_from_field(model, places + sign * width_mm / 2 * aside) for sign in (-1, 1))
@@ -49,7 +49,10 @@ def snap_along(pixels: np.ndarray, model: CameraModel, name: str, field: Field, 
     snapped = [f for f in found if isinstance(f, Snapped)]
     steps = np.array([f.point for f in snapped]).reshape(-1, 2) - places[snapped_at]
     aside = np.array([[-np.sin(f.angle_rad), np.cos(f.angle_rad)] for f in snapped]).reshape(-1, 2)
-    fits = _together(np.flatnonzero(snapped_at), _one_way(aside, steps))
+    flips = np.ones(len(aside))  # normals turn with an arc, not over
+    for i in range(1, len(aside)):
+        flips[i] = flips[i - 1] * (1 if aside[i] @ aside[i - 1] >= 0 else -1)
+    fits = _together(np.flatnonzero(snapped_at), flips * np.sum(aside * steps, axis=1))
     return [f for f, ok in zip(snapped, fits, strict=True) if ok]
 
 
@@ -66,17 +69,6 @@ def spread_evenly(pixels: Points, size: ImageSize, count: int) -> Points:
     return np.stack([np.interp(wanted, travelled, seen[:, axis]) for axis in (0, 1)], axis=1)
 
 
-def _directions(feature: Feature, places: Points) -> tuple[Points, Points]:
-    """Unit vectors along a line or arc and across it, field frame."""
-    if isinstance(feature, Line):
-        ahead = np.subtract(feature.end, feature.start) / feature.length_mm
-        ahead = np.broadcast_to(ahead, places.shape)
-    else:
-        arm = (places - np.asarray(feature.centre)) / feature.radius_mm
-        ahead = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
-    return ahead, np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
-
-
 def _width_mm(feature: Feature, field: Field, region: Region) -> float:
     """As painted: a region's border is as wide as the line that it lies on."""
     if feature.name in BORDERS and feature.name not in field.lines:
@@ -85,14 +77,6 @@ def _width_mm(feature: Feature, field: Field, region: Region) -> float:
             if np.linalg.norm(line.nearest(ends) - ends, axis=1).max() < 1:
                 return line.width_mm
     return feature.width_mm
-
-
-def _one_way(aside: Points, steps: Points) -> np.ndarray:
-    """How far each was moved across the line, signed alike all along it: normals turn with an arc, not over."""
-    flips = np.ones(len(aside))
-    for i in range(1, len(aside)):
-        flips[i] = flips[i - 1] * (1 if aside[i] @ aside[i - 1] >= 0 else -1)
-    return flips * np.sum(aside * steps, axis=1)
 
 
 def _together(place: np.ndarray, moved: np.ndarray) -> np.ndarray:

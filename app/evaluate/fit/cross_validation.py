@@ -11,7 +11,7 @@ from app.core.errors import FitFailed
 from app.core.field import Field, Region
 from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
-from app.core.records import Fit, Observation, Observations
+from app.core.records import Fit, Observations
 from app.evaluate.fit.folds import folds_for
 from app.evaluate.fit.residuals import feature_residuals
 from app.fitting import FITTERS
@@ -30,31 +30,18 @@ def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Regi
     result = tuple(np.full(len(o.points), np.nan) for o in observations)
     fitter = FITTERS[fit.model.NAME]
     folds = folds_for(clean, fit.used, needs_every_border=fitter.NEEDS_EVERY_BORDER)
-    kept = {**(options or {}), **fit.notes.get("choices", {}), "robust": False}
+    choices = {**(options or {}), **fit.notes.get("choices", {}), "robust": False}
     for fold, out in enumerate(folds):
         progress(fold / len(folds), "Checking with points left out")
         try:
-            model = fitter.fit(_without(clean, out), field, region, image_size, kept).model
+            rest = tuple(replace(o, points=np.delete(o.points, [k for j, k in out if j == i], axis=0))
+                         for i, o in enumerate(clean))
+            model = fitter.fit(rest, field, region, image_size, choices).model
         except FitFailed:
             continue
-        for i, ks in _by_observation(out).items():
+        for i in {i for i, _ in out}:
+            ks = [k for j, k in out if j == i]
             left_out = replace(clean[i], points=clean[i].points[ks])
             original = np.flatnonzero(fit.inliers[i])[ks]  # clean counts without the strays
             result[i][original] = feature_residuals(model, left_out, field, region).mm
     return result
-
-
-def _without(observations: Observations, out: list[tuple[int, int]]) -> Observations:
-    gone = _by_observation(out)
-    kept: list[Observation] = []
-    for i, observation in enumerate(observations):
-        points = np.delete(observation.points, gone.get(i, []), axis=0)
-        kept.append(replace(observation, points=points))
-    return tuple(kept)
-
-
-def _by_observation(out: list[tuple[int, int]]) -> dict[int, list[int]]:
-    points: dict[int, list[int]] = {}
-    for i, k in out:
-        points.setdefault(i, []).append(k)
-    return points

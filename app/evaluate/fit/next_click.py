@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from app.core.field import BORDERS, Field, Region
-from app.core.geometry import ImageSize, inside_picture
+from app.core.geometry import ImageSize, inside_picture, with_z
 from app.core.records import Fit
-from app.evaluate.fit.uncertainty import at_height, expected_error, grid_over, knows_its_error
+from app.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
 from app.fitting import sensitivity_of
 from app.models import RayModel
 
@@ -30,7 +30,7 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
         return None
     names, points, rows = [n for n, k in zip(names, known, strict=True) if k], points[known], rows[known]
     z = field.hat_height_mm if isinstance(fit.model, RayModel) else 0.0
-    by = sensitivity_of(fit.model).field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
+    by = sensitivity_of(fit.model).field_jacobian(with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names)
     before = expected_error(fit, region, z).sigma_mm.ravel() ** 2
     seen = np.isfinite(before)
     by, before = by[seen], before[seen]

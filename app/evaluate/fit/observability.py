@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import HAT_MM, Region
+from app.core.geometry import with_z
 from app.core.records import Fit, Warning
-from app.evaluate.fit.uncertainty import at_height, expected_error, grid_over, knows_its_error
+from app.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
 from app.fitting import sensitivity_of
 from app.models import RayModel
 
@@ -38,7 +39,7 @@ def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -
     if not knows_its_error(fit):
         return None
     z = hat_height_mm if isinstance(fit.model, RayModel) else 0.0
-    by = sensitivity_of(fit.model).field_jacobian(at_height(grid_over(region), z), fit.parameter_names)
+    by = sensitivity_of(fit.model).field_jacobian(with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names)
     flat = by.reshape(-1, by.shape[-1])
     flat = flat[np.isfinite(flat).all(axis=1)]
     if not len(flat):

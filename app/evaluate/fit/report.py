@@ -33,7 +33,12 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     check_mm = rms(_joined([inside_mm[i] for i in checks]))
     cv_rms_mm = rms(held)
     hat_mm = field.hat_height_mm
-    warnings = [*fit.warnings, *observability_warnings(fit, region, hat_mm), *_blind_spots(fit, observations)]
+    warnings = [*fit.warnings, *observability_warnings(fit, region, hat_mm)]
+    knows_inside = _knows_inside(fit, observations)
+    if not knows_inside:  # what these figures cannot see
+        warnings.append(Warning(
+            "inside-not-checked", "Only the borders were clicked; nothing tells how well the inside fits.",
+            "Click a few points on a line or landmark inside the field, such as the centre circle."))
     sigma = sigma_report(fit, region, hat_mm)
     return {
         "rms_px": rms(_joined([inside[i] for i in rests])), "max_px": _max(_joined([inside[i] for i in rests])),
@@ -45,7 +50,7 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
         "distortion": distortion_report(fit.model, region, _border_clicks(fit, observations)),
         "per_feature": [_feature_json(r, fine, used) for r, fine, used
                         in zip(residuals, fit.inliers, fit.used, strict=True)],
-        "verdict": _verdict(cv_rms_mm, check_mm, sigma, knows_inside=_knows_inside(fit, observations),
+        "verdict": _verdict(cv_rms_mm, check_mm, sigma, knows_inside=knows_inside,
                             rays=isinstance(fit.model, RayModel), hat_height_mm=hat_mm),
         "next_click": next_best_click(fit, field, region, fit.model.image_size, fit.notes.get("click_sigma_px", 0.5)),
         "warnings": [w.to_json() for w in warnings],
@@ -114,11 +119,3 @@ def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, An
         words = (f"The carpet fits, robots' hats may be {hat:.0f} mm off." if level == "fair" else
                  f"The carpet fits, but robots' hats may be {hat:.0f} mm off: too coarse for play.")
     return {"mm": mm, "level": level, "sentence": f"{words} {mm:.1f} mm {where}."}
-
-
-def _blind_spots(fit: Fit, observations: Observations) -> list[Warning]:
-    """Warn of what these figures cannot see."""
-    if _knows_inside(fit, observations):
-        return []
-    return [Warning("inside-not-checked", "Only the borders were clicked; nothing tells how well the inside fits.",
-                    "Click a few points on a line or landmark inside the field, such as the centre circle.")]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.field import Field, Region
-from app.core.geometry import Points
+from app.core.geometry import Points, with_z
 from app.core.records import Observation
 from app.models import CameraModel, RayModel, field_from_raw, raw_from_field
 
@@ -56,7 +56,7 @@ def _seen(model: CameraModel, places: Points, z_mm: float) -> Points:
     """Field mm (n, 2) in the plane at z_mm to raw pixels."""
     if z_mm == 0 or not isinstance(model, RayModel):
         return raw_from_field(model, places)
-    return model.project(np.concatenate([places, np.full((len(places), 1), z_mm)], axis=-1))
+    return model.project(with_z(places, z_mm))
 
 
 def mm_per_px(px: NDArray[np.float64], mm: NDArray[np.float64]) -> float | None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import FitFailed
 from app.core.field import HAT_MM, Region
-from app.core.geometry import Points
+from app.core.geometry import Points, with_z
 from app.core.records import Fit
 from app.fitting import sensitivity_of
 from app.models import RayModel
@@ -55,12 +55,6 @@ def grid_over(region: Region, columns: int = GRID[0], rows: int = GRID[1]) -> Po
     return region.field_from_region(np.stack([u, v], axis=-1))
 
 
-def at_height(places: Points, z_mm: float) -> NDArray[np.float64]:
-    """(..., 2) to (n, 3) with z."""
-    flat = places.reshape(-1, 2)
-    return np.concatenate([flat, np.full((len(flat), 1), z_mm)], axis=1)
-
-
 def knows_its_error(fit: Fit) -> bool:
     return fit.covariance is not None and sensitivity_of(fit.model) is not None
 
@@ -69,7 +63,7 @@ def expected_error(fit: Fit, region: Region, z_mm: float = 0.0, places: Points |
                    covariance: NDArray | None = None) -> ExpectedError:
     """Expected error over the region in the plane at z_mm. covariance: in place of the fit's own."""
     places = grid_over(region) if places is None else places
-    by = sensitivity_of(fit.model).field_jacobian(at_height(places, z_mm), fit.parameter_names)
+    by = sensitivity_of(fit.model).field_jacobian(with_z(places.reshape(-1, 2), z_mm), fit.parameter_names)
     spread = fit.covariance if covariance is None else covariance
     with np.errstate(invalid="ignore"):
         variance = np.einsum("nik,kl,nil->n", by, spread, by)

@@ -66,7 +66,8 @@ def sentence(report: RollAnalysis, where: str) -> str:
                 "borders.")
     if abs(report.border_pct) <= SIGMAS * report.border_sigma_pct:
         return f"{count} in {where}: no distortion is seen, {left} along its edge."
-    return (f"{count} in {where}: {_kind(report.border_pct)} of {left} along its edge, {_band(report.border_pct)} the "
+    band = "within" if abs(report.border_pct) <= STANDARD_LENS_PCT else "beyond"
+    return (f"{count} in {where}: {_kind(report.border_pct)} of {left} along its edge, {band} the "
             f"±{STANDARD_LENS_PCT:g} % of a standard lens.")
 
 
@@ -94,7 +95,3 @@ def _roll_json(rolls: RollAnalysis, where: str) -> dict[str, Any]:
 
 def _kind(pct: float) -> str:
     return "barrel" if pct < 0 else "pincushion"
-
-
-def _band(pct: float) -> str:
-    return "within" if abs(pct) <= STANDARD_LENS_PCT else "beyond"

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from app.core.geometry import ImageSize, Points
 from app.core.json_values import nullable
 from app.evaluate.fit.distortion import sag_pct
+from app.fitting.plumb_line.problem import Chains
 from app.models.distortion import Distortion
 
 SIDEWAYS = 1e-3  # of the picture's diagonal per s²: before rolls can be compared; slow balls on a pool table do 2e-3
@@ -98,7 +99,7 @@ def analyse_rolls(points: Sequence[Points], seconds: Sequence[float], size: Imag
     tracks = [p for p, _ in usable]
     push = np.array([t for _, t in usable]) ** 2 / 8
     all_of = _Tracks(tracks)
-    own = all_of.bows(all_of.points)
+    own = all_of.bows(all_of.chains.pixels)
     sigma = _pooled(own.rms_px, all_of.counts) * own.per_px
     k, weight, gain = 0.0, np.ones(len(tracks)), np.ones(len(tracks))
     for _ in range(ROUNDS):
@@ -155,33 +156,28 @@ class _Tracks:
     """Several tracks, one after the other, so that one look measures the bows of all."""
 
     def __init__(self, tracks: Sequence[Points]) -> None:
-        self.points = np.concatenate(tracks)
-        self.counts = np.array([len(track) for track in tracks])
-        self.starts = np.concatenate([[0], np.cumsum(self.counts)[:-1]])
-        self._owner = np.repeat(np.arange(len(tracks)), self.counts)
+        self.chains = Chains.of(tracks)
+        self.counts = self.chains.counts
 
     def bows(self, points: Points) -> "_Bows":
         """Of the tracks with their points there instead, (n, 2) px."""
-        owner, last = self._owner, self.starts + self.counts - 1
-        about = points - (self._sums(points) / self.counts[:, None])[owner]
-        chord = points[last] - points[self.starts]
+        owner, starts, sums = self.chains.owner, self.chains.starts, self.chains.sums
+        about = points - (sums(points) / self.counts[:, None])[owner]
+        chord = points[starts + self.counts - 1] - points[starts]
         way = (chord / np.maximum(np.hypot(*chord.T), 1e-12)[:, None])[owner]
         u, v = np.sum(about * way, axis=1), about[:, 0] * way[:, 1] - about[:, 1] * way[:, 0]
-        length = np.maximum.reduceat(u, self.starts) - np.minimum.reduceat(u, self.starts)
+        length = np.maximum.reduceat(u, starts) - np.minimum.reduceat(u, starts)
         t = u / np.maximum(length / 2, 1e-9)[owner]
         design = np.stack([np.ones_like(t), t, t**2], axis=1)
-        inverse = np.linalg.pinv(self._sums(design[:, :, None] * design[:, None, :]), hermitian=True)
-        terms = np.einsum("nij,nj->ni", inverse, self._sums(design * v[:, None]))
+        inverse = np.linalg.pinv(sums(design[:, :, None] * design[:, None, :]), hermitian=True)
+        terms = np.einsum("nij,nj->ni", inverse, sums(design * v[:, None]))
         off = v - np.sum(design * terms[owner], axis=1)
-        rms = np.sqrt(self._sums(off**2) / np.maximum(self.counts - 3, 1))
+        rms = np.sqrt(sums(off**2) / np.maximum(self.counts - 3, 1))
         return _Bows(-terms[:, 2], np.sqrt(np.maximum(inverse[:, 2, 2], 0.0)), rms, np.maximum(length, 2e-9))
 
     def under(self, k: float, size: ImageSize) -> NDArray[np.float64]:
         """Their bows, px, once a lens of that k is undone."""
-        return self.bows(_lens(k, size).undistorted_from_raw(self.points)).px
-
-    def _sums(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.add.reduceat(values, self.starts, axis=0)
+        return self.bows(_lens(k, size).undistorted_from_raw(self.chains.pixels)).px
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,7 +204,7 @@ def _sideways(left: NDArray, sigma: NDArray, push: NDArray) -> float:
 
 
 def _roll(number: int, points: Points, information: tuple[float, ...], size: ImageSize, used: bool) -> Roll:
-    """told: its bow, length, rms, σ by noise and by all, px."""
+    """information: its bow, length, rms, σ by noise and by all, px."""
     px, length, rms, sigma, spread = map(float, information)
     chord = points[-1] - points[0]
     left = np.array([chord[1], -chord[0]])  # of its way, as y points down

@@ -9,6 +9,7 @@ With q = m · D' n:  ∂r/∂c = -q,  ∂r/∂a = t q,  and ∂r/∂centre = -m.
 the lens moves, and its columns projected out (variable projection, G. Golub and V. Pereyra 1973; L. Kaufman 1975).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -32,7 +33,7 @@ class Chains:
     noise_px: float
 
     @classmethod
-    def of(cls, chains: list[Points], unit: float, noise_px: float) -> Self:
+    def of(cls, chains: Sequence[Points], unit: float = 1.0, noise_px: float = 1.0) -> Self:
         lengths = np.array([len(c) for c in chains])
         return cls(np.concatenate(chains), np.concatenate([[0], np.cumsum(lengths)[:-1]]), unit, noise_px)
 

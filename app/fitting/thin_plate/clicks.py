@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from app.core.field import Arc, Feature, Field, Landmark, Line, Region
+from app.core.field import Arc, Feature, Field, Landmark, Region
 from app.core.geometry import Array, Points
 from app.core.records import Observations
 from app.fitting.thin_plate.smoothing import Constraints
@@ -62,7 +62,7 @@ def constraints_of(clicks: Clicks, base: CameraModel, guess: Points) -> tuple[Co
         if isinstance(feature, Landmark):
             rows += [(j, axis) for j in of for axis in np.eye(2)]
             continue
-        along = base.corrected_from_field(foot + _tangents(feature, foot)) - places[of]
+        along = base.corrected_from_field(foot + feature.tangents(foot)) - places[of]
         across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
         rows += list(zip(of, across, strict=True))
     index = np.array([j for j, _ in rows], int)
@@ -70,14 +70,6 @@ def constraints_of(clicks: Clicks, base: CameraModel, guess: Points) -> tuple[Co
     values = np.einsum("ni,ni->n", directions, (clicks.base - places)[index])
     stretched = np.linalg.norm(np.einsum("ni,nij->nj", directions, clicks.stretch[index]), axis=1)
     return Constraints((places[index] - middle) / unit, directions, values, 1 / stretched), places, index
-
-
-def _tangents(feature: Line | Arc, foot: Points) -> Points:
-    """Return unit tangents of the feature at each foot (n, 2)."""
-    if isinstance(feature, Line):
-        return np.broadcast_to((np.array(feature.end) - feature.start) / feature.length_mm, foot.shape)
-    arm = (foot - np.array(feature.centre)) / feature.radius_mm
-    return np.stack([-arm[:, 1], arm[:, 0]], axis=1)
 
 
 def largest_per_click(rows: Array, index: Array, clicks: int) -> Array:

@@ -54,8 +54,9 @@ def patterns_at(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, un
     middle, turn, rest = _fitted(dots, totals.sum(axis=-1) > 0)
     whole = totals.sum(axis=-1)
     first, second = totals[..., 0], totals[..., 1]
+    present = np.minimum(np.median(whole, axis=1) * scale / (0.35 * _DOT_AREA_MM2), 1)  # of the four dots' area
     return Patterns(middle, turn, rest, second > first, np.abs(second - first) / np.maximum(whole, 1e-9),
-                    whole / np.maximum(np.median(whole, axis=1), 1e-9)[:, None] * _present(whole, scale)[:, None])
+                    whole / np.maximum(np.median(whole, axis=1), 1e-9)[:, None] * present[:, None])
 
 
 def _sample(pixels: NDArray[np.uint8], at: Points, unmix: Array) -> Array:
@@ -124,11 +125,6 @@ def _dots(pixels: NDArray[np.uint8], middles: Points, mm_per_px: Array, px_per_m
     found = base + np.matmul(weight[..., None, :], np.broadcast_to(away, (*weight.shape, 2)))[..., 0, :] / np.maximum(
         total, 1e-9)
     return np.where(total > 1e-6, found, expected), share.sum(axis=2), scale**2 * step**2
-
-
-def _present(whole: Array, mm2: Array) -> Array:
-    """(n,) how much of the four dots is there at all, as a share of their area; 1 at most."""
-    return np.minimum(np.median(whole, axis=1) * mm2 / (0.35 * _DOT_AREA_MM2), 1)
 
 
 def _fitted(dots: Points, there: NDArray[np.bool_]) -> tuple[Points, Array, Array]:

@@ -1,11 +1,12 @@
-"""Pieces of one edge, put together across what interrupts it: the lines of a grid, a post, a stretch without light.
+"""Points linked along an edge or a ridge; pieces of one edge joined across the lines of a grid, a post, missing light.
 
 Two pieces belong together where each is the other's nearest to go on with: straight ahead, in the same direction, and
 with the same side bright (chains are walked so that the bright side is always on one hand).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Self
 
 import numpy as np
@@ -29,6 +30,31 @@ class Piece:
 
     def part(self, start: int, end: int | None) -> Self:
         return type(self)(self.points[start:end], self.strength[start:end])
+
+
+def nearest_neighbours(points: Points, cells: NDArray, shape: tuple[int, ...], reach: int, ahead_share: float,
+                       judge: Callable[[NDArray, NDArray, NDArray], tuple[NDArray, NDArray]]) -> NDArray:
+    """(2, n) for each point the nearest one ahead and the nearest behind, in cells (n, 2) at most `reach` apart; or -1.
+
+    judge(a, b, step): how far ahead of points a their neighbours b lie, px, and which pairs are alike. ahead_share: of
+    a step's length, what must lie ahead.
+    """
+    count = len(points)
+    index = np.full((shape[0] + 2 * reach, shape[1] + 2 * reach), -1)
+    index[cells[:, 0] + reach, cells[:, 1] + reach] = np.arange(count)
+    nearest, neighbour = np.full((2, count), np.inf), np.full((2, count), -1)
+    for down, right in product(range(-reach, reach + 1), repeat=2):
+        other = index[cells[:, 0] + reach + down, cells[:, 1] + reach + right]
+        a = np.flatnonzero((other >= 0) & (other != np.arange(count)))
+        b = other[a]
+        step = points[b] - points[a]
+        length = np.linalg.norm(step, axis=1)
+        ahead, alike = judge(a, b, step)
+        alike &= np.abs(ahead) > ahead_share * length
+        for way, sign in ((0, 1), (1, -1)):
+            better = alike & (sign * ahead > 0) & (length < nearest[way, a])
+            nearest[way, a[better]], neighbour[way, a[better]] = length[better], b[better]
+    return neighbour
 
 
 def joined(pieces: Sequence[Piece]) -> list[Piece]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.geometry import Points
-from app.vision.lines.edge_joining import Piece, chord, joined, off_cubic
+from app.vision.lines.edge_joining import Piece, chord, joined, nearest_neighbours, off_cubic
 
 BLUR_PX = 1.2  # sharper follows the noise, softer lets neighbouring edges push each other
 MARGIN = 4  # px at the picture's end, three blurs
@@ -23,6 +23,7 @@ FAINT = 1.0  # grey levels a px: a weaker gradient is noise
 CLEAR = 3.0  # the median along a chain that is kept
 REACH = 2  # px to the next point of the same edge
 SAME_WAY = np.cos(np.radians(25))  # neighbours on one edge have nearly one gradient
+AHEAD = 0.8  # of a step's length that lies along the edge
 CORNER_ARM = 6  # points on either side that tell how sharply a chain turns
 CORNER = np.cos(np.radians(14))
 SMOOTH_PX = 1.0  # off a cubic: further is no smooth curve, and the chain is cut there
@@ -82,25 +83,13 @@ def _links(points: Points, directions: NDArray, cells: NDArray, shape: tuple[int
 
     Two points are linked where each is the other's nearest.
     """
-    count = len(points)
-    index = np.full((shape[0] + 2 * REACH, shape[1] + 2 * REACH), -1)
-    index[cells[:, 0] + REACH, cells[:, 1] + REACH] = np.arange(count)
-    tangent = np.stack([-directions[:, 1], directions[:, 0]], axis=1)
-    nearest = np.full((2, count), np.inf)
-    neighbour = np.full((2, count), -1)
-    for down in range(-REACH, REACH + 1):
-        for right in range(-REACH, REACH + 1):
-            other = index[cells[:, 0] + REACH + down, cells[:, 1] + REACH + right]
-            a = np.flatnonzero((other >= 0) & (other != np.arange(count)))
-            b = other[a]
-            step = points[b] - points[a]
-            length = np.linalg.norm(step, axis=1)
-            ahead = np.sum(step * (tangent[a] + tangent[b]), axis=1) / 2
-            alike = (np.sum(directions[a] * directions[b], axis=1) > SAME_WAY) & (np.abs(ahead) > 0.8 * length)
-            for way, sign in ((0, 1), (1, -1)):
-                better = alike & (sign * ahead > 0) & (length < nearest[way, a])
-                nearest[way, a[better]], neighbour[way, a[better]] = length[better], b[better]
-    follows, leads = neighbour
+    tangent, count = np.stack([-directions[:, 1], directions[:, 0]], axis=1), len(points)
+
+    def judge(a: NDArray, b: NDArray, step: Points) -> tuple[NDArray, NDArray]:
+        return (np.sum(step * (tangent[a] + tangent[b]), axis=1) / 2,
+                np.sum(directions[a] * directions[b], axis=1) > SAME_WAY)
+
+    follows, leads = nearest_neighbours(points, cells, shape, REACH, AHEAD, judge)
     mutual = (follows >= 0) & (leads[follows] == np.arange(count))
     follows = np.where(mutual, follows, -1)
     leads = np.full(count, -1)

@@ -165,13 +165,9 @@ def _window(about: NDArray, width: float) -> NDArray:
 
 def _columns(about: NDArray, width: float) -> tuple[NDArray, NDArray, NDArray]:
     """The ground (..., 3): level, slope and step; the bar, and its derivative."""
-    bar, slope = _bar(about, width)
-    step = 2 / (1 + np.exp(-1.702 / BLUR_PX * np.clip(about, -30, 30))) - 1
-    return np.stack([np.ones_like(about), about, step], axis=-1), bar, slope
-
-
-def _bar(about: NDArray, width: float) -> tuple[NDArray, NDArray]:
-    """T and its derivative. Φ by a logistic that is within 0.01 of it: the blur's form is not known better."""
+    # T and its derivative, Φ by a logistic that is within 0.01 of it: the blur's form is not known better.
     low, high = (about + width / 2) / BLUR_PX, (about - width / 2) / BLUR_PX
     a, b = (1 / (1 + np.exp(-1.702 * np.clip(z, -30, 30))) for z in (low, high))
-    return a - b, 1.702 / BLUR_PX * (a * (1 - a) - b * (1 - b))
+    step = 2 / (1 + np.exp(-1.702 / BLUR_PX * np.clip(about, -30, 30))) - 1
+    return (np.stack([np.ones_like(about), about, step], axis=-1), a - b,
+            1.702 / BLUR_PX * (a * (1 - a) - b * (1 - b)))

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.geometry import Points
-from app.vision.lines.edge_joining import off_cubic
+from app.vision.lines.edge_joining import nearest_neighbours, off_cubic
 from app.vision.lines.ridges import Ridges
 
 REACH = 2  # px to the next point of the same ridge
@@ -25,26 +25,11 @@ def ridge_chains(found: Ridges, shape: tuple[int, ...], least: int = MIN_POINTS)
 
 def _links(found: Ridges, shape: tuple[int, ...]) -> tuple[NDArray, NDArray]:
     """Each point's neighbour ahead and behind, by its own direction; -1 for none. Both must choose each other."""
-    count = len(found.points)
-    index = np.full((shape[0] + 2 * REACH + 2, shape[1] + 2 * REACH + 2), -1)
-    index[found.cells[:, 0] + REACH, found.cells[:, 1] + REACH] = np.arange(count)
-    nearest = np.full((2, count), np.inf)
-    neighbour = np.full((2, count), -1)
-    for down in range(-REACH, REACH + 1):
-        for right in range(-REACH, REACH + 1):
-            if not (down or right):
-                continue
-            other = index[found.cells[:, 0] + REACH + down, found.cells[:, 1] + REACH + right]
-            a = np.flatnonzero(other >= 0)
-            b = other[a]
-            step = found.points[b] - found.points[a]
-            length = np.linalg.norm(step, axis=1)
-            ahead = np.sum(step * found.along[a], axis=1)
-            alike = np.abs(np.sum(found.along[a] * found.along[b], axis=1)) > SAME_WAY
-            alike &= np.abs(ahead) > AHEAD * length
-            for way, sign in ((0, 1), (1, -1)):
-                better = alike & (sign * ahead > 0) & (length < nearest[way, a])
-                nearest[way, a[better]], neighbour[way, a[better]] = length[better], b[better]
+    def judge(a: NDArray, b: NDArray, step: Points) -> tuple[NDArray, NDArray]:
+        return (np.sum(step * found.along[a], axis=1),
+                np.abs(np.sum(found.along[a] * found.along[b], axis=1)) > SAME_WAY)
+
+    neighbour, count = nearest_neighbours(found.points, found.cells, shape, REACH, AHEAD, judge), len(found.points)
     for way in (0, 1):
         mine = neighbour[way]
         answered = (mine >= 0) & ((neighbour[0][mine] == np.arange(count)) | (neighbour[1][mine] == np.arange(count)))

@@ -56,9 +56,8 @@ def profile_fan(across: int, half: int) -> ProfileFan:
     return ProfileFan(pixel, of * columns + column + across, 1 - (off[of, pixel] - column), columns)
 
 
-def find_line_bar(patch: NDArray[np.float64], away: NDArray[np.float64], reach_px: float, widths_px: tuple[float,
-                                                                                                           float],
-                  angle_rad: float | None, turn_rad: float) -> LineBar | str:
+def find_line_bar(patch: NDArray[np.float64], away: NDArray[np.float64], reach_px: float,
+                  widths_px: tuple[float, float], angle_rad: float | None, turn_rad: float) -> LineBar | str:
     """Find the bar that a click means, or why there is none: "no-line", or "one-edge" where there is only a step.
 
     patch: a square of odd side, NaN beyond the picture; away (x, y) px: the click from its middle pixel.
@@ -87,7 +86,8 @@ def find_line_bar(patch: NDArray[np.float64], away: NDArray[np.float64], reach_p
             at = np.unravel_index(int(np.argmax(score)), score.shape)
             if score[at] > best:
                 best, best_rise, found = float(score[at]), float(rise[at]), (at, width, sign)
-    step = _clearest_step(means, allowed)
+    difference = np.abs(means[:, 3:] - means[:, :-3])  # of columns three apart
+    step = float(np.nanmax(np.where(allowed[:, 1:-2] & np.isfinite(difference), difference, 0.0), initial=0.0))
     if found is None or step > STEP * clearest + MIN_CONTRAST:
         return "one-edge" if step > 2 * MIN_CONTRAST else "no-line"
     (row, column), width, sign = found
@@ -147,12 +147,6 @@ def _bars(means: NDArray, width: int) -> NDArray:
 def _least(values: NDArray, count: int) -> NDArray:
     """The least of `count` columns from each on; shorter by count - 1."""
     return np.lib.stride_tricks.sliding_window_view(values, count, axis=1).min(axis=-1)
-
-
-def _clearest_step(means: NDArray, allowed: NDArray) -> float:
-    """The greatest difference between columns three apart."""
-    difference = np.abs(means[:, 3:] - means[:, :-3])
-    return float(np.nanmax(np.where(allowed[:, 1:-2] & np.isfinite(difference), difference, 0.0), initial=0.0))
 
 
 def _rooms(profile: NDArray, middle: float, width: float, rise: float) -> tuple[float, float]:

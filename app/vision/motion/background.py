@@ -66,11 +66,6 @@ class Background:
         some = self._kept[:self._count, take].astype(np.int16)
         return _spread(np.diff(some, axis=0)) / float(np.sqrt(2))
 
-    @property
-    def noise_left(self) -> float:
-        """The same of the picture that comes out, from what went in; rounding to whole grey levels adds to it."""
-        return float(np.sqrt(self.noise**2 / max(self._count, 1) + 1 / 12))
-
     @cached_property
     def _found(self) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
         if not self._count:

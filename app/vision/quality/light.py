@@ -52,7 +52,8 @@ def measure_light(picture: NDArray[np.uint8], field: NDArray | None = None) -> L
     mask = field_mask(field, height, width)
     if mask is not None and not mask.any():
         mask = None
-    grey, top = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), _brightest_channel(picture)
+    blue, green, red = cv2.split(picture)
+    grey, top = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), cv2.max(cv2.max(blue, green), red)
     inside = None if mask is None else mask.astype(np.uint8)
     counts = cv2.calcHist([grey], [0], inside, [256], [0, 256]).ravel()
     tops = cv2.calcHist([top], [0], inside, [256], [0, 256]).ravel()
@@ -64,11 +65,6 @@ def measure_light(picture: NDArray[np.uint8], field: NDArray | None = None) -> L
                  round(float(tops[:LOW + 1].sum()) / total, _DIGITS), round(float(tops[HIGH:].sum()) / total, _DIGITS),
                  round(min(seen) / max(max(seen), 1.0), 3) if len(seen) > 1 else None, carpet,
                  _burnt(top, mask))
-
-
-def _brightest_channel(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    blue, green, red = cv2.split(picture)
-    return cv2.max(cv2.max(blue, green), red)
 
 
 def _burnt(top: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple[float, ...]:

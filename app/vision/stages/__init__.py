@@ -7,18 +7,20 @@ A frame goes through the stages of a config (configs/stages/*.yaml) in order; ea
 
 A stage is made once for a camera and a picture size, and keeps what it must remember from frame to frame; run() takes
 a FrameState and returns one with its own part filled in; picture() draws that part on request. To add one:
-write app/vision/stages/NAME.py with a class that follows Stage, and add its line to STAGES. Everything works on the raw
+write app/vision/stages/NAME.py with a subclass of Stage, and add its line to STAGES. Everything works on the raw
 picture: points are corrected, the picture is not.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour_profile import Bgr, ColourProfile
+from app.core.colour_profile import NAMES, Bgr, ColourProfile
 from app.core.detections import Detection
 from app.core.geometry import ImageSize
 from app.core.options import Option
@@ -72,8 +74,7 @@ class FrameState:
         return replace(self, found=(*self.found, *more))
 
 
-@runtime_checkable
-class Stage(Protocol):
+class Stage(ABC):
     """One step of detection. One thread at a time: it may remember the frame before."""
 
     NAME: ClassVar[str]
@@ -83,12 +84,32 @@ class Stage(Protocol):
 
     def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
         """options: as read_options gave them."""
+        self._options, self._context = options, context
 
+    @abstractmethod
     def run(self, state: FrameState) -> FrameState:
         """Return the same frame with this stage's part filled in."""
 
     def picture(self, state: FrameState) -> Picture:
-        """Draw this stage's part of the state that run() returned, as a picture of its size."""
+        """Draw this stage's part of the state that run() returned, as a picture of its size: robots and markers with
+        middle, front and number, where a stage draws nothing of its own."""
+        drawn = state.clean // 2
+        robots = [d for d in state.found if d.kind != "ball"]
+        if not robots:
+            return drawn
+        middles = np.array([robot.pixel for robot in robots])
+        px_per_mm = np.linalg.inv(self._context.view.spread(middles, self._context.robot_z_mm)[1])
+        for robot, (x, y), turn in zip(robots, middles, px_per_mm, strict=True):
+            paint = NAMES.get(robot.team or "", (255, 255, 255))
+            at = (round(x), round(y))
+            cv2.circle(drawn, at, 3, paint, -1, cv2.LINE_AA)
+            if robot.orientation_rad is not None:
+                dx, dy = turn @ (90 * np.array([np.cos(robot.orientation_rad), np.sin(robot.orientation_rad)]))
+                cv2.line(drawn, at, (round(x + dx), round(y + dy)), paint, 2, cv2.LINE_AA)
+            text = "?" if robot.id is None else str(robot.id)
+            cv2.putText(drawn, text, (at[0] + 6, at[1] - 6), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1,
+                        cv2.LINE_AA)
+        return drawn
 
 
 STAGES = Registry("stage", {

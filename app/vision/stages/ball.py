@@ -1,7 +1,6 @@
 """The ball: an orange patch of the ball's size that lies on no robot."""
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -9,13 +8,13 @@ import numpy as np
 from app.core.colour_profile import NAMES
 from app.core.detections import Detection
 from app.core.options import Option
-from app.vision.stages import FrameState, Picture, StageContext
+from app.vision.stages import FrameState, Picture, Stage
 
 _HAT_MM = 75.0  # from a robot's middle: no ball is seen there
 _SHARP = 40.0  # grey levels a pixel at the rim of a ball in a sharp picture
 
 
-class FindBall:
+class FindBall(Stage):
     NAME: ClassVar = "ball"
     TITLE: ClassVar = "Ball"
     HELP: ClassVar = "Finds the ball by colour, size and form; its middle is a radius above the carpet."
@@ -27,9 +26,6 @@ class FindBall:
         Option("least_roundness", "float", 0.35, "1 is a disc, 0 a line.", (0, 1)),
         Option("most", "int", 1, "How many balls are told, the surest first.", (1, 50)),
     )
-
-    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
-        self._options, self._context = options, context
 
     def run(self, state: FrameState) -> FrameState:
         options, radius = self._options, self._context.ball_radius_mm

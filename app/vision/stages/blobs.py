@@ -1,8 +1,7 @@
 """Patches of one colour: where to a fraction of a pixel, how large, and of what form."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -11,14 +10,14 @@ from app.core.colour_profile import NAMES
 from app.core.options import Option
 from app.vision.blobs.features import Blobs, fine_middles
 from app.vision.blobs.runs import runs_of
-from app.vision.stages import FrameState, Picture, StageContext
+from app.vision.stages import FrameState, Picture, Stage
 
 _FLOOD_PX = 120_000  # of one colour: more is a floor or badly learned, and would take longer than a frame
 
 _MAX_BLOBS = 1000  # patches, the largest: no game has more, and noise has no end
 
 
-class FindBlobs:
+class FindBlobs(Stage):
     NAME: ClassVar = "blobs"
     TITLE: ClassVar = "Blobs"
     HELP: ClassVar = "Joins pixels of one colour to patches and measures them."
@@ -29,9 +28,6 @@ class FindBlobs:
         Option("join_px", "int", 0, "Close gaps of so many pixels between pixels of one colour.", (0, 3), "px"),
     )
 
-    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
-        self._options, self._view = options, context.view
-
     def run(self, state: FrameState) -> FrameState:
         labels, notes = self._without_floods(state)
         if self._options["join_px"]:
@@ -41,7 +37,7 @@ class FindBlobs:
         if len(blobs) > _MAX_BLOBS:
             blobs = blobs.only(np.isin(np.arange(len(blobs)), np.argsort(-blobs.area)[:_MAX_BLOBS]))
         if len(blobs):
-            size = blobs.area * self._view.scale(blobs.middle) ** 2
+            size = blobs.area * self._context.view.scale(blobs.middle) ** 2
             blobs = blobs.only((size >= self._options["least_mm2"]) & (size <= self._options["most_mm2"]))
         if len(blobs):
             blobs = replace(blobs, middle=fine_middles(state.clean, blobs, labels), sharpness=_rims(state, blobs))

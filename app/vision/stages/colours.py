@@ -14,7 +14,7 @@ from app.core.colour_profile import NAMES, Bgr
 from app.core.options import Option
 from app.vision.colour.learning import mean_light
 from app.vision.colour.table import in_light, table_of
-from app.vision.stages import FrameState, Picture, StageContext
+from app.vision.stages import FrameState, Picture, Stage, StageContext
 
 _EVERY = 5  # frames; lamps and clouds are slower
 _NEW = 0.25  # of a fresh measure of the light, in what is believed
@@ -22,7 +22,7 @@ _STEP = 1.04  # a table is made anew when the light has changed by that
 _MAX_GAIN, _MIN_GAIN = 2.5, 0.4  # beyond that, the picture shows something else
 
 
-class Colours:
+class Colours(Stage):
     NAME: ClassVar = "colours"
     TITLE: ClassVar = "Colours"
     HELP: ClassVar = "Names each pixel's colour by a lookup table that is learned from a few clicks."
@@ -33,7 +33,7 @@ class Colours:
     )
 
     def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
-        self._follow = options["follow"]
+        super().__init__(options, context)
         self._learned_in = context.profile.light
         self._table, self._names = table_of(context.profile)
         wanted = np.array([False] + [name in options["everywhere"] for name in self._names])
@@ -42,7 +42,6 @@ class Colours:
         self._gain_of_table = np.ones(3)
         self._now = self._wanted
         self._frames = 0
-        self._within = context.within
 
     @property
     def light(self) -> Bgr:
@@ -50,13 +49,13 @@ class Colours:
         return tuple(float(v) for v in self._gain)
 
     def run(self, state: FrameState) -> FrameState:
-        if self._follow and self._learned_in is not None:
+        if self._options["follow"] and self._learned_in is not None:
             self._measure(state.pixels)
         codes = _codes(state.clean)
         labels = np.empty(codes.shape, np.uint8)
         np.take(self._now, codes, out=labels, mode="clip")
-        if self._within is not None:
-            cv2.bitwise_and(labels, self._within, labels)
+        if self._context.within is not None:
+            cv2.bitwise_and(labels, self._context.within, labels)
         return replace(state, labels=labels, colours=self._names, light=self.light)
 
     def _measure(self, pixels: Picture) -> None:

@@ -1,16 +1,15 @@
 """How steep the picture is: a patch with a sharp rim is a thing, one without is a stain or a shine."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import cv2
 
 from app.core.options import Option
-from app.vision.stages import FrameState, Picture, StageContext
+from app.vision.stages import FrameState, Picture, Stage
 
 
-class Edges:
+class Edges(Stage):
     NAME: ClassVar = "edges"
     TITLE: ClassVar = "Edges"
     HELP: ClassVar = "How steep the picture is at each pixel; blobs are weighed by their rims."
@@ -18,11 +17,9 @@ class Edges:
         Option("channel", "choice", "all", "Grey only, or the steepest of the three colours.", choices=("grey", "all")),
     )
 
-    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
-        self._all = options["channel"] == "all"
-
     def run(self, state: FrameState) -> FrameState:
-        planes = cv2.split(state.clean) if self._all else [cv2.cvtColor(state.clean, cv2.COLOR_BGR2GRAY)]
+        planes = (cv2.split(state.clean) if self._options["channel"] == "all"
+                  else [cv2.cvtColor(state.clean, cv2.COLOR_BGR2GRAY)])
         steepest = _steep(planes[0])
         for plane in planes[1:]:
             cv2.max(steepest, _steep(plane), steepest)

@@ -6,19 +6,17 @@ A model without rays knows the carpet only: there a robot's place is off by its 
 it is from below the camera. With the camera's position given by hand that is undone; else it is on_carpet.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from app.core.detections import Detection
 from app.core.options import Option
-from app.vision.stages import FrameState, Picture, StageContext
-from app.vision.stages.ssl_robots import draw_robots
+from app.vision.stages import FrameState, Stage
 
 
-class Localise:
+class Localise(Stage):
     NAME: ClassVar = "places"
     TITLE: ClassVar = "Places"
     HELP: ClassVar = "From pixels to field millimetres at each thing's own height, with covariance."
@@ -29,9 +27,6 @@ class Localise:
                "mm"),
         Option("hat_sigma_mm", "float", 0.0, "And at the height of the robots' tops.", (0, 500), "mm"),
     )
-
-    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
-        self._options, self._context = options, context
 
     def run(self, state: FrameState) -> FrameState:
         if not self._context.view.tells_places or not state.found:
@@ -55,6 +50,3 @@ class Localise:
         return replace(found, x_mm=float(place[0]), y_mm=float(place[1]),
                        covariance_mm2=tuple(tuple(float(v) for v in row) for row in spread),
                        on_carpet=not self._context.view.knows_heights and found.z_mm != 0)
-
-    def picture(self, state: FrameState) -> Picture:
-        return draw_robots(state, self._context)

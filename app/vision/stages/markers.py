@@ -1,18 +1,16 @@
 """Patches of a team's colour, and no more: for leagues whose robots carry other patterns."""
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from app.core.colour_profile import NAMES
 from app.core.detections import Detection
 from app.core.options import Option
-from app.vision.stages import FrameState, Picture, StageContext
-from app.vision.stages.ssl_robots import draw_robots
+from app.vision.stages import FrameState, Stage
 
 
-class Markers:
+class Markers(Stage):
     NAME: ClassVar = "markers"
     TITLE: ClassVar = "Team markers"
     HELP: ClassVar = "Tells each patch of a team's colour with its place."
@@ -22,9 +20,6 @@ class Markers:
         Option("most_mm2", "float", 8000.0, "Larger ones neither.", (10, 1e6), "mm²"),
         Option("least_roundness", "float", 0.15, "1 is a disc or a square, 0 a line.", (0, 1)),
     )
-
-    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
-        self._options, self._context = options, context
 
     def run(self, state: FrameState) -> FrameState:
         teams = {state.colours.index(name) + 1: name for name in self._options["teams"] if name in state.colours}
@@ -38,6 +33,3 @@ class Markers:
         return state.with_found(*(Detection(
             "marker", (float(blobs.middle[i, 0]), float(blobs.middle[i, 1])), teams[int(blobs.colour[i])], z_mm=z_mm,
             confidence=float(blobs.roundness[i]), area_px=float(blobs.area[i])) for i in good))
-
-    def picture(self, state: FrameState) -> Picture:
-        return draw_robots(state, self._context)

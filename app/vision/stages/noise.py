@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 import cv2
 
 from app.core.options import Option
-from app.vision.stages import FrameState, Picture, StageContext
+from app.vision.stages import FrameState, Picture, Stage, StageContext
 
 
-class NoiseReduction:
+class NoiseReduction(Stage):
     """Over time, a pixel that has changed by less than `still` is a mixture of what it was and what it is."""
 
     NAME: ClassVar = "noise"
@@ -25,7 +25,7 @@ class NoiseReduction:
     )
 
     def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
-        self._options = options
+        super().__init__(options, context)
         self._before: Picture | None = None
 
     def run(self, state: FrameState) -> FrameState:

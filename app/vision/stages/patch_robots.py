@@ -4,7 +4,6 @@ The way from the team's patch to the others tells the front, and the colours, co
 tell the number.
 """
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,14 +12,13 @@ from app.core.colour_profile import NAMES
 from app.core.detections import Detection
 from app.core.options import Option
 from app.vision.blobs.features import Blobs
-from app.vision.stages import FrameState, Picture, StageContext
-from app.vision.stages.ssl_robots import draw_robots
+from app.vision.stages import FrameState, Stage
 
 OWN = tuple(name for name in NAMES if name not in ("orange", "yellow", "blue"))
 _TURNED_RAD = 0.012  # a tenth of a pixel at each end of a tag of a dozen pixels
 
 
-class PatchRobots:
+class PatchRobots(Stage):
     NAME: ClassVar = "tags"
     TITLE: ClassVar = "Two-colour tags"
     HELP: ClassVar = "Finds small robots by a team's patch and the robot's own colours beside it."
@@ -35,9 +33,6 @@ class PatchRobots:
         Option("front_deg", "float", 90.0, "The front, counter-clockwise from the way to its own patch.", (-180, 180),
                "°"),
     )
-
-    def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
-        self._options, self._context = options, context
 
     def run(self, state: FrameState) -> FrameState:
         z_mm, blobs = self._context.robot_z_mm, state.blobs
@@ -88,9 +83,6 @@ class PatchRobots:
                          confidence=float(np.clip(fit, 0, 1)),
                          orientation_sigma_rad=float(np.hypot(_TURNED_RAD, 0.15 * scale / self._options["apart_mm"])),
                          area_px=float(blobs.area[[i, *mine]].sum()))
-
-    def picture(self, state: FrameState) -> Picture:
-        return draw_robots(state, self._context)
 
 
 def _numbers_of(state: FrameState, names: tuple[str, ...]) -> dict[int, int]:

@@ -7,7 +7,6 @@ which four dots fit best is refined by their middles, and each dot's colour give
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-import cv2
 import numpy as np
 
 from app.core.colour_profile import NAMES
@@ -16,7 +15,7 @@ from app.core.options import Option
 from app.core.ssl_pattern import NUMBER_OF, TEAM_DOT_MM
 from app.vision.blobs.features import Blobs
 from app.vision.blobs.pattern_match import Patterns, patterns_at, unmixing
-from app.vision.stages import FrameState, Picture, StageContext
+from app.vision.stages import FrameState, Stage, StageContext
 
 TEAMS = ("yellow", "blue")
 _TEAM_DOT_MM2 = np.pi * (TEAM_DOT_MM / 2) ** 2
@@ -25,7 +24,7 @@ _HALF_THERE = 0.35  # of a dot's usual share: less is hidden
 _MAX_ROBOTS = 64
 
 
-class SslRobots:
+class SslRobots(Stage):
     NAME: ClassVar = "butterfly"
     TITLE: ClassVar = "Butterfly patterns"
     HELP: ClassVar = "Finds robots by the Small Size League's five dots, with number and front."
@@ -38,7 +37,7 @@ class SslRobots:
     )
 
     def __init__(self, options: Mapping[str, Any], context: StageContext) -> None:
-        self._options, self._context = options, context
+        super().__init__(options, context)
         self._pink, self._green = (_usual(context, name) for name in ("pink", "green"))
 
     def run(self, state: FrameState) -> FrameState:
@@ -83,29 +82,6 @@ class SslRobots:
         turn = float((found.turn[i] + np.pi) % (2 * np.pi) - np.pi)
         return Detection("robot", (float(middle[0]), float(middle[1])), team, number, z_mm=z_mm, orientation_rad=turn,
                          confidence=confidence, orientation_sigma_rad=float(sigma), area_px=float(blobs.area[i]))
-
-    def picture(self, state: FrameState) -> Picture:
-        """Each robot's middle, front and number."""
-        return draw_robots(state, self._context)
-
-
-def draw_robots(state: FrameState, context: StageContext) -> Picture:
-    drawn = state.clean // 2
-    robots = [d for d in state.found if d.kind != "ball"]
-    if not robots:
-        return drawn
-    middles = np.array([robot.pixel for robot in robots])
-    px_per_mm = np.linalg.inv(context.view.spread(middles, context.robot_z_mm)[1])
-    for robot, (x, y), turn in zip(robots, middles, px_per_mm, strict=True):
-        paint = NAMES.get(robot.team or "", (255, 255, 255))
-        at = (round(x), round(y))
-        cv2.circle(drawn, at, 3, paint, -1, cv2.LINE_AA)
-        if robot.orientation_rad is not None:
-            dx, dy = turn @ (90 * np.array([np.cos(robot.orientation_rad), np.sin(robot.orientation_rad)]))
-            cv2.line(drawn, at, (round(x + dx), round(y + dy)), paint, 2, cv2.LINE_AA)
-        text = "?" if robot.id is None else str(robot.id)
-        cv2.putText(drawn, text, (at[0] + 6, at[1] - 6), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
-    return drawn
 
 
 def _usual(context: StageContext, name: str) -> tuple[float, float, float]:

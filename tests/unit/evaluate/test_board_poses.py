@@ -9,7 +9,7 @@ from app.core.geometry import ImageSize
 from app.evaluate.board.coverage import LEANS
 from app.evaluate.board.poses import ENOUGH_VIEWS, BoardPose, pose_history
 from app.live.board_capture import STILL_S, BoardCapture
-from app.vision.board.quick_board import find_board_quickly
+from app.vision.board.detection import find_board_quickly
 from tests.support.board_views import picture_of
 
 BOARD = Board("chessboard", 9, 6, 30.0)

@@ -10,7 +10,7 @@ from app.core.board import Board, BoardView, views_from_json
 from app.core.errors import BadInput, FitFailed
 from app.evaluate.board.coverage import NEXT_SHARE, cell_counts, lean_vector, next_view, rotation_to, tilts
 from app.evaluate.board.lens_uncertainty import expected_over_picture
-from app.evaluate.board.residual_structure import neighbour_correlation
+from app.evaluate.board.report import neighbour_correlation
 from app.fitting.board.fit import fit_board
 from app.fitting.board.parameters import BoardObservations, matrices_from_vectors
 from app.models import MODELS
@@ -89,7 +89,7 @@ def test_the_next_view_helps_as_much_as_it_says():
 def test_tilts_and_cells_are_those_of_the_views():
     fit = fit_board(views_of(count=12, noise_px=0.05), SIZE, BROWN, {})
     degrees, nearer = tilts(fit)
-    assert cell_counts(fit).sum() == 1200
+    assert cell_counts(fit.observations.pixels[fit.observations.present], SIZE).sum() == 1200
     for k, (deg, edge) in enumerate(zip(degrees, nearer, strict=True)):
         rays, pixels = fit.state.rays(fit.observations)[k], fit.observations.pixels[k]
         if not edge:

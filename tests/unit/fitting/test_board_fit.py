@@ -6,12 +6,12 @@ import pytest
 from app.core.board import BoardView
 from app.core.errors import BadInput, FitFailed
 from app.core.geometry import ImageSize
-from app.evaluate.board.lens_difference import lens_difference, median_difference
+from app.evaluate.board.lens_difference import lens_difference
 from app.evaluate.board.lens_uncertainty import expected_px, lens_sensitivity
 from app.fitting.board.fit import board_model, fit_board
 from app.fitting.board.model_selection import term_sets_for
 from app.models import MODELS
-from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, views_of
+from tests.support.board_views import BOARD, FISHEYE, PLAIN, SIZE, TRUTH, median_difference, views_of
 
 BROWN, FISH = MODELS["brown-conrady"], MODELS["fisheye"]
 

@@ -33,6 +33,7 @@ from tests.support.exported import (
     seen_places,
 )
 from tests.support.fields import seen
+from tests.support.pictures import remapped_exactly
 
 MODEL = next(iter(Polynomial.examples()))
 
@@ -201,7 +202,7 @@ def test_the_remap_table_corrects_a_picture_with_numpy_and_opencv_alone():
     table = np.load(io.BytesIO(FORMATS["npz"].write(calibration())), allow_pickle=False)
     corrected = cv2.remap(picture, table["raw_x"], table["raw_y"], cv2.INTER_LINEAR)
     model = Polynomial.from_parameters(calibration().model_parameters)
-    ours = correction_map(model).apply_exactly(picture)
+    ours = remapped_exactly(correction_map(model), picture)
     inside = np.isfinite(table["raw_x"]) & (table["raw_x"] > 1) & (table["raw_x"] < 778) & (table["raw_y"] > 1) & (
         table["raw_y"] < 578)
     np.testing.assert_array_equal(corrected[inside], ours[inside])

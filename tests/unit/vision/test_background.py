@@ -64,7 +64,7 @@ def test_the_noise_that_is_left_is_what_is_said(seed):
     clean = background(shown.frame(i) for i in range(15))
     assert clean.noise == pytest.approx(4, rel=0.08)
     left = (clean.picture - exact).std()
-    assert left == pytest.approx(clean.noise_left, rel=0.15) and left < 4 / 3.4
+    assert left == pytest.approx(np.sqrt(clean.noise**2 / 15 + 1 / 12), rel=0.15) and left < 4 / 3.4
     # A median alone would keep a fifth more.
     median = np.median([shown.frame(i) for i in range(15)], axis=0)
     assert left < 0.93 * (median - exact).std()
