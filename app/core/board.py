@@ -5,7 +5,7 @@ Only inner corners count, those where four squares meet.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -45,36 +45,34 @@ class Board:
     def from_json(cls, value: Any) -> Self:
         """Read a board; refuse what is not of its form, by name."""
         if not isinstance(value, Mapping):
-            raise BadInput("The board is not an object.", FORM, reason="bad-board")
-        known = {"kind", "columns", "rows", "square_mm", "marker_mm", "dictionary", "legacy"}
-        unknown = [str(name) for name in value if name not in known]
+            raise _refused("The board is not an object.")
+        unknown = [str(name) for name in value if name not in {f.name for f in fields(cls)}]
         if unknown:
-            raise BadInput(f"A board has no {unknown[0]!r}.", FORM, reason="bad-board")
+            raise _refused(f"A board has no {unknown[0]!r}.")
         kind = value.get("kind")
         if kind not in KINDS:
-            raise BadInput(f"{kind!r} is no kind of board.", FORM, reason="bad-board")
+            raise _refused(f"{kind!r} is no kind of board.")
         columns, rows = (_whole(value.get(name), name) for name in ("columns", "rows"))
         square_mm = _length(value.get("square_mm"), "square_mm")
         if kind == "chessboard":
             extra = [name for name in ("marker_mm", "dictionary", "legacy") if value.get(name)]
             if extra:
-                raise BadInput(f"A chessboard has no {extra[0]}.", FORM, reason="bad-board")
+                raise _refused(f"A chessboard has no {extra[0]}.")
             return cls(kind, columns, rows, square_mm)
         marker_mm = _length(value.get("marker_mm"), "marker_mm")
         if marker_mm >= square_mm:
-            raise BadInput(f"Markers of {marker_mm:g} mm do not fit into squares of {square_mm:g} mm.",
-                           "Measure both: the marker is the smaller one.", reason="bad-board")
+            raise _refused(f"Markers of {marker_mm:g} mm do not fit into squares of {square_mm:g} mm.",
+                           "Measure both: the marker is the smaller one.")
         dictionary, legacy = value.get("dictionary"), value.get("legacy", False)
         if not isinstance(dictionary, str) or dictionary not in DICTIONARIES:
-            raise BadInput(f"{dictionary!r} is no dictionary of markers.", f"Use one of: {', '.join(DICTIONARIES)}.",
-                           reason="bad-board")
+            raise _refused(f"{dictionary!r} is no dictionary of markers.", f"Use one of: {', '.join(DICTIONARIES)}.")
         needed = (columns + 1) * (rows + 1) // 2
         if needed > DICTIONARIES[dictionary]:
-            raise BadInput(f"The board has {needed} markers, {dictionary} only {DICTIONARIES[dictionary]}.",
-                           "Choose the dictionary that the board was printed with.", reason="bad-board")
+            raise _refused(f"The board has {needed} markers, {dictionary} only {DICTIONARIES[dictionary]}.",
+                           "Choose the dictionary that the board was printed with.")
         if not isinstance(legacy, bool):
-            raise BadInput("A board's legacy is neither true nor false.", "Use true for boards printed by OpenCV "
-                           "before 4.6.", reason="bad-board")
+            raise _refused("A board's legacy is neither true nor false.", "Use true for boards printed by OpenCV "
+                           "before 4.6.")
         return cls(kind, columns, rows, square_mm, marker_mm, dictionary, legacy)
 
     def to_json(self) -> dict[str, Any]:
@@ -157,13 +155,15 @@ def _whole(value: Any, name: str) -> int:
     low, high = CORNERS
     if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or not low <= value <= high \
             or value != int(value):
-        raise BadInput(f"A board's {name} cannot be {value!r}.", f"Count the inner corners: {low} to {high}.",
-                       reason="bad-board")
+        raise _refused(f"A board's {name} cannot be {value!r}.", f"Count the inner corners: {low} to {high}.")
     return int(value)
 
 
 def _length(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.01 <= value <= 10_000:
-        raise BadInput(f"A board's {name} cannot be {value!r}.", "Give millimetres, from 0.01 to 10000.",
-                       reason="bad-board")
+        raise _refused(f"A board's {name} cannot be {value!r}.", "Give millimetres, from 0.01 to 10000.")
     return float(value)
+
+
+def _refused(what: str, fix: str = FORM) -> BadInput:
+    return BadInput(what, fix, reason="bad-board")

@@ -6,23 +6,13 @@ The form is the one that Field.to_json writes and the REST contract shows. Lengt
 
 import re
 from collections.abc import Callable, Mapping
+from itertools import chain
 from typing import Any, TypeVar
 
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.field import (
-    BORDERS,
-    DEFAULT_LINE_WIDTH_MM,
-    HAT_MM,
-    QUARTER_TURNS,
-    Arc,
-    Field,
-    Landmark,
-    Line,
-    Point,
-    Region,
-)
+from app.core.field import BORDERS, DEFAULT_LINE_WIDTH_MM, HAT_MM, QUARTER_TURNS, Arc, Field, Landmark, Line, Region
 
 NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
 MAX_NAME = 64
@@ -32,6 +22,7 @@ MAX_MEMBERS = 500  # of each kind; the richest league field has 60
 SAME_MM = 0.01  # two ways to say one place may differ by this
 
 T = TypeVar("T")
+Pair = tuple[float, float]
 
 
 def field_from_json(value: Any) -> Field:
@@ -55,7 +46,7 @@ def field_from_json(value: Any) -> Field:
                  number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, MAX_HAT_MM))
 
 
-def _line(value: Any, at: str, far: Point, thick: float) -> Line:
+def _line(value: Any, at: str, far: Pair, thick: float) -> Line:
     keys(value, at, ("name", "from", "to"), ("width_mm",))
     line = Line(safe_name(value["name"], f"{at}.name"), point(value["from"], f"{at}.from", far),
                 point(value["to"], f"{at}.to", far), number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500))
@@ -64,7 +55,7 @@ def _line(value: Any, at: str, far: Point, thick: float) -> Line:
     return line
 
 
-def _arc(value: Any, at: str, far: Point, thick: float) -> Arc:
+def _arc(value: Any, at: str, far: Pair, thick: float) -> Arc:
     keys(value, at, ("name", "centre", "radius_mm"), ("start_deg", "end_deg", "width_mm"))
     arc = Arc(safe_name(value["name"], f"{at}.name"), point(value["centre"], f"{at}.centre", far),
               number(value["radius_mm"], f"{at}.radius_mm", 1, max(far)),
@@ -112,18 +103,16 @@ def _region_from_borders(name: str, value: Any, at: str, length: float, width: f
     return best
 
 
-def _border_gap(region: Region, value: Mapping[str, Any], at: str, far: Point) -> float:
+def _border_gap(region: Region, value: Mapping[str, Any], at: str, far: Pair) -> float:
     """Largest distance in mm from a border's ends to those given, in whichever order they are given."""
     gaps = []
-    for border in BORDERS:
-        given = np.array(_ends(value[border], f"{at}.{border}", far))
-        line = region.border(border)
-        ours = np.array([line.start, line.end])
+    for line in map(region.border, BORDERS):
+        given, ours = np.array(_ends(value[line.name], f"{at}.{line.name}", far)), np.array([line.start, line.end])
         gaps.append(min(np.abs(given - ours).max(), np.abs(given[::-1] - ours).max()))
     return float(max(gaps))
 
 
-def _ends(value: Any, at: str, far: Point) -> tuple[Point, Point]:
+def _ends(value: Any, at: str, far: Pair) -> tuple[Pair, Pair]:
     keys(value, at, ("from", "to"), ("name", "width_mm"))
     return point(value["from"], f"{at}.from", far), point(value["to"], f"{at}.to", far)
 
@@ -167,15 +156,13 @@ def _mark(value: Any, at: str, landmarks: Mapping[str, Landmark]) -> dict[str, A
 
 
 def _every_name_once(*tables: Mapping[str, Any]) -> None:
-    seen = set(BORDERS)  # an observation's "left" means the region's border
-    for name in (name for members_ in tables for name in members_):
-        if name in seen:
+    taken = set(BORDERS)  # an observation's "left" means the region's border
+    for name in chain(*tables):
+        if name in taken:
             raise refuse(f"The name {name!r} is used twice, or is a border's.",
                          "Give every line, arc and landmark a name of its own.")
-        seen.add(name)
+        taken.add(name)
 
-
-# --- plain data, checked ---------------------------------------------------------------------------------
 
 def refuse(what: str, fix: str) -> BadInput:
     return BadInput(what, fix, reason="bad-field")
@@ -201,7 +188,7 @@ def number(value: Any, at: str, low: float, high: float) -> float:
     return float(value)
 
 
-def point(value: Any, at: str, far: Point) -> Point:
+def point(value: Any, at: str, far: Pair) -> Pair:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         raise refuse(f"{at} is no pair of numbers.", "Send [x, y] in mm from the field's centre.")
     return number(value[0], at, -far[0], far[0]), number(value[1], at, -far[1], far[1])

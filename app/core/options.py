@@ -24,9 +24,7 @@ class Option:
         if value is None:
             return self.default
         if self.type == "choice":
-            if value in self.choices:
-                return value
-            raise self._refuse(value, " or ".join(repr(c) for c in self.choices))
+            return self._checked(value, value in self.choices, " or ".join(repr(c) for c in self.choices))
         if self.type == "terms-or-auto":
             if value == "auto":
                 return value
@@ -41,22 +39,18 @@ class Option:
         if self.type == "value-and-sigma":
             return self._read_value_and_sigma(value)
         if self.type == "calibration":
-            if isinstance(value, Mapping) and "name" in value \
-                    and (isinstance(value.get("parameters"), Mapping) or isinstance(value.get("lens"), Mapping)):
-                return value
-            raise self._refuse(value, "the id of a calibration")
+            found = isinstance(value, Mapping) and "name" in value \
+                and (isinstance(value.get("parameters"), Mapping) or isinstance(value.get("lens"), Mapping))
+            return self._checked(value, found, "the id of a calibration")
         if self.type == "bool":
-            if isinstance(value, bool):
-                return value
-            raise self._refuse(value, "true or false")
+            return self._checked(value, isinstance(value, bool), "true or false")
         if self.type == "int-or-auto" and value == "auto":
             return value
         allowed = f"a number from {self.range[0]:g} to {self.range[1]:g}" if self.range else "a number"
         if self.type == "int-or-auto":
             allowed += ', or "auto"'
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value:
-            raise self._refuse(value, allowed)
-        if self.range and not self.range[0] <= value <= self.range[1]:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value \
+                or (self.range and not self.range[0] <= value <= self.range[1]):
             raise self._refuse(value, allowed)
         if self.type.startswith("int"):
             if value != int(value):
@@ -72,6 +66,11 @@ class Option:
             if isinstance(number, bool) or not isinstance(number, (int, float)) or not low <= number <= high:
                 raise self._refuse(value, allowed)
         return {"value": float(value["value"]), "sigma": float(value["sigma"])}
+
+    def _checked(self, value: Any, good: bool, allowed: str) -> Any:
+        if not good:
+            raise self._refuse(value, allowed)
+        return value
 
     def _refuse(self, value: Any, allowed: str) -> BadInput:
         return BadInput(f"The option {self.name} cannot be {value!r}.", f"Use {allowed}.", reason="bad-option")

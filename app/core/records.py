@@ -59,9 +59,12 @@ class Observation:
             return f"the {self.feature} border" if self.feature in ("left", "right", "top", "bottom") else self.feature
         return f"({self.feature[0]:g}, {self.feature[1]:g}) mm"
 
+    @property
+    def feature_json(self) -> str | list[float]:
+        return self.feature if isinstance(self.feature, str) else list(self.feature)
+
     def to_json(self) -> dict[str, Any]:
-        feature = self.feature if isinstance(self.feature, str) else list(self.feature)
-        json = {"feature": feature, "kind": self.kind, "points": self.points.tolist()}
+        json = {"feature": self.feature_json, "kind": self.kind, "points": self.points.tolist()}
         return json if self.z_mm == 0 else {**json, "z_mm": self.z_mm}
 
     @classmethod
@@ -115,7 +118,7 @@ class Warning:
     index: int | None = None  # of the point within its observation, from 0
 
     def to_json(self) -> dict[str, Any]:
-        return {"reason": self.reason, "text": self.text, "fix": self.fix, "feature": self.feature, "index": self.index}
+        return dict(vars(self))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,6 @@
-"""Fitting one border: a polynomial through clicked points that rejects outliers.
+"""Fitting one border: a curve (models/border_curve.py) through clicked points that rejects outliers.
 
-    value = Σ c_k t^k,   t = (position - centre) / scale            # Eq. (1), (2), (5), (6)
-
-The position is y for a border that runs down the picture and x for one that runs across. Fitted in a
-Chebyshev basis over the picture's own extent, where degree 8 still costs no digits.
+Fitted in a Chebyshev basis over the picture's own extent, where degree 8 still costs no digits.
 """
 
 from dataclasses import dataclass
@@ -180,11 +177,6 @@ def _beyond_chance(gain: float, distance: float, rss: float, freedom: int) -> bo
     return gain > limit**2 * variance
 
 
-def _max_degree(places: int) -> int:
-    """Return the highest degree to try: two points for each coefficient, or two to spare up to a quartic."""
-    return max(1, min(4, places - 3), min(MAX_AUTO_DEGREE, (places + 1) // 2 - 1))
-
-
 def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, str, NDArray[np.bool_]]:
     """Choose the lowest degree that predicts left-out points as well as the best one, within chance.
 
@@ -193,17 +185,19 @@ def _choose_degree(t: Array, value: Array, robust: bool) -> tuple[int, str, NDAr
     that the mean of the paired differences of squared errors is less than CHANCE_ERRORS standard errors from 0.
     """
     errors_px, outliers = {}, {}
-    for degree in range(1, _max_degree(np.unique(t).size) + 1):
+    places = np.unique(t).size  # two for each coefficient, or two to spare up to a quartic
+    highest = max(1, min(4, places - 3), min(MAX_AUTO_DEGREE, (places + 1) // 2 - 1))
+    for degree in range(1, highest + 1):
         inliers = _inliers(t, value, degree) if robust else np.ones(t.size, bool)
         missed = np.full(t.size, MISS_PX)
         missed[inliers] = _held_out(_solve(t[inliers], value[inliers], degree))
         errors_px[degree], outliers[degree] = np.nan_to_num(missed, nan=MISS_PX), inliers
     rms = {d: float(np.sqrt(np.mean(m**2))) for d, m in errors_px.items()}
     best = min(rms, key=rms.__getitem__)
+    alike = rms[best] * (1 + 1 / np.sqrt(2 * t.size)) + SAME_PX  # an rms of n values is known no better
 
     def as_good(d: int) -> bool:
         worse = errors_px[d] ** 2 - errors_px[best] ** 2
-        alike = rms[best] * (1 + 1 / np.sqrt(2 * t.size)) + SAME_PX  # an rms of n values is known no better
         return rms[d] <= alike or worse.mean() <= CHANCE_ERRORS * worse.std() / np.sqrt(worse.size)
 
     degree = next(d for d in rms if d == best or as_good(d))

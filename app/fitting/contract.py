@@ -44,7 +44,7 @@ class Fitter(ABC):
 
     @classmethod
     @abstractmethod
-    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+    def points_needed(cls) -> str:
         """Say in a sentence how few points do."""
 
     @classmethod

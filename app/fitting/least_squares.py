@@ -49,7 +49,8 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
     cost = _cost(residuals, robust_rows)
     damping, growth = FIRST_DAMPING, 2.0
     for step_number in range(1, max_steps + 1):
-        weight = _weights(residuals, robust_rows)
+        weight = np.ones_like(residuals)
+        weight[:robust_rows] = (1 + residuals[:robust_rows] ** 2) ** -0.25  # √ρ'
         weighted, jw = residuals * weight, jacobian * weight[:, None]
         scale = np.linalg.norm(jw, axis=0)
         scale[scale == 0] = 1.0
@@ -84,9 +85,3 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
 def _cost(residuals: Array, robust_rows: int) -> float:
     squared = residuals**2
     return float(np.sum(2 * (np.sqrt(1 + squared[:robust_rows]) - 1)) + np.sum(squared[robust_rows:]))
-
-
-def _weights(residuals: Array, robust_rows: int) -> Array:
-    weight = np.ones_like(residuals)
-    weight[:robust_rows] = (1 + residuals[:robust_rows] ** 2) ** -0.25  # √ρ'
-    return weight

@@ -49,7 +49,7 @@ def model_from_json(name: str, parameters: Mapping[str, Any]) -> CameraModel:
     return MODELS[name].from_parameters(parameters)
 
 
-def parameters_json(model: CameraModel) -> dict[str, Any]:
+def parameters_json(model: Any) -> dict[str, Any]:
     """Return asdict() with lists for tuples: what json.loads would give back."""
     def plain(value: Any) -> Any:
         if isinstance(value, dict):

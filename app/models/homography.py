@@ -62,7 +62,6 @@ class Homography(TopView):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
-        """Read what asdict() wrote; BadInput for anything else."""
         with reading_parameters(cls, parameters) as p:
             matrix = tuple(tuple(map(float, row)) for row in p["field_from_raw"])
             if [len(row) for row in matrix] != [3, 3, 3]:

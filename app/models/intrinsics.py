@@ -8,7 +8,7 @@ import numpy as np
 
 from app.core.errors import BadInput
 from app.core.geometry import MAX_COORDINATE, Array, ImageSize, Points, unreachable_where
-from app.models import MODELS
+from app.models import MODELS, parameters_json
 from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
 
@@ -67,10 +67,7 @@ class Intrinsics:
         return self.focal_px * np.array([1.0, self.aspect])
 
     def to_json(self) -> dict[str, Any]:
-        return {"model": self.model, "terms": list(self.terms), "focal_px": self.focal_px, "aspect": self.aspect,
-                "centre_px": list(self.centre_px),
-                "image_size": {"width": self.image_size.width, "height": self.image_size.height},
-                "estimated": list(self.estimated), "covariance": [list(row) for row in self.covariance]}
+        return parameters_json(self)
 
     @classmethod
     def from_json(cls, value: Any) -> Self:

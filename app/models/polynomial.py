@@ -152,7 +152,6 @@ class Polynomial(CameraModel):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
-        """Read what asdict() wrote; BadInput for anything else."""
         with reading_parameters(cls, parameters) as p:
             model = cls(**{name: _curve(p[name]) for name in ("left", "right", "top", "bottom")},
                         across_mm=tuple(map(float, p["across_mm"])), down_mm=tuple(map(float, p["down_mm"])),

@@ -99,7 +99,6 @@ class RayCamera(TopView, RayModel):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
-        """Read what asdict() wrote; BadInput for anything else."""
         with reading_parameters(cls, parameters) as p:
             tuples = ("lens_terms", "centre_px", "rotation", "position_mm")
             model = cls(**{name: tuple(map(float, p[name])) for name in tuples}, focal_px=float(p["focal_px"]),

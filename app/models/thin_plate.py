@@ -129,7 +129,6 @@ class ThinPlate(CameraModel):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:
-        """Read what asdict() wrote; BadInput for anything else."""
         with reading_parameters(cls, parameters) as p:
             if p["base_name"] not in BASES:
                 raise ValueError(f"the base is none of {', '.join(BASES)}")

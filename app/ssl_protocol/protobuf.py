@@ -46,8 +46,8 @@ def encode(message: Any) -> bytes:
     for f in sorted(fields(message), key=lambda f: f.metadata["number"]):
         value = getattr(message, f.name)
         values = value if f.metadata["label"] == "repeated" else () if value is None else (value,)
-        parts += [_tag(f.metadata["number"], f.metadata["kind"]) + _value(f.metadata["kind"], v, f.name)
-                  for v in values]
+        tag = _number(f.metadata["number"] << 3 | _wire_type(f.metadata["kind"]))
+        parts += [tag + _value(f.metadata["kind"], v, f.name) for v in values]
     return b"".join(parts)
 
 
@@ -154,10 +154,6 @@ def _value(kind: Any, value: Any, name: str) -> bytes:
     if value != int(value) or not low <= value < high:
         raise BadInput(f"{name} cannot be sent as {kind}: {value!r}.", "Correct it.", reason="bad-protobuf")
     return _number(int(value) % (1 << 64))  # a negative int32 takes ten bytes
-
-
-def _tag(number: int, kind: Any) -> bytes:
-    return _number(number << 3 | _wire_type(kind))
 
 
 def _wire_type(kind: Any) -> int:

@@ -12,8 +12,6 @@ import numpy as np
 from app.core.geometry import Array
 from app.evaluate.board.lens_difference import lens_difference
 from app.fitting.board.fit import BoardFit
-from app.fitting.board.outlier_rejection import BoardSolution
-from app.models.intrinsics import Intrinsics
 
 FOLDS = 5
 MIN_VIEWS = 6  # views: halves of three are the least that make a lens
@@ -44,14 +42,11 @@ def cross_validate(fit: BoardFit) -> CrossValidation:
     held = [_held_squares(fit, turn % FOLDS == fold) for fold in range(FOLDS)]
     squares, freedom = np.sum(held, axis=0)
     held_px = float(np.sqrt(squares / max(freedom, 1)))
-    first, second = (_lens(fit, fit.refit(turn % 2 == half)) for half in (0, 1))
+    first, second = (fit.refit(turn % 2 == half).minimum.state.lens_of(fit.lens.model, fit.lens.image_size)
+                     for half in (0, 1))
     halves_px = float(np.nanmedian(np.linalg.norm(lens_difference(first, second), axis=-1))) / 2
     sigma = max(fit.sigma_px, 1e-9)
     return CrossValidation(held_px, held_px / sigma, halves_px, halves_px / sigma)
-
-
-def _lens(fit: BoardFit, solved: BoardSolution) -> Intrinsics:
-    return solved.minimum.state.lens_of(fit.lens.model, fit.lens.image_size)
 
 
 def _held_squares(fit: BoardFit, held: Array) -> tuple[float, float]:

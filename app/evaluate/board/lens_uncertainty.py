@@ -43,8 +43,8 @@ def expected_px(sensitivity: Array, covariance: Array) -> Array:
         return np.sqrt(np.maximum(np.einsum("nij,jk,nik->n", sensitivity, covariance, sensitivity), 0))
 
 
-def expected_over_picture(lens: Intrinsics, columns: int = SURE_GRID[0], rows: int = SURE_GRID[1]) -> Array:
-    """(rows, columns) px over the picture."""
-    pixels = picture_grid(lens.image_size, columns, rows).reshape(-1, 2)
+def expected_over_picture(lens: Intrinsics) -> Array:
+    """(rows, columns) px over the picture, SURE_GRID."""
+    pixels = picture_grid(lens.image_size, *SURE_GRID).reshape(-1, 2)
     sensitivity = lens_sensitivity(lens, lens.estimated, pixels)
-    return expected_px(sensitivity, np.array(lens.covariance)).reshape(rows, columns)
+    return expected_px(sensitivity, np.array(lens.covariance)).reshape(SURE_GRID[::-1])

@@ -25,7 +25,7 @@ CONFIDENT = 0.6
 TINY_MM = 1.0
 
 
-def marking_places(field: Field, step_mm: float = STEP_MM) -> tuple[Points, Points, Array]:
+def marking_places(field: Field) -> tuple[Points, Points, Array]:
     """Places (n, 2) mm on the markings, clear of the others, their normals (n, 2) and the markings' widths (n,) mm."""
     shapes: list[Line | Arc] = [*field.lines.values(), *field.arcs.values()]
     drawn = [shape.sample(max(2, round(shape.length_mm / 20))) for shape in shapes]
@@ -34,7 +34,7 @@ def marking_places(field: Field, step_mm: float = STEP_MM) -> tuple[Points, Poin
              if m.get("at") in field.landmarks]
     found = []
     for index, shape in enumerate(shapes):
-        places = shape.sample(max(3, round(shape.length_mm / step_mm) + 1))
+        places = shape.sample(max(3, round(shape.length_mm / STEP_MM) + 1))
         normals = shape.normals(places)
         others = [points for other, points in enumerate(drawn) if other != index]
         away = np.min([np.linalg.norm(places[:, None] - points, axis=-1).min(axis=1) for points in (*others, *marks)],

@@ -1,7 +1,6 @@
 """Where a calibration expects the field's lines in the picture: places along them, for all that measures drift."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.field import Region
 from app.core.geometry import Array, ImageSize, Points
@@ -17,12 +16,10 @@ def expected_lines(model: CameraModel, pattern: FieldPattern, size: ImageSize, c
     """Return about `count` clear places on the lines, at least apart_px apart; only those of the region if given."""
     def project(points: Array) -> Points:
         raw = raw_from_field(model, points[:, :2])
-        return raw if region is None else np.where(_of_region(points, region)[:, None], raw, np.nan)
+        if region is None:
+            return raw
+        low, high = np.transpose([region.x_mm, region.y_mm])
+        of_region = ((points[:, :2] >= low - EDGE_MM) & (points[:, :2] <= high + EDGE_MM)).all(axis=1)
+        return np.where(of_region[:, None], raw, np.nan)
 
     return sample_lines_evenly(project, pattern, size, count, apart_px, clear_px)
-
-
-def _of_region(points: Array, region: Region) -> NDArray[np.bool_]:
-    (left, right), (low, high) = region.x_mm, region.y_mm
-    return ((points[:, 0] >= left - EDGE_MM) & (points[:, 0] <= right + EDGE_MM)
-            & (points[:, 1] >= low - EDGE_MM) & (points[:, 1] <= high + EDGE_MM))

@@ -6,7 +6,6 @@ over a grid of the region on the carpet and, where the model has rays, at hat he
 Pose, focal length and centre are free: a lens with one term borrows from them what it lacks itself.
 """
 
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -85,7 +84,7 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
     prior = np.zeros(len(free)) if isinstance(model, RayCamera) else _guesses(starts[0], len(points))
     known = np.diag(prior)[prior > 0][:, free]
 
-    def evaluate_from(start: RayCameraParameters) -> Callable[[RayCameraParameters], tuple[Array, Array]]:
+    def search(start: RayCameraParameters, begin: RayCameraParameters, steps: int) -> Minimum[RayCameraParameters]:
         def evaluate(state: RayCameraParameters) -> tuple[Array, Array]:
             with np.errstate(all="ignore"):
                 found, _, by = state.project_jacobian(points)
@@ -94,11 +93,7 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
             moved = (_about(state) - _about(start)) * prior
             return (np.concatenate([residuals.ravel(), moved[prior > 0]]),
                     np.concatenate([jacobian.reshape(-1, int(free.sum())), known]))
-        return evaluate
-
-    def search(start: RayCameraParameters, state: RayCameraParameters, steps: int) -> Minimum[RayCameraParameters]:
-        return minimise(state, evaluate_from(start), lambda s, delta: s.retract(delta, free), max_steps=steps,
-                        tolerance=1e-9)
+        return minimise(begin, evaluate, lambda s, delta: s.retract(delta, free), max_steps=steps, tolerance=1e-9)
 
     tried = [(search(start, start, FIRST_STEPS), start) for start in starts]
     near, start = min(tried, key=lambda found: found[0].cost)

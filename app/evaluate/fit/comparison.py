@@ -41,7 +41,8 @@ class FittedModel:
 
 def compare(candidates: list[FittedModel], region: Region) -> dict[str, Any]:
     """Ranked rows, best first, the recommended one's name, and why in a sentence; plain JSON."""
-    reference = _reference(candidates)
+    with_rays = [c for c in candidates if isinstance(c.fit.model, RayModel) and c.report["cv_rms_mm"] is not None]
+    reference = min(with_rays, key=lambda c: c.report["cv_rms_mm"], default=None)
     rows = sorted((_row(c, reference, region) for c in candidates),
                   key=lambda row: np.inf if row["field_mm"] is None else row["field_mm"])
     known = [row for row in rows if row["field_mm"] is not None]
@@ -64,11 +65,6 @@ def parameter_count(fit: Fit) -> int:
     if degrees is not None:  # four curves and the relation's two scales and bends
         return sum(d["degree"] + 1 for d in degrees.values()) + fit.notes["relation"]["degree"] - 1
     return len(fit.parameter_names)
-
-
-def _reference(candidates: list[FittedModel]) -> FittedModel | None:
-    with_rays = [c for c in candidates if isinstance(c.fit.model, RayModel) and c.report["cv_rms_mm"] is not None]
-    return min(with_rays, key=lambda c: c.report["cv_rms_mm"], default=None)
 
 
 def _row(candidate: FittedModel, reference: FittedModel | None, region: Region) -> dict[str, Any]:

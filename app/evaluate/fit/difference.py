@@ -11,15 +11,16 @@ from app.evaluate.fit.residuals import rms
 from app.evaluate.fit.uncertainty import grid_over
 from app.models import CameraModel, field_from_raw, raw_from_field
 
+GRID = (25, 19)  # columns, rows over the region
 
-def difference_mm(one: CameraModel, other: CameraModel, region: Region, columns: int = 25, rows: int = 19,
-                  ) -> tuple[Points, np.ndarray, np.ndarray]:
+
+def difference_mm(one: CameraModel, other: CameraModel, region: Region) -> tuple[Points, np.ndarray, np.ndarray]:
     """Over the region: places (rows, columns, 2) mm, and there the difference in mm and in raw px; NaN out of reach.
 
     A place on the carpet goes through `one` to its pixel and through `other` back: mm. The same place through both to
     pixels: px.
     """
-    places = grid_over(region, columns, rows)
+    places = grid_over(region, *GRID)
     pixels = raw_from_field(one, places)
     return (places, np.linalg.norm(field_from_raw(other, pixels) - places, axis=-1),
             np.linalg.norm(raw_from_field(other, places) - pixels, axis=-1))

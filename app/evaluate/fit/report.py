@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 
 from app.core.field import BORDERS, Field, Region
-from app.core.json_values import nullable, nullable_points
 from app.core.records import Fit, Observations, Warning
 from app.evaluate.fit.distortion import distortion_report
 from app.evaluate.fit.next_click import next_best_click
 from app.evaluate.fit.observability import observability_warnings
-from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, rms
+from app.evaluate.fit.residuals import FeatureResiduals, feature_residuals, mm_per_px, residual_rows, rms
 from app.evaluate.fit.uncertainty import knows_its_error, sigma_report
 from app.models import RayModel
 
@@ -76,14 +75,9 @@ def _border_clicks(fit: Fit, observations: Observations) -> Mapping[str, np.ndar
 
 
 def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> dict[str, Any]:
-    feature = r.observation.feature
-    return {"feature": feature if isinstance(feature, str) else list(feature), "kind": r.observation.kind,
-            "n": len(r.px), "used": used, "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]),
-            "max_mm": _max(r.mm[fine]),
-            "residuals": [{"point": point, "foot": foot, "px": px, "mm": mm, "mm_vector": vector, "outlier": not ok}
-                          for point, foot, px, mm, vector, ok
-                          in zip(r.observation.points.tolist(), nullable_points(r.foot), nullable(r.px), nullable(r.mm),
-                                 nullable_points(r.to_place_mm), fine.tolist(), strict=True)]}
+    return {"feature": r.observation.feature_json, "kind": r.observation.kind, "n": len(r.px), "used": used,
+            "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]), "max_mm": _max(r.mm[fine]),
+            "residuals": residual_rows(r, r.observation.points, r.foot, r.px, ~fine)}
 
 
 def _knows_inside(fit: Fit, observations: Observations) -> bool:

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from app.core.field import Field, Region
 from app.core.geometry import Points
-from app.core.json_values import nullable, nullable_points
 from app.core.records import Observations
-from app.evaluate.fit.residuals import feature_residuals, mm_per_px
+from app.evaluate.fit.residuals import feature_residuals, mm_per_px, residual_rows
 from app.models import CameraModel
 
 
@@ -32,10 +31,6 @@ def residual_vectors(model: CameraModel, observations: Observations, field: Fiel
         length = np.linalg.norm(end - start, axis=-1)
         px.append(length[~out])
         mm.append(residuals.mm[~out])
-        feature = observation.feature if isinstance(observation.feature, str) else list(observation.feature)
-        columns = zip(nullable_points(start), nullable_points(end), nullable(length), nullable(residuals.mm),
-                      nullable_points(residuals.to_place_mm), out.tolist(), strict=True)
-        arrows += [{"feature": feature, "index": index, "point": point, "foot": foot, "px": apart_px, "mm": apart_mm,
-                    "mm_vector": vector, "outlier": is_out}
-                   for index, (point, foot, apart_px, apart_mm, vector, is_out) in enumerate(columns)]
+        arrows += [{"feature": observation.feature_json, "index": index, **row}
+                   for index, row in enumerate(residual_rows(residuals, start, end, length, out))]
     return {"mm_per_px": mm_per_px(*(np.concatenate([np.empty(0), *parts]) for parts in (px, mm))), "arrows": arrows}

@@ -87,15 +87,14 @@ def start_states(model: type[RayCamera], observations: BoardObservations, image_
     """Return Zhang's lens and the best of the scan, each with all poses; bend: whether the lens may distort."""
     lens, centre = model.LENS, np.array(image_size.centre)
     few = observations.only(np.unique(np.linspace(0, len(observations.pixels) - 1, SCAN_VIEWS).astype(int)))
-    tried = []
-    for width, k1 in product(SCAN_FOCAL, SCAN_BEND if bend else (0.0,)):
-        tried.append((width * image_size.width, 1.0, _terms(model, k1, bend)))
+    bends = [_terms(model, k1, bend) for k1 in (SCAN_BEND if bend else (0.0,))]
+    tried = list(product(SCAN_FOCAL * image_size.width, bends))
     focal, aspect = zhang_intrinsics(homographies(observations), image_size)
     if 0.05 * image_size.width < focal < 100 * image_size.width and 0.5 <= aspect <= 2:
-        tried += [(focal, 1.0, _terms(model, k1, bend)) for k1 in (SCAN_BEND if bend else (0.0,))]
-    order = np.argsort([_misfit(state_with_poses(lens, terms, f, a, centre, few), few) for f, a, terms in tried])
-    return [state_with_poses(lens, terms, f, a, centre, observations)
-            for f, a, terms in (tried[i] for i in order[:best])]
+        tried += [(focal, terms) for terms in bends]
+    order = np.argsort([_misfit(state_with_poses(lens, terms, f, 1.0, centre, few), few) for f, terms in tried])
+    return [state_with_poses(lens, terms, f, 1.0, centre, observations)
+            for f, terms in (tried[i] for i in order[:best])]
 
 
 def _terms(model: type[RayCamera], k1: float, bend: bool) -> Array:

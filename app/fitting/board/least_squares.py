@@ -20,6 +20,7 @@ BlockLinearisation = tuple[Array, Array, Array]  # residuals (v, m, 2), by share
 
 FIRST_DAMPING = 1e-4
 MAX_DAMPING = 1e10
+TOLERANCE = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +52,14 @@ class BlockMinimum(Generic[State]):
 
 def minimise_blocks(start: State, linearise: Callable[[State], BlockLinearisation],
                     move: Callable[[State, Array, Array], State], *, prior: Array,
-                    prior_at: Callable[[State], Array], robust: bool = False, max_steps: int = 50,
-                    tolerance: float = 1e-7) -> BlockMinimum[State]:
+                    prior_at: Callable[[State], Array], robust: bool = False,
+                    max_steps: int = 50) -> BlockMinimum[State]:
     """Find the state of least cost near start.
 
-linearise(state): residuals and derivatives in σ, 0 where nothing was seen. prior (n,): 1/σ of what is known of
-each shared unknown, 0 where nothing is; prior_at(state) (n,): how far each is from its value, in its units.
+    linearise(state): residuals and derivatives in σ, 0 where nothing was seen. prior (n,): 1/σ of what is known of
+    each shared unknown, 0 where nothing is; prior_at(state) (n,): how far each is from its value, in its units.
     robust: soft L1 on the length of each corner's residual. Converged when no step would lower the cost by more than
-    `tolerance` of one residual's worth.
+    TOLERANCE of one residual's worth.
     """
     state = start
     residuals, shared, own = linearise(state)
@@ -72,7 +73,7 @@ each shared unknown, 0 where nothing is; prior_at(state) (n,): how far each is f
         while True:
             delta, own_delta, gain = _step(normal, prior, prior * prior_at(state), damping)
             if np.isfinite(delta).all() and np.isfinite(own_delta).all():
-                if gain < tolerance:
+                if gain < TOLERANCE:
                     return BlockMinimum(state, cost, residuals, shared, own, step, True)
                 candidate = move(state, delta, own_delta)
                 new = linearise(candidate)

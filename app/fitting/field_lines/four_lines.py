@@ -48,9 +48,7 @@ def four_line_hypotheses(lines: list[DetectedLine], levels_x: Array, levels_y: A
     # From above, the field's y runs against the picture's: a mirrored match is no view of it.
     right_way = -np.sign(np.linalg.det(square_maps))[:, None] == sense[None]
     quad, rectangle = np.nonzero(fits[:, which] & right_way)
-    if len(quad) > MAX_HYPOTHESES:
-        chosen = np.linspace(0, len(quad) - 1, MAX_HYPOTHESES).astype(int)
-        quad, rectangle = quad[chosen], rectangle[chosen]
+    quad, rectangle = thinned(quad, rectangle)
     x, y = pairs_x[i[rectangle]], pairs_y[j[rectangle]]
     square_from_field = np.zeros((len(quad), 3, 3))
     for axis, pair in ((0, x), (1, y)):
@@ -60,13 +58,23 @@ def four_line_hypotheses(lines: list[DetectedLine], levels_x: Array, levels_y: A
     return Hypotheses(square_maps[quad] @ square_from_field, focal[quad, which[rectangle]])
 
 
+def thinned(*columns: Array) -> list[Array]:
+    """Return at most MAX_HYPOTHESES rows of columns (n,), evenly spaced."""
+    if len(columns[0]) <= MAX_HYPOTHESES:
+        return list(columns)
+    chosen = np.linspace(0, len(columns[0]) - 1, MAX_HYPOTHESES).astype(int)
+    return [column[chosen] for column in columns]
+
+
+def parallel_pairs(lines: list[DetectedLine]) -> list[tuple[int, int]]:
+    """Return indices of each two lines that may be parallel on the carpet."""
+    meet = {(a, b): np.cross(lines[a].line, lines[b].line) for a, b in combinations(range(len(lines)), 2)}
+    return [pair for pair, at in meet.items() if np.hypot(at[0], at[1]) > PARALLEL_REACH * abs(at[2])]
+
+
 def _quadrilaterals(lines: list[DetectedLine]) -> Array:
     """Return (q, 3, 3) from the unit square to each two lines across two others."""
-    pairs = []
-    for a, b in combinations(range(len(lines)), 2):
-        meet = np.cross(lines[a].line, lines[b].line)
-        if np.hypot(meet[0], meet[1]) > PARALLEL_REACH * abs(meet[2]):
-            pairs.append((a, b))
+    pairs = parallel_pairs(lines)
     across = np.array([(*a, *b) for a in pairs for b in pairs if not set(a) & set(b)], int).reshape(-1, 4)
     if not len(across):
         return np.empty((0, 3, 3))

@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.core.errors import FitFailed
-from app.core.field import Arc
 from app.core.geometry import Array, ImageSize, Points, with_z
 from app.fitting.field_lines.blind_distortion import UndistortedPlane
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.least_squares import minimise
 from app.fitting.linear import pose_from_homography
 from app.fitting.ray_camera.parameters import RayCameraParameters
-from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior
+from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior, curve_of
 from app.fitting.ray_camera.search import RayFitProblem, residual_count
 from app.models.lens_models import BrownConrady, Division
 
@@ -86,7 +85,10 @@ def refine_camera(start: RayCameraParameters, pattern: FieldPattern, points: Poi
         if taken.sum() < MIN_POINTS:
             return None
         problem = _problem(pattern, points[taken], marking[taken])
-        task = RayFitProblem(problem, _priors(start, size), _free_mask(state), state.names)
+        # all but the centre, which is the picture's, and terms that few lenses need
+        fixed = {"centre_x", "centre_y", *state.lens.TERMS} - set(TERM_SPREAD)
+        free = np.array([name not in fixed for name in state.names])
+        task = RayFitProblem(problem, _priors(start, size), free, state.names)
         found = _minimise(task, state, 0.15 * capture * scale)
         if found is None:
             return None
@@ -121,26 +123,10 @@ def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: 
 
 
 def _problem(pattern: FieldPattern, points: Points, marking: Array) -> ClickResiduals:
-    base, way, radius = [], [], []
-    for m in pattern.markings:
-        if isinstance(m, Arc):
-            base.append((*m.centre, 0.0))
-            way.append((1.0, 0.0))
-            radius.append(m.radius_mm)
-        else:
-            start, end = np.array(m.start), np.array(m.end)
-            base.append((*m.start, 0.0))
-            way.append(tuple((end - start) / np.linalg.norm(end - start)))
-            radius.append(0.0)
+    base, way, radius = (np.array(column)[marking] for column in zip(*map(curve_of, pattern.markings), strict=True))
     count = len(points)
-    return ClickResiduals(points, np.stack([np.zeros(count, int), np.arange(count)], axis=1), np.array(base)[marking],
-                      np.array(way)[marking], np.array(radius)[marking], np.full(count, -1), np.empty((0, 3)), ())
-
-
-def _free_mask(state: RayCameraParameters) -> Array:
-    """Return which parameters are free: all but the centre, which is the picture's, and terms that few lenses need."""
-    held = {"centre_x", "centre_y", *state.lens.TERMS} - set(TERM_SPREAD)
-    return np.array([name not in held for name in state.names])
+    return ClickResiduals(points, np.stack([np.zeros(count, int), np.arange(count)], axis=1), base, way, radius,
+                          np.full(count, -1), np.empty((0, 3)), ())
 
 
 def _priors(start: RayCameraParameters, size: ImageSize) -> tuple[ScalarPrior, ...]:

@@ -5,17 +5,14 @@ direction d₁; the third line runs square to it, along d₂ = n₃ × d₁. How
 the scale, so that a square drawn between them has its four corners in the picture: a quadrilateral like any other.
 """
 
-from itertools import combinations
-
 import numpy as np
 
 from app.core.geometry import Array
-from app.fitting.field_lines.four_lines import PARALLEL_REACH, Hypotheses
+from app.fitting.field_lines.four_lines import Hypotheses, parallel_pairs, thinned
 from app.fitting.field_lines.line_merging import DetectedLine
 
 FOCALS = np.geomspace(0.55, 9.0, 18)  # half diagonals
 MAX_LINES = 5
-MAX_HYPOTHESES = 60_000
 
 
 def three_line_hypotheses(lines: list[DetectedLine], levels_x: Array, levels_y: Array) -> Hypotheses:
@@ -29,9 +26,7 @@ def three_line_hypotheses(lines: list[DetectedLine], levels_x: Array, levels_y: 
     from_field = np.array(rectangles)
     from_above = np.linalg.det(maps)[:, None] * np.linalg.det(from_field) < 0
     square, rectangle = np.nonzero(from_above)
-    if len(square) > MAX_HYPOTHESES:
-        chosen = np.linspace(0, len(square) - 1, MAX_HYPOTHESES).astype(int)
-        square, rectangle = square[chosen], rectangle[chosen]
+    square, rectangle = thinned(square, rectangle)
     return Hypotheses(maps[square] @ from_field[rectangle], focal[square])
 
 
@@ -52,19 +47,9 @@ def _square_from_rectangle(corners: Array) -> Array:
 
 def _squares(lines: list[DetectedLine]) -> list[tuple[Array, float]]:
     """Return each (3, 3) from the unit square to the picture, with its focal length."""
-    squares = []
-    for i, j in combinations(range(len(lines)), 2):
-        meet = np.cross(lines[i].line, lines[j].line)
-        if np.hypot(meet[0], meet[1]) <= PARALLEL_REACH * abs(meet[2]):
-            continue
-        for k in range(len(lines)):
-            if k in (i, j):
-                continue
-            for f in FOCALS:
-                quad = _square(lines[i].line, lines[j].line, lines[k].line, f)
-                if quad is not None:
-                    squares.append((quad, float(f)))
-    return squares
+    found = [(_square(lines[i].line, lines[j].line, lines[k].line, f), float(f)) for i, j in parallel_pairs(lines)
+             for k in range(len(lines)) if k not in (i, j) for f in FOCALS]
+    return [(square, f) for square, f in found if square is not None]
 
 
 def _square(one: Array, two: Array, third: Array, focal: float) -> Array | None:

@@ -12,13 +12,7 @@ from app.core.geometry import Array, ImageSize, homogeneous, with_z
 from app.core.options import Option, read_options
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
-from app.fitting.clicks import (
-    check_inside_picture,
-    elevated_point_warnings,
-    inlier_masks,
-    outlier_warning,
-    outlier_warnings,
-)
+from app.fitting import clicks
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.corrected_rectangle import corrected_rectangle
 from app.fitting.homography.parameters import HomographyParameters
@@ -42,7 +36,7 @@ class HomographyFitter(Fitter):
     OPTIONS: ClassVar[tuple[Option, ...]] = (LINE_SIGMA, CLICK_SIGMA, *COMMON_OPTIONS)
 
     @classmethod
-    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+    def points_needed(cls) -> str:
         return "8 points on four lines, two each way (a landmark counts for 2); nine on each of the four are good."
 
     @classmethod
@@ -58,7 +52,7 @@ class HomographyFitter(Fitter):
         given = dict(options or {})
         start = given.pop("start", None)
         settings = read_options(cls.OPTIONS, given)
-        check_inside_picture(observations, image_size)
+        clicks.check_inside_picture(observations, image_size)
         flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
         problem = gather_clicks(flat, field, region, with_offsets=settings["line_sigma_mm"] > 0)
         width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
@@ -69,7 +63,10 @@ class HomographyFitter(Fitter):
             begin = HomographyParameters.of(Homography.from_parameters(start), len(problem.line_names))
         whole, seen = problem, _visible(problem, begin, settings["robust"])
         problem = whole.only(seen)
-        _refuse_too_few(problem)
+        rows = residual_count(problem)
+        if rows < MIN_ROWS:
+            raise FitFailed(f"There are {rows} measurements; a view of the field has {MIN_ROWS} unknowns.",
+                            f"Click at least {MIN_ROWS - rows} more points.", reason="too-few-points")
         priors = tuple(ScalarPrior(f"line_{i}", 0.0, settings["line_sigma_mm"]) for i in range(len(problem.line_names)))
         names = begin.names
         progress(0.4, "Refining")
@@ -80,14 +77,14 @@ class HomographyFitter(Fitter):
                            n_rectangles_y=n_y, region=region, image_size=image_size)
         inlier = seen.copy()
         inlier[seen] = found.inliers
-        inliers = inlier_masks(observations, whole.owners, inlier)
+        inliers = clicks.inlier_masks(observations, whole.owners, inlier)
         notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": len(names),
                  "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
                  "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
-        warnings = (*outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
-                    *(outlier_warning(observations, i, k, "lies beyond the horizon of the others")
+        warnings = (*clicks.outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
+                    *(clicks.outlier_warning(observations, i, k, "lies beyond the horizon of the others")
                       for i, k in whole.owners[~seen]),
-                    *elevated_point_warnings(observations, "a homography"))
+                    *clicks.elevated_point_warnings(observations, "a homography"))
         return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), warnings, notes,
                    covariance=found.covariance, parameter_names=names)
 
@@ -96,7 +93,7 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
                         image_size: ImageSize) -> HomographyParameters:
     """Return the linear estimate; where a click is far off, the best of many estimates from ten random clicks each."""
     centre = np.array(image_size.centre)
-    clicks = homogeneous(lines.pixels)
+    clicked = homogeneous(lines.pixels)
 
     def linear(which: Array) -> Array:
         some = Incidences(lines.pixels[which], lines.lines[which])
@@ -107,10 +104,10 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
         """Return pixels (n,) from each click to the image of its line."""
         seen = lines.lines @ field_from_raw
         with np.errstate(all="ignore"):
-            miss = np.abs(np.sum(seen * clicks, axis=1)) / np.linalg.norm(seen[:, :2], axis=1)
+            miss = np.abs(np.sum(seen * clicked, axis=1)) / np.linalg.norm(seen[:, :2], axis=1)
         return np.where(np.isfinite(miss), miss, np.inf)
 
-    rows = len(clicks)
+    rows = len(clicked)
     views, refusal = [], None
     try:
         views.append(linear(np.arange(rows)))
@@ -138,13 +135,6 @@ def _visible(problem: ClickResiduals, state: HomographyParameters, robust: bool)
     finite = np.isfinite(r)
     seen = np.concatenate([finite[:problem.curves], finite[problem.curves:].reshape(-1, 2).all(axis=1)])
     return seen if robust and (~seen).sum() <= MAX_OUTLIER_SHARE * seen.size else np.ones_like(seen)
-
-
-def _refuse_too_few(problem: ClickResiduals) -> None:
-    rows = residual_count(problem)
-    if rows < MIN_ROWS:
-        raise FitFailed(f"There are {rows} measurements; a view of the field has {MIN_ROWS} unknowns.",
-                        f"Click at least {MIN_ROWS - rows} more points.", reason="too-few-points")
 
 
 def _refuse_impossible(found: RayFitResult, region: Region) -> None:

@@ -21,15 +21,11 @@ def initial_bend(chains: Chains, centre: Array) -> float:
     reach2 = float(np.max(np.sum(plane**2, axis=1)))
     tried = np.sort(BENDS[1 + BENDS * 1.0 > MIN_SCALE]) / reach2
     for _ in range(3):
-        best = int(np.argmin([chain_cost(plane, chains, k) for k in tried]))
+        squares = [np.square(chain_rms(plane, chains, k)) for k in tried]
+        best = int(np.argmin([np.sum(chains.counts * s / (s + max(TAU_PX, chains.noise_px) ** 2)) for s in squares]))
         answer = tried[best]
         tried = np.linspace(tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)], REFINED_STEPS)
     return float(answer)
-
-
-def chain_cost(plane: Array, chains: Chains, k: float) -> float:
-    square = np.square(chain_rms(plane, chains, k))
-    return float(np.sum(chains.counts * square / (square + max(TAU_PX, chains.noise_px) ** 2)))
 
 
 def chain_rms(plane: Array, chains: Chains, k: float) -> Array:

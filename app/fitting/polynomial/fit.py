@@ -47,10 +47,7 @@ class PolynomialFitter(Fitter):
     NEEDS_EVERY_BORDER: ClassVar[bool] = True
 
     @classmethod
-    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
-        degree = (options or {}).get("degree", "auto")
-        if isinstance(degree, int):
-            return f"{degree + 1} points on each of the four borders; {degree + 3} let it check itself."
+    def points_needed(cls) -> str:
         return "3 points on each of the four borders; 9 are good."
 
     @classmethod

@@ -48,7 +48,7 @@ class RayFitter(Fitter):
         return cls.TERM_SETS or (cls.MODEL.LENS.TERMS,)
 
     @classmethod
-    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+    def points_needed(cls) -> str:
         return (f"{8 + len(cls.term_sets()[0])} points or more on at least four lines, not all parallel; "
                 "nine on each of the four borders are good.")
 

@@ -117,6 +117,14 @@ class ClickResiduals:
                 np.concatenate([normal, flat], axis=1))
 
 
+def curve_of(feature: Line | Arc, z_mm: float = 0.0) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+    """Return base, along and radius of a line or arc at that height, as ClickResiduals has them."""
+    if isinstance(feature, Arc):
+        return (*feature.centre, z_mm), (1.0, 0.0), feature.radius_mm
+    start, end = np.array(feature.start), np.array(feature.end)
+    return (*start, z_mm), tuple((end - start) / np.linalg.norm(end - start)), 0.0
+
+
 def gather_clicks(observations: Observations, field: Field, region: Region, with_offsets: bool) -> ClickResiduals:
     """Gather observations into arrays. with_offsets: each line may lie beside its place, by its own unknown."""
     curves, spots = [], []
@@ -130,12 +138,7 @@ def gather_clicks(observations: Observations, field: Field, region: Region, with
             if with_offsets and feature.name not in names:
                 names.append(feature.name)
             line = names.index(feature.name) if with_offsets else -1
-            if isinstance(feature, Arc):
-                curves.append((pixel, (i, k), (*feature.centre, observation.z_mm), (1.0, 0.0), feature.radius_mm, line))
-            else:
-                start, end = np.array(feature.start), np.array(feature.end)
-                along = (end - start) / np.linalg.norm(end - start)
-                curves.append((pixel, (i, k), (*start, observation.z_mm), tuple(along), 0.0, line))
+            curves.append((pixel, (i, k), *curve_of(feature, observation.z_mm), line))
 
     def column(rows: list, index: int, width: int, kind: type = float) -> Array:
         return np.array([row[index] for row in rows], kind).reshape(len(rows), *([width] if width else []))

@@ -52,7 +52,7 @@ class ThinPlateFitter(Fitter):
     )
 
     @classmethod
-    def points_needed(cls, options: Mapping[str, Any] | None = None) -> str:
+    def points_needed(cls) -> str:
         return ("8 points on four lines, two each way, for the model underneath; nine on each border and as many again "
                 "on lines inside the field to bend it.")
 

@@ -12,6 +12,7 @@ are refined with the same likelihood by expectation and maximisation, σ and γ 
 
 from dataclasses import dataclass
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
@@ -102,12 +103,7 @@ def refine(fundamental: Array, a: Points, b: Points, extent: float, rounds: int)
         density = share * _density(r**2, sigma)
         good = density / (density + (1 - share) / extent)
         pull = good * (TAIL + 1) / (TAIL + (r / sigma) ** 2)
-        root = np.sqrt(pull)[:, None] / sigma
-
-        def weighted(s: FundamentalParameters, root: Array = root) -> tuple[Array, Array]:
-            value, by = s.residuals(a, b)
-            return value * root[:, 0], by * root
-        state = minimise(state, weighted, lambda s, d: s.retract(d), max_steps=4).state
+        state = minimise_weighted(state, a, b, np.sqrt(pull) / sigma, max_steps=4)
         r = state.residuals(a, b)[0]
         sigma = _likeliest_sigma(float(np.sum(pull * r**2)), max(float(good.sum()) - PARAMETERS, 1.0))
         share = float(np.clip(good.mean(), 0.02, 0.99))
@@ -116,6 +112,14 @@ def refine(fundamental: Array, a: Points, b: Points, extent: float, rounds: int)
         if abs(likelihood - before) < 1e-6:
             break
     return Consensus(state.fundamental(), good, sigma, share, likelihood)
+
+
+def minimise_weighted(start: Any, a: Points, b: Points, root: Array, max_steps: int) -> Any:
+    """Return the parameters near start of least Sampson distances times root (n,)."""
+    def weighted(state: Any) -> tuple[Array, Array]:
+        value, by = state.residuals(a, b)
+        return value * root, by * root[:, None]
+    return minimise(start, weighted, lambda state, delta: state.retract(delta), max_steps=max_steps).state
 
 
 def _likeliest_sigma(square: float, freedom: float) -> float:

@@ -42,7 +42,8 @@ def normaliser(points: Points) -> Array:
 
 def seven_point(a: Points, b: Points) -> Array:
     """Return every F (m, 3, 3) through seven matches (…, 7, 2), up to three of each seven, in one list."""
-    null = np.linalg.svd(_design(a, b), full_matrices=True)[2][..., -2:, :]
+    design = (homogeneous(b)[..., :, None] * homogeneous(a)[..., None, :]).reshape(*a.shape[:-1], 9)
+    null = np.linalg.svd(design, full_matrices=True)[2][..., -2:, :]
     first, second = (null[..., i, :].reshape(-1, 3, 3) for i in (0, 1))
     # det(α F1 + (1 - α) F2) is a cubic: four values determine it
     at = np.array([-1.0, 0.0, 1.0, 2.0])
@@ -56,12 +57,6 @@ def seven_point(a: Points, b: Points) -> Array:
     found = roots.real[..., None, None] * first[:, None] + (1 - roots.real[..., None, None]) * second[:, None]
     found = found[np.abs(roots.imag) < 1e-9 * (1 + np.abs(roots.real))]
     return found / np.maximum(np.linalg.norm(found, axis=(1, 2), keepdims=True), 1e-300)
-
-
-def _design(a: Points, b: Points) -> Array:
-    xa = homogeneous(a)
-    xb = homogeneous(b)
-    return (xb[..., :, None] * xa[..., None, :]).reshape(*a.shape[:-1], 9)
 
 
 @dataclass(frozen=True, eq=False)

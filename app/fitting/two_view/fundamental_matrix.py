@@ -62,7 +62,8 @@ def fundamental_matrix(a: Points, b: Points, seed: int = 0) -> TwoViews:
     once = _distinct_matches(a, b)
     _refuse_too_few(a[once], b[once])
     found = consensus(a[once], b[once], seed)
-    good = _inliers(found, a[once], b[once])
+    good = (found.good > 0.5) & (np.abs(sampson_px(found.fundamental, a[once], b[once]))
+                                 <= GOOD_SIGMAS * found.sigma_px)
     _refuse_chance(found, good, a[once], b[once])
     _refuse_plane(found, good, a[once], b[once])
     _refuse_weak(found, a[once][good], b[once][good])
@@ -107,10 +108,6 @@ def _refuse_too_few(a: Points, b: Points) -> None:
         if spread[-1] < MIN_SPREAD_PX:
             raise FitFailed(f"The matches lie on one line in the {which} view.",
                             "Match points all over the part that both views see.", reason="collinear-points")
-
-
-def _inliers(found: Consensus, a: Points, b: Points) -> Array:
-    return (found.good > 0.5) & (np.abs(sampson_px(found.fundamental, a, b)) <= GOOD_SIGMAS * found.sigma_px)
 
 
 def _refuse_chance(found: Consensus, good: Array, a: Points, b: Points) -> None:

@@ -14,8 +14,7 @@ import numpy as np
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array, Points, homogeneous
-from app.fitting.least_squares import minimise
-from app.fitting.two_view.consensus import TAIL
+from app.fitting.two_view.consensus import TAIL, minimise_weighted
 from app.fitting.two_view.epipolar import epipolar_px, sampson_jacobian
 from app.fitting.two_view.fundamental_matrix import as_matches, fundamental_matrix
 from app.models.ray_camera import RayCamera
@@ -47,7 +46,7 @@ class RelativePose:
         return cross_matrix(self.direction) @ self.b_from_a
 
 
-def relative_pose(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points, seed: int = 0) -> RelativePose:
+def relative_pose(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points) -> RelativePose:
     """Estimate camera_a's pose in camera_b's frame from matches (n, 2) raw px; only the cameras' lenses are used.
 
     Raises FitFailed as fundamental_matrix does, and cheirality where no pose puts the points before both cameras.
@@ -55,7 +54,7 @@ def relative_pose(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points
     a, b = as_matches(a, b)
     ideal_a, ideal_b = ideal_px(camera_a, a), ideal_px(camera_b, b)
     seen = np.isfinite(ideal_a).all(axis=1) & np.isfinite(ideal_b).all(axis=1)
-    found = fundamental_matrix(ideal_a[seen], ideal_b[seen], seed)
+    found = fundamental_matrix(ideal_a[seen], ideal_b[seen])
     good_a, good_b = ideal_a[seen][found.good], ideal_b[seen][found.good]
     start = _in_front(found.fundamental, camera_a.focal_px, camera_b.focal_px, good_a, good_b)
     state = _refine(start, good_a, good_b, found.sigma_px)
@@ -175,10 +174,5 @@ def _refine(start: RelativePoseParameters, a: Points, b: Points, sigma: float) -
     state = start
     for _ in range(ROUNDS):
         r = state.residuals(a, b)[0]
-        root = np.sqrt((TAIL + 1) / (TAIL + (r / sigma) ** 2))[:, None] / sigma
-
-        def weighted(s: RelativePoseParameters, root: Array = root) -> tuple[Array, Array]:
-            value, by = s.residuals(a, b)
-            return value * root[:, 0], by * root
-        state = minimise(state, weighted, lambda s, d: s.retract(d), max_steps=10).state
+        state = minimise_weighted(state, a, b, np.sqrt((TAIL + 1) / (TAIL + (r / sigma) ** 2)) / sigma, max_steps=10)
     return state

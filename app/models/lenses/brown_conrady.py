@@ -12,21 +12,13 @@ from typing import ClassVar
 import numpy as np
 
 from app.core.geometry import Array, homogeneous
-from app.models.lenses.projection import (
-    UNDISTORT_STEPS,
-    invert_radius,
-    pinhole,
-    pinhole_jacobian,
-    radial,
-    radial_jacobian,
-    smallest_root,
-)
+from app.models.lenses.projection import invert_radius, pinhole, pinhole_jacobian, radial_jacobian, smallest_root
 
-TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+NEWTON_STEPS = 50  # five are usual; near the horizon a few more
 
 
 class BrownConradyLens:
-    TERMS: ClassVar[tuple[str, ...]] = TERMS
+    TERMS: ClassVar[tuple[str, ...]] = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:
@@ -34,7 +26,7 @@ class BrownConradyLens:
         xy = pinhole(rays)
         x, y = xy[..., 0], xy[..., 1]
         rr = x * x + y * y
-        plane = radial(xy, _gain(terms, rr))
+        plane = xy * _gain(terms, rr)[..., None]
         if p1 or p2:
             plane = plane + np.stack([2 * p1 * x * y + p2 * (rr + 2 * x * x),
                                       p1 * (rr + 2 * y * y) + 2 * p2 * x * y], axis=-1)
@@ -43,15 +35,12 @@ class BrownConradyLens:
 
     @staticmethod
     def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
-        k1, k2, p1, p2, k3, k4, k5, k6 = terms
+        p1, p2 = terms[2], terms[3]
         xy, by_ray = pinhole_jacobian(rays)
         x, y = xy[..., 0], xy[..., 1]
         rr = x * x + y * y
-        above = 1 + rr * (k1 + rr * (k2 + rr * k3))
-        below = 1 + rr * (k4 + rr * (k5 + rr * k6))
-        gain = above / below
-        slope = ((k1 + rr * (2 * k2 + 3 * rr * k3)) - gain * (k4 + rr * (2 * k5 + 3 * rr * k6))) / below
-        plane = radial(xy, gain)
+        gain, slope, below = _gain_and_slope(terms, rr)
+        plane = xy * gain[..., None]
         plane[..., 0] += 2 * p1 * x * y + p2 * (rr + 2 * x * x)
         plane[..., 1] += p1 * (rr + 2 * y * y) + 2 * p2 * x * y
         # The radius must rise here; whether it rose from the centre on only distort checks: too slow for a fit.
@@ -77,8 +66,8 @@ class BrownConradyLens:
 
         def distorted_radius(r: Array) -> tuple[Array, Array]:
             rr = r * r
-            gain = _gain(terms, rr)
-            return r * gain, gain + 2 * rr * _gain_slope(terms, rr)
+            gain, slope, _ = _gain_and_slope(terms, rr)
+            return r * gain, gain + 2 * rr * slope
 
         with np.errstate(all="ignore"):
             rd = np.linalg.norm(plane, axis=-1)
@@ -86,7 +75,7 @@ class BrownConradyLens:
                               if terms[2] or terms[3] else rd, distorted_radius, limit)
             xy = plane * np.where(rd > 0, r / np.where(rd > 0, rd, 1), 1)[..., None]
             if terms[2] or terms[3]:
-                for _ in range(UNDISTORT_STEPS):
+                for _ in range(NEWTON_STEPS):
                     found, by_ray, _ = BrownConradyLens.distort_jacobian(terms, homogeneous(xy))
                     m = by_ray[..., :2]
                     det = m[..., 0, 0] * m[..., 1, 1] - m[..., 0, 1] * m[..., 1, 0]
@@ -107,10 +96,12 @@ def _gain(terms: Array, rr: Array) -> Array:
     return above if not (k4 or k5 or k6) else above / (1 + rr * (k4 + rr * (k5 + rr * k6)))
 
 
-def _gain_slope(terms: Array, rr: Array) -> Array:
+def _gain_and_slope(terms: Array, rr: Array) -> tuple[Array, Array, Array]:
+    """Return L, its derivative by r², and its divisor."""
     k1, k2, _, _, k3, k4, k5, k6 = terms
     below = 1 + rr * (k4 + rr * (k5 + rr * k6))
-    return ((k1 + rr * (2 * k2 + 3 * rr * k3)) - _gain(terms, rr) * (k4 + rr * (2 * k5 + 3 * rr * k6))) / below
+    gain = (1 + rr * (k1 + rr * (k2 + rr * k3))) / below
+    return gain, ((k1 + rr * (2 * k2 + 3 * rr * k3)) - gain * (k4 + rr * (2 * k5 + 3 * rr * k6))) / below, below
 
 
 @lru_cache(maxsize=256)

@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from app.core.geometry import Array, homogeneous
-from app.models.lenses.projection import pinhole, pinhole_jacobian, radial, radial_jacobian
+from app.models.lenses.projection import pinhole, pinhole_jacobian, radial_jacobian
 
 
 class DivisionLens:
@@ -20,7 +20,7 @@ class DivisionLens:
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:
         xy = pinhole(rays)
-        return radial(xy, 2 / (1 + _root(terms[0], np.sum(xy * xy, axis=-1))))
+        return xy * (2 / (1 + _root(terms[0], np.sum(xy * xy, axis=-1))))[..., None]
 
     @staticmethod
     def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
@@ -30,7 +30,8 @@ class DivisionLens:
         root = _root(k, rr)
         gain = 2 / (1 + root)
         by_krr = 4 / ((1 + root) ** 2 * root)  # d gain / d (k r²)
-        return radial(xy, gain), radial_jacobian(xy, gain, by_krr * k) @ by_ray, radial(xy, by_krr * rr)[..., None]
+        by_terms = (xy * (by_krr * rr)[..., None])[..., None]
+        return xy * gain[..., None], radial_jacobian(xy, gain, by_krr * k) @ by_ray, by_terms
 
     @staticmethod
     def undistort(terms: Array, plane: Array) -> Array:

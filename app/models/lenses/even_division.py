@@ -18,7 +18,6 @@ from app.models.lenses.projection import (
     invert_radius,
     pinhole,
     pinhole_jacobian,
-    radial,
     radial_jacobian,
     smallest_root,
     solve_2x2,
@@ -32,9 +31,9 @@ class EvenDivisionLens:
     def distort(terms: Array, rays: Array) -> Array:
         xy = pinhole(rays)
         straight = np.linalg.norm(xy, axis=-1)
-        seen = invert_radius(straight, lambda r: _radius(terms, r), _horizon(tuple(terms)))
+        distorted = invert_radius(straight, lambda r: _radius(terms, r), _horizon(tuple(terms)))
         with np.errstate(all="ignore"):
-            return radial(xy, np.where(straight > 0, seen / straight, 1.0))
+            return xy * np.where(straight > 0, distorted / straight, 1.0)[..., None]
 
     @staticmethod
     def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:

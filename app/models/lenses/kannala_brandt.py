@@ -14,11 +14,10 @@ from app.core.geometry import Array
 from app.models.lenses.projection import invert_radius, smallest_root
 
 SMALL = 1e-7  # of sin θ: nearer to the axis, θ / sin θ is 1 to all digits
-TERMS = ("k1", "k2", "k3", "k4")
 
 
 class KannalaBrandtLens:
-    TERMS: ClassVar[tuple[str, ...]] = TERMS
+    TERMS: ClassVar[tuple[str, ...]] = ("k1", "k2", "k3", "k4")
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:

@@ -28,11 +28,6 @@ def pinhole_jacobian(rays: Array) -> tuple[Array, Array]:
     return plane, derivative
 
 
-def radial(xy: Array, gain: Array) -> Array:
-    """Return xy · gain, where gain is a function of r² = x² + y²."""
-    return xy * gain[..., None]
-
-
 def radial_jacobian(xy: Array, gain: Array, slope: Array) -> Array:
     """Return d(xy · gain)/d(xy) (…, 2, 2), where slope = d gain / d r²."""
     return gain[..., None, None] * np.eye(2) + 2 * slope[..., None, None] * xy[..., :, None] * xy[..., None, :]

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from app.core.geometry import Array, homogeneous
-from app.models.lenses.projection import invert_radius, pinhole, pinhole_jacobian, radial, radial_jacobian
+from app.models.lenses.projection import invert_radius, pinhole, pinhole_jacobian, radial_jacobian
 
 
 class SslLens:
@@ -19,7 +19,7 @@ class SslLens:
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:
         xy = pinhole(rays)
-        return radial(xy, _gain(terms[0], np.sum(xy * xy, axis=-1)))
+        return xy * _gain(terms[0], np.sum(xy * xy, axis=-1))[..., None]
 
     @staticmethod
     def distort_jacobian(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
@@ -30,7 +30,7 @@ class SslLens:
         gain = _gain(a, rr)
         below = 1 + 3 * a * gain**2 * rr
         slope, by_a = -a * gain**3 / below, -(gain**3) * rr / below
-        return radial(xy, gain), radial_jacobian(xy, gain, slope) @ by_ray, radial(xy, by_a)[..., None]
+        return xy * gain[..., None], radial_jacobian(xy, gain, slope) @ by_ray, (xy * by_a[..., None])[..., None]
 
     @staticmethod
     def undistort(terms: Array, plane: Array) -> Array:
@@ -38,7 +38,7 @@ class SslLens:
         with np.errstate(all="ignore"):
             rr = np.sum(plane * plane, axis=-1)
             gain = np.where(1 + 3 * a * rr > 0, 1 + a * rr, np.nan)  # beyond, the undistorted radius would shrink
-            xy = radial(plane, gain)
+            xy = plane * gain[..., None]
         return np.where(np.isfinite(xy).all(axis=-1, keepdims=True), homogeneous(xy), np.nan)
 
 

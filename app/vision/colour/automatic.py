@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from app.core.colour_profile import NAMES, ColourProfile, ColourSample
 from app.vision.blobs.features import Blobs
 from app.vision.blobs.runs import runs_of
-from app.vision.colour.learning import OUTSIDE_REACH, clusters, mean_light, sample_of
+from app.vision.colour.learning import background_samples, clusters, mean_light, sample_of
 from app.vision.colour.table import distances, features, table_of
 
 Picture = NDArray[np.uint8]
@@ -50,9 +50,8 @@ def automatic_profile(name: str, pixels: Picture, wanted: Sequence[str] = ("oran
         if found is None:
             notes.append(f"No {colour} was found: it is taken for what it usually is.")
         colours[colour] = (found or start,)
-    others = tuple(s for s in common if all(distances(features(np.array([s.bgr])), c, burnt=False)[0] > OUTSIDE_REACH
-                                            for c in colours.values()))
-    return ColourProfile(name, {c: colours[c] for c in wanted}, others, mean_light(pixels), notes=tuple(notes))
+    return ColourProfile(name, {c: colours[c] for c in wanted}, background_samples(common, colours), mean_light(pixels),
+                         notes=tuple(notes))
 
 
 def _vivid(seen: Picture) -> NDArray[np.bool_]:

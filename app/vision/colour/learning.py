@@ -46,10 +46,11 @@ def learn_profile(name: str, clicks: Sequence[tuple[Picture, Mapping[str, Sequen
             colours.setdefault(colour, []).extend(sample_at(pixels, place) for place in places)
     if not colours:
         raise BadInput("No colour is clicked.", "Click the ball and each team's colour.", reason="no-colours")
-    kept = {c: tuple(samples) for c, samples in colours.items() if samples}
+    named = {c: tuple(samples) for c, samples in colours.items() if samples}
     pictures = [pixels for pixels, _ in clicks]
-    background = (*clicked_background, *background_of(pictures, kept), *(onto.background if onto else ()))
-    made = ColourProfile(name, kept, background[:MAX_SAMPLES], mean_light(pictures[0]) if pictures else None)
+    common = [sample for picture in pictures[:4] for sample in clusters(picture)]
+    background = (*clicked_background, *background_samples(common, named), *(onto.background if onto else ()))
+    made = ColourProfile(name, named, background[:MAX_SAMPLES], mean_light(pictures[0]) if pictures else None)
     return replace(made, reach=onto.reach, margin=onto.margin) if onto else made
 
 
@@ -97,16 +98,11 @@ def mean_light(pixels: Picture) -> Bgr:
     return tuple(float(v) for v in middle)
 
 
-def background_of(pictures: Sequence[Picture], colours: Mapping[str, Sequence[ColourSample]]) -> tuple[ColourSample,
-                                                                                                       ...]:
-    """The clusters of the pictures that are none of the colours."""
-    found: list[ColourSample] = []
-    for pixels in pictures[:4]:
-        for sample in clusters(pixels):
-            chroma = features(np.array([sample.bgr]))
-            if all(distances(chroma, samples, burnt=False)[0] > OUTSIDE_REACH for samples in colours.values()):
-                found.append(sample)
-    return tuple(found)
+def background_samples(samples: Sequence[ColourSample],
+                       colours: Mapping[str, Sequence[ColourSample]]) -> tuple[ColourSample, ...]:
+    """The samples that are none of the colours."""
+    return tuple(s for s in samples if all(distances(features(np.array([s.bgr])), c, burnt=False)[0] > OUTSIDE_REACH
+                                           for c in colours.values()))
 
 
 def clusters(pixels: Picture) -> list[ColourSample]:

@@ -8,8 +8,6 @@ own axis that is nearer to the gradient, so nothing is interpolated.
 After J. Canny 1986; F. Devernay, "A non-maxima suppression method for edge detection with sub-pixel accuracy", 1995.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,36 +32,26 @@ SHORTEST = 0.06  # of the picture's diagonal; a chain's bow grows with the squar
 BENT = 0.2  # of its chord: no lens of ours bows a line further
 
 
-@dataclass(frozen=True)
-class EdgeOptions:
-    """What counts as an edge: blur_px of the picture, the least gradient and the shortest chain."""
-
-    blur_px: float = BLUR_PX
-    faint: float = FAINT
-    clear: float = CLEAR
-    shortest: float = SHORTEST
-
-
-def edge_chains(pixels: NDArray[np.uint8], options: EdgeOptions = EdgeOptions()) -> list[Points]:
+def edge_chains(pixels: NDArray[np.uint8]) -> list[Points]:
     """Chains (n, 2) px of a picture (h, w) or (h, w, 3), each along one edge, the longest first."""
-    gradient_x, gradient_y = opencv.blurred_gradients(opencv.to_grey(pixels), options.blur_px)
-    points, directions, strength, cells = _tops(gradient_x, gradient_y, options.faint)
+    gradient_x, gradient_y = opencv.blurred_gradients(opencv.to_grey(pixels), BLUR_PX)
+    points, directions, strength, cells = _tops(gradient_x, gradient_y)
     height, width = gradient_x.shape
-    least = max(options.shortest * float(np.hypot(width, height)), SHORTEST_PIECE_PX)
+    least = max(SHORTEST * float(np.hypot(width, height)), SHORTEST_PIECE_PX)
     pieces = [piece for links in _walks(*_links(points, directions, cells, (height, width)))
-              for piece in _smooth(Piece(points[links], strength[links]), SHORTEST_PIECE_PX, options.clear)]
-    found = [chain.points for line in joined(pieces) for chain in _smooth(line, least, options.clear)]
+              for piece in _smooth(Piece(points[links], strength[links]), SHORTEST_PIECE_PX)]
+    found = [chain.points for line in joined(pieces) for chain in _smooth(line, least)]
     return sorted(found, key=lambda chain: (-chord(chain), *chain[0]))
 
 
-def _tops(gx: NDArray, gy: NDArray, faint: float) -> tuple[Points, NDArray, NDArray, NDArray]:
+def _tops(gx: NDArray, gy: NDArray) -> tuple[Points, NDArray, NDArray, NDArray]:
     """Sub-pixel points, unit gradients, strengths and cells (row, column) where the gradient is at its top."""
     strength = np.hypot(gx, gy)
     inner = strength[1:-1, 1:-1]
     sideways = np.abs(gx[1:-1, 1:-1]) >= np.abs(gy[1:-1, 1:-1])
     before = np.where(sideways, strength[1:-1, :-2], strength[:-2, 1:-1])
     after = np.where(sideways, strength[1:-1, 2:], strength[2:, 1:-1])
-    tops = (inner > faint) & (inner >= before) & (inner > after)
+    tops = (inner > FAINT) & (inner >= before) & (inner > after)
     # Beyond the picture's end its last row goes on, in the blur, and turns a slanted edge.
     tops[:MARGIN], tops[-MARGIN:], tops[:, :MARGIN], tops[:, -MARGIN:] = False, False, False, False
     row, column = np.nonzero(tops)
@@ -109,9 +97,9 @@ def _walks(follows: NDArray, leads: NDArray) -> list[NDArray]:
     return walks
 
 
-def _smooth(line: Piece, least: float, clear: float) -> list[Piece]:
+def _smooth(line: Piece, least: float) -> list[Piece]:
     """The stretches of a chain, at least so long, that a lens could have made of a straight edge."""
-    kept, waiting = [], _between_corners(line)
+    smooth, waiting = [], _between_corners(line)
     while waiting:
         piece = waiting.pop()
         if len(piece.points) < 2 * TRIM + 6 or chord(piece.points) < least:
@@ -123,9 +111,9 @@ def _smooth(line: Piece, least: float, clear: float) -> list[Piece]:
             waiting += [piece.part(0, cut), piece.part(cut, None)]
             continue
         calm = np.sqrt(np.mean(off**2)) < RAGGED_PX and bow < BENT * chord(piece.points)
-        if calm and np.median(piece.strength) >= clear:
-            kept.append(piece)
-    return kept
+        if calm and np.median(piece.strength) >= CLEAR:
+            smooth.append(piece)
+    return smooth
 
 
 def _between_corners(line: Piece) -> list[Piece]:

@@ -16,10 +16,10 @@ KNEE = 8  # points on either side that tell how sharply a chain turns
 KNEE_TURN = np.cos(np.radians(25))
 
 
-def ridge_chains(found: Ridges, shape: tuple[int, ...], least: int = MIN_POINTS) -> list[NDArray[np.int64]]:
+def ridge_chains(found: Ridges, shape: tuple[int, ...]) -> list[NDArray[np.int64]]:
     """Indices of points along each smooth piece of a ridge, the longest first; shape: of the picture."""
     walks = _walks(*_links(found, shape))
-    pieces = [piece for walk in walks if len(walk) >= least for piece in _smooth(walk, found.points, least)]
+    pieces = [piece for walk in walks if len(walk) >= MIN_POINTS for piece in _smooth(walk, found.points)]
     return sorted(pieces, key=len, reverse=True)
 
 
@@ -58,21 +58,21 @@ def _walks(ahead: NDArray, behind: NDArray) -> list[list[int]]:
     return walks
 
 
-def _smooth(walk: list[int], points: Points, least: int) -> list[NDArray]:
+def _smooth(walk: list[int], points: Points) -> list[NDArray]:
     """The stretches of a chain that a lens could have made of a line or of a piece of an arc."""
-    kept, waiting = [], _between_knees(np.array(walk), points)
+    smooth, waiting = [], _between_knees(np.array(walk), points)
     while waiting:
         piece = waiting.pop()
-        if len(piece) < least:
+        if len(piece) < MIN_POINTS:
             continue
         off = np.abs(off_cubic(points[piece])[0]) if np.ptp(points[piece], axis=0).any() else np.zeros(1)
         worst = int(np.argmax(off))
         if off[worst] > SMOOTH_PX:
-            cut = min(max(worst, least // 2), len(piece) - least // 2)
+            cut = min(max(worst, MIN_POINTS // 2), len(piece) - MIN_POINTS // 2)
             waiting += [piece[:cut], piece[cut:]]
         else:
-            kept.append(piece)
-    return kept
+            smooth.append(piece)
+    return smooth
 
 
 def _between_knees(walk: NDArray, points: Points) -> list[NDArray]:

@@ -33,13 +33,13 @@ class Ridges:
     cells: NDArray[np.int64]
 
 
-def ridges(gray: NDArray[np.uint8], sigmas_px: tuple[float, ...] = SIGMAS_PX) -> Ridges:
+def ridges(gray: NDArray[np.uint8]) -> Ridges:
     """The ridges of a picture (h, w)."""
     picture = gray.astype(np.float32)
     best = np.zeros(picture.shape, np.float32)
     offset = np.zeros((*picture.shape, 2), np.float32)  # from the pixel to the ridge's top
     across = np.zeros((*picture.shape, 2), np.float32)
-    for sigma in sigmas_px:
+    for sigma in SIGMAS_PX:
         _look(picture, sigma, best, offset, across)
     best[:MARGIN], best[-MARGIN:], best[:, :MARGIN], best[:, -MARGIN:] = 0, 0, 0, 0
     row, column = np.nonzero((best > 0) & (np.abs(offset) <= OFF_CENTRE).all(axis=-1))
@@ -84,5 +84,5 @@ def _one_a_cell(points: Points, along: NDArray, strength: NDArray, shape: tuple[
     order = np.lexsort((-strength, number))
     first = np.ones(len(order), bool)
     first[1:] = np.diff(number[order]) > 0
-    kept = np.sort(order[first])
-    return Ridges(points[kept], along[kept], strength[kept], cells[kept])
+    strongest = np.sort(order[first])
+    return Ridges(points[strongest], along[strongest], strength[strongest], cells[strongest])
