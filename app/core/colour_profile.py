@@ -11,7 +11,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from dataclasses import field as member
 from math import isfinite
 from typing import Any, Self
 
@@ -48,7 +47,7 @@ class ColourProfile:
     light: Bgr | None = None
     reach: float = 3.0
     margin: float = 0.7
-    notes: tuple[str, ...] = member(default_factory=tuple)
+    notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         return {"name": self.name, "colours": {name: [s.to_json() for s in samples]

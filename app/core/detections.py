@@ -54,7 +54,7 @@ class Detection:
         if not isinstance(value, dict) or set(value) != _KEYS:
             raise _refused("This is no detection.")
         kind, team, number = value["kind"], value["team"], value["id"]
-        if kind not in get_args(Kind) or not (team is None or isinstance(team, str)):
+        if kind not in get_args(Kind) or not isinstance(team, str | None):
             raise _refused("A detection is of no known kind.")
         if not (number is None or (type(number) is int and 0 <= number < 256)) or type(value["on_carpet"]) is not bool:
             raise _refused("A detection's id is no small number.")
@@ -88,8 +88,7 @@ class Detections:
     def from_json(cls, value: Any) -> Self:
         """Read what to_json wrote; BadInput for anything else."""
         if (not isinstance(value, dict) or set(value) != {"camera", "frame", "time", "image_size", "detections"}
-                or not isinstance(value["detections"], list) or not (value["camera"] is None
-                                                                     or isinstance(value["camera"], str))
+                or not isinstance(value["detections"], list) or not isinstance(value["camera"], str | None)
                 or not (value["frame"] is None or (type(value["frame"]) is int and value["frame"] >= 0))):
             raise _refused("These are no detections.")
         items = tuple(Detection.from_json(item) for item in value["detections"])

@@ -9,7 +9,7 @@ from app.core.errors import BadInput
 
 @dataclass(frozen=True)
 class Option:
-    """One setting of a fit, described well enough to build a form from it."""
+    """range: smallest and largest number; choices: of "choice", "names" and "terms-or-auto"."""
 
     name: str
     type: str  # "int", "float", "bool", "choice", "int-or-auto", "names": a list of choices

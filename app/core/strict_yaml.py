@@ -20,12 +20,12 @@ class _OnceEach:
     """For a loader: a key that comes twice is an error and not a silent overwrite."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen: set[str] = set()
+        keys: set[str] = set()
         for key, _ in node.value:
-            if not isinstance(key, yaml.ScalarNode) or key.value in seen:
+            if not isinstance(key, yaml.ScalarNode) or key.value in keys:
                 raise yaml.constructor.ConstructorError(None, None, "a key is used twice, or is no word",
                                                         key.start_mark)
-            seen.add(key.value)
+            keys.add(key.value)
         return super().construct_mapping(node, deep)
 
 

@@ -29,7 +29,6 @@ class Minimum(Generic[State]):
     cost: float
     residuals: Array
     jacobian: Array
-    steps: int
     converged: bool
 
 
@@ -45,10 +44,10 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
     state = start
     residuals, jacobian = evaluate(state)
     if not (np.isfinite(residuals).all() and np.isfinite(jacobian).all()):
-        return Minimum(state, np.inf, residuals, jacobian, 0, False)
+        return Minimum(state, np.inf, residuals, jacobian, False)
     cost = _cost(residuals, robust_rows)
     damping, growth = FIRST_DAMPING, 2.0
-    for step_number in range(1, max_steps + 1):
+    for _ in range(max_steps):
         weight = np.ones_like(residuals)
         weight[:robust_rows] = (1 + residuals[:robust_rows] ** 2) ** -0.25  # √ρ'
         weighted, jw = residuals * weight, jacobian * weight[:, None]
@@ -70,16 +69,16 @@ def minimise(start: State, evaluate: Callable[[State], tuple[Array, Array]], mov
             damping *= growth
             growth *= 2
             if damping > MAX_DAMPING:
-                return Minimum(state, cost, residuals, jacobian, step_number, True)
+                return Minimum(state, cost, residuals, jacobian, True)
         predicted = float(delta @ (damping * delta - gradient))
         ratio = (cost - new_cost) / predicted if predicted > 0 else 1.0
         still = cost - new_cost <= 0.1 * tolerance * cost + tolerance**2 or np.abs(delta).max() < tolerance
         state, residuals, jacobian, cost = candidate, new_residuals, new_jacobian, new_cost
         if still:
-            return Minimum(state, cost, residuals, jacobian, step_number, True)
+            return Minimum(state, cost, residuals, jacobian, True)
         damping *= max(MIN_DAMPING_FACTOR, 1 - (2 * ratio - 1) ** 3)
         growth = 2.0
-    return Minimum(state, cost, residuals, jacobian, max_steps, False)
+    return Minimum(state, cost, residuals, jacobian, False)
 
 
 def _cost(residuals: Array, robust_rows: int) -> float:

@@ -120,10 +120,14 @@ def pose_from_homography(plane_from_field: Array, focal_px: float) -> tuple[Arra
     rotation = nearest_rotation(np.stack([r1, r2, np.cross(r1, r2)], axis=1))
     position = -rotation.T @ t
     if position[2] <= 0:
-        raise FitFailed("The field appears mirrored in the picture.",
-                        "Check which border is left and which is right, or turn the region; a mirrored picture must "
-                        "be flipped back first.", reason="mirrored")
+        raise mirrored_error()
     return rotation, position
+
+
+def mirrored_error() -> FitFailed:
+    return FitFailed("The field appears mirrored in the picture.",
+                     "Check which border is left and which is right, or turn the region; a mirrored picture must be "
+                     "flipped back first.", reason="mirrored")
 
 
 def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float, float]:

@@ -89,13 +89,10 @@ class RayCamera(TopView, RayModel):
         return ~(np.abs(pixels - np.array(self.image_size.centre)) <= extent).all(axis=-1)
 
     def corrected_from_raw(self, points: Points) -> Points:
-        """Map raw pixels to corrected ones, by way of the carpet."""
         return self.corrected_from_field(self.unproject(points))
 
     def raw_from_corrected(self, points: Points) -> Points:
-        """Map corrected pixels to raw ones, by way of the carpet."""
-        field = self.field_from_corrected(points)
-        return self.project(with_z(field))
+        return self.project(with_z(self.field_from_corrected(points)))
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Self:

@@ -48,9 +48,8 @@ class PointAgreement:
         known = np.isfinite(cells)
         shift = np.median(self.offset_mm, axis=0)
         return {"n": len(apart), "median_mm": float(np.median(apart)), "rms_mm": float(np.sqrt(np.mean(apart**2))),
-                "max_mm": float(apart[worst]), "where": self.places[worst].tolist(),
-                "shift_mm": shift.tolist(), "overlap_m2": shared.area_m2,
-                "covered": float(known.sum() / max(shared.both.sum(), 1)),
+                "max_mm": float(apart[worst]), "where": self.places[worst].tolist(), "shift_mm": shift.tolist(),
+                "overlap_m2": shared.area_m2, "covered": float(known.sum() / max(shared.both.sum(), 1)),
                 "map": {"x": shared.x.tolist(), "y": shared.y.tolist(), "mm": nullable(cells)}}
 
 

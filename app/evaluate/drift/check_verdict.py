@@ -48,8 +48,12 @@ def check_verdict(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> di
     worst = max(v["p95_mm"] for v in ({"p95_mm": found.p95_mm}, found.carpet, found.hat) if v is not None)
     level = "good" if worst <= GOOD_MM else "fair" if worst <= FAIR_MM else "poor"
     far = max((line for line in lines if line["rms_mm"] is not None), key=lambda line: line["rms_mm"])
+    whole = ""  # what lines that cross tell of the carpet between them
+    if found.carpet is not None:
+        whole = f"; the carpet as a whole is {_mm(found.carpet['mean_mm'])} off"
+        whole += f", a robot's hat up to {_mm(found.hat['max_mm'])}" if found.hat else ""
     sentence = (f"{WORDS[level]}: the lines lie {_mm(found.rms_mm)} from where it has them, 95 % within "
-                f"{_mm(found.p95_mm)}{_whole(found)}. {100 * found.found_share:.0f} % of the lines that should be seen "
+                f"{_mm(found.p95_mm)}{whole}. {100 * found.found_share:.0f} % of the lines that should be seen "
                 "were found.")
     if level == "good":
         return {"level": level, "sentence": sentence, "fix": "", "reason": "holds"}
@@ -63,14 +67,6 @@ def check_verdict(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> di
                 "fix": "More than a knock: the lens has changed, or the lines were laid anew. Calibrate it again."}
     return {"level": level, "sentence": sentence, "reason": "moved",
             "fix": "The camera has moved. Register its pose again, with the lens kept, or calibrate it again."}
-
-
-def _whole(found: CheckFigures) -> str:
-    """What lines that cross tell of the carpet between them."""
-    if found.carpet is None:
-        return ""
-    hat = f", a robot's hat up to {_mm(found.hat['max_mm'])}" if found.hat else ""
-    return f"; the carpet as a whole is {_mm(found.carpet['mean_mm'])} off{hat}"
 
 
 def _inconclusive(found: CheckFigures, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

@@ -25,7 +25,6 @@ from app.models.ray_camera import RayCamera
 WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about this factor
 SAME_MM = 0.3
 BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
-NO_LENS = 0.3  # % of Eq. (9): less bow than that in every border is no significant distortion
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,6 @@ from itertools import chain
 import numpy as np
 
 from app.core.field import BORDERS
-from app.core.geometry import Points
 from app.core.records import Observations
 
 MAX_FOLDS = 48
@@ -36,7 +35,9 @@ def folds_for(observations: Observations, used: tuple[bool, ...], *, needs_every
         elif len(features) >= WHOLE_FROM:
             folds.append(whole)
         else:
-            order = [(i, int(k)) for k in np.argsort(_along(observations[i].points))]
+            about = observations[i].points - observations[i].points.mean(axis=0)
+            along = about @ np.linalg.svd(about, full_matrices=False)[2][0]  # the direction in which they spread most
+            order = [(i, int(k)) for k in np.argsort(along)]
             step = max(1, -(-count // THIRDS))
             folds += [order[k:k + step] for k in range(0, count, step)]
     landmarks = [f for f in folds if observations[f[0][0]].kind == "landmark"]
@@ -46,10 +47,3 @@ def folds_for(observations: Observations, used: tuple[bool, ...], *, needs_every
     singles = min(len(border_points), MAX_FOLDS)
     folds += [border_points[k::singles] for k in range(singles)]
     return folds
-
-
-def _along(points: Points) -> np.ndarray:
-    """Each point's place along the direction in which they spread most."""
-    about = points - points.mean(axis=0)
-    _, _, directions = np.linalg.svd(about, full_matrices=False)
-    return about @ directions[0]

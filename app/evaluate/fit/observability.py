@@ -30,7 +30,6 @@ class WeakDirection:
     parts: tuple[str, ...]
     carpet_mm: float
     hat_mm: float
-    taped_carpet_mm: float
     taped_hat_mm: float
 
 
@@ -56,7 +55,6 @@ def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -
             parts.append(part)
     taped = _with_taped_height(fit)
     return WeakDirection(tuple(parts), expected_error(fit, region).rms, expected_error(fit, region, z).rms,
-                         expected_error(fit, region, covariance=taped).rms,
                          expected_error(fit, region, z, covariance=taped).rms)
 
 

@@ -32,8 +32,6 @@ class BlockMinimum(Generic[State]):
     residuals: Array  # (v, m, 2), 0 where nothing was seen
     shared: Array
     own: Array
-    steps: int
-    converged: bool
 
     @property
     def reduced(self) -> Array:
@@ -66,15 +64,15 @@ def minimise_blocks(start: State, linearise: Callable[[State], BlockLinearisatio
     cost = _cost(residuals, prior * prior_at(state), robust)
     damping, growth = FIRST_DAMPING, 2.0
     if not np.isfinite(cost):
-        return BlockMinimum(state, np.inf, residuals, shared, own, 0, False)
-    for step in range(1, max_steps + 1):
+        return BlockMinimum(state, np.inf, residuals, shared, own)
+    for _ in range(max_steps):
         weight = (1 + np.sum(residuals**2, axis=-1)) ** -0.5 if robust else None
         normal = _normal_equations(residuals, shared, own, weight)
         while True:
             delta, own_delta, gain = _step(normal, prior, prior * prior_at(state), damping)
             if np.isfinite(delta).all() and np.isfinite(own_delta).all():
                 if gain < TOLERANCE:
-                    return BlockMinimum(state, cost, residuals, shared, own, step, True)
+                    return BlockMinimum(state, cost, residuals, shared, own)
                 candidate = move(state, delta, own_delta)
                 new = linearise(candidate)
                 new_cost = _cost(new[0], prior * prior_at(candidate), robust)
@@ -82,11 +80,11 @@ def minimise_blocks(start: State, linearise: Callable[[State], BlockLinearisatio
                     break
             damping, growth = damping * growth, growth * 2
             if damping > MAX_DAMPING:
-                return BlockMinimum(state, cost, residuals, shared, own, step, True)
+                return BlockMinimum(state, cost, residuals, shared, own)
         ratio = (cost - new_cost) / gain
         state, cost, (residuals, shared, own) = candidate, new_cost, new
         damping, growth = max(damping * max(1 / 5, 1 - (2 * ratio - 1) ** 3), 1e-12), 2.0
-    return BlockMinimum(state, cost, residuals, shared, own, max_steps, False)
+    return BlockMinimum(state, cost, residuals, shared, own)
 
 
 NormalEquations = tuple[Array, Array, Array, Array, Array]

@@ -15,7 +15,6 @@ from itertools import combinations
 import numpy as np
 
 from app.core.geometry import Array
-from app.fitting.field_lines.line_merging import DetectedLine
 
 FOCALS = np.geomspace(0.45, 14.0, 18)  # half diagonals
 MAX_COSINE = 0.10  # cosine of what a right angle may come to: lens and centre are known roughly
@@ -33,7 +32,7 @@ class Hypotheses:
     focal: Array
 
 
-def four_line_hypotheses(lines: list[DetectedLine], levels_x: Array, levels_y: Array) -> Hypotheses:
+def four_line_hypotheses(lines: list[Array], levels_x: Array, levels_y: Array) -> Hypotheses:
     """Return every camera that four of the lines and two pairs of levels allow; the same input gives the same order."""
     square_maps = _quadrilaterals(lines)
     pairs_x = np.array([(a, b) for a in levels_x for b in levels_x if a != b]).reshape(-1, 2)
@@ -66,19 +65,19 @@ def thinned(*columns: Array) -> list[Array]:
     return [column[chosen] for column in columns]
 
 
-def parallel_pairs(lines: list[DetectedLine]) -> list[tuple[int, int]]:
+def parallel_pairs(lines: list[Array]) -> list[tuple[int, int]]:
     """Return indices of each two lines that may be parallel on the carpet."""
-    meet = {(a, b): np.cross(lines[a].line, lines[b].line) for a, b in combinations(range(len(lines)), 2)}
+    meet = {(a, b): np.cross(lines[a], lines[b]) for a, b in combinations(range(len(lines)), 2)}
     return [pair for pair, at in meet.items() if np.hypot(at[0], at[1]) > PARALLEL_REACH * abs(at[2])]
 
 
-def _quadrilaterals(lines: list[DetectedLine]) -> Array:
+def _quadrilaterals(lines: list[Array]) -> Array:
     """Return (q, 3, 3) from the unit square to each two lines across two others."""
     pairs = parallel_pairs(lines)
     across = np.array([(*a, *b) for a in pairs for b in pairs if not set(a) & set(b)], int).reshape(-1, 4)
     if not len(across):
         return np.empty((0, 3, 3))
-    line = np.array([seen.line for seen in lines])
+    line = np.array(lines)
     corners = [np.cross(line[across[:, a]], line[across[:, b]]) for a, b in ((0, 2), (1, 2), (1, 3), (0, 3))]
     with np.errstate(all="ignore"):
         corner = np.stack([c[:, :2] / c[:, 2:] for c in corners], axis=1)

@@ -1,7 +1,6 @@
 """Merging edge chains that are straight once undistorted into long lines."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,16 +13,8 @@ MAX_OFFSET_PX = 5.0
 MIN_LENGTH = 0.03  # of the half diagonal
 
 
-@dataclass(frozen=True, eq=False)
-class DetectedLine:
-    """A line in the undistorted plane: homogeneous (3,) with unit normal, and its visible length, half diagonals."""
-
-    line: Array
-    length: float
-
-
-def merge_chains(chains: Sequence[Points], plane: UndistortedPlane, most: int) -> list[DetectedLine]:
-    """Merge chains of raw px to lines, the longest first."""
+def merge_chains(chains: Sequence[Points], plane: UndistortedPlane, most: int) -> list[Array]:
+    """Merge chains of raw px to lines in the undistorted plane, homogeneous (3,) of unit normal, longest first."""
     groups: list[list[Points]] = []
     fitted: list[tuple[Array, Array, float]] = []
     lengths: list[float] = []
@@ -48,7 +39,7 @@ def merge_chains(chains: Sequence[Points], plane: UndistortedPlane, most: int) -
             fitted.append((middle, along, rms))
             lengths.append(length)
     order = np.argsort(-np.array(lengths), kind="stable")[:most] if lengths else []
-    return [DetectedLine(_line(*fitted[i][:2]), lengths[i]) for i in order]
+    return [_line(*fitted[i][:2]) for i in order]
 
 
 def _fit(points: Points) -> tuple[Array, Array, float]:

@@ -11,7 +11,7 @@ from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
 from app.core.progress import Progress, no_progress
 from app.fitting.field_lines.blind_distortion import UndistortedPlane, estimate_bend
 from app.fitting.field_lines.four_lines import Hypotheses, four_line_hypotheses
-from app.fitting.field_lines.line_merging import DetectedLine, merge_chains
+from app.fitting.field_lines.line_merging import merge_chains
 from app.fitting.field_lines.pattern import FieldPattern, is_half_turn_symmetric, levels
 from app.fitting.field_lines.refinement import RefinedCamera, initial_camera, refine_camera
 from app.fitting.field_lines.score import RidgeMaps, project, score
@@ -59,12 +59,10 @@ class CameraCandidate:
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """The candidates, best first, and what they were made from."""
+    """The candidates, best first, and the lines that they were made from."""
 
-    candidates: tuple[CameraCandidate, ...]
-    lines: tuple[DetectedLine, ...]
-    plane: UndistortedPlane
-    tried: int
+    candidates: tuple[CameraCandidate, ...] = ()
+    lines: tuple[Array, ...] = ()
 
 
 def search(chains: Sequence[Points], along: Sequence[Array], field: Field, region: Region, size: ImageSize,
@@ -73,7 +71,7 @@ def search(chains: Sequence[Points], along: Sequence[Array], field: Field, regio
     plane = UndistortedPlane.of(size, estimate_bend(chains, size))
     lines = merge_chains(chains, plane, MAX_LINES)
     if not chains:
-        return SearchResult((), (), plane, 0)
+        return SearchResult()
     points, directions = np.concatenate(list(chains)), np.concatenate(list(along))
     ridges = RidgeMaps.of(points, directions, size)
     fine = FieldPattern.of(field, field.length_mm / FINE_STEPS)
@@ -83,11 +81,9 @@ def search(chains: Sequence[Points], along: Sequence[Array], field: Field, regio
     level_x, level_y = levels(field, region)
     progress(0.2, "Trying which line is which")
     best = scorer.best(four_line_hypotheses(lines, level_x, level_y))
-    tried = scorer.tried
     if not best or best[0][0] < POOR_SCORE:
         progress(0.4, "Trying three lines and the arcs")
         best = sorted([*best, *scorer.best(three_line_hypotheses(lines, level_x, level_y))], key=lambda b: -b[0])
-        tried = scorer.tried
     candidates: list[CameraCandidate] = []
     distinct = scorer.apart(best, REFINED_POOR if not best or best[0][0] < POOR_SCORE else REFINED)
     for number, (value, homography, focal) in enumerate(distinct):
@@ -99,7 +95,7 @@ def search(chains: Sequence[Points], along: Sequence[Array], field: Field, regio
         candidate = scorer.candidate(drawn) if drawn is not None else None
         if candidate is not None and prior.allows(float(candidate.refined.state.position_mm[2]), candidate.turn_deg):
             candidates.append(candidate)
-    return SearchResult(tuple(scorer.ranked(candidates)), tuple(lines), plane, tried)
+    return SearchResult(tuple(scorer.ranked(candidates)), tuple(lines))
 
 
 class _Scorer:
@@ -109,7 +105,7 @@ class _Scorer:
                  fine: FieldPattern, upright: bool) -> None:
         self.region, self.size, self.plane, self.ridges, self.fine = region, size, plane, ridges, fine
         self.coarse = FieldPattern.of(field, field.length_mm / COARSE_STEPS, min_samples=2)
-        self.upright, self.tried = upright, 0
+        self.upright = upright
         u, v = (np.linspace(0.04, 0.96, 6) * side for side in (region.width_mm, region.height_mm))
         grid = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
         self.carpet = region.field_from_region(grid)
@@ -121,7 +117,6 @@ class _Scorer:
     def best(self, given: Hypotheses) -> list[tuple[float, Array, float]]:
         """Return value, homography and focal length of the best: all scored coarsely, the best of those finely."""
         maps, focal = given.homographies, given.focal
-        self.tried += len(maps)
         if not len(maps):
             return []
         shows = self._shows_region(maps)

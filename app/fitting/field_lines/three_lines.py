@@ -9,13 +9,12 @@ import numpy as np
 
 from app.core.geometry import Array
 from app.fitting.field_lines.four_lines import Hypotheses, parallel_pairs, thinned
-from app.fitting.field_lines.line_merging import DetectedLine
 
 FOCALS = np.geomspace(0.55, 9.0, 18)  # half diagonals
 MAX_LINES = 5
 
 
-def three_line_hypotheses(lines: list[DetectedLine], levels_x: Array, levels_y: Array) -> Hypotheses:
+def three_line_hypotheses(lines: list[Array], levels_x: Array, levels_y: Array) -> Hypotheses:
     """Return cameras from two lines at different levels of one axis and one line at a level of the other."""
     squares = _squares(lines[:MAX_LINES])
     rectangles = [_square_from_rectangle(corners) for corners in _field_squares(levels_x, levels_y)]
@@ -45,9 +44,9 @@ def _square_from_rectangle(corners: Array) -> Array:
     return result
 
 
-def _squares(lines: list[DetectedLine]) -> list[tuple[Array, float]]:
+def _squares(lines: list[Array]) -> list[tuple[Array, float]]:
     """Return each (3, 3) from the unit square to the picture, with its focal length."""
-    found = [(_square(lines[i].line, lines[j].line, lines[k].line, f), float(f)) for i, j in parallel_pairs(lines)
+    found = [(_square(lines[i], lines[j], lines[k], f), float(f)) for i, j in parallel_pairs(lines)
              for k in range(len(lines)) if k not in (i, j) for f in FOCALS]
     return [(square, f) for square, f in found if square is not None]
 

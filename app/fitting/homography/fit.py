@@ -16,7 +16,7 @@ from app.fitting import clicks
 from app.fitting.contract import Fitter, Sensitivity
 from app.fitting.corrected_rectangle import corrected_rectangle
 from app.fitting.homography.parameters import HomographyParameters
-from app.fitting.linear import MIN_ROWS, Incidences, homography_from_lines
+from app.fitting.linear import MIN_ROWS, Incidences, homography_from_lines, mirrored_error
 from app.fitting.options import CLICK_SIGMA, COMMON_OPTIONS, LINE_SIGMA
 from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior, gather_clicks, line_incidences
 from app.fitting.ray_camera.search import MAX_OUTLIER_SHARE, RayFitProblem, RayFitResult, residual_count, solve
@@ -162,6 +162,4 @@ def _refuse_impossible(found: RayFitResult, region: Region) -> None:
                         f"{corner} corner may lie anywhere within {sigma_mm[worst]:.3g} mm.",
                         MORE_LINES, reason="lines-not-enough")
     if np.linalg.det(state.raw_from_unit) * np.linalg.det(state.unit_from_field) > 0:
-        raise FitFailed("The field appears mirrored in the picture.",
-                        "Check which border is left and which is right, or turn the region; a mirrored picture must "
-                        "be flipped back first.", reason="mirrored")
+        raise mirrored_error()

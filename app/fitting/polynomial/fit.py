@@ -117,9 +117,8 @@ def _border_clicks(name: str, observations: Observations) -> _Border:
 def _check_clicks(borders: Mapping[str, _Border], image_size: ImageSize) -> None:
     for border in borders.values():
         if not len(border.points):
-            raise FitFailed(f"The {border.name} border has no points.",
-                            f"Click points along the {border.name} border.", reason="too-few-points",
-                            feature=border.name)
+            raise FitFailed(f"The {border.name} border has no points.", f"Click points along the {border.name} border.",
+                            reason="too-few-points", feature=border.name)
         check_inside_picture((Observation(border.name, "line", border.points),), image_size)
     points = np.concatenate([b.points for b in borders.values()])
     spread = np.linalg.svd((points - points.mean(axis=0)) / np.sqrt(len(points)), compute_uv=False)

@@ -157,9 +157,8 @@ def _minimise(task: RayFitProblem, start: RayCameraParameters, sigma: float, rob
         known, by = task.prior_residuals(state)
         return np.concatenate([r / sigma, known]), np.concatenate([j / sigma, by])[:, task.free]
 
-    return minimise(start, evaluate, lambda state, delta: state.retract(delta, task.free),
-                    robust_rows=robust_rows, max_steps=steps,
-                    tolerance=1e-4 if robust_rows else 1e-9)
+    return minimise(start, evaluate, lambda state, delta: state.retract(delta, task.free), robust_rows=robust_rows,
+                    max_steps=steps, tolerance=1e-4 if robust_rows else 1e-9)
 
 
 def residual_count(problem: ClickResiduals) -> int:

@@ -6,10 +6,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
 from app.vision.blobs.runs import Runs
 
-Array = NDArray[np.float64]
 _BESIDE_PX = 2  # around a blob's box: the pixels that it covers in part, and some of what lies beside it
 _MAX_HALF = 20  # px; a larger blob's middle is known well enough from its pixels
 

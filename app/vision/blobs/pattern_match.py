@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.colour_profile import Bgr
-from app.core.geometry import Points
+from app.core.geometry import Array, Points
 from app.core.ssl_pattern import DOT_ANGLES, DOT_MM, DOTS_AT_MM, DOTS_MM
 
-Array = NDArray[np.float64]
 _ANGLES = 72  # around the ring
 _TURNS = 360  # orientations that are tried
 _RINGS_MM = (53.0, 59.0, 65.0, 71.0, 77.0)

@@ -21,8 +21,7 @@ class ColourSeparation:
     sentence: str
 
     def to_json(self) -> dict:
-        return {"colour": self.colour, "nearest": self.nearest, "gap": self.gap if np.isfinite(self.gap) else None,
-                "level": self.level, "sentence": self.sentence}
+        return {**vars(self), "gap": self.gap if np.isfinite(self.gap) else None}
 
 
 def colour_health(profile: ColourProfile) -> tuple[ColourSeparation, ...]:
@@ -34,16 +33,10 @@ def colour_health(profile: ColourProfile) -> tuple[ColourSeparation, ...]:
                 if name != colour and rest}
         nearest = min(gaps, key=gaps.get, default=None)
         gap = gaps[nearest] if nearest else float("inf")
-        found.append(_separation(colour, nearest if np.isfinite(gap) else None, gap))
+        level = "good" if gap >= _APART else "close" if gap >= _CLOSE else "mixed"
+        words = {"good": "is well apart from all else.",
+                 "close": f"is close to {nearest}: click both where the light differs.",
+                 "mixed": f"cannot be told from {nearest}: change the light, the white balance or the paper."}[level]
+        found.append(ColourSeparation(colour, nearest if np.isfinite(gap) else None, gap, level,
+                                      f"{colour.capitalize()} {words}"))
     return tuple(found)
-
-
-def _separation(colour: str, nearest: str | None, gap: float) -> ColourSeparation:
-    if nearest is None or gap >= _APART:
-        return ColourSeparation(colour, nearest, gap, "good", f"{colour.capitalize()} is well apart from all else.")
-    if gap >= _CLOSE:
-        return ColourSeparation(colour, nearest, gap, "close",
-                                f"{colour.capitalize()} is close to {nearest}: click both where the light differs.")
-    return ColourSeparation(colour, nearest, gap, "mixed",
-                            f"{colour.capitalize()} cannot be told from {nearest}: change "
-                            "the light, the white balance or the paper.")

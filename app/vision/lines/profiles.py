@@ -169,5 +169,4 @@ def _columns(about: NDArray, width: float) -> tuple[NDArray, NDArray, NDArray]:
     low, high = (about + width / 2) / BLUR_PX, (about - width / 2) / BLUR_PX
     a, b = (1 / (1 + np.exp(-1.702 * np.clip(z, -30, 30))) for z in (low, high))
     step = 2 / (1 + np.exp(-1.702 / BLUR_PX * np.clip(about, -30, 30))) - 1
-    return (np.stack([np.ones_like(about), about, step], axis=-1), a - b,
-            1.702 / BLUR_PX * (a * (1 - a) - b * (1 - b)))
+    return np.stack([np.ones_like(about), about, step], axis=-1), a - b, 1.702 / BLUR_PX * (a * (1 - a) - b * (1 - b))

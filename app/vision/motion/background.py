@@ -32,7 +32,7 @@ class Background:
                            reason="bad-background")
         self._shape = shape
         self._chosen = set(np.linspace(0, frames - 1, min(frames, MAX_FRAMES)).round().astype(int).tolist())
-        self._kept = np.empty((len(self._chosen), int(np.prod(shape))), np.uint8)
+        self._chosen_frames = np.empty((len(self._chosen), int(np.prod(shape))), np.uint8)
         self._added = self._count = 0
 
     def add(self, picture: NDArray[np.uint8]) -> None:
@@ -41,7 +41,7 @@ class Background:
             raise BadInput("The frames are not of one size.", "Start again with frames of one size.",
                            reason="bad-background")
         if self._added in self._chosen:
-            self._kept[self._count] = picture.reshape(-1)
+            self._chosen_frames[self._count] = picture.reshape(-1)
             self._count += 1
             self.__dict__.pop("_found", None)
         self._added += 1
@@ -62,8 +62,8 @@ class Background:
         if self._count < 2:
             return 0.0
         # Neighbouring frames differ by √2 noises; most pixels see no motion, so their median is noise alone.
-        take = slice(None, None, max(1, self._kept.shape[1] // 200_000))
-        some = self._kept[:self._count, take].astype(np.int16)
+        take = slice(None, None, max(1, self._chosen_frames.shape[1] // 200_000))
+        some = self._chosen_frames[:self._count, take].astype(np.int16)
         return _spread(np.diff(some, axis=0)) / float(np.sqrt(2))
 
     @cached_property
@@ -72,11 +72,11 @@ class Background:
             raise BadInput("A background needs a frame.", "Add one or more.", reason="bad-background")
         self.__dict__.pop("noise", None)
         apart = max(_MIN_APART, int(np.ceil(_NOISES * self.noise)))
-        size = self._kept.shape[1]
+        size = self._chosen_frames.shape[1]
         picture, agreeing = np.empty(size, np.uint8), np.empty(size // 3, np.uint8)
         for start in range(0, size, _STRIP):
             part = slice(start, min(start + _STRIP, size))
-            strip = self._kept[:self._count, part]
+            strip = self._chosen_frames[:self._count, part]
             middle = _median(strip)
             picture[part], agreeing[start // 3:part.stop // 3] = _mean_of_agreeing(strip, middle, apart)
         free = agreeing.reshape(self._shape[:2]) >= AGREEING * self._count
@@ -116,12 +116,12 @@ def _network(count: int) -> tuple[tuple[int, int], ...]:
                         pairs.append((i + j, i + j + k))
             k //= 2
         p *= 2
-    needed, kept = {count // 2}, []
+    needed, used = {count // 2}, []
     for a, b in reversed(pairs):  # only what the middle one depends on
         if needed & {a, b}:
             needed |= {a, b}
-            kept.append((a, b))
-    return tuple(reversed(kept))
+            used.append((a, b))
+    return tuple(reversed(used))
 
 
 def _mean_of_agreeing(strip: NDArray[np.uint8], middle: NDArray[np.uint8], apart: int) \

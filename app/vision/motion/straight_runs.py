@@ -140,8 +140,8 @@ def _run(frames: NDArray[np.int64], points: Points) -> StraightRun | None:
     if len(points) < MIN_POINTS:
         return None
     arc = _arc(points)
-    kept = np.abs(arc.off) <= NOISES * max(arc.noise_px, 0.1)
-    frames, points = frames[kept], points[kept]
+    near = np.abs(arc.off) <= NOISES * max(arc.noise_px, 0.1)
+    frames, points = frames[near], points[near]
     if len(points) < MIN_POINTS:
         return None
     arc = _arc(points)

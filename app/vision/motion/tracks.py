@@ -89,9 +89,9 @@ class Tracker:
         """Drop a track's points up to that frame: they have been reported."""
         for track in self._open:
             if track.number == number:
-                kept = [i for i, frame in enumerate(track.frames) if frame > until] or [len(track.frames) - 1]
-                track.frames = [track.frames[i] for i in kept]
-                track.points = [track.points[i] for i in kept]
+                rest = [i for i, frame in enumerate(track.frames) if frame > until] or [len(track.frames) - 1]
+                track.frames = [track.frames[i] for i in rest]
+                track.points = [track.points[i] for i in rest]
 
     def end(self) -> list[Track]:
         """End all tracks and return them."""

@@ -4,7 +4,7 @@
     places, mm_per_px = locator.spread(pixels, z_mm)    (n, 2) mm, and (n, 2, 2): how the place moves with the pixel
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
 
@@ -32,7 +32,6 @@ class FieldLocator:
     flat_mm_per_px: float = 1.0
     eye_mm: tuple[float, float, float] | None = None
     has_rays: bool = False
-    _cache: dict = field(default_factory=dict)
 
     @classmethod
     def of(cls, model: Any, eye_mm: tuple[float, float, float] | None = None) -> Self:
