@@ -91,10 +91,8 @@ def correction_map(model: Rectification, view: CorrectedView = CorrectedView()) 
                        "Choose a smaller margin, width or rectangle size.", reason="bad-view")
     raw_x = np.empty((size.height, size.width), np.float32)
     raw_y = np.empty_like(raw_x)
-    columns = np.stack([np.arange(size.width), np.zeros(size.width)], axis=-1).astype(float)
-    rows = np.stack([np.zeros(size.height), np.arange(size.height)], axis=-1).astype(float)
-    x_c = view.corrected_from_view(model, columns)[:, 0]
-    y_c = view.corrected_from_view(model, rows)[:, 1, None]
+    x_c = view.corrected_from_view(model, np.arange(size.width)[:, None] * [1.0, 0.0])[:, 0]
+    y_c = view.corrected_from_view(model, np.arange(size.height)[:, None] * [0.0, 1.0])[:, 1, None]
     step = max(1, BLOCK_PX // size.width)
     for top in range(0, size.height, step):
         block = slice(top, top + step)

@@ -146,8 +146,9 @@ def pose_history(poses: list[BoardPose], board: Board, size: ImageSize) -> PoseH
 
 def _outline_at(spot: Array, nearer: str, board: Board, size: ImageSize) -> Array:
     """(4, 2) px: the board's outermost corners, held there and so, seen by a plain camera."""
-    focal, middle = float(size.width), (np.array([size.width, size.height]) - 1) / 2
-    at = (spot * [size.width, size.height] - middle) / focal
+    focal, size_px = float(size.width), np.array(tuple(size))
+    middle = (size_px - 1) / 2
+    at = (spot * size_px - middle) / focal
     ray = np.array([*at, 1.0]) / np.hypot(1.0, np.linalg.norm(at))
     places = board.places_mm[_outline(board)]
     places = places - places.mean(axis=0)
@@ -157,9 +158,7 @@ def _outline_at(spot: Array, nearer: str, board: Board, size: ImageSize) -> Arra
     seen = np.concatenate([places, rim]) @ turn.T + ray * distance
     pixels = seen[:, :2] / seen[:, 2:] * focal + middle
     # A finder wants the board's white rim as well: as far into the picture as that needs.
-    inwards = np.maximum(0, -pixels.min(axis=0)) + np.minimum(0, np.array([size.width, size.height]) - 1
-                                                              - pixels.max(axis=0))
-    return pixels[:4] + inwards
+    return pixels[:4] + (np.maximum(0, -pixels.min(axis=0)) + np.minimum(0, size_px - 1 - pixels.max(axis=0)))
 
 
 def _outline(board: Board) -> list[int]:

@@ -5,6 +5,7 @@ import numpy as np
 from app.core.errors import BadInput
 from app.core.field import BORDERS, Feature, Field, Landmark, Region
 from app.core.geometry import ImageSize, Points, inside_picture
+from app.evaluate.cameras.evidence import same_line
 from app.models import CameraModel, field_from_raw, raw_from_field
 from app.vision.lines.snap import Hint, Snapped, snap
 
@@ -24,7 +25,7 @@ def line_hints(model: CameraModel, feature: Feature, field: Field, region: Regio
         return [Hint(reach_px)] * len(points)
     places = feature.nearest(field_from_raw(model, points))
     ahead, aside = feature.tangents(places), feature.normals(places)
-    width_mm = _width_mm(feature, field, region)
+    width_mm = _width_mm(feature, field)
     before, after = (raw_from_field(model, places + sign * STEP_MM * ahead) for sign in (-1, 1))
     near, far = (raw_from_field(model, places + sign * width_mm / 2 * aside) for sign in (-1, 1))
     angles = np.arctan2(*(after - before).T[::-1])
@@ -69,14 +70,10 @@ def spread_evenly(pixels: Points, size: ImageSize, count: int) -> Points:
     return np.stack([np.interp(wanted, travelled, seen[:, axis]) for axis in (0, 1)], axis=1)
 
 
-def _width_mm(feature: Feature, field: Field, region: Region) -> float:
+def _width_mm(feature: Feature, field: Field) -> float:
     """As painted: a region's border is as wide as the line that it lies on."""
-    if feature.name in BORDERS and feature.name not in field.lines:
-        ends = np.array([feature.start, feature.end])
-        for line in field.lines.values():
-            if np.linalg.norm(line.nearest(ends) - ends, axis=1).max() < 1:
-                return line.width_mm
-    return feature.width_mm
+    painted = field.lines.values() if feature.name in BORDERS and feature.name not in field.lines else ()
+    return next((line.width_mm for line in painted if same_line(line, feature)), feature.width_mm)
 
 
 def _together(place: np.ndarray, moved: np.ndarray) -> np.ndarray:

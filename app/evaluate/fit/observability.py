@@ -50,19 +50,13 @@ def weakest_direction(fit: Fit, region: Region, hat_height_mm: float = HAT_MM) -
     strong = np.argsort(share)[::-1]
     parts: list[str] = []
     for index in strong[share[strong] > 0.3 * share.max()]:
-        part = _group(fit, fit.parameter_names[index])
+        part = ("how the picture bends between them" if fit.model.INTERPOLATES else
+                GROUPS.get(fit.parameter_names[index], "lens" if isinstance(fit.model, RayModel) else "perspective"))
         if part not in parts:
             parts.append(part)
     taped = _with_taped_height(fit)
     return WeakDirection(tuple(parts), expected_error(fit, region).rms, expected_error(fit, region, z).rms,
                          expected_error(fit, region, z, covariance=taped).rms)
-
-
-def _group(fit: Fit, name: str) -> str:
-    """Return the operator's term for a parameter."""
-    if fit.model.INTERPOLATES:
-        return "how the picture bends between them"
-    return GROUPS.get(name, "lens" if isinstance(fit.model, RayModel) else "perspective")
 
 
 def _root(covariance: NDArray) -> NDArray:

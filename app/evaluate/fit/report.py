@@ -33,7 +33,9 @@ def report(fit: Fit, observations: Observations, field: Field, region: Region,
     cv_rms_mm = rms(held)
     hat_mm = field.hat_height_mm
     warnings = [*fit.warnings, *observability_warnings(fit, region, hat_mm)]
-    knows_inside = _knows_inside(fit, observations)
+    # a lens bends the inside as it bends the borders; curves of their own and splines know nothing between them
+    knows_inside = (knows_its_error(fit) and not fit.model.INTERPOLATES) or any(
+        o.feature not in BORDERS and len(o.points) for o in observations)
     if not knows_inside:  # what these figures cannot see
         warnings.append(Warning(
             "inside-not-checked", "Only the borders were clicked; nothing tells how well the inside fits.",
@@ -78,12 +80,6 @@ def _feature_json(r: FeatureResiduals, fine: np.ndarray, used: bool) -> dict[str
     return {"feature": r.observation.feature_json, "kind": r.observation.kind, "n": len(r.px), "used": used,
             "rms_px": rms(r.px[fine]), "rms_mm": rms(r.mm[fine]), "max_mm": _max(r.mm[fine]),
             "residuals": residual_rows(r, r.observation.points, r.foot, r.px, ~fine)}
-
-
-def _knows_inside(fit: Fit, observations: Observations) -> bool:
-    """A lens bends the inside as it bends the borders; curves of their own and splines know nothing between them."""
-    lens = knows_its_error(fit) and not fit.model.INTERPOLATES
-    return lens or any(o.feature not in BORDERS and len(o.points) for o in observations)
 
 
 def _verdict(cv_mm: float | None, check_mm: float | None, sigma: Mapping[str, Any] | None,

@@ -39,7 +39,10 @@ class BlockMinimum(Generic[State]):
         v = len(self.residuals)
         shared, own = self.shared.reshape(v, -1, self.shared.shape[-1]), self.own.reshape(v, -1, self.own.shape[-1])
         own_t = own.transpose(0, 2, 1)
-        return shared - own @ np.linalg.solve(_regularised(own_t @ own), own_t @ shared)
+        blocks = own_t @ own
+        # a little more on the diagonals, so that a view with too few corners does not make the system singular
+        blocks += np.einsum("vi,ij->vij", np.einsum("vii->vi", blocks) * 1e-13 + 1e-12, np.eye(blocks.shape[-1]))
+        return shared - own @ np.linalg.solve(blocks, own_t @ shared)
 
     @property
     def information(self) -> Array:
@@ -125,11 +128,6 @@ def _step(normal: NormalEquations, prior: Array, prior_residual: Array, damping:
     # (H + D) step = -gradient, so the linear model's gain -2 gradientᵀ step - stepᵀ H step is
     gain = -(a @ delta + np.sum(b * own)) + damping * (diag_u @ delta**2 + np.sum(diag_v * own**2))
     return delta, own, float(gain)
-
-
-def _regularised(blocks: Array) -> Array:
-    """Add a little to the diagonals, so that a view with too few corners does not make the system singular."""
-    return blocks + np.einsum("vi,ij->vij", np.einsum("vii->vi", blocks) * 1e-13 + 1e-12, np.eye(blocks.shape[-1]))
 
 
 def _cost(residuals: Array, prior_residual: Array, robust: bool) -> float:

@@ -100,7 +100,9 @@ class BoardSolver:
             if not robust:
                 break
             used = observations.only(keep)
-            away = _distances(replace(solution.problem, observations=used), solution.minimum.state)
+            residuals = replace(solution.problem, observations=used).residuals_px(solution.minimum.state)
+            away = np.linalg.norm(residuals, axis=-1)
+            away = np.where(used.present & np.isnan(away), np.inf, away)  # infinite where it cannot be projected
             # at first from the median length, which outliers hardly move
             typical = float(np.median(away[used.present])) / RAYLEIGH_MEDIAN if first else solution.sigma_px
             sigma_px = max(typical, MIN_SIGMA_PX)
@@ -115,12 +117,6 @@ class BoardSolver:
                 break
             outliers = beyond & keep[:, None]
         return OutlierRejection(solution, state, keep, outliers, tuple(why))
-
-
-def _distances(problem: BoardProblem, state: BoardParameters) -> Array:
-    """Return residual lengths (v, m) px; infinite where a corner cannot be projected, NaN where there is none."""
-    away = np.linalg.norm(problem.residuals_px(state), axis=-1)
-    return np.where(problem.observations.present & np.isnan(away), np.inf, away)
 
 
 def _wrong_views(away: Array, beyond: Array, present: Array) -> Array:

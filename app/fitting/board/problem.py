@@ -27,14 +27,14 @@ class BoardProblem:
     def solve(self, start: BoardParameters, *, robust: bool = False,
               max_steps: int = 50) -> BlockMinimum[BoardParameters]:
         """Find the nearest minimum."""
-        middle, _ = self._beforehand(start)
+        middle, _ = self._prior(start)
         return minimise_blocks(start, self.linearise, lambda state, shared, own: state.retract(shared, self.free, own),
                                prior=self.prior_of(start), prior_at=lambda state: (state.shared - middle)[self.free],
                                robust=robust, max_steps=max_steps)
 
     def prior_of(self, state: BoardParameters) -> Array:
         """Return 1/σ of the prior of each free unknown."""
-        return self._beforehand(state)[1][self.free]
+        return self._prior(state)[1][self.free]
 
     def linearise(self, state: BoardParameters) -> tuple[Array, Array, Array]:
         """Return residuals and derivatives in σ, 0 where there is no corner; beyond the horizon there is no slope."""
@@ -57,7 +57,7 @@ class BoardProblem:
             residuals = self.observations.pixels - state.project(self.observations)
             return np.where(self.observations.present[..., None], residuals, np.nan)
 
-    def _beforehand(self, state: BoardParameters) -> tuple[Array, Array]:
+    def _prior(self, state: BoardParameters) -> tuple[Array, Array]:
         """Return the mean and 1/σ of the shared unknowns' priors."""
         middle, loose = [], []
         for name in state.names:
@@ -78,8 +78,6 @@ class BoardProblem:
 
 def free_mask(state: BoardParameters, terms: tuple[str, ...], *, aspect: bool, centre: bool, warp: bool) -> Array:
     """Return which of state.names are estimated."""
-    free = {"log_focal", *terms}
-    free |= {"aspect"} if aspect else set()
-    free |= {"centre_x", "centre_y"} if centre else set()
-    free |= set(WARP) if warp else set()
+    free = ("log_focal", *terms, *(("aspect",) if aspect else ()), *(("centre_x", "centre_y") if centre else ()),
+            *(WARP if warp else ()))
     return np.array([name in free for name in state.names])

@@ -106,13 +106,11 @@ class _Scorer:
         self.region, self.size, self.plane, self.ridges, self.fine = region, size, plane, ridges, fine
         self.coarse = FieldPattern.of(field, field.length_mm / COARSE_STEPS, min_samples=2)
         self.upright = upright
-        u, v = (np.linspace(0.04, 0.96, 6) * side for side in (region.width_mm, region.height_mm))
-        grid = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
-        self.carpet = region.field_from_region(grid)
-        ends = np.array([[0.4, 0.5], [0.6, 0.5]]) * [region.width_mm, region.height_mm]
-        self.rightwards = region.field_from_region(ends)
-        corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * [region.width_mm, region.height_mm]
-        self.corners = region.field_from_region(corners)
+        sides = [region.width_mm, region.height_mm]
+        u, v = (np.linspace(0.04, 0.96, 6) * side for side in sides)
+        self.carpet = region.field_from_region(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
+        self.rightwards = region.field_from_region(np.array([[0.4, 0.5], [0.6, 0.5]]) * sides)
+        self.corners = region.field_from_region(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * sides)
 
     def best(self, given: Hypotheses) -> list[tuple[float, Array, float]]:
         """Return value, homography and focal length of the best: all scored coarsely, the best of those finely."""

@@ -62,14 +62,12 @@ def fit_problem(state: RayCameraParameters, problem: ClickResiduals, terms: tupl
                 distortion: DistortionEstimate | None,
                 shrinkage_sigmas: Mapping[str, float] = MappingProxyType({})) -> RayFitProblem:
     names, lens_terms = state.names, state.lens.TERMS
-    free = np.ones(len(names), bool)
-    for i, name in enumerate(names):
-        if name in lens_terms:
-            free[i] = name in terms
-    priors, gaussian = [], None
+    free = np.array([name not in lens_terms or name in terms for name in names])
+    priors = []
     if intrinsics is not None:
         gaussian = lens_prior(intrinsics, settings)
-        free[:3 + len(lens_terms)] = [gaussian is not None and n in gaussian.names for n in names[:3 + len(lens_terms)]]
+        of_lens = slice(3 + len(lens_terms))
+        free[of_lens] = [gaussian is not None and name in gaussian.names for name in names[of_lens]]
     else:
         known = distortion.names if distortion is not None else ()
         gaussian = distortion_prior(distortion, settings) if distortion is not None else None

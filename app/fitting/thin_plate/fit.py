@@ -88,11 +88,11 @@ class ThinPlateFitter(Fitter):
         if settings["robust"]:
             fine[reachable] = _inliers(clicks.only(reachable), base, smoothing)
         fitted = _fit_spline(clicks.only(fine), base, smoothing)
-        spline, smoother, smoothing = fitted.spline, fitted.smoother, fitted.smoothing
-        reach = unfolded_reach(base, spline)
+        smoother, smoothing = fitted.smoother, fitted.smoothing
+        reach = unfolded_reach(base, fitted.spline)
         if not reach:
             raise _folding_error()
-        model = ThinPlate.of(base, spline, reach)
+        model = ThinPlate.of(base, fitted.spline, reach)
         inliers = inlier_masks(observations, clicks.owners, fine)
         warnings = [_outlier_warning(observations, i, k, pixel, model, clicks.features)
                     for (i, k), ok, pixel in zip(clicks.owners, fine, clicks.raw, strict=True) if not ok]

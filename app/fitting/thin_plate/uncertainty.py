@@ -16,6 +16,7 @@ from app.core.geometry import Array, Points, with_z
 from app.core.records import Fit
 from app.fitting import sensitivity_of
 from app.fitting.thin_plate.smoothing import Constraints, SmoothingSplines, design, hat_matrix, kernel_columns
+from app.models.thin_plate import spline_frame
 from app.models.thin_plate_spline import Spline, kernel
 
 LATTICE = (7, 5)  # columns, rows: finer bends than these can follow are known no better than their clicks
@@ -52,7 +53,7 @@ def node_covariance(base_fit: Fit, clicked: Points, trusted: Array, constraints:
     likely = smoother.cross_validated()  # one that follows every click leaves nothing to read the noise off
     sigma_px = sigma_px or smoother.sigma_px(likely)
     base = base_fit.model
-    middle, unit = np.array([base.width_px, base.height_px]) / 2, max(base.width_px, base.height_px) / 2
+    middle, unit = spline_frame(base)
     nodes = (lattice(base.width_px, base.height_px) - middle) / unit
     value, slope = spline.with_gradient(nodes)
     hat = hat_matrix(constraints, smoother.strength(smoothing), nodes)

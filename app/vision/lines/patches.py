@@ -94,7 +94,8 @@ class LinePatches:
         inverse = np.linalg.inv((heavy / scale).transpose(0, 2, 1) @ (heavy / scale) + 1e-9 * np.eye(4))
         solved = inverse @ ((heavy / scale).transpose(0, 2, 1) @ values)
         rest = np.sum((values - (heavy / scale) @ solved) ** 2, axis=(1, 2))
-        shape = _without_ground(values[..., 0], heavy[..., :2])
+        basis, _ = np.linalg.qr(heavy[..., :2])
+        shape = np.sum((values - basis @ (basis.transpose(0, 2, 1) @ values))[..., 0] ** 2, axis=1)  # without ground
         gain, moved = (solved[:, i, 0] / scale[:, 0, i] for i in (2, 3))
         freedom = np.maximum((self.weight**2).sum(axis=1) * STEP_PX - 4, 1.0)  # neighbouring samples share pixels
         safe = np.where(gain > 1e-3, gain, np.nan)
@@ -146,10 +147,3 @@ def _smooth(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 def _softened(rows: NDArray[np.float64], sigma_px: float) -> NDArray[np.float64]:
     wide = 2 * int(np.ceil(3 * sigma_px / STEP_PX)) + 1
     return cv2.GaussianBlur(rows, (wide, 1), sigmaX=sigma_px / STEP_PX, borderType=cv2.BORDER_REPLICATE)
-
-
-def _without_ground(values: NDArray, ground: NDArray) -> NDArray:
-    """(n,) sum of squares that level and slope leave of the rows."""
-    basis, _ = np.linalg.qr(ground)
-    rest = values - (basis @ (basis.transpose(0, 2, 1) @ values[..., None]))[..., 0]
-    return np.sum(rest**2, axis=1)

@@ -68,14 +68,10 @@ def measure_light(picture: NDArray[np.uint8], field: NDArray | None = None) -> L
 
 
 def _burnt(top: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple[float, ...]:
-    burnt = top >= HIGH
-    if mask is not None:
-        burnt &= mask
-    shares = []
-    for zone in zone_slices(*top.shape):
-        total = burnt[zone].size if mask is None else np.count_nonzero(mask[zone])
-        shares.append(round(int(np.count_nonzero(burnt[zone])) / max(int(total), 1), _DIGITS))
-    return tuple(shares)
+    mask = np.ones(top.shape, bool) if mask is None else mask
+    burnt = (top >= HIGH) & mask
+    return tuple(round(int(np.count_nonzero(burnt[zone])) / max(int(np.count_nonzero(mask[zone])), 1), _DIGITS)
+                 for zone in zone_slices(*top.shape))
 
 
 def _carpet(picture: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple[float | None, ...]:

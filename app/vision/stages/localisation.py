@@ -43,10 +43,6 @@ class FieldLocator:
         return cls(image_size, None, mm_per_px)
 
     @property
-    def tells_places(self) -> bool:
-        return self.model is not None
-
-    @property
     def knows_heights(self) -> bool:
         return self.has_rays or self.eye_mm is not None
 

@@ -29,7 +29,7 @@ class Localise(Stage):
     )
 
     def run(self, state: FrameState) -> FrameState:
-        if not self._context.view.tells_places or not state.found:
+        if self._context.view.model is None or not state.found:
             return state
         placed = list(state.found)
         for z_mm in {d.z_mm for d in state.found}:
