@@ -14,11 +14,12 @@ import numpy as np
 from app.core.geometry import Array, homogeneous
 from app.models.lenses.projection import invert_radius, pinhole, pinhole_jacobian, radial_jacobian, smallest_root
 
+TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 NEWTON_STEPS = 50  # five are usual; near the horizon a few more
 
 
 class BrownConradyLens:
-    TERMS: ClassVar[tuple[str, ...]] = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+    TERMS: ClassVar[tuple[str, ...]] = TERMS
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:

@@ -13,11 +13,12 @@ import numpy as np
 from app.core.geometry import Array
 from app.models.lenses.projection import invert_radius, smallest_root
 
+TERMS = ("k1", "k2", "k3", "k4")
 SMALL = 1e-7  # of sin θ: nearer to the axis, θ / sin θ is 1 to all digits
 
 
 class KannalaBrandtLens:
-    TERMS: ClassVar[tuple[str, ...]] = ("k1", "k2", "k3", "k4")
+    TERMS: ClassVar[tuple[str, ...]] = TERMS
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:
