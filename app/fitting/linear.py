@@ -164,11 +164,11 @@ def tsai_two_stage(pixels: Array, field_mm: Array) -> tuple[Array, Array, float,
         rotation = nearest_rotation(np.stack([first, second, np.cross(first, second)]))
         depth = field_mm @ rotation[2, :2]
         side = np.concatenate([field_mm @ rotation[0, :2] + t_x, field_mm @ rotation[1, :2] + t_y])
-        seen = np.concatenate([u, v])
+        observed = np.concatenate([u, v])
         rr = np.tile(u**2 + v**2, 2) / np.mean(u**2 + v**2)
         # seen · (depth + t_z) = f · side · (1 + k r_d²): linear in f, f·k and t_z
-        design = np.stack([side, side * rr, -seen], axis=1)
-        (f, fk, t_z), _, rank, spread = np.linalg.lstsq(design, seen * np.tile(depth, 2), rcond=None)
+        design = np.stack([side, side * rr, -observed], axis=1)
+        (f, fk, t_z), _, rank, spread = np.linalg.lstsq(design, observed * np.tile(depth, 2), rcond=None)
         if rank == 3 and spread[-1] > 1e-9 * spread[0] and f > 0 and t_z > 0:
             translation = np.array([t_x, t_y, t_z])
             k1 = fk / f * f**2 / float(np.mean(u**2 + v**2))

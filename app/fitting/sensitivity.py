@@ -32,8 +32,8 @@ class ParameterSensitivity:
 
     def click_jacobian(self, places: Points, along: Points, names: tuple[str, ...]) -> Array:
         by_point, columns = self._pixel_jacobian(with_z(places), names)
-        seen = np.einsum("nij,nj->ni", by_point, with_z(along))
-        across = np.stack([-seen[:, 1], seen[:, 0]], axis=1) / np.linalg.norm(seen, axis=1, keepdims=True)
+        ahead = np.einsum("nij,nj->ni", by_point, with_z(along))
+        across = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1) / np.linalg.norm(ahead, axis=1, keepdims=True)
         return np.einsum("ni,nik->nk", across, columns)
 
     def _pixel_jacobian(self, points_field_xyz: Array, names: tuple[str, ...]) -> tuple[Array, Array]:

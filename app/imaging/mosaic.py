@@ -109,19 +109,19 @@ class Stitcher:
         weights = np.stack([_weight(raw, size_raw, region, view) for raw, (_, size_raw, region)
                             in zip(raws, cameras, strict=True)])
         total = weights.sum(axis=0)
-        seen = total > 0
-        weights = np.where(seen, weights / np.where(seen, total, 1), 0)
+        shown = total > 0
+        weights = np.where(shown, weights / np.where(shown, total, 1), 0)
         weights[weights > FULL_WEIGHT] = 1
         weights[weights < 1 - FULL_WEIGHT] = 0
         total = weights.sum(axis=0)
-        weights = np.where(seen, weights / np.where(total > 0, total, 1), 0).astype(np.float32)
+        weights = np.where(shown, weights / np.where(total > 0, total, 1), 0).astype(np.float32)
         background = np.full((size.height, size.width, 3), BORDER_BGR, np.uint8)
-        y, x = np.indices(seen.shape)
-        background[(~seen) & ((x + y) % HATCH_PX < 2)] = HATCH_BGR
+        y, x = np.indices(shown.shape)
+        background[(~shown) & ((x + y) % HATCH_PX < 2)] = HATCH_BGR
         seam = np.flatnonzero((weights > 0).sum(axis=0) > 1)
         parts = tuple(_part(raw, weight, seam, size_raw) for raw, weight, (_, size_raw, _)
                       in zip(raws, weights, cameras, strict=True))
-        return cls(view, parts, seam, background, ~seen, tuple(float(w.mean()) for w in weights))
+        return cls(view, parts, seam, background, ~shown, tuple(float(w.mean()) for w in weights))
 
     def stitch(self, pictures: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
         """(h, w, 3) BGR, of one raw picture for each camera."""
@@ -133,10 +133,10 @@ class Stitcher:
             if ImageSize(pixels.shape[1], pixels.shape[0]) != part.size:
                 raise BadInput("A picture has another size than its camera's calibration.",
                                "Give pictures of the size that was calibrated.", reason="size-mismatch")
-            seen = part.map.apply(pixels)
-            cv2.copyTo(seen, part.alone, out[part.window])
+            corrected = part.map.apply(pixels)
+            cv2.copyTo(corrected, part.alone, out[part.window])
             if len(self.seam):
-                blended += cv2.multiply(_whole(seen).take(part.seam).view(np.uint8).reshape(-1, 3), part.weight,
+                blended += cv2.multiply(_whole(corrected).take(part.seam).view(np.uint8).reshape(-1, 3), part.weight,
                                         dtype=cv2.CV_32F)
         if len(self.seam):
             np.put(_whole(out), self.seam, _whole(cv2.convertScaleAbs(blended)))

@@ -32,8 +32,8 @@ class UndistortedView(Rectification):
         (width, height), (x, y) = self.lens.image_size, self.lens.image_size.centre
         raw = np.array([[0, y], [width - 1, y], [x, 0], [x, height - 1]], float)
         away = np.abs(self.lens.undistorted_from_raw(raw) - (x, y)).max(axis=1) / np.array([x, x, y, y])
-        seen = away[np.isfinite(away) & (away > 0)]
-        return float(np.clip(1 / seen.max(), MIN_SCALE, 1 / MIN_SCALE)) if seen.size else 1.0
+        reached = away[np.isfinite(away) & (away > 0)]
+        return float(np.clip(1 / reached.max(), MIN_SCALE, 1 / MIN_SCALE)) if reached.size else 1.0
 
     def corrected_from_raw(self, raw: Points) -> Points:
         """(..., 2) px; NaN beyond the lens' horizon."""

@@ -122,11 +122,11 @@ def _candidates(fit: BoardFit) -> tuple[list[tuple[str, Array, str]], Array]:
     problem = BoardProblem(observations, fit.solution.problem.free, fit.lens.image_size, max(fit.sigma_px, 1e-6))
     _, shared, own = problem.linearise(state)
     shared, own = shared.reshape(k, -1, shared.shape[-1]), own.reshape(k, -1, 6)
-    seen = inside.sum(axis=1) >= NEXT_CORNERS
-    shared, own = shared[seen], own[seen]
+    enough = inside.sum(axis=1) >= NEXT_CORNERS
+    shared, own = shared[enough], own[enough]
     own_t = own.transpose(0, 2, 1)
     reduced = shared - own @ np.linalg.solve(own_t @ own, own_t @ shared)
-    return [t for t, ok in zip(tried, seen, strict=True) if ok], reduced.transpose(0, 2, 1) @ reduced
+    return [t for t, ok in zip(tried, enough, strict=True) if ok], reduced.transpose(0, 2, 1) @ reduced
 
 
 def board_rotation(ray: Array, nearer: str) -> Array:

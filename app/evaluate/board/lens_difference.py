@@ -28,13 +28,13 @@ def lens_difference(first: Intrinsics, second: Intrinsics, pixels: Array | None 
     rays = first.rays(pixels)
     rotation = np.eye(3)
     for _ in range(TURN_STEPS):
-        seen = second.project(rays @ rotation.T)
-        fine = np.isfinite(seen).all(axis=-1)
+        projected = second.project(rays @ rotation.T)
+        fine = np.isfinite(projected).all(axis=-1)
         if fine.sum() < 3:
             break
-        by = np.stack([(second.project(rays @ (turn @ rotation).T) - seen)[fine].ravel() / STEP_RAD
+        by = np.stack([(second.project(rays @ (turn @ rotation).T) - projected)[fine].ravel() / STEP_RAD
                        for turn in matrices_from_vectors(np.eye(3) * STEP_RAD)], axis=1)
-        error = (seen - pixels)[fine].ravel()
+        error = (projected - pixels)[fine].ravel()
         known = np.isfinite(by).all(axis=1)
         step = np.linalg.lstsq(by[known], -error[known], rcond=None)[0]
         rotation = matrices_from_vectors(np.clip(step, -0.5, 0.5)[None])[0] @ rotation

@@ -155,8 +155,8 @@ def _outline_at(spot: Array, nearer: str, board: Board, size: ImageSize) -> Arra
     distance = np.ptp(places[:, 0]) / NEXT_SHARE
     turn = coverage.board_rotation(ray, nearer)
     rim = places + np.sign(places) * RIM * board.square_mm
-    seen = np.concatenate([places, rim]) @ turn.T + ray * distance
-    pixels = seen[:, :2] / seen[:, 2:] * focal + middle
+    corners = np.concatenate([places, rim]) @ turn.T + ray * distance
+    pixels = corners[:, :2] / corners[:, 2:] * focal + middle
     # A finder wants the board's white rim as well: as far into the picture as that needs.
     return pixels[:4] + (np.maximum(0, -pixels.min(axis=0)) + np.minimum(0, size_px - 1 - pixels.max(axis=0)))
 
@@ -167,8 +167,8 @@ def _outline(board: Board) -> list[int]:
 
 def _through(homography: Array, places: Array) -> Array:
     with np.errstate(all="ignore"):
-        seen = np.column_stack([places, np.ones(len(places))]) @ np.asarray(homography, np.float64).T
-        return seen[:, :2] / seen[:, 2:]
+        mapped = np.column_stack([places, np.ones(len(places))]) @ np.asarray(homography, np.float64).T
+        return mapped[:, :2] / mapped[:, 2:]
 
 
 def _is_quad(quad: Array) -> bool:

@@ -50,8 +50,8 @@ def from_pictures(a: CameraModel, pixels_a: NDArray[np.uint8], b: CameraModel, p
                   field: Field, progress: Progress = no_progress) -> OffsetMeasurements:
     """Markings that both pictures show where both see the carpet. No evidence at all is no error here."""
     places, normals, widths = marking_places(field)
-    seen = _inside(a, pixels_a, places) & _inside(b, pixels_b, places)
-    which = np.flatnonzero(seen)
+    visible = _inside(a, pixels_a, places) & _inside(b, pixels_b, places)
+    which = np.flatnonzero(visible)
     which = which[np.linspace(0, len(which) - 1, min(len(which), MAX_PLACES)).round().astype(int)]
     own = np.full((2, len(which)), np.nan)
     for number, index in enumerate(which):

@@ -79,8 +79,8 @@ def _named(wrong: Array) -> str:
 
 def of_calibrated(epipolar_px: Array, which: Array) -> dict[str, Any]:
     """{"level", "sentence", "fix"} of matches beside the lines that two calibrations foretell; (n,) px, NaN unseen."""
-    seen = epipolar_px[np.isfinite(epipolar_px)]
-    median, worst = float(np.median(seen)), int(np.nanargmax(epipolar_px))
+    known = epipolar_px[np.isfinite(epipolar_px)]
+    median, worst = float(np.median(known)), int(np.nanargmax(epipolar_px))
     level = "good" if median <= GOOD_PX else "fair" if median <= FAIR_PX else "poor"
     sentence = f"Matches lie {median:.2f} px, in the median, from where the two calibrations foretell them."
     if epipolar_px[worst] > max(STANDS_OUT * median, FAIR_PX):

@@ -88,13 +88,13 @@ def measure_lines(model: CameraModel, gray: NDArray[np.uint8], field: Field, reg
     return best
 
 
-def _moved(seen: LineMeasurements) -> OffsetField | None:
+def _moved(measured: LineMeasurements) -> OffsetField | None:
     """Fit how the picture as a whole has moved, px; None for too few measurements."""
-    of = seen.found
+    of = measured.found
     if of.sum() < MIN_MOTION_POINTS:
         return None
-    return fit_offset_field(OffsetMeasurements.of_lines(seen.expected_px[of], seen.normal_px[of],
-                                                        np.zeros(int(of.sum())), seen.off_px[of]))
+    return fit_offset_field(OffsetMeasurements.of_lines(measured.expected_px[of], measured.normal_px[of],
+                                                        np.zeros(int(of.sum())), measured.off_px[of]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,15 +155,15 @@ class LineDeviation:
     rms_px: float | None
 
 
-def line_deviations(seen: LineMeasurements) -> Iterator[LineDeviation]:
+def line_deviations(measured: LineMeasurements) -> Iterator[LineDeviation]:
     """Yield the deviation of every marking that the picture should show, in the field's order."""
-    for number, name in enumerate(seen.names):
-        of = seen.marking == number
+    for number, name in enumerate(measured.names):
+        of = measured.marking == number
         if not of.any():
             continue
-        hits = of & seen.found
-        share = float(seen.stands_for_px[hits].sum() / max(seen.stands_for_px[of].sum(), 1e-9))
-        mm, px = seen.off_mm[hits], seen.off_px[hits]
+        hits = of & measured.found
+        share = float(measured.stands_for_px[hits].sum() / max(measured.stands_for_px[of].sum(), 1e-9))
+        mm, px = measured.off_mm[hits], measured.off_px[hits]
         figures = (None,) * 4 if not len(mm) else (float(mm.mean()), float(np.sqrt(np.mean(mm**2))),
                                                    float(np.abs(mm).max()), float(np.sqrt(np.mean(px**2))))
         yield LineDeviation(name, int(of.sum()), int(hits.sum()), share, *figures)

@@ -65,9 +65,9 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
 
     def look(q: Array) -> tuple[Array, Points, Array]:
         moved = at + np.nan_to_num(flow.shifts(at, q))
-        seen = across_lines(gray, moved, normals, width, marking, capture)
-        points = moved + np.where(seen.found, seen.middle, 0.0)[:, None] * normals
-        return seen.found & inside_picture(points, size, 1), points, seen.middle
+        profiles = across_lines(gray, moved, normals, width, marking, capture)
+        points = moved + np.where(profiles.found, profiles.middle, 0.0)[:, None] * normals
+        return profiles.found & inside_picture(points, size, 1), points, profiles.middle
     guesses = [np.zeros(4)]
     elsewhere = best_motion(LinePatches.painted(at, normals, width), across, gray)
     guesses += [] if elsewhere is None else [elsewhere]

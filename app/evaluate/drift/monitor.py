@@ -125,12 +125,12 @@ class DriftReference:
     def _measured(self, picture: NDArray[np.uint8], tried: "_Tried") -> DriftSample | None:
         """None where too few places agree."""
         for _ in range(MAX_STEPS):
-            seen = tried.offsets.seen
+            found = tried.offsets.seen
             if tried.count < self.least:
                 return None
-            softer = self.patches.softness(tried.rows, seen)
-            motion = estimate_motion(self.across[seen], tried.offsets.px[seen],
-                                     tried.offsets.sigma_px[seen]).compose(tried.q)
+            softer = self.patches.softness(tried.rows, found)
+            motion = estimate_motion(self.across[found], tried.offsets.px[found],
+                                     tried.offsets.sigma_px[found]).compose(tried.q)
             if not self._far(motion.q - tried.q):
                 break
             tried = self._tried(picture, motion.q, softer)

@@ -125,7 +125,7 @@ def _samples(model: CameraModel, region: Region, hat_height_mm: float) -> tuple[
     if isinstance(model, RayModel):
         pixels = _grid(np.zeros(2), np.array(tuple(model.image_size), float) - 1, FIT_GRID)
         parts.append((_place(model, pixels, 0.0), pixels, 0.0, OUTSIDE))
-    points, seen, weights = [], [], []
+    points, targets, weights = [], [], []
     for places, pixels, z, weight in parts:
         step = np.array([[HALF_PX, 0.0], [0.0, HALF_PX]])
         worth = np.stack([_place(model, pixels + s, z) - _place(model, pixels - s, z) for s in step], axis=-1)
@@ -134,9 +134,9 @@ def _samples(model: CameraModel, region: Region, hat_height_mm: float) -> tuple[
         fine &= np.abs(worth).max(axis=(-2, -1)) < 20 * np.median(np.abs(worth[fine]).max(axis=(-2, -1))) \
             if fine.any() else False
         points.append(with_z(places, z)[fine])
-        seen.append(pixels[fine])
+        targets.append(pixels[fine])
         weights.append(weight * worth[fine])
-    return np.concatenate(points), np.concatenate(seen), np.concatenate(weights)
+    return np.concatenate(points), np.concatenate(targets), np.concatenate(weights)
 
 
 def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: Points,
@@ -148,8 +148,8 @@ def _starts(model: CameraModel, family: type[RayCamera], points: Array, pixels: 
         own = replace(own, aspect=1.0, log_focal=own.log_focal + float(np.log(own.aspect)) / 2)
     bends = [0.0]
     for r in BENDS:
-        seen = model.LENS.distort(np.array(model.lens_terms), np.array([r, 0.0, 1.0]))[0]
-        bends.append((float(seen) / r - 1) / r**2)
+        distorted = model.LENS.distort(np.array(model.lens_terms), np.array([r, 0.0, 1.0]))[0]
+        bends.append((float(distorted) / r - 1) / r**2)
     return [replace(own, lens=family.LENS, terms=np.asarray(FITTERS[family.NAME].start_terms(b), float))
             for b in dict.fromkeys(bends) if np.isfinite(b)]
 

@@ -60,14 +60,14 @@ def snap_along(pixels: np.ndarray, model: CameraModel, name: str, field: Field, 
 def spread_evenly(pixels: Points, size: ImageSize, count: int) -> Points:
     """(≤ count, 2) places evenly along what a picture shows of a polyline (n, 2) px, clear of its ends."""
     inside = inside_picture(pixels, size, MARGIN_PX)
-    seen = pixels[inside]
-    if len(seen) < 2:
+    visible = pixels[inside]
+    if len(visible) < 2:
         return np.empty((0, 2))
-    step = np.linalg.norm(np.diff(seen, axis=0), axis=1)
+    step = np.linalg.norm(np.diff(visible, axis=0), axis=1)
     step[np.diff(np.flatnonzero(inside)) > 1] = 0.0  # nothing lies in a gap
     travelled = np.concatenate([[0.0], np.cumsum(step)])
     wanted = np.linspace(ENDS, 1 - ENDS, count) * travelled[-1]
-    return np.stack([np.interp(wanted, travelled, seen[:, axis]) for axis in (0, 1)], axis=1)
+    return np.stack([np.interp(wanted, travelled, visible[:, axis]) for axis in (0, 1)], axis=1)
 
 
 def _width_mm(feature: Feature, field: Field) -> float:

@@ -32,8 +32,8 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
     z = field.hat_height_mm if isinstance(fit.model, RayModel) else 0.0
     by = sensitivity_of(fit.model).field_jacobian(with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names)
     before = expected_error(fit, region, z).sigma_mm.ravel() ** 2
-    seen = np.isfinite(before)
-    by, before = by[seen], before[seen]
+    finite = np.isfinite(before)
+    by, before = by[finite], before[finite]
     spread = rows @ fit.covariance  # (c, p)
     own = np.einsum("cp,cp->c", spread, rows) + click_sigma_px**2
     gain = np.einsum("nip,cp->nic", by, spread) ** 2
@@ -53,9 +53,9 @@ def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
         samples = shape.sample(2 * CANDIDATES_PER_FEATURE + 1)
         places, ahead = samples[1::2], samples[2::2] - samples[1::2]
         pixels = fit.model.raw_from_corrected(fit.model.corrected_from_field(places))
-        seen = inside_picture(pixels, image_size, MARGIN_PX)
-        if seen.any():
-            names += [name] * int(seen.sum())
-            points.append(pixels[seen])
-            rows.append(sensitivity.click_jacobian(places[seen], ahead[seen], fit.parameter_names))
+        visible = inside_picture(pixels, image_size, MARGIN_PX)
+        if visible.any():
+            names += [name] * int(visible.sum())
+            points.append(pixels[visible])
+            rows.append(sensitivity.click_jacobian(places[visible], ahead[visible], fit.parameter_names))
     return (names, np.concatenate(points), np.concatenate(rows)) if names else ([], np.empty((0, 2)), np.empty((0, 0)))

@@ -61,7 +61,7 @@ class Verification:
     def doubts(self) -> tuple[dict[str, str], ...]:
         """Return why it may be wrong, each with reason, what and fix; empty where there is no doubt."""
         doubts: list[tuple[str, str, str]] = []
-        seen = int((self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum())
+        markings = int((self.found_px >= MARKING_FOUND * self.expected_px)[self.expected_px > 0].sum())
         if self.share < MIN_FOUND or self.missing_share > MAX_MISSING:
             named = ", ".join(self.missing[:MISSING_SHOWN])
             doubts.append(("lines-missing", f"Only {100 * self.share:.0f} % of the lines that should be in the picture "
@@ -76,8 +76,8 @@ class Verification:
             doubts.append(("ambiguous", "Two ways to lay the field into the picture explain it equally well.",
                            "Say roughly how the region stands in the picture or how high the camera hangs, or choose "
                            "the region that it sees."))
-        if seen < MIN_MARKINGS:
-            doubts.append(("too-few-lines", f"Lines were found of {seen} markings only.",
+        if markings < MIN_MARKINGS:
+            doubts.append(("too-few-lines", f"Lines were found of {markings} markings only.",
                            "Show more of the field, or click points."))
         if self.rms_px > MAX_RMS * self.diagonal_px:
             doubts.append(("loose", f"The drawn field lies {self.rms_px:.1f} px off the lines that were found.",

@@ -61,8 +61,8 @@ def poses_from_rays(rays: Array, observations: BoardObservations) -> tuple[Array
     length = np.sqrt(np.linalg.norm(m[:, :, 0], axis=1) * np.linalg.norm(m[:, :, 1], axis=1))
     m = m / np.maximum(length, 1e-300)[:, None, None]
     flat = np.concatenate([observations.places[..., :2], np.ones((*observations.places.shape[:2], 1))], -1)
-    seen = flat @ m.transpose(0, 2, 1)
-    ahead = np.sum(np.where(observations.present, np.sum(seen * np.nan_to_num(rays), -1), 0), axis=1)
+    transformed = flat @ m.transpose(0, 2, 1)
+    ahead = np.sum(np.where(observations.present, np.sum(transformed * np.nan_to_num(rays), -1), 0), axis=1)
     m = m * np.where(ahead < 0, -1.0, 1.0)[:, None, None]
     columns = np.stack([m[:, :, 0], m[:, :, 1], np.cross(m[:, :, 0], m[:, :, 1])], axis=-1)
     u, _, vt = np.linalg.svd(np.where(np.isfinite(columns).all(axis=(1, 2), keepdims=True), columns, np.eye(3)))

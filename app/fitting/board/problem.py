@@ -45,10 +45,10 @@ class BoardProblem:
                      & np.isfinite(own).all(axis=(-2, -1)))
         if lost.any():  # beyond this lens's horizon: a large residual without a direction
             residuals[lost], shared[lost], own[lost] = FAR * self.image_size.width, 0, 0
-        seen = np.where(self.observations.present, 1 / self.sigma_px, 0.0)[..., None]
-        residuals *= seen
-        shared *= seen[..., None]
-        own *= seen[..., None]
+        weight = np.where(self.observations.present, 1 / self.sigma_px, 0.0)[..., None]
+        residuals *= weight
+        shared *= weight[..., None]
+        own *= weight[..., None]
         return residuals, shared, own
 
     def residuals_px(self, state: BoardParameters) -> Array:

@@ -56,8 +56,8 @@ def with_brown_conrady(state: RayCameraParameters, pattern: FieldPattern, size: 
     """
     rays = (with_z(pattern.points) - state.position_mm) @ state.camera_from_field.T
     with np.errstate(all="ignore"):
-        seen = state.project(with_z(pattern.points))
-        inside = ((seen > 0) & (seen < np.array(tuple(size)))).all(axis=1) & (rays[:, 2] > 0)
+        projected = state.project(with_z(pattern.points))
+        inside = ((projected > 0) & (projected < np.array(tuple(size)))).all(axis=1) & (rays[:, 2] > 0)
         far = np.linalg.norm(rays[inside, :2] / rays[inside, 2:], axis=1)
     reach = float(far.max()) if far.size else 1.0
     r = np.linspace(reach / 60, reach, 60)
@@ -104,15 +104,15 @@ def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: 
     with np.errstate(all="ignore"):
         flat = with_z(pattern.points)
         way = with_z(pattern.along) * pattern.step_mm[:, None]
-        seen = state.project(flat)
+        projected = state.project(flat)
         ahead = state.project(flat + 0.25 * way) - state.project(flat - 0.25 * way)
         length = np.linalg.norm(ahead, axis=1)
-        inside = ((seen > -50) & (seen < np.array(tuple(size)) + 50)).all(axis=1) & (length > 0)
+        inside = ((projected > -50) & (projected < np.array(tuple(size)) + 50)).all(axis=1) & (length > 0)
     if not inside.any():
         return np.full(len(points), -1)
-    seen, ahead, length = seen[inside], ahead[inside], length[inside]
+    projected, ahead, length = projected[inside], ahead[inside], length[inside]
     tangent = ahead / length[:, None]
-    aside = points[:, None] - seen
+    aside = points[:, None] - projected
     across = np.abs(aside[..., 0] * tangent[:, 1] - aside[..., 1] * tangent[:, 0])
     further = np.abs(np.einsum("nmi,mi->nm", aside, tangent)) - 1.1 * length  # half a step either way
     alike = np.abs(along @ tangent.T) > MIN_COSINE

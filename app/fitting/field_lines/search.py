@@ -163,15 +163,15 @@ class _Scorer:
             ahead = state.project(flat + ahead_mm) - raw
             length = np.linalg.norm(ahead, axis=1) * 4
             inside = inside_picture(raw, self.size, 2) & np.isfinite(length)
-            seen = inside_picture(state.project(with_z(self.carpet)), self.size, 0).mean()
+            region_seen = inside_picture(state.project(with_z(self.carpet)), self.size, 0).mean()
             ends = state.project(with_z(self.rightwards))
-        if not inside.any() or seen < MIN_REGION_SEEN or not np.isfinite(ends).all():
+        if not inside.any() or region_seen < MIN_REGION_SEEN or not np.isfinite(ends).all():
             return None
         hit = self.ridges.found(raw[inside], ahead[inside]) * length[inside]
         right = ends[1] - ends[0]
         return CameraCandidate(drawn, float(hit.sum() / length[inside].sum()),
                          float(min(hit.sum() / self.ridges.length_px, 1.0)),
-                         float(np.degrees(np.arctan2(right[1], right[0]))), float(seen))
+                         float(np.degrees(np.arctan2(right[1], right[0]))), float(region_seen))
 
     def ranked(self, candidates: list[CameraCandidate]) -> list[CameraCandidate]:
         """Sort, best first, without duplicates; of those that score alike, the one that shows the region best."""

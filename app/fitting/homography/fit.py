@@ -61,8 +61,8 @@ class HomographyFitter(Fitter):
             begin = _initial_parameters(problem, line_incidences(flat, field, region), region, image_size)
         else:
             begin = HomographyParameters.of(Homography.from_parameters(start), len(problem.line_names))
-        whole, seen = problem, _visible(problem, begin, settings["robust"])
-        problem = whole.only(seen)
+        whole, visible = problem, _visible(problem, begin, settings["robust"])
+        problem = whole.only(visible)
         rows = residual_count(problem)
         if rows < MIN_ROWS:
             raise FitFailed(f"There are {rows} measurements; a view of the field has {MIN_ROWS} unknowns.",
@@ -75,15 +75,15 @@ class HomographyFitter(Fitter):
         _refuse_impossible(found, region)
         model = Homography(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
                            n_rectangles_y=n_y, region=region, image_size=image_size)
-        inlier = seen.copy()
-        inlier[seen] = found.inliers
+        inlier = visible.copy()
+        inlier[visible] = found.inliers
         inliers = clicks.inlier_masks(observations, whole.owners, inlier)
         notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": len(names),
                  "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
                  "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
         warnings = (*clicks.outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
                     *(clicks.outlier_warning(observations, i, k, "lies beyond the horizon of the others")
-                      for i, k in whole.owners[~seen]),
+                      for i, k in whole.owners[~visible]),
                     *clicks.elevated_point_warnings(observations, "a homography"))
         return Fit(model, inliers, tuple(o.z_mm == 0 for o in observations), warnings, notes,
                    covariance=found.covariance, parameter_names=names)
@@ -102,9 +102,9 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
 
     def misses(field_from_raw: Array) -> Array:
         """Return pixels (n,) from each click to the image of its line."""
-        seen = lines.lines @ field_from_raw
+        projected = lines.lines @ field_from_raw
         with np.errstate(all="ignore"):
-            miss = np.abs(np.sum(seen * clicked, axis=1)) / np.linalg.norm(seen[:, :2], axis=1)
+            miss = np.abs(np.sum(projected * clicked, axis=1)) / np.linalg.norm(projected[:, :2], axis=1)
         return np.where(np.isfinite(miss), miss, np.inf)
 
     rows = len(clicked)
@@ -133,8 +133,8 @@ def _visible(problem: ClickResiduals, state: HomographyParameters, robust: bool)
     problem.places = np.empty(0)
     r, _ = problem.residuals(state)
     finite = np.isfinite(r)
-    seen = np.concatenate([finite[:problem.curves], finite[problem.curves:].reshape(-1, 2).all(axis=1)])
-    return seen if robust and (~seen).sum() <= MAX_OUTLIER_SHARE * seen.size else np.ones_like(seen)
+    visible = np.concatenate([finite[:problem.curves], finite[problem.curves:].reshape(-1, 2).all(axis=1)])
+    return visible if robust and (~visible).sum() <= MAX_OUTLIER_SHARE * visible.size else np.ones_like(visible)
 
 
 def _refuse_impossible(found: RayFitResult, region: Region) -> None:

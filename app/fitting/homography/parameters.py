@@ -65,9 +65,9 @@ class HomographyParameters:
         points (n, 3) field mm, on the carpet: what stands above it a homography cannot see, so z is left alone.
         """
         unit = points[:, :2] @ self.unit_from_field[:, :2].T + self.unit_from_field[:, 2]
-        seen = unit @ self.raw_from_unit.T
-        depth = np.where(seen[:, 2] > 0, seen[:, 2], np.nan)
-        pixel = seen[:, :2] / depth[:, None]
+        projected = unit @ self.raw_from_unit.T
+        depth = np.where(projected[:, 2] > 0, projected[:, 2], np.nan)
+        pixel = projected[:, :2] / depth[:, None]
         by_seen = np.zeros((len(points), 2, 3))  # of the pixel by H U (X, Y, 1)
         by_seen[:, 0, 0] = by_seen[:, 1, 1] = 1 / depth
         by_seen[:, :, 2] = -pixel / depth[:, None]
@@ -79,6 +79,6 @@ class HomographyParameters:
 
     def unproject(self, pixels: Array, z_mm: Array) -> Array:
         """Map raw px (n, 2) to field mm (n, 2), also beyond the horizon; z_mm is 0."""
-        seen = homogeneous(pixels)
-        field = seen @ np.linalg.inv(self.raw_from_unit @ self.unit_from_field).T
+        lifted = homogeneous(pixels)
+        field = lifted @ np.linalg.inv(self.raw_from_unit @ self.unit_from_field).T
         return field[:, :2] / field[:, 2:]

@@ -77,9 +77,9 @@ def with_next_term(narrow: Array, wider: Minimum[LineFit], chains: Chains, last:
     weight[:n] = (1 + wider.residuals[:n] ** 2) ** -0.5
     information = wider.jacobian.T @ (wider.jacobian * weight[:, None])
     moves = np.linalg.lstsq(information[np.ix_(others, others)], information[others, added], rcond=1e-12)[0]
-    known, seen = max(NEXT_TERM * abs(last_value), MIN_NEXT_TERM) ** 2, covariance(wider, chains, groups)[added, added]
-    trust = known / (known + seen)
-    return narrow + np.outer(moves, moves) * ((trust * added_value) ** 2 + trust * seen)
+    known, found = max(NEXT_TERM * abs(last_value), MIN_NEXT_TERM) ** 2, covariance(wider, chains, groups)[added, added]
+    trust = known / (known + found)
+    return narrow + np.outer(moves, moves) * ((trust * added_value) ** 2 + trust * found)
 
 
 def _student_widening(freedom: float) -> float:

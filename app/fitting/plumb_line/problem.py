@@ -128,17 +128,17 @@ def _linearise(state: LineFit, chains: Chains) -> tuple[Linearisation, Array]:
     owner = chains.owner
     n = np.stack([np.cos(state.angle), np.sin(state.angle)], axis=-1)[owner]
     d = np.stack([-n[:, 1], n[:, 0]], axis=-1)
-    seen = (chains.pixels - state.centre) / chains.unit_px
+    observed = (chains.pixels - state.centre) / chains.unit_px
     with np.errstate(all="ignore"):  # beyond reach: NaN, which the least squares steps back from
         curve, by_ray, by_terms = state.lens.distort_jacobian(
             state.terms, homogeneous(state.offset[owner, None] * n + state.feet[:, None] * d))
     along = np.einsum("nij,nj->ni", by_ray[..., :2], d)
     speed = np.sum(along**2, axis=1)
     with np.errstate(all="ignore"):
-        onward = np.sum(along * (seen - curve), axis=1) / speed
+        onward = np.sum(along * (observed - curve), axis=1) / speed
         m = np.stack([along[:, 1], -along[:, 0]], axis=-1) / np.sqrt(speed)[:, None]  # d turned back by 90° is n
     q = np.einsum("ni,nij,nj->n", m, by_ray[..., :2], n)
-    residuals = np.sum(m * (seen - curve), axis=1) * chains.unit_px
+    residuals = np.sum(m * (observed - curve), axis=1) * chains.unit_px
     by_terms = -np.einsum("ni,nik->nk", m, by_terms) * chains.unit_px
     by_line = np.stack([state.feet * q, -q], axis=-1) * chains.unit_px
     return Linearisation(residuals, np.concatenate([by_terms, -m], axis=1), by_line), onward

@@ -53,9 +53,9 @@ def relative_pose(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points
     """
     a, b = as_matches(a, b)
     ideal_a, ideal_b = ideal_px(camera_a, a), ideal_px(camera_b, b)
-    seen = np.isfinite(ideal_a).all(axis=1) & np.isfinite(ideal_b).all(axis=1)
-    found = fundamental_matrix(ideal_a[seen], ideal_b[seen])
-    good_a, good_b = ideal_a[seen][found.good], ideal_b[seen][found.good]
+    visible = np.isfinite(ideal_a).all(axis=1) & np.isfinite(ideal_b).all(axis=1)
+    found = fundamental_matrix(ideal_a[visible], ideal_b[visible])
+    good_a, good_b = ideal_a[visible][found.good], ideal_b[visible][found.good]
     start = _in_front(found.fundamental, camera_a.focal_px, camera_b.focal_px, good_a, good_b)
     state = _refine(start, good_a, good_b, found.sigma_px)
     fundamental = state.fundamental()
@@ -68,10 +68,10 @@ def relative_pose(camera_a: RayCamera, camera_b: RayCamera, a: Points, b: Points
         raise FitFailed(f"The matches tell how the cameras stand to each other only to "
                         f"{max(rotation_sigma, direction_sigma):.0f}°.",
                         "Match points at more places and more heights.", reason="not-determined")
-    good = np.zeros(len(seen), bool)
-    good[np.flatnonzero(seen)[found.good]] = True
-    miss = np.full(len(seen), np.nan)
-    miss[seen] = epipolar_px(fundamental, ideal_a[seen], ideal_b[seen])
+    good = np.zeros(len(visible), bool)
+    good[np.flatnonzero(visible)[found.good]] = True
+    miss = np.full(len(visible), np.nan)
+    miss[visible] = epipolar_px(fundamental, ideal_a[visible], ideal_b[visible])
     return RelativePose(state.rotation, state.direction, good, miss, sigma, rotation_sigma, direction_sigma)
 
 

@@ -85,7 +85,7 @@ def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs, labels: NDArray[np.uin
     x, y = centre[:, 0, None, None] + steps[None, None, :], centre[:, 1, None, None] + steps[None, :, None]
     inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
     y_in, x_in = np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)
-    seen = pixels[y_in, x_in].astype(np.float32)  # (n, k, k, 3)
+    window = pixels[y_in, x_in].astype(np.float32)  # (n, k, k, 3)
     if labels is not None:  # a patch that touches is neither of this one nor what lies beside it
         owner = labels[y_in, x_in]
         inside &= (owner == 0) | (owner == blobs.colour[small, None, None])
@@ -97,9 +97,9 @@ def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs, labels: NDArray[np.uin
                            (y - middles[small, 1, None, None]) / half[small, 1, None, None])
     core = inside & (from_middle < 0.6)
     beside = inside & (np.maximum(out_x, out_y) > 0.5) & (np.maximum(out_x, out_y) <= _BESIDE_PX)
-    own, other = _mean(seen, core), _mean(seen, beside)
+    own, other = _mean(window, core), _mean(window, beside)
     way = own - other
-    share = ((seen - other[:, None, None]) * way[:, None, None]).sum(-1) / np.maximum((way * way).sum(-1), 1)[:, None,
+    share = ((window - other[:, None, None]) * way[:, None, None]).sum(-1) / np.maximum((way * way).sum(-1), 1)[:, None,
                                                                                                              None]
     near = inside & (out_x <= 1.5) & (out_y <= 1.5) & (from_middle < 1 + 1.5 / half[small].min(axis=1)[:, None, None])
     weight = np.where(near, np.clip(share, 0, 1), 0)
@@ -112,6 +112,6 @@ def fine_middles(pixels: NDArray[np.uint8], blobs: Blobs, labels: NDArray[np.uin
     return middles
 
 
-def _mean(seen: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+def _mean(values: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
     weight = mask[..., None].astype(np.float32)
-    return (seen * weight).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1)
+    return (values * weight).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)), 1)

@@ -63,8 +63,8 @@ def _sample(pixels: NDArray[np.uint8], at: Points, unmix: Array) -> Array:
     h, w = pixels.shape[:2]
     x, y = (np.rint(at[..., i]).astype(np.int32) for i in (0, 1))
     inside = (x >= 0) & (x < w) & (y >= 0) & (y < h)
-    seen = pixels.reshape(-1, 3)[np.where(inside, y * w + x, 0)].astype(np.float32)
-    return np.maximum(seen @ unmix.T, 0) * inside[..., None]
+    sampled = pixels.reshape(-1, 3)[np.where(inside, y * w + x, 0)].astype(np.float32)
+    return np.maximum(sampled @ unmix.T, 0) * inside[..., None]
 
 
 def _ring(pixels: NDArray[np.uint8], middles: Points, px_per_mm: Array, unmix: Array) -> Array:
@@ -130,17 +130,17 @@ def _fitted(dots: Points, there: NDArray[np.bool_]) -> tuple[Points, Array, Arra
     """The turn and the middle that bring the pattern onto the dots; rms of what is left, mm."""
     n = len(dots)
     model = np.concatenate([np.array(DOTS_MM), np.zeros((1, 2))])
-    seen = np.concatenate([dots, np.zeros((n, 1, 2))], axis=1)
+    observed = np.concatenate([dots, np.zeros((n, 1, 2))], axis=1)
     weight = np.concatenate([there.astype(float), np.full((n, 1), _TEAM_WEIGHT)], axis=1)
     total = weight.sum(axis=1)
     from_model = np.einsum("nd,di->ni", weight, model) / total[:, None]
-    from_seen = np.einsum("nd,ndi->ni", weight, seen) / total[:, None]
-    a, b = model - from_model[:, None], seen - from_seen[:, None]
+    from_seen = np.einsum("nd,ndi->ni", weight, observed) / total[:, None]
+    a, b = model - from_model[:, None], observed - from_seen[:, None]
     dot = (weight * (a * b).sum(-1)).sum(-1)
     cross = (weight * (a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])).sum(-1)
     turn = np.arctan2(cross, dot)
     c, s = np.cos(turn), np.sin(turn)
     spin = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], axis=-2)
     middle = from_seen - np.einsum("nij,nj->ni", spin, from_model)
-    rest = seen - middle[:, None] - np.einsum("nij,dj->ndi", spin, model)
+    rest = observed - middle[:, None] - np.einsum("nij,dj->ndi", spin, model)
     return middle, turn, np.sqrt((weight * (rest**2).sum(-1)).sum(-1) / total)

@@ -35,18 +35,18 @@ def automatic_profile(name: str, pixels: Picture, wanted: Sequence[str] = ("oran
 
     A colour that is not in the picture keeps its usual sample, and a note says so.
     """
-    seen = pixels.reshape(-1, 3)[::-(-pixels.shape[0] * pixels.shape[1] // _MAX_PIXELS)]
-    vivid = _vivid(seen)
-    seen = seen[vivid]
-    chroma = features(seen)
+    sampled = pixels.reshape(-1, 3)[::-(-pixels.shape[0] * pixels.shape[1] // _MAX_PIXELS)]
+    vivid = _vivid(sampled)
+    sampled = sampled[vivid]
+    chroma = features(sampled)
     common = clusters(pixels)
-    rare = distances(chroma, common) > _RARE if common else np.ones(len(seen), bool)
+    rare = distances(chroma, common) > _RARE if common else np.ones(len(sampled), bool)
     colours: dict[str, tuple[ColourSample, ...]] = {}
     notes = []
     for colour in sorted(wanted, key=lambda colour: colour in _ON_HULLS):
         start = usual.colours[colour][0] if usual and colour in usual.colours else ColourSample(NAMES[colour], 0.02)
         among = _on_hulls(pixels, colours) if colour in _ON_HULLS else None
-        found = _mode(seen[rare], chroma[rare], start) if among is None else _mode(among, features(among), start)
+        found = _mode(sampled[rare], chroma[rare], start) if among is None else _mode(among, features(among), start)
         if found is None:
             notes.append(f"No {colour} was found: it is taken for what it usually is.")
         colours[colour] = (found or start,)
@@ -54,8 +54,8 @@ def automatic_profile(name: str, pixels: Picture, wanted: Sequence[str] = ("oran
                          notes=tuple(notes))
 
 
-def _vivid(seen: Picture) -> NDArray[np.bool_]:
-    chroma = features(seen)
+def _vivid(bgr: Picture) -> NDArray[np.bool_]:
+    chroma = features(bgr)
     return np.hypot(chroma[:, 0], chroma[:, 1]) > _VIVID
 
 
@@ -74,15 +74,15 @@ def _on_hulls(pixels: Picture, colours: dict[str, tuple[ColourSample, ...]]) -> 
         cv2.circle(hull, (round(x), round(y)), round(_HULL[1] * radius), 255, -1)
     for (x, y), radius in zip(blobs.middle, np.sqrt(blobs.area / np.pi), strict=True):
         cv2.circle(hull, (round(x), round(y)), round(_HULL[0] * radius), 0, -1)
-    seen = pixels[hull > 0]
-    return seen[_vivid(seen)]
+    on_hulls = pixels[hull > 0]
+    return on_hulls[_vivid(on_hulls)]
 
 
-def _mode(seen: Picture, chroma: NDArray[np.float32], start: ColourSample) -> ColourSample | None:
+def _mode(bgr: Picture, chroma: NDArray[np.float32], start: ColourSample) -> ColourSample | None:
     """From the usual chroma to where pixels are densest nearby."""
     origin = features(np.array([start.bgr]))[0, :2]
     within = ((chroma[:, :2] - origin) ** 2).sum(axis=1) < (2 * _SEARCH) ** 2
-    seen, chroma = seen[within], chroma[within]
+    bgr, chroma = bgr[within], chroma[within]
     at = origin.copy()
     for _ in range(_STEPS):
         weight = np.exp(-((chroma[:, :2] - at) ** 2).sum(axis=1) / (2 * _BAND**2))
@@ -93,4 +93,4 @@ def _mode(seen: Picture, chroma: NDArray[np.float32], start: ColourSample) -> Co
     if near.sum() < _MIN_PIXELS or np.hypot(*(at - origin)) > _SEARCH:
         return None
     # The rim of a patch is darker than the patch.
-    return sample_of(seen[near & (chroma[:, 2] > np.quantile(chroma[near, 2], 0.4))])
+    return sample_of(bgr[near & (chroma[:, 2] > np.quantile(chroma[near, 2], 0.4))])

@@ -59,10 +59,10 @@ def sample_at(pixels: Picture, place: Click | Box) -> ColourSample:
     height, width = pixels.shape[:2]
     if len(place) == 4:
         x0, y0, x1, y1 = (round(v) for v in place)
-        seen = pixels[max(y0, 0):max(y1 + 1, 0), max(x0, 0):max(x1 + 1, 0)].reshape(-1, 3)
-        if len(seen) == 0:
+        inside = pixels[max(y0, 0):max(y1 + 1, 0), max(x0, 0):max(x1 + 1, 0)].reshape(-1, 3)
+        if len(inside) == 0:
             raise _outside(place)
-        return sample_of(seen)
+        return sample_of(inside)
     x, y = (round(v) for v in place)
     if not (0 <= x < width and 0 <= y < height):
         raise _outside(place)
@@ -77,10 +77,10 @@ def sample_at(pixels: Picture, place: Click | Box) -> ColourSample:
     return sample_of(window[alike])
 
 
-def sample_of(seen: NDArray[np.uint8]) -> ColourSample:
+def sample_of(pixels: NDArray[np.uint8]) -> ColourSample:
     """The median and a spread that a few pixels of something else do not move."""
-    middle = np.median(seen, axis=0)
-    chroma = features(seen)[:, :2]
+    middle = np.median(pixels, axis=0)
+    chroma = features(pixels)[:, :2]
     spread = 1.48 * np.median(np.abs(chroma - np.median(chroma, axis=0)))
     return ColourSample(tuple(float(v) for v in middle), float(min(spread, 0.1)))
 
@@ -92,9 +92,9 @@ def _outside(place: Sequence[float]) -> BadInput:
 
 def mean_light(pixels: Picture) -> Bgr:
     """Mean BGR of the middle half of the pixels, by brightness: neither what is burnt out nor what is black."""
-    seen = _thinned(pixels).astype(np.float32)
-    order = np.argsort(seen.sum(axis=1))
-    middle = seen[order[len(order) // 4:3 * len(order) // 4 + 1]].mean(axis=0)
+    sampled = _thinned(pixels).astype(np.float32)
+    order = np.argsort(sampled.sum(axis=1))
+    middle = sampled[order[len(order) // 4:3 * len(order) // 4 + 1]].mean(axis=0)
     return tuple(float(v) for v in middle)
 
 
@@ -107,14 +107,14 @@ def background_samples(samples: Sequence[ColourSample],
 
 def clusters(pixels: Picture) -> list[ColourSample]:
     """What the picture mostly consists of: the middle of each cluster, the larger first."""
-    seen = _thinned(pixels)
-    chroma = features(seen)
+    sampled = _thinned(pixels)
+    chroma = features(sampled)
     space = np.stack([chroma[:, 0] * 6, chroma[:, 1] * 6, chroma[:, 2]], axis=-1).astype(np.float32)
     cv2.setRNGSeed(1)  # the same picture, the same clusters
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 20, 0.01)
     number = cv2.kmeans(space, min(_CLUSTERS, len(space)), None, stop, 2, cv2.KMEANS_PP_CENTERS)[1].ravel()
     counts = np.bincount(number)
-    return [sample_of(seen[number == i]) for i in np.argsort(-counts) if counts[i] >= _MIN_SHARE * len(seen)]
+    return [sample_of(sampled[number == i]) for i in np.argsort(-counts) if counts[i] >= _MIN_SHARE * len(sampled)]
 
 
 def _thinned(pixels: Picture) -> NDArray[np.uint8]:

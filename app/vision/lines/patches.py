@@ -105,17 +105,17 @@ class LinePatches:
             left = rest / np.maximum(shape, 1e-9)
             clear = (left < 1 - EXPLAINED) & np.isfinite(safe)
             usual = float(np.median(safe[clear])) if clear.any() else 1.0
-            seen = (clear & (np.abs(px) < NEAR_PX) & (gain > CONTRAST[0] * usual)
+            found = (clear & (np.abs(px) < NEAR_PX) & (gain > CONTRAST[0] * usual)
                     & (gain < CONTRAST[1] * usual) & (gain * self.contrast > MIN_LEVELS))
-        return LineShifts(px, np.hypot(sigma, SYSTEMATIC_PX), seen, gain, left)
+        return LineShifts(px, np.hypot(sigma, SYSTEMATIC_PX), found, gain, left)
 
-    def softness(self, rows: NDArray[np.float64], seen: NDArray[np.bool_]) -> float:
+    def softness(self, rows: NDArray[np.float64], found: NDArray[np.bool_]) -> float:
         """The σ px by which these rows are softer than they were (negative: sharper); 0 where that explains no more."""
-        if not seen.any():
+        if not found.any():
             return 0.0
 
         def left(level: float) -> float:
-            return float(np.median(self.offsets(rows, level).left[seen]))
+            return float(np.median(self.offsets(rows, level).left[found]))
         best = min((0.0, *GLANCED_PX), key=left)
         if best == 0 or left(best) > SURELY_SOFTER * left(0.0):
             return 0.0

@@ -102,15 +102,15 @@ def _profiles(patch: NDArray, reach_px: float, widths_px: tuple[float, float]) -
     across = min(int(np.ceil(reach_px + widths_px[1] / 2)) + SIDE_PX + 2, half)
     spread = profile_fan(across, half)
     grey = patch.ravel()[spread.pixels]
-    seen = np.isfinite(grey)
-    grey = np.where(seen, grey, 0.0)
+    known = np.isfinite(grey)
+    grey = np.where(known, grey, 0.0)
     size = DIRECTIONS * spread.columns
 
     def summed(values: NDArray) -> NDArray:
         low = np.bincount(spread.cells, values * spread.share, size + 1)
         high = np.bincount(spread.cells + 1, values * (1 - spread.share), size + 1)
         return (low + high)[:size].reshape(DIRECTIONS, spread.columns)
-    weight, first, second = summed(seen.astype(float)), summed(grey), summed(grey**2)
+    weight, first, second = summed(known.astype(float)), summed(grey), summed(grey**2)
     with np.errstate(invalid="ignore", divide="ignore"):
         enough = weight > 0.4 * (2 * ALONG_PX)  # of the columns' pixels; fewer are a corner of the picture
         mean = np.where(enough, first / weight, np.nan)

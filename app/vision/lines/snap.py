@@ -98,9 +98,9 @@ def _patch(pixels: NDArray, middle: NDArray, half: int) -> NDArray[np.float64]:
     """A square around a pixel, grey; NaN beyond the picture."""
     x, y = middle
     left, top = max(0, half - x), max(0, half - y)
-    seen = opencv.to_grey(np.ascontiguousarray(pixels[max(0, y - half):y + half + 1, max(0, x - half):x + half + 1]))
+    window = opencv.to_grey(np.ascontiguousarray(pixels[max(0, y - half):y + half + 1, max(0, x - half):x + half + 1]))
     patch = np.full((2 * half + 1, 2 * half + 1), np.nan)
-    patch[top:top + seen.shape[0], left:left + seen.shape[1]] = seen
+    patch[top:top + window.shape[0], left:left + window.shape[1]] = window
     return patch
 
 

@@ -72,8 +72,8 @@ class MotionDetector:
         return []
 
 
-def _towards(known: NDArray[np.uint8], seen: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    up, down = cv2.min(cv2.subtract(seen, known), 1), cv2.min(cv2.subtract(known, seen), 1)
+def _towards(known: NDArray[np.uint8], current: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    up, down = cv2.min(cv2.subtract(current, known), 1), cv2.min(cv2.subtract(known, current), 1)
     return cv2.subtract(cv2.add(known, up), down)
 
 

@@ -51,16 +51,16 @@ def row_means(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 def measure_flicker(times_s: Sequence[float], rows: Sequence[NDArray]) -> Flicker | None:
     """Measure a series: when each frame was taken, and its row means (n,). None for fewer than 12 frames."""
-    times, seen = np.asarray(times_s, float), np.asarray(rows, float)
-    usable = np.isfinite(times) & np.isfinite(seen).all(axis=1) if len(seen) else np.empty(0, bool)
-    times, seen = times[usable], seen[usable]
-    if len(times) < MIN_FRAMES or np.ptp(times) <= 0 or seen.mean() <= 0:
+    times, brightness = np.asarray(times_s, float), np.asarray(rows, float)
+    usable = np.isfinite(times) & np.isfinite(brightness).all(axis=1) if len(brightness) else np.empty(0, bool)
+    times, brightness = times[usable], brightness[usable]
+    if len(times) < MIN_FRAMES or np.ptp(times) <= 0 or brightness.mean() <= 0:
         return None
     times = times - times[0]
-    level = seen.mean(axis=1) / seen.mean()
+    level = brightness.mean(axis=1) / brightness.mean()
     slope, start = np.polyfit(times, level, 1)
     amplitude, beat = _strongest(times, level - start - slope * times)
-    bands_pct, bands, band_beat = _bands(times, seen)
+    bands_pct, bands, band_beat = _bands(times, brightness)
     if max(100 * amplitude, bands_pct) < SEEN_PCT:
         beat = bands = band_beat = None
     named = band_beat if bands_pct > 100 * amplitude else beat
@@ -84,9 +84,9 @@ def _strongest(times: NDArray, off: NDArray) -> tuple[float, float | None]:
     return float(np.sqrt(2 * np.mean(off**2))), float(_frequencies(times)[best]) if pure else None
 
 
-def _bands(times: NDArray, seen: NDArray) -> tuple[float, float | None, float | None]:
+def _bands(times: NDArray, brightness: NDArray) -> tuple[float, float | None, float | None]:
     """How strong bands are, how many stand in a picture, and how often one goes by."""
-    off = seen / np.maximum(np.median(seen, axis=0), 1.0)
+    off = brightness / np.maximum(np.median(brightness, axis=0), 1.0)
     off = off / off.mean(axis=1, keepdims=True) - 1
     off -= off.mean(axis=0)
     place = (np.arange(off.shape[1]) + 0.5) / off.shape[1]

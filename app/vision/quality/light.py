@@ -59,11 +59,11 @@ def measure_light(picture: NDArray[np.uint8], field: NDArray | None = None) -> L
     tops = cv2.calcHist([top], [0], inside, [256], [0, 256]).ravel()
     total = float(counts.sum())
     carpet = _carpet(picture, mask)
-    seen = [level for level in carpet if level is not None]
+    levels = [level for level in carpet if level is not None]
     return Light(round(float(counts @ np.arange(256)) / total, 2),
                  float(np.searchsorted(np.cumsum(counts), 0.995 * total)),
                  round(float(tops[:LOW + 1].sum()) / total, _DIGITS), round(float(tops[HIGH:].sum()) / total, _DIGITS),
-                 round(min(seen) / max(max(seen), 1.0), 3) if len(seen) > 1 else None, carpet,
+                 round(min(levels) / max(max(levels), 1.0), 3) if len(levels) > 1 else None, carpet,
                  _burnt(top, mask))
 
 

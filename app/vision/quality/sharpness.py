@@ -71,8 +71,8 @@ def measure_sharpness(picture: NDArray[np.uint8], field: NDArray | None = None) 
         here = wide[(zone == i) & np.isfinite(wide)]
         counts.append(len(here))
         widths.append(round(float(np.quantile(here, 0.3)), 2) if len(here) >= MIN_EDGES else None)
-    seen = [w for w in widths if w is not None]
-    return Sharpness(round(float(np.quantile(seen, 0.25)), 2) if seen else None, tuple(widths), tuple(counts))
+    known = [w for w in widths if w is not None]
+    return Sharpness(round(float(np.quantile(known, 0.25)), 2) if known else None, tuple(widths), tuple(counts))
 
 
 def _edge_points(grey: NDArray[np.uint8], mask: NDArray[np.bool_] | None) -> tuple[Points, Points, NDArray]:

@@ -27,10 +27,10 @@ def zone_names(zones: Iterable[int], known: Iterable[int] = range(9)) -> str:
         return "whole picture"
     unsaid = set(meant)
     for name, members in _GROUPS.items():
-        seen = set(members) & known
-        if len(seen) > 1 and seen <= meant and len(seen & unsaid) > len(seen) / 2:
+        present = set(members) & known
+        if len(present) > 1 and present <= meant and len(present & unsaid) > len(present) / 2:
             names.append(name)
-            unsaid -= seen
+            unsaid -= present
     return ", ".join(names + [ZONES[i] for i in sorted(unsaid)])
 
 

@@ -63,8 +63,8 @@ class Colours(Stage):
         self._frames += 1
         if not first and self._frames % _EVERY:
             return
-        seen = np.array(mean_light(pixels)) + 1
-        fresh = np.clip(seen / (np.array(self._learned_in) + 1), _MIN_GAIN, _MAX_GAIN)
+        light = np.array(mean_light(pixels)) + 1
+        fresh = np.clip(light / (np.array(self._learned_in) + 1), _MIN_GAIN, _MAX_GAIN)
         self._gain = fresh if first else self._gain * (fresh / self._gain) ** _NEW
         change = self._gain / self._gain_of_table
         if max(change.max(), 1 / change.min()) > _STEP:
