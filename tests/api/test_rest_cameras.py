@@ -38,6 +38,7 @@ def alive(client, id="north"):
 
 
 def calibrated(client, task):
+    alive(client)
     snapshot = client.post(f"{API}/snapshots", json={"camera": "north"}).json()
     task = {**task, "snapshot": snapshot["id"], "camera": "north", "model": "homography", "options": {}}
     task.pop("image_size", None)
@@ -132,6 +133,7 @@ def test_the_kinds_of_source_are_listed_with_their_options(client):
 
 
 def test_a_frame_is_shown_as_jpeg_and_exactly_as_png(client):
+    alive(client)
     jpeg = client.get(f"{API}/cameras/north/frame.jpg", params={"width": 160})
     assert jpeg.status_code == 200 and pixels_of(jpeg.content).shape == (128, 160, 3)
     assert int(jpeg.headers["x-frame-seq"]) > 0 and abs(float(jpeg.headers["x-frame-time"]) - time.time()) < 60
