@@ -95,9 +95,9 @@ class GeometryListener:
 
     @property
     def publishers(self) -> tuple[RemotePublisher, ...]:
-        """Everybody who sent lately, with each one's newest geometry."""
+        """Everybody who sent lately, with each one's newest geometry; a new one once its first packet was read."""
         with self._lock:
-            return tuple(self._publishers.values())
+            return tuple(publisher for publisher in self._publishers.values() if publisher.packets)
 
     def get(self, id: str) -> RemotePublisher | None:
         return next((sender for sender in self.publishers if sender.id == id), None)

@@ -135,7 +135,8 @@ async def newest_detections(services: ServicesDep, id: Id) -> Response:
 async def watch_detections(socket: WebSocket, services: ServicesDep, id: str) -> None:
     """Send the same for each frame, at most twenty times a second, the newest only."""
     async with websocket_session(socket):
-        await run_until_first(until_disconnect(socket), _send(socket, services.live.get(id)))
+        camera = services.live.get(id)
+        await run_until_first(until_disconnect(socket), _send(socket, camera))
 
 
 async def _send(socket: WebSocket, camera: LiveCamera) -> None:

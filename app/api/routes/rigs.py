@@ -170,7 +170,8 @@ async def newest_tracks(services: ServicesDep, name: Id) -> Response:
 async def watch_tracks(socket: WebSocket, services: ServicesDep, name: str) -> None:
     """Send the same, twenty times a second."""
     async with websocket_session(socket):
-        await run_until_first(until_disconnect(socket), _send(socket, await track_fusion_of(services, name)))
+        fusion = await track_fusion_of(services, name)
+        await run_until_first(until_disconnect(socket), _send(socket, fusion))
 
 
 async def track_fusion_of(services: Services, name: str) -> TrackFusion:

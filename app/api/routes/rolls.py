@@ -76,7 +76,8 @@ async def watch_rolls(socket: WebSocket, services: ServicesDep, id: str,
     """
     async with websocket_session(socket):
         with SESSIONS.session(id):
-            await run_until_first(until_disconnect(socket), _send(socket, services, services.live.get(id), keep))
+            camera = services.live.get(id)
+            await run_until_first(until_disconnect(socket), _send(socket, services, camera, keep))
 
 
 async def _send(socket: WebSocket, services: Services, camera: LiveCamera, keep: bool) -> None:

@@ -6,6 +6,7 @@ import socket
 import struct
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 
 import pytest
@@ -246,6 +247,29 @@ def test_a_listener_that_is_killed_takes_nobody_with_it():
         listener.close()
         publisher.close()
         listening.stdout.close()
+
+
+def test_a_sender_is_listed_once_its_first_packet_was_read(monkeypatch):
+    told, reading, go_on = free_group(), threading.Event(), threading.Event()
+    read = GeometryListener._read
+
+    def slowly(self, *given):
+        reading.set()
+        go_on.wait(20)
+        return read(self, *given)
+
+    monkeypatch.setattr(GeometryListener, "_read", slowly)
+    listener = GeometryListener(MulticastAddress(**told))
+    try:
+        assert listener.joined.wait(20)
+        said(GOOD, **told)
+        assert reading.wait(20) and not listener.publishers
+        go_on.set()
+        (one,) = until(lambda: listener.publishers)
+        assert one.geometry is not None
+    finally:
+        go_on.set()
+        listener.close()
 
 
 def test_a_port_that_another_keeps_is_told_and_joined_once_it_is_free():

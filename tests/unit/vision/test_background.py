@@ -110,9 +110,10 @@ def test_equal_frames_come_out_as_they_are():
 def test_of_many_frames_some_are_kept_spread_over_all():
     frames = [np.full((2, 2, 3), i, np.uint8) for i in range(60)]
     found = background(frames)
-    assert found._kept[:found._count, 0].tolist() == np.linspace(0, 59, MAX_FRAMES).round().astype(int).tolist()
+    chosen = found._chosen_frames[:found._count, 0].tolist()
+    assert chosen == np.linspace(0, 59, MAX_FRAMES).round().astype(int).tolist()
     found.add(np.full((2, 2, 3), 200, np.uint8))  # more than was announced
-    assert found._kept.max() < 60
+    assert found._chosen_frames.max() < 60
 
 
 def test_a_picture_can_be_had_at_any_time_and_grows_better():
