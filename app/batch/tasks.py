@@ -42,8 +42,8 @@ def run_verification(spec: Any, progress: Progress) -> dict[str, Any]:
 def _checked(picture: dict[str, str], size: Any) -> Frame:
     frame = _decoder().frame_from_bytes(read_checked(**picture))
     if frame.size != size:
-        raise Conflict(f"The picture is {frame.size.width} × {frame.size.height} px, not {size.width} × {size.height} "
-                       "px.", "Give pictures of one camera in one mode.", reason="size-mismatch")
+        raise Conflict(f"The picture is {frame.size}, not {size}.", "Give pictures of one camera in one mode.",
+                       reason="size-mismatch")
     return frame
 
 

@@ -12,7 +12,18 @@ from typing import Any, TypeVar
 import numpy as np
 
 from app.core.errors import BadInput
-from app.core.field import BORDERS, DEFAULT_LINE_WIDTH_MM, HAT_MM, QUARTER_TURNS, Arc, Field, Landmark, Line, Region
+from app.core.field import (
+    BORDERS,
+    DEFAULT_LINE_WIDTH_MM,
+    HAT_MM,
+    QUARTER_TURNS,
+    Arc,
+    Field,
+    Landmark,
+    Line,
+    Point,
+    Region,
+)
 
 NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
 MAX_NAME = 64
@@ -22,7 +33,6 @@ MAX_MEMBERS = 500  # of each kind; the richest league field has 60
 SAME_MM = 0.01  # two ways to say one place may differ by this
 
 T = TypeVar("T")
-Pair = tuple[float, float]
 
 
 def field_from_json(value: Any) -> Field:
@@ -46,7 +56,7 @@ def field_from_json(value: Any) -> Field:
                  number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, MAX_HAT_MM))
 
 
-def _line(value: Any, at: str, far: Pair, thick: float) -> Line:
+def _line(value: Any, at: str, far: Point, thick: float) -> Line:
     keys(value, at, ("name", "from", "to"), ("width_mm",))
     line = Line(safe_name(value["name"], f"{at}.name"), point(value["from"], f"{at}.from", far),
                 point(value["to"], f"{at}.to", far), number(value.get("width_mm", thick), f"{at}.width_mm", 0.1, 500))
@@ -55,7 +65,7 @@ def _line(value: Any, at: str, far: Pair, thick: float) -> Line:
     return line
 
 
-def _arc(value: Any, at: str, far: Pair, thick: float) -> Arc:
+def _arc(value: Any, at: str, far: Point, thick: float) -> Arc:
     keys(value, at, ("name", "centre", "radius_mm"), ("start_deg", "end_deg", "width_mm"))
     arc = Arc(safe_name(value["name"], f"{at}.name"), point(value["centre"], f"{at}.centre", far),
               number(value["radius_mm"], f"{at}.radius_mm", 1, max(far)),
@@ -103,7 +113,7 @@ def _region_from_borders(name: str, value: Any, at: str, length: float, width: f
     return best
 
 
-def _border_gap(region: Region, value: Mapping[str, Any], at: str, far: Pair) -> float:
+def _border_gap(region: Region, value: Mapping[str, Any], at: str, far: Point) -> float:
     """Largest distance in mm from a border's ends to those given, in whichever order they are given."""
     gaps = []
     for line in map(region.border, BORDERS):
@@ -112,7 +122,7 @@ def _border_gap(region: Region, value: Mapping[str, Any], at: str, far: Pair) ->
     return float(max(gaps))
 
 
-def _ends(value: Any, at: str, far: Pair) -> tuple[Pair, Pair]:
+def _ends(value: Any, at: str, far: Point) -> tuple[Point, Point]:
     keys(value, at, ("from", "to"), ("name", "width_mm"))
     return point(value["from"], f"{at}.from", far), point(value["to"], f"{at}.to", far)
 
@@ -188,7 +198,7 @@ def number(value: Any, at: str, low: float, high: float) -> float:
     return float(value)
 
 
-def point(value: Any, at: str, far: Pair) -> Pair:
+def point(value: Any, at: str, far: Point) -> Point:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         raise refuse(f"{at} is no pair of numbers.", "Send [x, y] in mm from the field's centre.")
     return number(value[0], at, -far[0], far[0]), number(value[1], at, -far[1], far[1])

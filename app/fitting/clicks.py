@@ -14,8 +14,8 @@ def check_inside_picture(observations: Observations, image_size: ImageSize) -> N
         if outside.size:
             x, y = o.points[outside[0]]
             raise FitFailed(f"Point {outside[0] + 1} of {o.label}, ({x:.6g}, {y:.6g}), is outside the picture of "
-                            f"{image_size.width} × {image_size.height} px.", "Remove it, or choose the picture it was "
-                            "clicked on.", reason="outside-picture", feature=str(o.feature), index=int(outside[0]))
+                            f"{image_size}.", "Remove it, or choose the picture it was clicked on.",
+                            reason="outside-picture", feature=str(o.feature), index=int(outside[0]))
 
 
 def inlier_masks(observations: Observations, owners: Array, inliers: Array) -> tuple[Array, ...]:

@@ -60,15 +60,15 @@ class CameraFile:
             return self
         if self.image_size is None:
             return replace(self, image_size=wanted)
-        old, sizes = self.image_size, f"{self.image_size.width} × {self.image_size.height} px"
+        old = self.image_size
         if old.width * wanted.height != old.height * wanted.width:
-            raise Conflict(f"The file is for pictures of {sizes}, not of {wanted.width} × {wanted.height} px.",
+            raise Conflict(f"The file is for pictures of {old}, not of {wanted}.",
                            "Use the size it was made for, or one of the same shape.", reason="size-mismatch")
         s = wanted.width / old.width
         return replace(self, image_size=wanted, focal_px=(self.focal_px[0] * s, self.focal_px[1] * s),
                        centre_px=(s * (self.centre_px[0] + 0.5) - 0.5, s * (self.centre_px[1] + 0.5) - 0.5),
                        metadata=replace(self.metadata, rectangle=None),
-                       notes=(*self.notes, f"It was for pictures of {sizes}; focal length and centre are scaled."))
+                       notes=(*self.notes, f"It was for pictures of {old}; focal length and centre are scaled."))
 
     def lens(self) -> Intrinsics:
         """Return the lens alone, to be held fixed in a fit; BadInput where it is none."""

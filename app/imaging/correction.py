@@ -87,7 +87,7 @@ def correction_map(model: Rectification, view: CorrectedView = CorrectedView()) 
     """The map for one view of one model."""
     size = view.size(model)
     if size.width * size.height > MAX_MAP_PX:
-        raise BadInput(f"A corrected picture of {size.width} × {size.height} px is too large.",
+        raise BadInput(f"A corrected picture of {size} is too large.",
                        "Choose a smaller margin, width or rectangle size.", reason="bad-view")
     raw_x = np.empty((size.height, size.width), np.float32)
     raw_y = np.empty_like(raw_x)

@@ -212,7 +212,7 @@ def _part(raw: Points, weight: NDArray[np.float32], seam: NDArray[np.int64], siz
 
 
 def stitcher_of(rig: Mapping[str, Any], names: Container[str], view: FieldView) -> tuple[Stitcher, list[str]]:
-    """For those of a rig's cameras (see rig_pipeline.py) that are calibrated on its field; and which these are."""
+    """For those of a rig's cameras (see workflows/rig.py) that are calibrated on its field; and which these are."""
     cameras, shown = [], []
     for camera in rig["cameras"]:
         calibration = camera["calibration"]

@@ -72,8 +72,7 @@ def calibration_mismatch(status: ProcessStatus, confirmed: Identity | None,
     """Return the problem where the calibration belongs to another camera or another size; None where it fits."""
     size, identity = status.size, status.identity
     if size is not None and image_size is not None and size != image_size:
-        return {"reason": "other-size", "what": f"The camera gives {size.width} × {size.height} px; its calibration "
-                f"was made for {image_size.width} × {image_size.height} px.",
+        return {"reason": "other-size", "what": f"The camera gives {size}; its calibration was made for {image_size}.",
                 "fix": "Set the camera back to that size, or calibrate it at this one."}
     if image_size is None or confirmed is None or identity is None:
         return None

@@ -89,8 +89,7 @@ class StagePipeline:
         """Process one frame (height, width, 3) BGR. clock: seconds, to time the stages, without drawing."""
         size = ImageSize(pixels.shape[1], pixels.shape[0])
         if size != self.context.image_size:
-            raise BadInput(f"The picture is {size.width} × {size.height} px; these stages were set up for "
-                           f"{self.context.image_size.width} × {self.context.image_size.height} px.",
+            raise BadInput(f"The picture is {size}; these stages were set up for {self.context.image_size}.",
                            "Set them up for this size.", reason="size-mismatch")
         state, took, drawn = FrameState.of(pixels), {}, {}
         for stage in self._stages:

@@ -1,6 +1,7 @@
 """The structure of app/: layers, import circles, what the computing packages may use, sizes and names."""
 
 import ast
+import re
 import shutil
 import subprocess
 import sys
@@ -107,4 +108,13 @@ def test_functions_and_classes_have_the_names_of_the_field():
 def test_limits_begin_with_min_and_max():
     found = [f"{module}:{node.lineno} {node.id}" for module, node in definitions(ast.Name)
              if isinstance(node.ctx, ast.Store) and node.id.lstrip("_").startswith(("MOST_", "LEAST_"))]
+    assert found == []
+
+
+def test_docstrings_name_files_that_are_there():
+    """NAME.py stands for the one that somebody is to write."""
+    known = {path.name for path in (*APP.rglob("*.py"), *(ROOT / "tests").rglob("*.py"))} | {"NAME.py"}
+    found = [f"{module}: {name}" for module, tree in MODULES.items() for node in ast.walk(tree)
+             if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))
+             for name in re.findall(r"\b\w+\.py\b", ast.get_docstring(node) or "") if name not in known]
     assert found == []

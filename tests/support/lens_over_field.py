@@ -1,4 +1,4 @@
-"""The camera whose lens the board of boards_seen.py tells, hung over a plain field and clicked."""
+"""The camera whose lens the board of board_views.py tells, hung over a plain field and clicked."""
 
 import numpy as np
 

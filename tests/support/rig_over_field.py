@@ -56,7 +56,7 @@ def sim_task(count: int, number: int, seed: int = 0, model: str = "brown-conrady
 
 
 def sim_rig(count: int, seed: int = 0, model: str = "brown-conrady", options=None, cross_validate: bool = False):
-    """The rig as rig_pipeline.py takes it, with calibrations from clicks."""
+    """The rig as workflows/rig.py takes it, with calibrations from clicks."""
     members = []
     for number in range(count):
         task = sim_task(count, number, seed, model, options=(options or {}).get(number))

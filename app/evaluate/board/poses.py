@@ -2,7 +2,7 @@
 
 A pose is described by the image of the board's four outermost corners, its quad: where it is, how large, which edge
 is nearer. A focal length as long as the picture is wide is assumed: good enough to say "tilt it more", and no fit rests
-on it. Once a lens is known, board_coverage.py says better which view would help most.
+on it. Once a lens is known, coverage.py says better which view would help most.
 """
 
 from collections import Counter
@@ -17,8 +17,16 @@ import numpy as np
 from app.core.board import Board, BoardView
 from app.core.errors import BadInput
 from app.core.geometry import Array, ImageSize
-from app.evaluate.board import coverage
-from app.evaluate.board.coverage import LEANS, NEXT_SHARE, NEXT_TILT_DEG, PLACES, view_instruction
+from app.evaluate.board.coverage import (
+    LEANS,
+    NEXT_SHARE,
+    NEXT_TILT_DEG,
+    PLACES,
+    board_rotation,
+    cell_counts,
+    edge_towards,
+    view_instruction,
+)
 
 MIN_CORNERS = 6  # that tell where the rest of a board is
 FACE_ON_DEG = 15.0  # less is hardly a tilt; coarser than for a known lens, since the focal length is assumed
@@ -85,7 +93,7 @@ class BoardPose:
         x, y = self.leaning
         if np.degrees(np.arctan(np.hypot(x, y))) < FACE_ON_DEG:
             return ""
-        return coverage.edge_towards(x, y)
+        return edge_towards(x, y)
 
     def moved_px(self, before: "BoardPose") -> float:
         """How far a corner has moved at most; whichever way round the board was found."""
@@ -120,7 +128,7 @@ class PoseHistory:
 def pose_history(poses: list[BoardPose], board: Board, size: ImageSize) -> PoseHistory:
     """Return coverage and the next view to take: where fewest corners are, tilted in the rarest way."""
     points = np.concatenate([pose.corners(board) for pose in poses]) if poses else np.zeros((0, 2))
-    cells = coverage.cell_counts(points, size)
+    cells = cell_counts(points, size)
     leans = {name: sum(pose.nearer == name for pose in poses) for name in ("", *LEANS)}
     tilts = {name or "face on": count for name, count in leans.items()}
     # by ninths of the picture (column, row): in which share of its cells corners were seen
@@ -153,7 +161,7 @@ def _outline_at(spot: Array, nearer: str, board: Board, size: ImageSize) -> Arra
     places = board.places_mm[_outline(board)]
     places = places - places.mean(axis=0)
     distance = np.ptp(places[:, 0]) / NEXT_SHARE
-    turn = coverage.board_rotation(ray, nearer)
+    turn = board_rotation(ray, nearer)
     rim = places + np.sign(places) * RIM * board.square_mm
     corners = np.concatenate([places, rim]) @ turn.T + ray * distance
     pixels = corners[:, :2] / corners[:, 2:] * focal + middle

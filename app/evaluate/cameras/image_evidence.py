@@ -1,7 +1,7 @@
 """The field's own markings, looked for in two pictures where both calibrations expect them: evidence of today.
 
 At even steps along every line and arc that both cameras see, the painted line is measured across its direction, to a
-few hundredths of a pixel (vision/line_snap.py). A camera that was knocked after its calibration shows all of them
+few hundredths of a pixel (vision/lines/snap.py). A camera that was knocked after its calibration shows all of them
 beside their place; the other one does not.
 """
 

@@ -1,6 +1,6 @@
 """How far two calibrated cameras are apart over the part of the carpet that both see, there and at hat height.
 
-On the carpet it is |d(p)|, as far as it is known (rig_offsets.py). At a height the disagreement is carried: camera b
+On the carpet it is |d(p)|, as far as it is known (offsets.py). At a height the disagreement is carried: camera b
 sees a hat in the direction of the spot of carpet behind it, shows that spot d beside where it expects it, and so puts
 the hat where that ray meets the height. Exact for a camera that was turned; one moved by t is told a share
 height / camera height too small.

@@ -97,7 +97,7 @@ class DriftWatch:
     def add(self, sample: DriftSample, now: float) -> DriftStatus:
         """now: unix, s, when the picture was taken."""
         state = state_of(sample, self.status.state == "knocked")
-        if self._row and state != (before := self._row[-1][0]) and not (before in ALARMS and state in ALARMS):
+        if self._row and not _same_kind(self._row[-1][0], state):
             self._row = []
         self._row = [*self._row, (state, now)][-LONGER:]
         enough = LONGER if state in PASSING else 1 if (self.status.state, state) == ("learning", "steady") else HOLD
@@ -113,6 +113,10 @@ class DriftWatch:
         if self.status.state != "unfollowed":
             self.status = DriftStatus("unfollowed", now)
         return self.status
+
+
+def _same_kind(before: State, state: State) -> bool:
+    return before == state or (before in ALARMS and state in ALARMS)
 
 
 def sentence(state: State, sample: DriftSample | None) -> str:

@@ -33,15 +33,16 @@ def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Regi
     choices = {**(options or {}), **fit.notes.get("choices", {}), "robust": False}
     for fold, out in enumerate(folds):
         progress(fold / len(folds), "Checking with points left out")
+        left_out: dict[int, list[int]] = {}  # by observation
+        for i, k in out:
+            left_out.setdefault(i, []).append(k)
+        rest = tuple(replace(o, points=np.delete(o.points, left_out.get(i, []), axis=0)) for i, o in enumerate(clean))
         try:
-            rest = tuple(replace(o, points=np.delete(o.points, [k for j, k in out if j == i], axis=0))
-                         for i, o in enumerate(clean))
             model = fitter.fit(rest, field, region, image_size, choices).model
         except FitFailed:
             continue
-        for i in {i for i, _ in out}:
-            ks = [k for j, k in out if j == i]
-            left_out = replace(clean[i], points=clean[i].points[ks])
+        for i, ks in left_out.items():
             original = np.flatnonzero(fit.inliers[i])[ks]  # clean counts without the strays
-            result[i][original] = feature_residuals(model, left_out, field, region).mm
+            held_out = replace(clean[i], points=clean[i].points[ks])
+            result[i][original] = feature_residuals(model, held_out, field, region).mm
     return result

@@ -46,8 +46,8 @@ def unusable_views(views: tuple[BoardView, ...], image_size: ImageSize) -> Itera
             yield RejectedView(index, name, "corners-on-a-line",
                                f"The corners of {name} lie on one line: no pose follows.")
         elif not inside_picture(view.pixels, image_size, -1).all():
-            yield RejectedView(index, name, "outside-picture", f"{name} has corners outside the picture of "
-                               f"{image_size.width} × {image_size.height} px.")
+            yield RejectedView(index, name, "outside-picture",
+                               f"{name} has corners outside the picture of {image_size}.")
         elif (same := np.rint(view.pixels / SAME_PX).tobytes()) in first:
             yield RejectedView(index, name, "seen-already", f"{name} is {first[same]} once more: it tells nothing new.")
         else:

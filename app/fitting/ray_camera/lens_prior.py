@@ -61,8 +61,7 @@ def refuse_other_camera(held: str, size: ImageSize, model: str, image_size: Imag
         raise BadInput(f"The held lens is {held}, the model to fit is {model}.",
                        f"Fit {held}, or hold another lens.", reason="bad-option")
     if size != image_size:
-        raise BadInput(f"The held lens is of pictures of {size.width} × {size.height} px, this one has "
-                       f"{image_size.width} × {image_size.height} px.",
+        raise BadInput(f"The held lens is of pictures of {size}, this one has {image_size}.",
                        f"Hold a lens that was {made} at this size.", reason="bad-option")
 
 
