@@ -126,7 +126,7 @@ def test_a_film_is_shown_at_its_own_pace_over_its_loops_too(around):
     source.read()
     start = time.monotonic()
     shown(source, 20)
-    assert 0.9 < time.monotonic() - start < 5
+    assert 0.9 < time.monotonic() - start < 20
 
 
 def test_a_film_as_fast_as_possible_does_not_wait_and_one_with_a_rate_keeps_it(around):

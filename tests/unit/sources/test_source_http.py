@@ -19,7 +19,7 @@ from tests.support.pictures import HOSTILE, jpeg_of_many_scans, jpeg_with_size
 from tests.support.waiting import until
 
 AROUND = SourceContext(decode=decode_in_process, hosts=("127.0.0.1",))
-SEEN_S = 6.0  # generous, for a busy machine
+SEEN_S = 20.0  # generous, for a busy machine
 
 
 @pytest.fixture
@@ -73,11 +73,11 @@ def test_every_form_of_the_stream_gives_each_picture_once(camera, form):
 
 
 def test_a_picture_is_given_when_it_is_whole_though_no_length_was_told(camera):
-    camera.with_length, camera.fps = False, 1.0
+    camera.with_length, camera.fps = False, 0.05
     with contextlib.closing(source_from_url(camera.url, AROUND)) as source:
         start = time.monotonic()
         source.read()
-        assert time.monotonic() - start < 0.9  # not with the next one, a second later
+        assert time.monotonic() - start < 15  # not with the next one, twenty seconds later
 
 
 @pytest.mark.parametrize("kind", ["basic", "digest"])
