@@ -5,6 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.axe import axe_path, grave
 
 # Where, and what is there once it is open.
@@ -13,7 +14,6 @@ PLACES = {"start": ("#/", "camera-overhead"), "camera": ("#/live/overhead", "liv
           "pair": ("#/pair", "pair-desk")}
 STEPS = {"picture": "picture", "borders": "picture", "model": "picture",
          "compare": "corrected", "activate": "corrected"}
-SOON = 60_000  # ms; the models are compared beside it on a busy machine
 # Since the page began: everything that moved without anybody having asked for it (the browser's own measure).
 JUMPS = """addEventListener("DOMContentLoaded", () => { window.jumps = [];
   new PerformanceObserver((list) => { for (const e of list.getEntries()) if (!e.hadRecentInput)
@@ -33,13 +33,13 @@ def kept(clicked, server):
 
 
 def at_rest(page, place: str = "", step: str = "") -> None:
-    expect(page.get_by_test_id(place or STEPS[step])).to_be_visible(timeout=SOON)
+    expect(page.get_by_test_id(place or STEPS[step])).to_be_visible(timeout=LONG_MS)
     if step:
-        expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=SOON)
+        expect(page.get_by_test_id(f"step-{step}")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
     if step in ("borders", "model"):
-        expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=SOON)
-    expect(page.get_by_test_id("next")).not_to_have_text("Opening…", timeout=SOON)
-    expect(page.locator(".stale")).to_have_count(0, timeout=SOON)
+        expect(page.get_by_test_id("verdict")).not_to_have_attribute("data-level", "", timeout=LONG_MS)
+    expect(page.get_by_test_id("next")).not_to_have_text("Opening…", timeout=LONG_MS)
+    expect(page.locator(".stale")).to_have_count(0, timeout=LONG_MS)
 
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])

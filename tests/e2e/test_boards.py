@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.held_requests import holding, wait_until_held
 from tests.support.waiting import jobs_so_far, newest_job
-
-LONG = 120_000  # ms, for a search on a busy machine
 
 
 @pytest.fixture
@@ -51,9 +50,10 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
     desk.get_by_test_id("board-note").fill("the classic lens")
     desk.screenshot(path=tmp_path / "empty.png")
     desk.get_by_test_id("file").set_input_files([*board_pictures, grey])
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(board_pictures) + 1, timeout=LONG)
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(board_pictures) + 1,
+                                                                                  timeout=LONG_MS)
     desk.get_by_test_id("next").click()
-    expect(desk.get_by_test_id("lens-verdict")).to_be_visible(timeout=LONG)
+    expect(desk.get_by_test_id("lens-verdict")).to_be_visible(timeout=LONG_MS)
 
     lens = server.api("GET", "/lenses").json()["items"][0]
     report = server.api("GET", f"/lenses/{lens['id']}").json()["report"]
@@ -75,7 +75,7 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
     assert overflowing == []
 
     desk.reload()
-    expect(desk.get_by_test_id("lens-verdict")).to_be_visible(timeout=LONG)
+    expect(desk.get_by_test_id("lens-verdict")).to_be_visible(timeout=LONG_MS)
     expect(desk.get_by_test_id("view")).to_have_count(len(board_pictures) + 1)
 
     desk.get_by_test_id("next").click()
@@ -92,9 +92,9 @@ def test_a_lens_is_found_from_pictures_and_the_next_camera_holds_it(desk, operat
 def test_a_search_says_how_far_it_is_and_can_be_stopped(desk, server, snow):
     before = jobs_so_far(server)
     desk.get_by_test_id("file").set_input_files(snow)
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(snow), timeout=LONG)
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(snow), timeout=LONG_MS)
     desk.get_by_test_id("next").click()
-    expect(desk.get_by_test_id("finding")).to_contain_text(f"of {len(snow)})", timeout=LONG)
+    expect(desk.get_by_test_id("finding")).to_contain_text(f"of {len(snow)})", timeout=LONG_MS)
     desk.get_by_test_id("do-stop-finding").click()
     expect(desk.get_by_test_id("finding")).to_have_count(0)
     newest_job(server, "board", "cancelled", besides=before)
@@ -104,10 +104,10 @@ def test_pictures_without_a_board_are_refused_with_what_to_do(desk, grey, tmp_pa
     holiday = {"name": "holiday.png", "mimeType": "image/png", "buffer": b"not a picture"}
     desk.get_by_test_id("file").set_input_files(grey)
     desk.get_by_test_id("file").set_input_files(holiday)
-    expect(desk.locator("[data-testid=view][data-level=poor]")).to_have_count(1, timeout=LONG)  # it is no picture
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG)
+    expect(desk.locator("[data-testid=view][data-level=poor]")).to_have_count(1, timeout=LONG_MS)  # it is no picture
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG_MS)
     desk.get_by_test_id("next").click()
-    expect(desk.get_by_test_id("board-refusal")).to_contain_text("Count the inner corners again", timeout=LONG)
+    expect(desk.get_by_test_id("board-refusal")).to_contain_text("Count the inner corners again", timeout=LONG_MS)
     desk.screenshot(path=tmp_path / "refused.png")
 
 
@@ -132,7 +132,7 @@ def test_a_desk_that_is_gone_to_while_lists_are_on_their_way_has_its_address_at_
 def test_pictures_of_a_board_are_not_among_the_earlier_pictures_of_a_field(desk, server, straight_picture):
     before = server.api("GET", "/snapshots?purpose=picture").json()["items"]
     desk.get_by_test_id("file").set_input_files(straight_picture)
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG)
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG_MS)
     kept = server.api("GET", "/snapshots").json()["items"][0]
     assert kept["purpose"] == "board"
     desk.goto(f"{server.url}/#/")

@@ -3,9 +3,9 @@
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
 
-LONG = 90_000  # ms; a camera that slept starts a process, and others want the machine as well
 SMALL = "sim://table?size=320x256&fps=10&robots=2"
 
 
@@ -17,7 +17,7 @@ def is_live(page, id):
     """One frame is shown, and then a later one."""
     def seq():
         return int(page.get_by_test_id(f"live-{id}").get_attribute("data-seq"))
-    expect(page.get_by_test_id(f"live-{id}")).to_have_attribute("data-state", "live", timeout=LONG)
+    expect(page.get_by_test_id(f"live-{id}")).to_have_attribute("data-state", "live", timeout=LONG_MS)
     before = until(seq, lambda now: now > 0)
     until(seq, lambda now: now > before)
 
@@ -63,14 +63,14 @@ def test_one_camera_is_looked_at_raw_corrected_and_side_by_side(operator, server
     assert page.url.endswith(f"#/live/{id}")
     expect(page.get_by_test_id("look-corrected")).to_be_disabled()
     server.api("POST", f"/calibrations/{made['id']}/activate")
-    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG)
+    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG_MS)
     for view in ("corrected", "side"):
         page.get_by_test_id(f"look-{view}").click()
         is_live(page, id)
     page.get_by_test_id("look-raw").click()
     page.get_by_test_id("look-lines").click()
     lines = page.get_by_test_id(f"live-{id}").locator("svg path:not(.casing)")
-    expect(lines.nth(4)).to_be_attached(timeout=LONG)
+    expect(lines.nth(4)).to_be_attached(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "one.png")
     page.reload()
     is_live(page, id)
@@ -82,10 +82,10 @@ def test_a_camera_is_tried_kept_changed_and_removed(operator, server, tmp_path):
     expect(page.get_by_test_id("do-keep-camera")).to_be_disabled()
     page.get_by_test_id("camera-source").fill("picture://gone.png")
     page.get_by_test_id("do-try-camera").click()
-    expect(page.get_by_test_id("camera-refusal")).to_contain_text("gone.png", timeout=LONG)
+    expect(page.get_by_test_id("camera-refusal")).to_contain_text("gone.png", timeout=LONG_MS)
     page.get_by_test_id("camera-source").fill(SMALL)
     page.get_by_test_id("do-try-camera").click()
-    expect(page.get_by_test_id("tried")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("tried")).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("camera-id").fill("second")
     page.get_by_test_id("camera-name").fill("Second camera")
     page.get_by_test_id("camera-field").select_option("table")
@@ -95,7 +95,7 @@ def test_a_camera_is_tried_kept_changed_and_removed(operator, server, tmp_path):
     page.get_by_test_id("edit-camera").click()
     page.get_by_test_id("camera-name").fill("Camera two")
     page.get_by_test_id("do-try-camera").click()
-    page.get_by_test_id("do-keep-camera").click(timeout=LONG)
+    page.get_by_test_id("do-keep-camera").click(timeout=LONG_MS)
     expect(page.locator("h1")).to_have_text("Camera two")
     assert server.api("GET", "/cameras/second").json()["name"] == "Camera two"
     page.get_by_test_id("remove-camera").click()
@@ -113,7 +113,7 @@ def test_a_dead_camera_says_what_to_do_and_the_others_go_on(operator, added, tmp
     added("dead", "picture://none.png")
     operator.visit()
     page.reload()
-    expect(page.get_by_test_id("live-dead")).to_have_attribute("data-state", "offline", timeout=LONG)
+    expect(page.get_by_test_id("live-dead")).to_have_attribute("data-state", "offline", timeout=LONG_MS)
     expect(page.get_by_test_id("live-dead")).to_contain_text("none.png")
     is_live(page, "overhead")
     page.screenshot(path=tmp_path / "dead.png")
@@ -134,11 +134,11 @@ def test_a_camera_that_may_be_another_is_confirmed_by_one_click(operator, server
     assert server.api("PATCH", f"/cameras/{id}", json=other, headers={"If-Match": etag}).ok
     page.goto(f"{server.url}/#/live/{id}")
     page.reload()
-    expect(page.get_by_test_id("camera-problem")).to_contain_text("another camera", timeout=LONG)
+    expect(page.get_by_test_id("camera-problem")).to_contain_text("another camera", timeout=LONG_MS)
     expect(page.get_by_test_id("look-corrected")).to_be_disabled()
     page.screenshot(path=tmp_path / "mismatch.png")
     page.get_by_test_id("confirm").click()
-    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG)
+    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG_MS)
 
 
 def test_eight_live_cameras_leave_the_page_room_to_ask(operator, server, added):
@@ -149,21 +149,21 @@ def test_eight_live_cameras_leave_the_page_room_to_ask(operator, server, added):
     page.reload()
     for number in range(7):
         page.get_by_test_id(f"live-eight-{number}").scroll_into_view_if_needed()
-        expect(page.get_by_test_id(f"live-eight-{number}")).to_have_attribute("data-state", "live", timeout=LONG)
+        expect(page.get_by_test_id(f"live-eight-{number}")).to_have_attribute("data-state", "live", timeout=LONG_MS)
     page.set_viewport_size({"width": 1280, "height": 3000})  # all in view
     until(lambda: [status(server, f"eight-{number}")["viewers"] for number in range(7)], lambda n: n == [1] * 7)
     # It answers at all: six streams of another kind would block it for ever. How soon is told by the benchmark.
     assert page.evaluate("""async (ms) => { const answers = [];
         for (let i = 0; i < 10; i++)
             answers.push((await fetch("/api/v1/models", { signal: AbortSignal.timeout(ms) })).ok);
-        return answers; }""", LONG) == [True] * 10
+        return answers; }""", LONG_MS) == [True] * 10
 
 
 def test_streams_go_on_by_themselves_when_the_server_is_back(page, own_server):
     page.goto(own_server.url)
     is_live(page, "overhead")
     own_server.stop()
-    expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-state", "offline", timeout=LONG)
+    expect(page.get_by_test_id("live-overhead")).to_have_attribute("data-state", "offline", timeout=LONG_MS)
     own_server.start()
     is_live(page, "overhead")
 
@@ -178,5 +178,5 @@ def test_a_picture_is_taken_without_what_moves(operator, server, added):
     page.get_by_test_id("do-stop-watching").click()
     expect(page.get_by_test_id("watching")).to_have_count(0)
     page.get_by_test_id("do-take-still").click()
-    expect(page.get_by_test_id("next")).to_have_text("Next: borders", timeout=LONG)
+    expect(page.get_by_test_id("next")).to_have_text("Next: borders", timeout=LONG_MS)
     assert server.api("GET", f"/snapshots/{operator.snapshot}").json()["camera"] == id

@@ -3,12 +3,12 @@
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.live_cameras import calibrated
 from tests.support.waiting import until
 
 ID = "knocked"
 SOURCE = "sim://table?size=480x384&fps=10&robots=3"
-LONG = 120_000  # ms; on a busy machine a camera's process gives way for long
 
 
 @pytest.fixture
@@ -31,26 +31,26 @@ def test_a_knock_is_told_registered_anew_and_used_only_when_the_operator_says_so
     page = operator.page
     operator.visit()
     card = page.get_by_test_id(f"drift-{ID}")
-    expect(card).to_contain_text("Steady", timeout=LONG)
+    expect(card).to_contain_text("Steady", timeout=LONG_MS)
     page.get_by_test_id(f"look-at-{ID}").click()
     drift = page.get_by_test_id("drift")
-    expect(drift).to_have_attribute("data-state", "steady", timeout=LONG)
+    expect(drift).to_have_attribute("data-state", "steady", timeout=LONG_MS)
     page.screenshot(path=tmp_path / "steady.png")
     assert server.api("PATCH", f"/cameras/{ID}/controls", json={"controls": {"knock": 4}}).ok
     alarm = page.get_by_role("alert").filter(has_text="knocked")
-    expect(alarm).to_contain_text("mm", timeout=LONG)
+    expect(alarm).to_contain_text("mm", timeout=LONG_MS)
     page.screenshot(path=tmp_path / "alarm.png")
     page.get_by_test_id("do-reregister").click()
     made = page.get_by_test_id("registered")
-    expect(made).to_contain_text("Version 2 is made, and not yet used", timeout=LONG)
-    expect(made).to_contain_text("mm at most", timeout=LONG)
+    expect(made).to_contain_text("Version 2 is made, and not yet used", timeout=LONG_MS)
+    expect(made).to_contain_text("mm at most", timeout=LONG_MS)
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] == followed
     page.screenshot(path=tmp_path / "made.png")
     page.get_by_test_id("look-at-registered").click()
-    expect(page.get_by_text("Version 2", exact=False).first).to_be_visible(timeout=LONG)
+    expect(page.get_by_text("Version 2", exact=False).first).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "looked_at.png")
     page.goto(f"{server.url}/#/live/{ID}")
     page.get_by_test_id("use-registered").click()
-    expect(drift).to_have_attribute("data-state", "steady", timeout=LONG)
-    expect(page.get_by_test_id("drift-alarm")).to_have_count(0, timeout=LONG)
+    expect(drift).to_have_attribute("data-state", "steady", timeout=LONG_MS)
+    expect(page.get_by_test_id("drift-alarm")).to_have_count(0, timeout=LONG_MS)
     assert server.api("GET", f"/cameras/{ID}").json()["active_calibration"] != followed

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.auto_scenes import SceneSpec, scene_of
 
-LONG_MS = 120_000  # a busy machine looks for lines for many seconds
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 4, 0)
 
 

@@ -5,6 +5,8 @@ import sqlite3
 
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
+
 
 def test_a_damaged_version_is_a_banner_with_what_to_do_and_the_page_goes_on(page, own_server, tmp_path):
     api = own_server.api
@@ -23,7 +25,7 @@ def test_a_damaged_version_is_a_banner_with_what_to_do_and_the_page_goes_on(page
     (damage,) = api("GET", "/health").json()["damaged"]
     page.goto(own_server.url)
     notice = page.get_by_test_id("notice").filter(has_text="Something kept was damaged")  # a full disk is told as well
-    expect(notice).to_be_visible(timeout=60_000)
+    expect(notice).to_be_visible(timeout=LONG_MS)
     expect(notice).to_contain_text(damage["file"])
     expect(notice).to_contain_text(damage["note"] or "Restore it from a backup")
     page.screenshot(path=tmp_path / "damaged.png")

@@ -6,10 +6,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from tests.e2e.conftest import CLICKS
+from tests.e2e.conftest import CLICKS, LONG_MS
 from tests.support.waiting import until
-
-SOON = 60_000
 
 
 @pytest.fixture
@@ -32,7 +30,7 @@ def camera(server):
 
 def start(page, server):
     page.goto(server.url + "/#/")
-    expect(page.get_by_test_id("import-file")).to_be_enabled(timeout=SOON)
+    expect(page.get_by_test_id("import-file")).to_be_enabled(timeout=LONG_MS)
 
 
 def file_of(name, data, kind="application/octet-stream"):
@@ -49,14 +47,14 @@ def test_a_file_is_chosen_by_keyboard_and_becomes_a_new_version_that_can_be_acti
         page.get_by_test_id("import-file").focus()  # in the page itself: it knows by then that a chooser is waited for
         page.keyboard.press("Enter")
     chooser.value.set_files(file_of("north.yml", data))
-    expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=SOON)
+    expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=LONG_MS)
     said = re.search(r"Version (\d+) for", page.get_by_test_id("imported").inner_text())
     listed = server.api("GET", f"/calibrations?camera={camera}").json()["items"]
     kept = next(it for it in listed if it["version"] == int(said[1]))
     assert "Imported from" in kept["note"] and kept["made_by"]
     page.screenshot(path=tmp_path / "imported.png")
     page.get_by_test_id("import-activate").click()
-    expect(page.get_by_text(f"Version {kept['version']} is active now.")).to_be_visible(timeout=SOON)
+    expect(page.get_by_text(f"Version {kept['version']} is active now.")).to_be_visible(timeout=LONG_MS)
     assert server.api("GET", f"/calibrations/{kept['id']}").json()["active"]
 
 
@@ -64,16 +62,16 @@ def test_a_file_that_is_dropped_is_kept_and_one_that_is_none_says_what_to_do(exp
     data = exported("json")
     start(page, server)
     drop(page, "cal.json", data.decode())
-    expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=SOON)
+    expect(page.get_by_test_id("imported")).to_contain_text("was imported", timeout=LONG_MS)
     drop(page, "broken.json", '{"format": "nonsense"')
-    expect(page.get_by_test_id("import-refusal")).to_contain_text("broken.json: ", timeout=SOON)
+    expect(page.get_by_test_id("import-refusal")).to_contain_text("broken.json: ", timeout=LONG_MS)
     expect(page.get_by_test_id("imported")).to_have_count(0)
     expect(page.get_by_test_id("notice").filter(has_text="broken.json: ")).to_be_in_viewport()
     page.screenshot(path=tmp_path / "refused.png")
     record = json.loads(data)
     page.get_by_test_id("import-file").set_input_files(
         file_of("other.json", json.dumps({**record, "corrected_size": [100, 100]}).encode()))
-    expect(page.get_by_test_id("import-refusal")).to_contain_text("disagree", timeout=SOON)
+    expect(page.get_by_test_id("import-refusal")).to_contain_text("disagree", timeout=LONG_MS)
 
 
 def drop(page, name, text):

@@ -5,8 +5,9 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
+
 KNOWN_HEIGHT = {"value": 3000.0, "sigma": 30.0}
-LONG = 90_000  # ms, for a fit on a busy machine
 
 
 @pytest.fixture
@@ -32,7 +33,7 @@ def left(draft):
 def test_too_few_points_on_a_border_take_the_operator_to_that_border(changed):
     page = changed("polynomial", lambda d: left(d).update(points=left(d)["points"][:2])).page
     page.get_by_test_id("border-top").click()
-    expect(page.get_by_test_id("missing")).to_contain_text("left border", timeout=LONG)
+    expect(page.get_by_test_id("missing")).to_contain_text("left border", timeout=LONG_MS)
     page.get_by_test_id("cure-click").click()
     expect(page.get_by_test_id("border-left")).to_have_attribute("aria-pressed", "true")
 
@@ -40,9 +41,9 @@ def test_too_few_points_on_a_border_take_the_operator_to_that_border(changed):
 def test_a_point_clicked_twice_is_removed(changed):
     operator = changed("polynomial", lambda d: left(d)["points"].append(left(d)["points"][2]))
     page = operator.page
-    expect(page.get_by_test_id("missing")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("missing")).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("remove-stray").click()
-    expect(page.get_by_test_id("missing")).to_have_count(0, timeout=LONG)
+    expect(page.get_by_test_id("missing")).to_have_count(0, timeout=LONG_MS)
     assert len(operator.points("left")) == 7
 
 
@@ -53,11 +54,11 @@ def test_a_stray_click_is_shown_and_removed(changed):
     operator = changed("division", shift, height_mm=KNOWN_HEIGHT)
     page = operator.page
     warning = page.locator('[data-reason="stray-click"]')
-    expect(warning).to_be_visible(timeout=LONG)
+    expect(warning).to_be_visible(timeout=LONG_MS)
     warning.get_by_test_id("show-stray").click()
     expect(page.locator('[data-point="left:4"]')).to_have_class(re.compile("picked"))
     warning.get_by_test_id("remove-stray").click()
-    expect(warning).to_have_count(0, timeout=LONG)
+    expect(warning).to_have_count(0, timeout=LONG_MS)
     assert len(operator.points("left")) == 6
 
 
@@ -75,7 +76,7 @@ def test_a_border_whose_end_is_a_guess_is_clicked_there(changed):
     page = changed("polynomial", lambda d: left(d).update(points=left(d)["points"][:5])).page
     page.get_by_test_id("border-top").click()
     warning = page.locator('[data-reason="border-extrapolated"]').first
-    expect(warning).to_contain_text("left border", timeout=LONG)
+    expect(warning).to_contain_text("left border", timeout=LONG_MS)
     warning.get_by_test_id("cure-click").click()
     expect(page.get_by_test_id("border-left")).to_have_attribute("aria-pressed", "true")
 
@@ -94,4 +95,4 @@ def test_a_map_that_a_model_cannot_have_leads_to_the_models(clicked):
     page.keyboard.press("e")
     page.get_by_test_id("no-map-cure").click()
     expect(page.get_by_test_id("step-model")).to_have_attribute("aria-current", "step")
-    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)

@@ -3,16 +3,16 @@
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
 
-LONG = 90_000  # ms, for seven models on a busy machine
 LEVELS = {"good": "Good", "fair": "Fair", "poor": "Poor", "unknown": "Not known inside"}
 
 
 @pytest.fixture
 def ranked(clicked):
     operator = clicked("division", height_mm={"value": 3000.0, "sigma": 30.0})
-    expect(operator.page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
+    expect(operator.page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)
     return operator
 
 
@@ -48,7 +48,7 @@ def test_every_models_worth_stands_in_the_servers_figures_and_in_a_plain_word(ra
     asked = server.api("POST", "/calibrations/compare?job=true", json={
         **body, "snapshot": ranked.snapshot, "model": "division", "options": draft["options"]}).json()
     told = until(lambda: server.api("GET", f"/jobs/{asked['id']}").json(),
-                      lambda job: job["state"] == "done", LONG / 1000)["result"]
+                      lambda job: job["state"] == "done", LONG_MS / 1000)["result"]
     assert told["recommended"] is not None
     for row in told["ranking"]:
         shown = page.locator(f'[data-row="{row["model"]}"]')

@@ -3,9 +3,8 @@
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
-
-LONG = 90_000  # ms, for a fit on a busy machine
 
 
 @pytest.fixture
@@ -19,9 +18,10 @@ def astray(clicked):
     operator.page.goto(f"{operator.server.url}/#/")
     expect(operator.page.get_by_test_id("camera-overhead")).to_be_visible()
     operator.go_on(snapshot, kept, "borders")
-    expect(operator.page.get_by_test_id("residuals")).to_be_visible(timeout=LONG)
-    expect(operator.page.get_by_test_id("residual-said")).to_contain_text("1 stray", timeout=LONG)
-    expect(operator.page.locator('[data-reason="stray-click"]')).to_be_visible(timeout=LONG)  # the whole fit is there
+    expect(operator.page.get_by_test_id("residuals")).to_be_visible(timeout=LONG_MS)
+    expect(operator.page.get_by_test_id("residual-said")).to_contain_text("1 stray", timeout=LONG_MS)
+    # The whole fit is there.
+    expect(operator.page.locator('[data-reason="stray-click"]')).to_be_visible(timeout=LONG_MS)
     return operator
 
 
@@ -133,7 +133,7 @@ def test_the_histogram_counts_every_click_but_strays_and_rings_those_of_a_bar(as
 def test_a_saved_versions_residuals_and_distortion_stand_in_the_compare_step(astray):
     operator = astray.next("model").next("compare")
     page = operator.page
-    expect(page.get_by_test_id("residuals")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("residuals")).to_be_visible(timeout=LONG_MS)
     before = operator.saved()["report"]["distortion"]["per_border"]["left"]["before_pct"]
     shown = page.get_by_test_id("distortion-left").locator("em").inner_text()
     assert float(shown.split()[0].replace("−", "-")) == pytest.approx(before, abs=0.006)

@@ -2,9 +2,8 @@
 
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
-
-LONG = 90_000  # ms, for a map on a busy machine
 
 COLOUR_AT = """(canvas, [u, v]) => [...canvas.getContext("2d").getImageData(
   Math.round(u * (canvas.width - 1)), Math.round(v * (canvas.height - 1)), 1, 1).data]"""
@@ -17,7 +16,7 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     operator.next("compare")
     page.keyboard.press("e")
     on_carpet = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json").json()
-    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {mm(on_carpet['max'])} mm", timeout=LONG)
+    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {mm(on_carpet['max'])} mm", timeout=LONG_MS)
     expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{mm(on_carpet['max'])} mm")
     page.screenshot(path=tmp_path / "carpet.png")
 
@@ -32,7 +31,7 @@ def test_the_expected_error_is_laid_over_the_picture_with_its_scale(clicked, ser
     hat_mm = operator.saved()["field_definition"]["hat_height_mm"]
     page.get_by_test_id("height-hats").click()
     at_hats = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json?z_mm={hat_mm}").json()
-    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {mm(at_hats['max'])} mm", timeout=LONG)
+    expect(page.get_by_test_id("heat-figures")).to_contain_text(f"worst {mm(at_hats['max'])} mm", timeout=LONG_MS)
     expect(page.get_by_test_id("heat-figures")).to_contain_text(f"At hat height, {hat_mm:g} mm")
     page.screenshot(path=tmp_path / "hat.png")
 
@@ -49,7 +48,7 @@ def test_under_the_pointer_stands_the_error_that_the_map_shows_there(clicked, se
     page = operator.page
     page.keyboard.press("e")
     page.keyboard.press("r")
-    expect(page.get_by_test_id("heat-image")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("heat-image")).to_be_visible(timeout=LONG_MS)
     found = server.api("GET", f"/calibrations/{operator.saved()['id']}/uncertainty.json").json()["grid"]
     row, column = 9, 12  # the middle of the field
     place = found["places"][row][column]
@@ -63,7 +62,7 @@ def test_under_the_pointer_stands_the_error_that_the_map_shows_there(clicked, se
 def test_a_model_that_knows_no_expected_error_says_why(clicked):
     operator = clicked("polynomial").next("compare")
     operator.page.get_by_test_id("do-heat").first.click()
-    expect(operator.page.get_by_test_id("no-map")).to_contain_text("no common parameters", timeout=LONG)
+    expect(operator.page.get_by_test_id("no-map")).to_contain_text("no common parameters", timeout=LONG_MS)
     expect(operator.page.get_by_test_id("heat-corrected")).to_have_count(0)
 
 
@@ -78,7 +77,7 @@ def test_the_difference_between_two_versions_is_a_map_with_its_figures(clicked, 
     apart = server.api("GET", f"/calibrations/{second}/difference/{first}.json").json()
     figures = page.get_by_test_id("heat-figures")
     told = f"Median {mm(apart['median_mm'])} mm, worst {mm(apart['max_mm'])} mm"
-    expect(figures).to_contain_text(told, timeout=LONG)
+    expect(figures).to_contain_text(told, timeout=LONG_MS)
     expect(figures).to_contain_text(f"{apart['max_px']:.2f} px")
     expect(page.get_by_test_id("worst-corrected")).to_contain_text(f"{mm(apart['max_mm'])} mm")
     page.screenshot(path=tmp_path / "difference.png")

@@ -3,21 +3,21 @@
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.held_requests import holding, wait_until_held
 from tests.support.waiting import jobs_so_far, newest_job
 
 BORDERS = ("left", "right", "top", "bottom")
-LONG = 90_000  # ms, for seven models on a busy machine
 COMPARE = "**/api/v1/calibrations/compare?*"
 
 
 def test_models_stand_in_the_order_of_their_error_and_the_recommended_one_is_a_click_away(page, clicked, tmp_path):
     with holding(page, COMPARE, "POST"):
         operator = clicked("polynomial")
-        expect(page.get_by_test_id("comparing")).to_be_visible(timeout=LONG)
+        expect(page.get_by_test_id("comparing")).to_be_visible(timeout=LONG_MS)
         page.screenshot(path=tmp_path / "comparing.png")
-    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
-    expect(page.get_by_test_id("comparing")).to_have_count(0, timeout=LONG)
+    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("comparing")).to_have_count(0, timeout=LONG_MS)
     shown = page.get_by_test_id("models").locator("td.value").all_inner_texts()
     errors = [float(text.split()[0].replace("\u202f", "")) for text in shown if text not in ("", "–")]
     assert errors == sorted(errors)
@@ -39,7 +39,7 @@ def test_a_comparison_can_be_stopped_and_begun_again(clicked, server):
     newest_job(server, "comparison", "cancelled", besides=before)
     expect(page.get_by_test_id("ranking")).to_have_count(0)
     page.get_by_test_id("do-compare-models").click()
-    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)
 
 
 def test_who_leaves_the_step_stops_the_comparison_though_it_is_only_being_asked_for(page, clicked, server):
@@ -55,7 +55,7 @@ def test_who_leaves_the_step_stops_the_comparison_though_it_is_only_being_asked_
 def test_a_model_that_cannot_be_fitted_is_listed_with_what_to_do(clicked, tmp_path):
     page = clicked("division", painted="halfway-line").page
     failed = page.get_by_test_id("failed-polynomial")
-    expect(failed).to_contain_text("Cannot be fitted.", timeout=LONG)
+    expect(failed).to_contain_text("Cannot be fitted.", timeout=LONG_MS)
     expect(failed).to_contain_text("Click")
     page.screenshot(path=tmp_path / "failed.png")
 
@@ -65,7 +65,7 @@ def test_straight_lines_are_said_to_have_no_significant_distortion(operator, str
     for border in BORDERS:
         operator.click(border, frame_points[border])
     page = operator.next("model").page
-    expect(page.get_by_test_id("no-distortion")).to_contain_text("No significant distortion.", timeout=LONG)
+    expect(page.get_by_test_id("no-distortion")).to_contain_text("No significant distortion.", timeout=LONG_MS)
     page.screenshot(path=tmp_path / "straight.png")
 
 
@@ -85,11 +85,11 @@ def test_nothing_of_maps_and_models_is_cut_off(clicked, tmp_path, size, scheme):
     page.emulate_media(color_scheme=scheme)
     page.set_viewport_size({"width": size[0], "height": size[1]})
     page.keyboard.press("0")
-    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "models.png")
     operator.next("compare")
     page.keyboard.press("e")
-    expect(page.get_by_test_id("heat-figures")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("heat-figures")).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("corrected").evaluate("picture => picture.decode()")
     page.screenshot(path=tmp_path / "map.png")
     for shown in ("legend", "do-heat", "next"):

@@ -11,11 +11,11 @@ from playwright.sync_api import expect
 from app.league.config import PublishingConfig
 from app.league.geometry_packet import geometry_packet, published_cameras
 from app.workflows import interchange
+from tests.e2e.conftest import LONG_MS
 from tests.support import ssl_listener as listener
 from tests.support.exported import example, model_of
 from tests.support.group_listener import Listener, free_group, said
 
-LONG = 60_000  # ms, for what comes by packets and polls
 SHOTS = os.environ.get("TOUCHLINE_SHOTS")  # a folder for whoever wants to look
 
 
@@ -78,13 +78,13 @@ def test_an_operator_publishes_sees_the_loss_and_takes_over_what_another_sends(p
             port = said(geometry_packet(published_cameras([example("ssl", 1)], PublishingConfig())), **way,
                         sock=stranger)
             told = page.get_by_test_id("contradiction")
-            expect(told).to_contain_text("127.0.0.1 also publishes camera 0, which is overhead", timeout=LONG)
+            expect(told).to_contain_text("127.0.0.1 also publishes camera 0, which is overhead", timeout=LONG_MS)
             shot(page, "two")
             page.get_by_test_id(f"take-over-127.0.0.1-{port}-0").click()
             notice = page.get_by_test_id("notice").filter(has_text="is kept as version 2 of overhead")
             notice.get_by_role("button", name="Activate it").click()
             ear.hear_until(lambda came: focal(came) == pytest.approx(model_of("ssl", 1).focal_px, rel=1e-6))
-            expect(page.get_by_test_id("contradiction")).to_have_count(0, timeout=LONG)  # both say the same now
+            expect(page.get_by_test_id("contradiction")).to_have_count(0, timeout=LONG_MS)  # both say the same now
 
         page.get_by_test_id("publish").click()
         expect(state).to_have_attribute("data-state", "off")

@@ -10,12 +10,10 @@ import pytest
 from playwright.sync_api import expect
 
 from app.core.field import BORDERS
-from tests.e2e.conftest import Operator
+from tests.e2e.conftest import LONG_MS, Operator
 from tests.support.board_film import film
 from tests.support.old_answer import OldAnswer
 from tests.support.waiting import until
-
-LONG = 120_000  # ms, for work on a busy machine
 
 
 def kill(server):
@@ -54,23 +52,23 @@ def versions(server, clicks):
 
 def test_long_work_is_watched_and_cancelled_and_leads_to_what_came_of_it(operator, server, clicks, tmp_path):
     page, id = operator.page, comparison(server, clicks, 5000)
-    expect(page.get_by_test_id("at-work")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("at-work")).to_be_visible(timeout=LONG_MS)
     page.get_by_test_id("at-work").click()
-    expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG)
+    expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG_MS)
     expect(job(page, id).get_by_test_id("job-message")).to_contain_text("%")
     page.screenshot(path=tmp_path / "jobs.png")
     job(page, id).get_by_test_id("cancel-job").click()
-    expect(job(page, id)).to_have_attribute("data-state", "cancelled", timeout=LONG)
-    expect(page.get_by_test_id("at-work")).to_have_count(0, timeout=LONG)
+    expect(job(page, id)).to_have_attribute("data-state", "cancelled", timeout=LONG_MS)
+    expect(page.get_by_test_id("at-work")).to_have_count(0, timeout=LONG_MS)
     assert server.api("GET", f"/jobs/{id}").json()["state"] == "cancelled"
 
     snapshot = until(lambda: server.api("POST", "/snapshots", json={"camera": "overhead"}), lambda a: a.ok).json()
     body = {**clicks("ssl_2008_half"), "snapshot": snapshot["id"], "image_size": None, "model": "homography"}
     made = server.api("POST", "/calibrations?job=true", json={k: v for k, v in body.items() if v}).json()["id"]
-    expect(job(page, made)).to_have_attribute("data-state", "done", timeout=LONG)
+    expect(job(page, made)).to_have_attribute("data-state", "done", timeout=LONG_MS)
     job(page, made).get_by_test_id("show-made").click()
-    expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step", timeout=LONG)
-    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
+    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
 
 
 def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, server):
@@ -78,23 +76,23 @@ def test_a_reload_in_the_middle_of_a_comparison_goes_on_watching_it(clicked, ser
     # In the middle of it: the page knows which job it is.
     asked = json.loads(until(lambda: page.evaluate("sessionStorage.getItem('touchline.comparison')"), bool))
     page.reload()
-    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("ranking")).to_be_visible(timeout=LONG_MS)
     ours = [it for it in server.api("GET", "/jobs").json()["items"] if it["kind"] == "comparison"]
     assert (ours[0]["id"], ours[0]["state"]) == (asked["job"], "done")
 
 
 def test_work_goes_on_when_the_server_was_killed_in_the_middle_of_it(page, own_server, clicks, tmp_path):
-    page.set_default_navigation_timeout(LONG)
+    page.set_default_navigation_timeout(LONG_MS)
     Operator(page, own_server).visit()
     page.goto(f"{own_server.url}/#/jobs")
     id = comparison(own_server, clicks, 200)
-    expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG)
+    expect(job(page, id)).to_have_attribute("data-state", "running", timeout=LONG_MS)
     kill(own_server)
-    expect(page.get_by_test_id("jobs-page").get_by_text("this is what was known last")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("jobs-page").get_by_text("this is what was known last")).to_be_visible(timeout=LONG_MS)
     own_server.start()
-    expect(job(page, id).get_by_test_id("job-attempt")).to_contain_text("Attempt 2", timeout=LONG)
+    expect(job(page, id).get_by_test_id("job-attempt")).to_contain_text("Attempt 2", timeout=LONG_MS)
     page.screenshot(path=tmp_path / "again.png")
-    expect(job(page, id)).to_have_attribute("data-state", "done", timeout=LONG)
+    expect(job(page, id)).to_have_attribute("data-state", "done", timeout=LONG_MS)
 
 
 def test_settings_are_read_without_secrets_and_a_name_is_kept(operator, server, tmp_path):
@@ -150,7 +148,7 @@ def test_versions_are_activated_gone_back_to_annotated_and_compared(operator, se
 
     for version in (first, second):
         row(version).get_by_test_id("shelf-compare").check()
-    expect(page.get_by_test_id("apart-worst")).to_contain_text("mm", timeout=LONG)
+    expect(page.get_by_test_id("apart-worst")).to_contain_text("mm", timeout=LONG_MS)
     apart = server.api("GET", f"/calibrations/{first['id']}/difference/{second['id']}.json").json()
     shown = float(page.get_by_test_id("apart-worst").text_content().split()[0].replace("\u202f", ""))
     assert shown == pytest.approx(apart["max_mm"], abs=0.6)
@@ -201,20 +199,20 @@ def test_a_board_before_a_live_camera_is_taken_by_itself_and_gives_a_lens(operat
     page.reload()  # the list of cameras is the page's own
     page.get_by_test_id("do-watch-board").click()
     views = page.get_by_test_id("captured-view")
-    expect(views.nth(1)).to_be_visible(timeout=LONG)
-    expect(page.locator(".captured circle")).to_have_count(54, timeout=LONG)  # the corners, over the live picture
-    expect(page.locator(".captured .wanted polygon")).to_be_visible(timeout=LONG)
-    expect(page.get_by_test_id("sentence")).to_contain_text("Hold the board", timeout=LONG)
+    expect(views.nth(1)).to_be_visible(timeout=LONG_MS)
+    expect(page.locator(".captured circle")).to_have_count(54, timeout=LONG_MS)  # the corners, over the live picture
+    expect(page.locator(".captured .wanted polygon")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("sentence")).to_contain_text("Hold the board", timeout=LONG_MS)
     page.screenshot(path=tmp_path / "held.png")
     page.reload()
-    expect(views.nth(1)).to_be_visible(timeout=LONG)
-    expect(views).to_have_count(6, timeout=LONG)  # each pose once, those before the reload as well
+    expect(views.nth(1)).to_be_visible(timeout=LONG_MS)
+    expect(views).to_have_count(6, timeout=LONG_MS)  # each pose once, those before the reload as well
     page.keyboard.press("k")
     expect(page.get_by_test_id("do-capture")).to_contain_text("Take by itself")
     time.sleep(3)  # a whole pose goes by
     expect(views).to_have_count(6)
     page.get_by_test_id("next").click()
-    expect(page.get_by_test_id("lens-verdict")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("lens-verdict")).to_be_visible(timeout=LONG_MS)
     kept = json.loads(page.evaluate("localStorage.getItem('touchline.board')"))
     assert [p["camera"] for p in kept["pictures"]] == ["film"] * 6
     page.screenshot(path=tmp_path / "lens.png")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.held_requests import holding, wait_until_held
 from tests.support.pair_pictures import calibration_body, pair_seen
 
-SOON = 90_000  # ms, for an answer on a busy machine
 NUMBER = re.compile(r"[\d.]+")
 # Where a picture's corner is on the screen, and how large one of its pixels is there.
 WHERE = """picture => {
@@ -36,7 +36,7 @@ class Desk:
 
     def wait_for_pictures(self):
         for side in "ab":
-            expect(self.page.get_by_test_id(f"picture-{side}")).to_be_visible(timeout=SOON)
+            expect(self.page.get_by_test_id(f"picture-{side}")).to_be_visible(timeout=LONG_MS)
             self.page.get_by_test_id(f"picture-{side}").evaluate("picture => picture.decode()")
 
     @property
@@ -98,7 +98,7 @@ class Desk:
 
     def settled(self):
         """Until the newest answer stands there."""
-        expect(self.page.get_by_test_id("pair-report")).to_have_attribute("data-stale", "false", timeout=SOON)
+        expect(self.page.get_by_test_id("pair-report")).to_have_attribute("data-stale", "false", timeout=LONG_MS)
         return self.asked()
 
     def line(self, side):
@@ -163,7 +163,7 @@ def test_a_mistake_is_named_coloured_removed_and_brought_back(matched, seen, tmp
     page.mouse.down()
     page.mouse.move(*matched.spot("b", seen.b[19] + [40, -90]), steps=5)
     page.mouse.up()
-    expect(page.get_by_test_id("mark-b-20")).to_have_attribute("data-mistake", "true", timeout=SOON)
+    expect(page.get_by_test_id("mark-b-20")).to_have_attribute("data-mistake", "true", timeout=LONG_MS)
     told = matched.settled()
     assert told["fundamental"]["outliers"] == [19]
     expect(page.get_by_test_id("fundamental")).to_contain_text("Match 20 does not.")
@@ -174,12 +174,12 @@ def test_a_mistake_is_named_coloured_removed_and_brought_back(matched, seen, tmp
     page.screenshot(path=tmp_path / "mistake.png")
     page.get_by_test_id("drop-20").click()
     expect(page.get_by_test_id("matches").locator("li")).to_have_count(23)
-    expect(page.get_by_test_id("mistakes")).to_have_count(0, timeout=SOON)
+    expect(page.get_by_test_id("mistakes")).to_have_count(0, timeout=LONG_MS)
     page.get_by_test_id("half-a").focus()
     page.keyboard.press("Control+z")
-    expect(page.get_by_test_id("mark-b-20")).to_have_attribute("data-mistake", "true", timeout=SOON)
+    expect(page.get_by_test_id("mark-b-20")).to_have_attribute("data-mistake", "true", timeout=LONG_MS)
     page.keyboard.press("Control+z")
-    expect(page.get_by_test_id("mark-b-20")).to_have_attribute("data-mistake", "false", timeout=SOON)
+    expect(page.get_by_test_id("mark-b-20")).to_have_attribute("data-mistake", "false", timeout=LONG_MS)
     assert np.allclose(matched.kept()["matches"][19]["b"], seen.b[19], atol=2)
 
 
@@ -192,7 +192,7 @@ def test_two_calibrations_agree_in_millimetres_and_a_moved_camera_is_found(match
     expect(page.get_by_test_id("calibration-a")).to_have_value(good[0])
     expect(page.get_by_text("Made from this picture, proposed.")).to_have_count(2)
     page.get_by_test_id("calibration-b").select_option(good[1])
-    expect(page.get_by_test_id("agreement")).to_have_attribute("data-level", "good", timeout=SOON)
+    expect(page.get_by_test_id("agreement")).to_have_attribute("data-level", "good", timeout=LONG_MS)
     told = matched.settled()
     agreed = told["agreement"]
     assert agreed["from"] == "matches" and agreed["n"] == 24
@@ -212,7 +212,7 @@ def test_two_calibrations_agree_in_millimetres_and_a_moved_camera_is_found(match
     page.screenshot(path=tmp_path / "agree.png")
 
     page.get_by_test_id("calibration-b").select_option(moved)
-    expect(page.get_by_test_id("agreement")).to_have_attribute("data-level", "poor", timeout=SOON)
+    expect(page.get_by_test_id("agreement")).to_have_attribute("data-level", "poor", timeout=LONG_MS)
     worse = matched.settled()
     expect(page.get_by_test_id("agreement")).to_contain_text(worse["agreement"]["verdict"]["fix"])
     assert worse["agreement"]["median_mm"] > 50
@@ -227,7 +227,7 @@ def test_calibrations_alone_foretell_where_to_click_before_the_first_match(desk,
         desk.calibrate(which)
     desk.page.reload()
     desk.wait_for_pictures()
-    expect(desk.page.get_by_test_id("agreement")).to_contain_text("places on lines", timeout=SOON)
+    expect(desk.page.get_by_test_id("agreement")).to_contain_text("places on lines", timeout=LONG_MS)
     desk.click("a", seen.a[4])
     foretold = desk.page.get_by_test_id("foretold-b")
     expect(foretold).to_contain_text("on the carpet")
@@ -307,7 +307,7 @@ def test_things_on_the_carpet_alone_are_refused_with_what_to_do(desk, seen, tmp_
     expect(desk.page.get_by_test_id("sentence")).to_have_text("Match 1 more thing, some of them above the carpet.")
     desk.match(seen.a[11], seen.b[11])
     refusal = desk.page.get_by_test_id("pair-refusal")
-    expect(refusal).to_contain_text("plane", timeout=SOON)
+    expect(refusal).to_contain_text("plane", timeout=LONG_MS)
     expect(refusal).to_contain_text("off that plane, such as robots' hats")
     desk.page.screenshot(path=tmp_path / "plane.png")
 
@@ -319,7 +319,7 @@ def test_corners_of_a_real_board_are_one_plane_too(operator, server, real_data):
     corners = [cv2.findChessboardCorners(picture, (9, 6))[1].reshape(-1, 2).astype(float) for picture in pictures]
     for i in (0, 4, 8, 18, 22, 26, 36, 40, 44, 45, 49, 53):
         desk.match(corners[0][i], corners[1][i])
-    expect(desk.page.get_by_test_id("pair-refusal")).to_contain_text("plane", timeout=SOON)
+    expect(desk.page.get_by_test_id("pair-refusal")).to_contain_text("plane", timeout=LONG_MS)
 
 
 def test_while_the_server_is_silent_clicks_are_kept_and_asked_when_it_is_back(page, own_server, seen):
@@ -329,12 +329,12 @@ def test_while_the_server_is_silent_clicks_are_kept_and_asked_when_it_is_back(pa
     desk.load(seen, [*range(6), *range(12, 17)])
     own_server.stop()
     desk.match(seen.a[18], seen.b[18])
-    expect(page.get_by_test_id("away")).to_be_visible(timeout=SOON)
+    expect(page.get_by_test_id("away")).to_be_visible(timeout=LONG_MS)
     desk.match(seen.a[20], seen.b[20])
     assert len(desk.kept()["matches"]) == 13
     own_server.start()
-    expect(page.get_by_test_id("away")).to_have_count(0, timeout=SOON)
-    expect(page.get_by_test_id("fundamental")).to_be_visible(timeout=SOON)
+    expect(page.get_by_test_id("away")).to_have_count(0, timeout=LONG_MS)
+    expect(page.get_by_test_id("fundamental")).to_be_visible(timeout=LONG_MS)
 
 
 def test_the_newest_question_is_the_one_that_is_answered(matched, seen):
@@ -377,7 +377,7 @@ def test_a_cameras_active_calibration_is_proposed(operator, server):
     page.reload()
     page.get_by_test_id("do-pair").click()
     page.get_by_test_id("take-b-east").click()
-    expect(page.get_by_test_id("calibration-b")).to_have_value(first, timeout=SOON)
+    expect(page.get_by_test_id("calibration-b")).to_have_value(first, timeout=LONG_MS)
     expect(page.get_by_text("The active one, proposed.")).to_be_visible()
     page.get_by_test_id("calibration-b").select_option("")
     expect(page.get_by_test_id("calibration-b")).to_have_value("")
@@ -396,7 +396,7 @@ def test_it_fits_every_screen_in_both_themes(desk, seen, tmp_path, scheme, width
     page.set_viewport_size({"width": width, "height": height})
     page.reload()
     desk.wait_for_pictures()
-    expect(page.get_by_test_id("mark-b-15")).to_have_attribute("data-mistake", "true", timeout=SOON)
+    expect(page.get_by_test_id("mark-b-15")).to_have_attribute("data-mistake", "true", timeout=LONG_MS)
     page.get_by_test_id("match-15").get_by_role("button").first.click()
     expect(page.get_by_test_id("epipolar-b")).to_be_attached()
     desk.settled()

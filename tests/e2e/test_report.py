@@ -8,11 +8,11 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from app.sources.sim.render import Rendering
+from tests.e2e.conftest import LONG_MS
 from tests.support.operator import FIELD, REGION, SIZE, reference_camera
 from tests.support.pictures import encoded
 from tests.support.sim_clicks import border_observations
 
-LONG = 90_000  # ms, for a report on a busy machine
 FRIENDLY_PAGES = 6  # an operator's calibration; ours has four borders and their parameters
 
 
@@ -73,5 +73,5 @@ def test_the_page_opens_the_report_of_the_saved_version(operator, calibration):
     with operator.page.context.expect_page() as opened:
         operator.page.get_by_test_id("report").click()
     report = opened.value
-    expect(report.get_by_role("heading", level=1)).to_contain_text("Calibration of", timeout=LONG)
+    expect(report.get_by_role("heading", level=1)).to_contain_text("Calibration of", timeout=LONG_MS)
     assert Path(report.url).name == "report.html" and calibration["id"] in report.url

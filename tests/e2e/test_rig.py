@@ -6,11 +6,11 @@ import pytest
 from playwright.sync_api import expect
 
 from app.formats import FORMATS
+from tests.e2e.conftest import LONG_MS
 from tests.support.live_play import Before
 from tests.support.rig_over_field import sim_task
 from tests.support.waiting import until
 
-SOON = 90_000  # ms, for live cameras and a check on a busy machine
 ADDRESS = "sim://ssl-div-b?cameras=2&camera={}&lens=half&tilt=6&fill=0.86&robots=0&fps=10"
 KNOCK_MM = 50
 
@@ -55,7 +55,7 @@ def without_south(route):
 
 def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, server, two_cameras, tmp_path):
     page.goto(server.url)
-    expect(page.get_by_test_id("camera-overhead")).to_be_visible(timeout=SOON)  # the lists are there
+    expect(page.get_by_test_id("camera-overhead")).to_be_visible(timeout=LONG_MS)  # the lists are there
     page.get_by_test_id("new-rig").click()
     page.get_by_test_id("rig-name").fill("hall")
     page.get_by_test_id("rig-field").select_option("ssl-div-b")
@@ -65,16 +65,16 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     expect(page.get_by_test_id("part-rig-south")).to_have_value("half-right")
     page.route("**/rigs/hall/stitched.json*", without_south, times=1)
     page.get_by_test_id("make-rig").click()
-    expect(page.get_by_test_id("rig-page")).to_be_visible(timeout=SOON)
+    expect(page.get_by_test_id("rig-page")).to_be_visible(timeout=LONG_MS)
     assert page.url.endswith("#/rig/hall")
     picture = page.get_by_test_id("stitched")
-    expect(picture).to_be_visible(timeout=SOON)
-    expect(picture).to_have_js_property("naturalWidth", 1200, timeout=SOON)
+    expect(picture).to_be_visible(timeout=LONG_MS)
+    expect(picture).to_have_js_property("naturalWidth", 1200, timeout=LONG_MS)
     expect(page.get_by_test_id("unseen")).to_contain_text("All of the field is seen")
     expect(page.locator("[data-testid=rig-overlay] .paint").nth(9)).to_be_attached()
     page.get_by_test_id("check-rig").click()
     verdict = page.get_by_test_id("rig-verdict")
-    expect(verdict).to_have_attribute("data-level", "poor", timeout=2 * SOON)
+    expect(verdict).to_have_attribute("data-level", "poor", timeout=2 * LONG_MS)
     expect(verdict).to_contain_text("It is Rig-South")
     expect(page.get_by_test_id("rig-worst")).to_contain_text("worst:")
     mean, most = (float(page.get_by_test_id(id).inner_text().split(" ")[0]) for id in ("pair-mean", "pair-max"))
@@ -87,9 +87,9 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     page.get_by_test_id("show-map").press("Enter")
     expect(page.get_by_test_id("rig-worst")).to_have_count(0)
     page.reload()
-    expect(page.get_by_test_id("rig-page")).to_be_visible(timeout=SOON)
+    expect(page.get_by_test_id("rig-page")).to_be_visible(timeout=LONG_MS)
     page.goto(server.url)
-    expect(page.get_by_test_id("rig-hall")).to_be_visible(timeout=SOON)
+    expect(page.get_by_test_id("rig-hall")).to_be_visible(timeout=LONG_MS)
 
 
 def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activated(page, server, two_cameras):
@@ -98,9 +98,9 @@ def test_cameras_with_other_rectangles_are_refitted_by_one_button_and_not_activa
     assert server.api("PUT", "/rigs/hall", json=body).status_code == 201
     before = server.api("GET", "/cameras/rig-north").json()["active_calibration"]
     page.goto(f"{server.url}/#/rig/hall")
-    expect(page.get_by_test_id("member-rig-north")).to_contain_text("Refit Rig-North", timeout=SOON)
+    expect(page.get_by_test_id("member-rig-north")).to_contain_text("Refit Rig-North", timeout=LONG_MS)
     page.get_by_test_id("refit-rig").click()
-    expect(page.get_by_text("1 new version with the rig's rectangles")).to_be_visible(timeout=2 * SOON)
+    expect(page.get_by_text("1 new version with the rig's rectangles")).to_be_visible(timeout=2 * LONG_MS)
     versions = server.api("GET", "/calibrations?camera=rig-north").json()["items"]
     assert versions[0]["parent"] == before and not versions[0]["active"]
     assert server.api("GET", "/cameras/rig-north").json()["active_calibration"] == before
@@ -128,10 +128,10 @@ def test_ball_and_robots_of_all_cameras_stand_on_the_field_once_each_with_the_se
             are_live(server, play.name)
         assert server.api("PUT", "/rigs/west", json={"field": "ssl-div-b", "cameras": ["low", "high"]}).ok
         page.goto(f"{server.url}/#/rig/west")
-        expect(page.get_by_test_id("stitched")).to_be_visible(timeout=SOON)
+        expect(page.get_by_test_id("stitched")).to_be_visible(timeout=LONG_MS)
         page.get_by_test_id("do-follow-play").click()
-        expect(page.get_by_test_id("seam")).to_contain_text("mm apart in the median", timeout=2 * SOON)
-        expect(page.get_by_test_id("track-robot").nth(5)).to_be_attached(timeout=SOON)
+        expect(page.get_by_test_id("seam")).to_contain_text("mm apart in the median", timeout=2 * LONG_MS)
+        expect(page.get_by_test_id("track-robot").nth(5)).to_be_attached(timeout=LONG_MS)
         page.screenshot(path=tmp_path / "tracks.png")
         page.get_by_test_id("do-follow-play").click()
         expect(page.get_by_test_id("track-report")).to_have_count(0)

@@ -3,10 +3,10 @@
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.waiting import until
 
 SOURCE = "sim://table?robots=0&ball=true&lens=division&k=-0.3&size=640x480&fps=25"
-LONG = 120_000  # ms, for rolls and jobs on a busy machine
 AGREEING = "[data-testid=roll]:not([data-level=left-out])"
 
 
@@ -27,7 +27,7 @@ def rolling(operator, server, camera):
     page.goto(f"{server.url}/#/live/rolling")
     page.reload()
     page.get_by_test_id("do-watch-rolls").click()
-    expect(page.get_by_test_id("roll").nth(2)).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("roll").nth(2)).to_be_visible(timeout=LONG_MS)
     return page
 
 
@@ -37,13 +37,13 @@ def kept(server):
 
 def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server, tmp_path):
     page = rolling
-    expect(page.get_by_test_id("rolls-pct")).to_contain_text("±", timeout=LONG)
-    expect(page.get_by_test_id("roll-track").nth(2)).to_be_attached(timeout=LONG)
+    expect(page.get_by_test_id("rolls-pct")).to_contain_text("±", timeout=LONG_MS)
+    expect(page.get_by_test_id("roll-track").nth(2)).to_be_attached(timeout=LONG_MS)
     expect(page.get_by_test_id("rolls-sentence")).to_contain_text("raw picture")
     page.screenshot(path=tmp_path / "rolls.png")
     before = kept(server)
     page.reload()
-    expect(page.get_by_test_id("roll").nth(len(before) - 1)).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("roll").nth(len(before) - 1)).to_be_visible(timeout=LONG_MS)
     assert before <= kept(server)
 
     last = page.get_by_test_id("roll").last  # the oldest: new ones come above it
@@ -59,10 +59,10 @@ def test_each_roll_has_its_number_and_a_reload_loses_none(rolling, server, tmp_p
 
 def test_the_lens_of_the_rolls_is_kept_and_chosen_for_the_next_picture(rolling, server):
     page = rolling
-    expect(page.locator(AGREEING).nth(5)).to_be_visible(timeout=LONG)  # of the first three, one may disagree
+    expect(page.locator(AGREEING).nth(5)).to_be_visible(timeout=LONG_MS)  # of the first three, one may disagree
     page.get_by_test_id("rolls-kind").select_option("division")
     page.get_by_test_id("do-fit-rolls").click()
-    expect(page.get_by_test_id("rolls-made")).to_contain_text("kept", timeout=LONG)
+    expect(page.get_by_test_id("rolls-made")).to_contain_text("kept", timeout=LONG_MS)
     lens = server.api("GET", "/lenses").json()["items"][0]
     assert (lens["model"], lens["camera"], lens["image_size"]) == ("division", "rolling", [640, 480])
     page.get_by_test_id("use-roll-lens").click()

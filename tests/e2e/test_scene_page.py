@@ -8,10 +8,10 @@ import pytest
 from playwright.sync_api import expect
 
 from app.cli.server import DEMO_CAMERAS
+from tests.e2e.conftest import LONG_MS
 from tests.support.scene_calibrations import border_and_circle_clicks
 from tests.support.waiting import until
 
-LONG = 90_000  # ms: WebGL in software draws a few frames a second, on a busy machine fewer
 FOV_DEG, ROOM = 50, 1.12  # app/scene/geometry/views.py
 CARPET = (36, 100, 56)  # RGB about as it is drawn in the dark
 NEAR, STILL = 40, 0.5  # of 255
@@ -41,7 +41,7 @@ def plain(text: str) -> list[float]:
 
 def seen(page) -> np.ndarray:
     """What the scene's window shows, RGB."""
-    picture = page.get_by_test_id("scene-frame").screenshot(timeout=LONG)
+    picture = page.get_by_test_id("scene-frame").screenshot(timeout=LONG_MS)
     return cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
 
 
@@ -59,14 +59,14 @@ def until_drawn(page) -> None:
         moved = np.abs(last - before).mean() if before.shape == last.shape else np.inf
         return patch.reshape(-1, 3).mean(axis=0).tolist(), float(moved)
     until(look, lambda told: np.abs(np.subtract(told[0], CARPET)).max() < NEAR and told[1] < STILL,
-               seconds=LONG / 1000)
+               seconds=LONG_MS / 1000)
 
 
 def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept):
     page, server = operator.page, operator.server
     page.set_viewport_size({"width": 1100, "height": 560})  # fewer pixels for a processor to shade
     page.goto(f"{server.url}/#/scene/{kept[0]}")
-    expect(page.get_by_test_id("scene-page")).to_have_attribute("data-ready", "true", timeout=LONG)
+    expect(page.get_by_test_id("scene-page")).to_have_attribute("data-ready", "true", timeout=LONG_MS)
     expect(page.get_by_test_id("scene-height")).to_contain_text("m")
     page.get_by_test_id("scene-above").click()
     until_drawn(page)
@@ -74,7 +74,7 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
     box = page.get_by_test_id("scene-frame").bounding_box()
     across, down = 0.62, 0.40
     page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
-    expect(page.get_by_test_id("scene-place")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("scene-place")).to_be_visible(timeout=LONG_MS)
     half_mm = ROOM * max(9000 * box["height"] / box["width"], 6000) / 2
     wanted = [(2 * across - 1) * half_mm * box["width"] / box["height"], (1 - 2 * down) * half_mm]
     numbers = plain(page.get_by_test_id("scene-place").locator("h2").inner_text())
@@ -93,7 +93,7 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
     expect(through).to_have_attribute("aria-pressed", "true")
 
     page.get_by_test_id("place-show").click()
-    expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step", timeout=LONG)
+    expect(page.get_by_test_id("step-borders")).to_have_attribute("aria-current", "step", timeout=LONG_MS)
     stage = page.get_by_test_id("stage").bounding_box()
     middle = stage["x"] + stage["width"] / 2, stage["y"] + stage["height"] / 2
     operator.wait_for_picture()
@@ -104,8 +104,8 @@ def test_a_click_on_the_carpet_tells_its_pixel_and_expected_error(operator, kept
 def test_a_model_without_rays_says_why_there_is_no_camera(operator, kept):
     page = operator.page
     page.goto(f"{operator.server.url}/#/scene/{kept[1]}")
-    expect(page.get_by_test_id("no-frustum")).to_contain_text("no rays", timeout=LONG)
+    expect(page.get_by_test_id("no-frustum")).to_contain_text("no rays", timeout=LONG_MS)
     expect(page.get_by_test_id("scene-height")).to_have_count(0)
     expect(page.get_by_test_id("sheet-carpet")).to_be_disabled()
     page.goto(f"{operator.server.url}/#/scene/{'0' * 16}")
-    expect(page.get_by_test_id("scene-refusal")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("scene-refusal")).to_be_visible(timeout=LONG_MS)

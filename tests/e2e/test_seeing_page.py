@@ -5,12 +5,12 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.axe import axe_path, grave
 from tests.support.live_play import Before
 from tests.support.old_answer import OldAnswer
 from tests.support.waiting import until
 
-LONG = 120_000
 FPS = 4
 
 
@@ -54,15 +54,15 @@ def page(operator, server, play):
     page.reload()
     expect(page.get_by_test_id("do-seeing")).to_be_enabled()
     page.keyboard.press("F9")
-    expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG_MS)
     # The colours that the camera found are known to the page as well: samples are counted from here on.
-    expect(page.get_by_test_id("learned")).to_contain_text("Found by the camera itself", timeout=LONG)
+    expect(page.get_by_test_id("learned")).to_contain_text("Found by the camera itself", timeout=LONG_MS)
     return page
 
 
 def press(page, key, action):
     """A key means something only once its action can be done."""
-    expect(page.get_by_test_id(f"do-{action}")).to_be_enabled(timeout=LONG)
+    expect(page.get_by_test_id(f"do-{action}")).to_be_enabled(timeout=LONG_MS)
     page.keyboard.press(key)
 
 
@@ -82,8 +82,8 @@ def click_at(page, x, y):
 
 def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time(page, server, play, tmp_path):
     rows = page.get_by_test_id("seen-row")
-    expect(page.get_by_role("columnheader", name="x mm")).to_be_visible(timeout=LONG)  # the calibration is in use
-    expect(rows.nth(len(play.robots) - 1)).to_be_visible(timeout=LONG)
+    expect(page.get_by_role("columnheader", name="x mm")).to_be_visible(timeout=LONG_MS)  # the calibration is in use
+    expect(rows.nth(len(play.robots) - 1)).to_be_visible(timeout=LONG_MS)
     (team, number), robot = next(iter(play.robots.items()))
     row = rows.filter(has=page.get_by_role("rowheader", name=f"{team.capitalize()} {number}", exact=True))
 
@@ -93,13 +93,13 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     until(place_mm, lambda now: now == pytest.approx([robot.x_mm, robot.y_mm], abs=30))
     press(page, "v", "seen-corrected")
     expect(page.locator("[data-view=corrected]")).to_be_visible()
-    expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG_MS)
 
     for name in ("noise", "colours", "blobs", "butterfly", "ball", "places"):
         expect(page.get_by_test_id(f"ms-{name}")).to_contain_text("ms")
     page.get_by_test_id("stage-colours").get_by_role("button").click()
     expect(page.locator("[data-view=stage-colours] [data-testid=stage-live-colours]")).not_to_have_attribute(
-        "data-seq", "0", timeout=LONG)
+        "data-seq", "0", timeout=LONG_MS)
     page.get_by_test_id("options-ball").click()
     old = OldAnswer(page, "**/api/v1/cameras/seer/seeing").made()  # a page looks every three seconds
     page.get_by_test_id("stage-ball-most").fill("3")
@@ -115,7 +115,7 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
     expect(page.get_by_test_id("plan")).to_have_value("ssl")
     expect(page.get_by_test_id("publish-words")).to_contain_text("nothing leaves this machine")
     page.get_by_test_id("publish").check()
-    expect(page.get_by_test_id("publish-problem")).to_contain_text("Nothing is published", timeout=LONG)
+    expect(page.get_by_test_id("publish-problem")).to_contain_text("Nothing is published", timeout=LONG_MS)
     until(lambda: kept(server)["publish"], bool)
     page.get_by_test_id("publish").uncheck()
     expect(page.get_by_test_id("publish-words")).to_contain_text("nothing leaves this machine")
@@ -124,60 +124,60 @@ def test_robots_are_marked_and_listed_and_every_stage_shows_its_picture_and_time
 
 def test_a_colour_is_taught_on_a_held_frame_taken_back_and_shared_with_another_camera(page, server, play, tmp_path):
     press(page, " ", "hold-frame")
-    expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG_MS)
     page.keyboard.press("3")
     expect(page.get_by_test_id("colour-blue")).to_have_attribute("aria-pressed", "true")
     before = page.get_by_test_id("sample-blue").count()
     click_at(page, *play.clicks()["blue"][0])
-    expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG)
-    expect(page.get_by_test_id("learned")).to_contain_text("seer", timeout=LONG)
-    expect(page.get_by_test_id("health-blue")).to_contain_text("margin", timeout=LONG)
+    expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG_MS)
+    expect(page.get_by_test_id("learned")).to_contain_text("seer", timeout=LONG_MS)
+    expect(page.get_by_test_id("health-blue")).to_contain_text("margin", timeout=LONG_MS)
     until(lambda: kept(server)["learned"], lambda learned: learned == "clicks")
     press(page, "m", "mask")
-    expect(page.locator("[data-view=stage-colours] [data-testid=stage-held-colours]")).to_be_visible(timeout=LONG)
+    expect(page.locator("[data-view=stage-colours] [data-testid=stage-held-colours]")).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "mask.png")
 
     page.reload()  # the frame, the colours and the way back are still there
-    expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG)
-    expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG)
+    expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG_MS)
     press(page, "Control+z", "undo-seeing")
     expect(page.get_by_test_id("learned")).not_to_contain_text("seer")
     page.get_by_test_id("do-redo-seeing").click()
-    expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG)
+    expect(page.get_by_test_id("sample-blue")).to_have_count(before + 1, timeout=LONG_MS)
 
     page.get_by_test_id("preset-name").fill("north hall")
     page.get_by_test_id("save-preset").click()
-    expect(page.get_by_test_id("preset")).to_have_value("north-hall", timeout=LONG)
+    expect(page.get_by_test_id("preset")).to_have_value("north-hall", timeout=LONG_MS)
     page.get_by_test_id("copy-to").select_option("second")
     page.get_by_test_id("copy-colours").click()
-    expect(page.get_by_text("Second goes by these colours now.")).to_be_visible(timeout=LONG)
+    expect(page.get_by_text("Second goes by these colours now.")).to_be_visible(timeout=LONG_MS)
     assert kept(server, "second")["colours"] == kept(server)["colours"] == "north-hall"
     page.get_by_role("button", name="Take it back").click()
     until(lambda: kept(server, "second")["colours"], lambda name: name is None)
     page.get_by_test_id("sample-blue").last.click()
-    expect(page.get_by_test_id("learned")).to_contain_text("north-hall, changed", timeout=LONG)
+    expect(page.get_by_test_id("learned")).to_contain_text("north-hall, changed", timeout=LONG_MS)
 
 
 def test_a_clip_is_recorded_stepped_and_a_colour_taught_in_it(page, server, play, tmp_path):
     count = len(held(server))
     press(page, "r", "record-clip")
-    expect(page.get_by_test_id("clip-place")).to_be_visible(timeout=LONG)
-    expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("clip-place")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("held-frame")).to_be_visible(timeout=LONG_MS)
     press(page, ".", "next-frame")
-    expect(page.get_by_text("Frame 2 of")).to_be_visible(timeout=LONG)
-    expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG)
+    expect(page.get_by_text("Frame 2 of")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("mark-robot").first).to_be_visible(timeout=LONG_MS)
     page.keyboard.press("2")
     assert len(held(server)) == count
     before = page.get_by_test_id("sample-yellow").count()
     click_at(page, *play.clicks()["yellow"][0])
-    expect(page.get_by_test_id("sample-yellow")).to_have_count(before + 1, timeout=LONG)
+    expect(page.get_by_test_id("sample-yellow")).to_have_count(before + 1, timeout=LONG_MS)
     assert len(held(server)) == count + 1  # that very frame, not the newest one
     page.keyboard.press("Escape")
     press(page, "p", "play-clip")
     # Not one frame of those: each is there for a quarter of a second.
-    expect(page.get_by_text(re.compile(r"Frame ([4-9]|\d\d) of"))).to_be_visible(timeout=LONG)
+    expect(page.get_by_text(re.compile(r"Frame ([4-9]|\d\d) of"))).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "clip.png")
     page.get_by_test_id("do-play-clip").click()
     page.get_by_test_id("remove-clip").click()
-    expect(page.get_by_test_id("live-seer")).to_be_visible(timeout=LONG)
+    expect(page.get_by_test_id("live-seer")).to_be_visible(timeout=LONG_MS)
     assert server.api("GET", "/clips").json()["items"] == []

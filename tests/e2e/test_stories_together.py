@@ -87,7 +87,7 @@ def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, f
     operator.draft()
     kill(own_server)
     operator.click("right", frame_points["right"])
-    expect(page.get_by_test_id("away")).to_be_visible(timeout=10_000)
+    expect(page.get_by_test_id("away")).to_be_visible(timeout=LONG_MS)
     operator.click("top", frame_points["top"])
     page.screenshot(path=tmp_path / "away.png")
     own_server.start()
@@ -101,7 +101,7 @@ def test_a_server_that_is_killed_in_the_middle_costs_nothing(page, own_server, f
     own_server.start()
     page.reload()
     expect(page.get_by_test_id("step-compare")).to_have_attribute("aria-current", "step")
-    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=30_000)
+    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     assert operator.saved()["report"] == kept["report"]
     page.screenshot(path=tmp_path / "back.png")
 
@@ -117,7 +117,7 @@ def test_a_dead_camera_says_its_cure_and_the_rest_goes_on(operator, server, tmp_
     expect(page.get_by_test_id("notice")).to_contain_text("gone.png")
     page.screenshot(path=tmp_path / "dead.png")
     page.get_by_test_id("look-at-dead").click()
-    expect(page.get_by_test_id("camera-problem")).to_be_visible(timeout=20_000)
+    expect(page.get_by_test_id("camera-problem")).to_be_visible(timeout=LONG_MS)
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "true")
     page.get_by_test_id("do-watch-board").click()
     expect(page.get_by_test_id("capture-hint")).to_contain_text("gone.png")

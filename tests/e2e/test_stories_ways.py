@@ -30,7 +30,7 @@ def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server
     page.screenshot(path=tmp_path / "1-borders.png")
     expect(page.get_by_test_id("next")).to_have_attribute("aria-disabled", "false")
     operator.next("model").next("compare")
-    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=20_000)
+    expect(page.get_by_test_id("corrected")).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=tmp_path / "2-compare.png")
     operator.next("activate")
     page.get_by_test_id("next").click()
@@ -40,7 +40,7 @@ def test_by_mouse_on_a_real_picture_until_the_version_is_active(operator, server
     assert kept["active"] and server.api("GET", "/cameras/hall").json()["active_calibration"] == kept["id"]
     page.goto(f"{server.url}/#/live/hall")
     page.reload()
-    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=20_000)
+    expect(page.get_by_test_id("look-corrected")).to_be_enabled(timeout=LONG_MS)
     page.get_by_test_id("look-corrected").click()
     expect(page.get_by_test_id("look-corrected")).to_have_attribute("aria-pressed", "true")
     page.wait_for_timeout(1500)  # for a frame to look at

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from tests.e2e.conftest import LONG_MS
 from tests.support.bar_pictures import BENT, STRAIGHT, bars_behind
 from tests.support.waiting import jobs_so_far, newest_job
-
-LONG = 120_000  # ms, for a job on a busy machine
 
 
 @pytest.fixture
@@ -32,7 +31,7 @@ def drawn(tmp_path):
 
 def judge(desk, files):
     desk.get_by_test_id("file").set_input_files(files)
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(files), timeout=LONG)
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(len(files), timeout=LONG_MS)
     desk.get_by_test_id("next").click()
 
 
@@ -49,7 +48,7 @@ def overflowing(desk):
 def test_bent_edges_are_seen_as_taken_and_straightened_and_the_lens_is_told(desk, server, drawn, tmp_path):
     desk.screenshot(path=tmp_path / "empty.png")
     judge(desk, [drawn("bent.png", bars_behind(BENT)), drawn("dim.png", bars_behind(BENT, shade=110))])
-    expect(desk.get_by_test_id("straight-verdict")).to_be_visible(timeout=LONG)
+    expect(desk.get_by_test_id("straight-verdict")).to_be_visible(timeout=LONG_MS)
     found = report(server)
     expect(desk.get_by_test_id("straight-verdict")).to_have_attribute("data-distortion", "significant")
     expect(desk.get_by_test_id("straight-verdict")).to_contain_text(found["sentence"])
@@ -70,7 +69,7 @@ def test_bent_edges_are_seen_as_taken_and_straightened_and_the_lens_is_told(desk
 
     desk.get_by_test_id("next").click()
     expect(desk.get_by_test_id("edges")).to_have_attribute("data-shown", "straight")
-    expect(desk.get_by_test_id("edges-picture")).to_have_attribute("src", re.compile("^blob:"), timeout=LONG)
+    expect(desk.get_by_test_id("edges-picture")).to_have_attribute("src", re.compile("^blob:"), timeout=LONG_MS)
     lies_on_the_picture(desk, first[0]["straight"])
     desk.screenshot(path=tmp_path / "straightened.png")
     desk.get_by_test_id("as-taken").click()
@@ -106,20 +105,20 @@ def lies_on_the_picture(desk, chain):
 def test_a_straight_picture_is_said_to_be_straight_and_a_reload_goes_on(desk, drawn):
     judge(desk, [drawn("straight.png", bars_behind(STRAIGHT))])
     verdict = desk.get_by_test_id("straight-verdict")
-    expect(verdict).to_contain_text("No significant distortion", timeout=LONG)
+    expect(verdict).to_contain_text("No significant distortion", timeout=LONG_MS)
     desk.reload()
-    expect(verdict).to_contain_text("No significant distortion", timeout=LONG)
+    expect(verdict).to_contain_text("No significant distortion", timeout=LONG_MS)
     expect(desk.get_by_test_id("edge").first).to_be_attached()
     desk.get_by_test_id("straight-kind").select_option("brown-conrady")  # the report is of another question now
     expect(verdict).to_have_count(0)
     desk.get_by_test_id("next").click()
-    expect(verdict).to_be_visible(timeout=LONG)
+    expect(verdict).to_be_visible(timeout=LONG_MS)
     expect(desk.get_by_test_id("straight-lens-kind")).to_have_text("Brown–Conrady, two terms")
 
 
 def test_judging_is_stopped_and_what_shows_no_edges_is_refused_with_what_to_do(desk, server, drawn, tmp_path):
     judge(desk, [drawn("grey.png", np.full((480, 640, 3), 128, np.uint8))])
-    expect(desk.get_by_test_id("straight-refusal")).to_contain_text("more straight edges", timeout=LONG)
+    expect(desk.get_by_test_id("straight-refusal")).to_contain_text("more straight edges", timeout=LONG_MS)
     desk.screenshot(path=tmp_path / "refused.png")
     desk.get_by_role("button", name="Remove all pictures").click()
     grain = np.random.default_rng(1).normal(0, 10, (480, 640, 3))  # which takes long to look through
@@ -146,22 +145,22 @@ def test_the_desk_has_an_address_and_tabs_to_the_board_and_back(desk, server):
 
 def test_a_picture_is_taken_with_a_camera_and_its_lens_is_judged(desk, server, tmp_path):
     desk.get_by_test_id("straight-camera-overhead").click()
-    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG)
+    expect(desk.get_by_test_id("view").filter(has_text="Uploaded")).to_have_count(1, timeout=LONG_MS)
     desk.get_by_test_id("next").click()
-    expect(desk.get_by_test_id("straight-verdict")).to_have_attribute("data-distortion", "significant", timeout=LONG)
+    expect(desk.get_by_test_id("straight-verdict")).to_have_attribute("data-distortion", "significant", timeout=LONG_MS)
     assert report(server)["straightness_px"]["after"] < 0.3
     desk.screenshot(path=tmp_path / "camera.png")
 
 
 def test_the_facade_of_a_published_picture(desk, server, real_data, tmp_path):
     judge(desk, [real_data("lines/ipol_alvarez/building.png")])
-    expect(desk.get_by_test_id("straight-verdict")).to_be_visible(timeout=LONG)
+    expect(desk.get_by_test_id("straight-verdict")).to_be_visible(timeout=LONG_MS)
     found = report(server)
     assert found["straightness_px"]["after"] <= 0.20
     expect(desk.get_by_test_id("bow-label")).to_contain_text(f"{found['bow']['most']['px']:.1f} px")
     expect(desk.get_by_test_id("left-out").locator("li")).to_have_count(len(found["lines"]) - found["lines_used"])
     desk.screenshot(path=tmp_path / "facade.png")
     desk.get_by_test_id("as-straightened").click()
-    expect(desk.get_by_test_id("edges-picture")).to_have_attribute("src", re.compile("^blob:"), timeout=LONG)
+    expect(desk.get_by_test_id("edges-picture")).to_have_attribute("src", re.compile("^blob:"), timeout=LONG_MS)
     desk.get_by_test_id("edges-picture").evaluate("picture => picture.decode()")
     desk.screenshot(path=tmp_path / "facade-straightened.png")
