@@ -37,7 +37,7 @@ def read_until(source, wanted) -> float:
     """Read until a frame is as wanted, and how long that took."""
     start = time.monotonic()
     while not wanted(source.read()):
-        assert time.monotonic() - start < SEEN_S
+        assert time.monotonic() - start < LONG_S  # an encoder in software, on a busy machine
     return time.monotonic() - start
 
 
