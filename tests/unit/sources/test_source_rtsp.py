@@ -15,7 +15,7 @@ from app.sources import SourceContext, source_from_url
 from app.sources.network.rtp_sizes import SizeMonitor
 from tests.support.gst_camera import GstCamera, installed
 from tests.support.rtsp_camera import RtspCamera, packed, scene
-from tests.support.waiting import until
+from tests.support.waiting import LONG_S, until
 
 AROUND = SourceContext(hosts=("127.0.0.1",))
 SEEN_S = 20.0  # generous, for a busy machine
