@@ -193,7 +193,7 @@ def gst(codec: str, gop: int = 25):
 
 @pytest.mark.parametrize("codec", ["h264", "h265", "mjpeg"])
 def test_a_real_server_is_read_and_its_size_followed(codec):
-    with gst(codec) as camera, contextlib.closing(source_from_url(camera.url + "#open_s=10", AROUND)) as source:
+    with gst(codec) as camera, contextlib.closing(source_from_url(camera.url + "#open_s=25", AROUND)) as source:
         first = source.read()
         assert tuple(first.size) == (320, 240) and sees_sizes(source)
         white, green = (first.pixels[120, x].astype(int) for x in (20, 160))  # of the television's colour bars
@@ -204,7 +204,7 @@ def test_a_real_server_is_read_and_its_size_followed(codec):
 
 
 def test_a_codec_whose_sizes_are_not_understood_is_read_and_says_so():
-    with gst("vp8") as camera, contextlib.closing(source_from_url(camera.url + "#open_s=10", AROUND)) as source:
+    with gst("vp8") as camera, contextlib.closing(source_from_url(camera.url + "#open_s=25", AROUND)) as source:
         assert tuple(source.read().size) == (320, 240) and not sees_sizes(source)
 
 
