@@ -7,6 +7,7 @@ and what has not answered by the deadline is left out.
 import os
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from functools import wraps
 from pathlib import Path
@@ -31,9 +32,18 @@ def discover_cameras(context: SourceContext, deadline_s: float = DEADLINE_S) -> 
     from app.sources.industrial.genicam_producers import producers_in
     until = time.monotonic() + deadline_s
     genicam, aravis = (Program(f"{__name__}:{main.__name__}") for main in (genicam_cameras, aravis_cameras))
-    finders = [ChildProcess(genicam, {"path": str(path)}) for path in producers_in(context.producers).values()]
-    finders.append(ChildProcess(aravis, {}))
+    finders = started([*((genicam, {"path": str(path)}) for path in producers_in(context.producers).values()),
+                       (aravis, {})])
     return [*v4l2_cameras(), *(one for finder in finders for one in answer_of(finder, until))]
+
+
+def started(programs: Iterable[tuple[Program, dict[str, Any]]]) -> list[ChildProcess]:
+    """Start every program with its arguments, and leave out what dies, or cannot be started, at once."""
+    finders = []
+    for program, arguments in programs:
+        with suppress(OSError):
+            finders.append(ChildProcess(program, arguments))
+    return finders
 
 
 def answer_of(finder: ChildProcess, until: float) -> list[Discovered]:

@@ -205,6 +205,6 @@ def test_readers_do_not_wait_for_the_disk(store, monkeypatch):
         while thread.is_alive() and time.monotonic() < start + 1.0:
             jobs.get(job.id), jobs.all()
             looks += 1
-        assert looks > 10 and jobs.get(job.id).state == "running"
+        assert looks > 100 and jobs.get(job.id).state == "running"
         thread.join()
         assert jobs.get(job.id).state == "cancelled"

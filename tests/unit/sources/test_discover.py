@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.processes.child_process import ChildProcess
-from app.processes.start import Program
+from app.processes.start import Program, start
 from app.sources import SourceContext
 from app.sources.discover import _short_names, answer_of, discover_cameras
 from tests.support.industrial import GvCamera, opened, viky, with_viky
@@ -79,6 +79,19 @@ def found_while(deed, around: SourceContext, deadline_s: float) -> list:
 def test_one_that_dies_takes_nothing_from_the_others():
     cameras = found_while(lambda: os.kill(looker("aravis"), signal.SIGKILL), with_viky(), LONG_S)
     assert sum(one["address"].startswith("genicam:") for one in cameras) == 3
+
+
+def test_one_that_dies_before_it_is_told_anything_takes_nothing_from_the_others(monkeypatch):
+    def started_and_dead(program):
+        process, line = start(program)
+        if "aravis" in program.main:
+            process.kill()
+            process.wait()
+        return process, line
+
+    monkeypatch.setattr("app.processes.child_process.start", started_and_dead)
+    cameras = discover_cameras(with_viky(), LONG_S)
+    assert [one["address"] for one in cameras] == [f"genicam://{serial}?producer=viky" for serial in (0, 1, 2)]
 
 
 def test_one_that_hangs_is_left_out_at_the_deadline_and_ended():

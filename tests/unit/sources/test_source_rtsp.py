@@ -18,7 +18,7 @@ from tests.support.rtsp_camera import RtspCamera, packed, scene
 from tests.support.waiting import LONG_S, until
 
 AROUND = SourceContext(hosts=("127.0.0.1",))
-SEEN_S = 20.0  # generous, for a busy machine
+SEEN_S = 20.0  # generous, for a busy machine; the bench measures
 
 
 @pytest.fixture
