@@ -35,6 +35,7 @@ from schemathesis.specs.openapi.checks import (
 
 from tests.support.paths import ROOT
 from tests.support.pictures import encoded, gradient
+from tests.support.waiting import LONG_S
 
 API = "/api/v1"
 TASK = json.loads((ROOT / "tests" / "clicks" / "ssl_2008_half.json").read_text())
@@ -97,7 +98,7 @@ def test_every_call_keeps_what_the_documentation_promises(server, mode):
         @given(case=call.as_strategy(generation_mode=mode))
         def keeps(case):
             meet_what_is_there(case, server)
-            case.call_and_validate(checks=PROMISES)
+            case.call_and_validate(checks=PROMISES, timeout=LONG_S)
 
         try:
             keeps()

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 
+import distributed
 import pytest
 from starlette.testclient import TestClient
 
@@ -265,6 +266,21 @@ def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_p
     with dask_cluster(tmp_path, workers=0) as cluster, JobEngine(engine=cluster.address, wall_s=1.5) as jobs:
         failed = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
         assert failed.problem["reason"] == "no-free-worker" and "dask worker" in failed.problem["fix"]
+
+
+def test_a_handshake_of_dasks_own_that_fails_is_made_again(tmp_path, monkeypatch):
+    connect, tries = distributed.Client, []
+
+    def fails_first(*arguments, **named):
+        tries.append(arguments)
+        if len(tries) == 1:
+            raise AssertionError  # as distributed does where a busy scheduler sends two messages in one
+        return connect(*arguments, **named)
+
+    with dask_cluster(tmp_path) as cluster, JobEngine(engine=cluster.address) as jobs:
+        monkeypatch.setattr(distributed, "Client", fails_first)
+        done = ended(jobs, jobs.start("adding", sample_jobs.adds, {"a": 1, "b": 1}))
+        assert done.state == "done" and done.result["sum"] == 2 and len(tries) == 2
 
 
 @pytest.mark.parametrize("address", ["dask://", "dask://host", "http://host:1", "dask://host:port",
