@@ -105,32 +105,24 @@ class DaskCluster:
                 raise JobStopped
             try:
                 socket.create_connection((self._host, self._port), timeout=1.0).close()
-                break
-            except OSError:
+                return self._new_client()
+            except (OSError, AssertionError):  # asserted by Dask's handshake with a busy scheduler, two messages in one
                 if time.monotonic() > until:
                     raise self._unreachable() from None
                 time.sleep(POLL_S)
+
+    def _new_client(self) -> Any:
+        from distributed import Client, Security
         try:
-            while True:
-                try:
-                    return self._new_client()
-                except AssertionError:  # Dask's handshake with a busy scheduler, which sent two messages in one
-                    if not is_wanted():
-                        raise JobStopped from None
-                    if time.monotonic() > until:
-                        raise self._unreachable() from None
+            security = Security(require_encryption=True) if self._tls else None
+            return Client(f"{'tls' if self._tls else 'tcp'}://{self._host}:{self._port}", timeout=CONNECT_S,
+                          security=security, set_as_default=False, name="touchline")
         except OSError:  # TimeoutError and Dask's own are such
             raise self._unreachable() from None
         except (RuntimeError, TypeError, ValueError) as error:
             raise Unavailable(f"Dask refuses to connect to {self._host}:{self._port}: {str(error)[:200]}",
                               "Correct Dask's settings for TLS: the files of certificates and key.",
                               reason="no-scheduler") from None
-
-    def _new_client(self) -> Any:
-        from distributed import Client, Security
-        security = Security(require_encryption=True) if self._tls else None
-        return Client(f"{'tls' if self._tls else 'tcp'}://{self._host}:{self._port}", timeout=CONNECT_S,
-                      security=security, set_as_default=False, name="touchline")
 
     def _unreachable(self) -> TouchlineError:
         return Unavailable(f"The cluster's scheduler at {self._host}:{self._port} does not answer.",

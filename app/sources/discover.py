@@ -32,12 +32,12 @@ def discover_cameras(context: SourceContext, deadline_s: float = DEADLINE_S) -> 
     from app.sources.industrial.genicam_producers import producers_in
     until = time.monotonic() + deadline_s
     genicam, aravis = (Program(f"{__name__}:{main.__name__}") for main in (genicam_cameras, aravis_cameras))
-    finders = started([*((genicam, {"path": str(path)}) for path in producers_in(context.producers).values()),
-                       (aravis, {})])
+    finders = _started([*((genicam, {"path": str(path)}) for path in producers_in(context.producers).values()),
+                        (aravis, {})])
     return [*v4l2_cameras(), *(one for finder in finders for one in answer_of(finder, until))]
 
 
-def started(programs: Iterable[tuple[Program, dict[str, Any]]]) -> list[ChildProcess]:
+def _started(programs: Iterable[tuple[Program, dict[str, Any]]]) -> list[ChildProcess]:
     """Start every program with its arguments, and leave out what dies, or cannot be started, at once."""
     finders = []
     for program, arguments in programs:
