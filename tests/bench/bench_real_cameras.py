@@ -1,0 +1,161 @@
+"""Accuracy on the second simulator. Command: python tests/bench/bench_real_cameras.py auto|clicks FROM TO [OPTIONS]
+
+auto: no clicks, on rendered scenes by seed. clicks: nine on each border that is in sight, σ 0.4 px, the height by tape
+to 30 mm, off the same cameras, for each model with a lens. OPTIONS is JSON: options of the fit, and "scene" (members
+of SceneSpec that are not drawn), "exact" (lines as the rules say), "verbose".
+The true error is the rms over a grid of the region in sight, on the carpet and at robot height; beside it stands the
+error that Touchline expected there. Seconds are by the processor.
+"""
+
+import json
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from app.core.errors import TouchlineError
+from app.core.field import BORDERS, Field, Region
+from app.core.geometry import ImageSize
+from app.core.records import Fit, Frame, Observation
+from app.evaluate.fit.uncertainty import expected_error, grid_over
+from app.fitting import FITTERS
+from app.workflows import automatic
+from app.workflows.automatic_request import LADDER
+from tests.support.second_simulator import SceneSpec, render, scene_spec
+from tests.support.second_simulator.opencv_camera import OpenCvCamera
+from tests.support.second_simulator.paint import PaintErrors
+from tests.support.second_simulator.scene_spec import camera_of, fields, region_of
+
+CLICK_MODELS = ("brown-conrady", "fisheye", "division", "ssl")
+CLICKS, CLICK_PX, TAPE_MM = 9, 0.4, 30.0
+LIMIT_MM = 7.5
+UNREACHED_MM = 1e5
+
+
+def true_and_expected(fit: Fit, camera: OpenCvCamera, field: Field, region: Region) -> dict[str, float]:
+    """Return rms errors in mm, true and expected, on the carpet and at robot height, where the camera sees them.
+
+    A whole field turned by half a turn looks the same: then the error is that of the nearer of the two.
+    """
+    grid = grid_over(region).reshape(-1, 2)
+    result = {}
+    whole = np.ptp(region.x_mm) == field.length_mm and np.ptp(region.y_mm) == field.width_mm
+    turns = (1.0, -1.0) if whole else (1.0,)
+    for name, z_mm in (("carpet", 0.0), ("hat", field.hat_height_mm)):
+        pixels = camera.project(np.column_stack([grid, np.full(len(grid), z_mm)]))
+        seen = camera.inside(pixels)
+        found = fit.model.unproject(pixels[seen], z_mm)
+        off = [np.linalg.norm(turn * found - grid[seen], axis=1) for turn in turns]
+        result[name] = min(float(np.sqrt(np.mean(np.where(np.isfinite(o), o, UNREACHED_MM) ** 2))) for o in off)
+        result[f"{name}_expected"] = expected_error(fit, region, z_mm, grid[seen][None]).rms
+    return result
+
+
+def spec_of(seed: int, scene: Mapping[str, Any], exact: bool) -> SceneSpec:
+    spec = scene_spec(seed, **{k: tuple(v) if isinstance(v, list) else v for k, v in scene.items()})
+    straight = replace(spec.paint, line_sigma_mm=0.0, gross_mm=0.0, slope_sigma=0.0)
+    return replace(spec, paint=straight) if exact else spec
+
+
+def auto_row(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], exact: bool) -> dict[str, Any]:
+    spec = spec_of(seed, scene, exact)
+    made = render(spec)
+    row: dict[str, Any] = {"seed": seed, "scene": f"{spec.field} {spec.region} {spec.lens} {spec.tilt_deg:.0f}°"}
+    begin = time.process_time()
+    lines = automatic.detect_lines(Frame(made.pixels).pixels)
+    found, _ = automatic.assign_lines(lines, made.field, made.region)
+    if found is None:
+        return {**row, "state": "no match", "seconds": time.process_time() - begin}
+    done = None
+    for models in LADDER:
+        try:
+            done, found = automatic.calibrate(found, lines, made.field, made.region, models, options)
+            break
+        except TouchlineError as refused:
+            row["refused"] = refused.what
+    proof = automatic.verify(found, lines, made.field, made.region)
+    row["seconds"] = time.process_time() - begin
+    if done is None:
+        return {**row, "state": "no fit"}
+    doubts = [doubt["reason"] for doubt in proof.doubts()]
+    return {**row, "state": "doubt" if doubts else "found", "doubts": doubts, "model": done.model.NAME,
+            "level": done.report["verdict"]["level"],
+            **true_and_expected(done.fit, made.camera, made.field, made.region)}
+
+
+def click_rows(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], exact: bool) -> list[dict[str, Any]]:
+    spec, rng = spec_of(seed, scene, exact), np.random.default_rng([seed, 3])
+    camera, region, field = camera_of(spec), region_of(spec), fields()[spec.field]
+    observations = clicks(spec.paint, camera, region, rng)
+    height = {"height_mm": {"value": float(camera.position_mm[2] + rng.normal(0, TAPE_MM)), "sigma": TAPE_MM}}
+    rows = []
+    for model in CLICK_MODELS:
+        row: dict[str, Any] = {"seed": seed, "scene": f"{spec.field} {spec.region} {spec.lens} {spec.tilt_deg:.0f}°",
+                               "model": model}
+        begin = time.process_time()
+        try:
+            fit = FITTERS[model].fit(observations, field, region, ImageSize(*spec.size), {**height, **options})
+        except TouchlineError as refused:
+            rows.append({**row, "state": "no fit", "refused": refused.what, "seconds": time.process_time() - begin})
+            continue
+        seconds = time.process_time() - begin
+        rows.append({**row, "state": "found", "seconds": seconds, **true_and_expected(fit, camera, field, region)})
+    return rows
+
+
+def clicks(paint: PaintErrors, camera: OpenCvCamera, region: Region, rng: np.random.Generator,
+           ) -> tuple[Observation, ...]:
+    """Click each border in sight, as painted: beside its place by the paint's σ."""
+    observations = []
+    for name in BORDERS:
+        border = region.border(name).shifted(float(rng.normal(0, paint.line_sigma_mm)))
+        along = border.sample(400)
+        pixels = camera.project(np.column_stack([along, np.zeros(len(along))]))
+        pixels = pixels[camera.inside(pixels, 3)]
+        if len(pixels) >= CLICKS:
+            chosen = rng.choice(len(pixels), CLICKS, replace=False)
+            noisy = pixels[chosen] + rng.normal(0, CLICK_PX, (CLICKS, 2))
+            observations.append(Observation(name, "line", np.clip(noisy, 0, np.array(camera.size) - 1.0)))
+    return tuple(observations)
+
+
+def summarise(title: str, rows: list[dict[str, Any]]) -> None:
+    found = [row for row in rows if row["state"] == "found"]
+    states = {state: sum(row["state"] == state for row in rows) for state in sorted({row["state"] for row in rows})}
+    print(f"{title}: {states}; {np.median([r['seconds'] for r in rows]):.2f} s, "
+          f"p95 {np.quantile([r['seconds'] for r in rows], 0.95):.2f} s")
+    if not found:
+        return
+    for name in ("carpet", "hat"):
+        true, expected = (np.array([row[key] for row in found]) for key in (name, f"{name}_expected"))
+        ratio = true / expected
+        p90, p95 = np.quantile(true, [0.9, 0.95])
+        print(f"  {name}: median {np.median(true):.2f}, p90 {p90:.1f}, p95 {p95:.1f}, worst {true.max():.0f} mm; "
+              f"expected {np.median(expected):.2f}; true over expected {np.median(ratio):.2f}, over 2 in "
+              f"{np.mean(ratio > 2):.1%}")
+    if "level" in found[0]:
+        worst = [max(row["carpet"], row["hat"]) for row in found]
+        good = [row["level"] == "good" for row in found]
+        wrong = [row["seed"] for row, mm, yes in zip(found, worst, good, strict=True) if yes and mm > LIMIT_MM]
+        under = [yes for yes, mm in zip(good, worst, strict=True) if mm <= LIMIT_MM]
+        print(f"  called good {sum(good)}, of which over {LIMIT_MM} mm: {wrong}; of those under it "
+              f"{np.mean(under):.1%} called good")
+
+
+if __name__ == "__main__":
+    kind, seeds = sys.argv[1], range(int(sys.argv[2]), int(sys.argv[3]))
+    given = json.loads(sys.argv[4]) if len(sys.argv) > 4 else {}
+    scene, exact, verbose = given.pop("scene", {}), given.pop("exact", False), given.pop("verbose", False)
+    every: list[dict[str, Any]] = []
+    for seed in seeds:
+        new = [auto_row(seed, given, scene, exact)] if kind == "auto" else click_rows(seed, given, scene, exact)
+        every += new
+        for row in new if verbose else ():
+            print(json.dumps(row, default=float), flush=True)
+    for title in ("auto",) if kind == "auto" else CLICK_MODELS:
+        summarise(title, every if kind == "auto" else [row for row in every if row["model"] == title])
