@@ -19,6 +19,7 @@ Point = tuple[float, float]
 BORDERS = ("left", "right", "top", "bottom")
 QUARTER_TURNS = (0, 90, 180, 270)
 DEFAULT_LINE_WIDTH_MM = 10.0
+LINE_SIGMA_MM = 3.0  # of painted lines about their places
 HAT_MM = 150.0  # where the pattern of a Small Size League robot is; other leagues' fields say theirs
 
 
@@ -45,6 +46,15 @@ class Line:
         """Unit vectors to the line's left, likewise."""
         along = self.tangents(points)
         return np.stack([-along[..., 1], along[..., 0]], axis=-1)
+
+    def shifted(self, offset_mm: float) -> Self:
+        """The same line so far to the left of it."""
+        if not offset_mm:
+            return self
+        start, end = np.asarray(self.start), np.asarray(self.end)
+        along = (end - start) / np.linalg.norm(end - start)
+        aside = offset_mm * np.array([-along[1], along[0]])
+        return replace(self, start=tuple(map(float, start + aside)), end=tuple(map(float, end + aside)))
 
     def sample(self, count: int) -> Points:
         """(count, 2) evenly spaced points from start to end."""
@@ -85,6 +95,10 @@ class Arc:
     def normals(self, points: Points) -> Points:
         """Unit vectors outwards, likewise."""
         return (points - np.asarray(self.centre)) / self.radius_mm
+
+    def shifted(self, offset_mm: float) -> Self:
+        """The same arc with so much more of a radius."""
+        return replace(self, radius_mm=self.radius_mm + offset_mm) if offset_mm else self
 
     def sample(self, count: int) -> Points:
         """(count, 2) evenly spaced points from start_deg to end_deg."""
@@ -183,6 +197,8 @@ class Field:
     """A field by name, with everything that is painted on it.
 
     hat_height_mm: how high above the carpet robots carry their patterns, where errors are evaluated as well.
+    line_sigma_mm: how far its lines may lie beside their places, σ; 0 where they are exact.
+    line_offsets_mm: by feature, how far beside its place a fit found it: along a line's normal, of an arc's radius.
     """
 
     name: str
@@ -195,6 +211,12 @@ class Field:
     regions: Mapping[str, Region]
     extras: Mapping[str, Any] = member(default_factory=dict)  # goals, boundary, ball: drawn and published, not fitted
     hat_height_mm: float = HAT_MM
+    line_sigma_mm: float = LINE_SIGMA_MM
+    line_offsets_mm: Mapping[str, float] = member(default_factory=dict)
+
+    def with_line_offsets(self, offsets_mm: Mapping[str, float]) -> Self:
+        """Return the same field with its lines where a fit found them."""
+        return replace(self, line_offsets_mm=offsets_mm)
 
     def region(self, name: str, rotate_deg: int | None = None) -> Region:
         """A region by name, turned otherwise if rotate_deg is given."""
@@ -210,11 +232,14 @@ class Field:
         if not isinstance(name, str):
             x, y = as_points(name, "The landmark's field position")
             return Landmark(f"({x:g}, {y:g}) mm", (float(x), float(y)))
+        offset_mm = self.line_offsets_mm.get(name, 0.0)
         if name in BORDERS:
-            return region.border(name)
-        for table in (self.lines, self.arcs, self.landmarks):
+            return region.border(name).shifted(offset_mm)
+        for table in (self.lines, self.arcs):
             if name in table:
-                return table[name]
+                return table[name].shifted(offset_mm)
+        if name in self.landmarks:
+            return self.landmarks[name]
         known = (*BORDERS, *self.lines, *self.arcs, *self.landmarks)
         raise BadInput(f"The field {self.name} has no feature called {name!r}.",
                        f"Use one of: {', '.join(known)}.", reason="unknown-feature")
@@ -225,4 +250,5 @@ class Field:
                 "arcs": [arc.to_json() for arc in self.arcs.values()],
                 "landmarks": {m.name: list(m.position) for m in self.landmarks.values()},
                 "regions": {r.name: r.to_json() for r in self.regions.values()},
-                "hat_height_mm": self.hat_height_mm, "extras": dict(self.extras)}
+                "hat_height_mm": self.hat_height_mm, "line_sigma_mm": self.line_sigma_mm,
+                "extras": dict(self.extras)}

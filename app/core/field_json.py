@@ -16,6 +16,7 @@ from app.core.field import (
     BORDERS,
     DEFAULT_LINE_WIDTH_MM,
     HAT_MM,
+    LINE_SIGMA_MM,
     QUARTER_TURNS,
     Arc,
     Field,
@@ -28,6 +29,7 @@ from app.core.field import (
 NAME = re.compile(r"[a-z0-9]+(?:-[a-z0-9]+)*")
 MAX_NAME = 64
 MAX_HAT_MM = 2000.0  # a grown-up humanoid
+MAX_LINE_SIGMA_MM = 200.0
 MIN_SIDE_MM, MAX_SIDE_MM = 100.0, 100_000.0  # a table top to a stadium
 MAX_MEMBERS = 500  # of each kind; the richest league field has 60
 SAME_MM = 0.01  # two ways to say one place may differ by this
@@ -38,7 +40,8 @@ T = TypeVar("T")
 def field_from_json(value: Any) -> Field:
     """The field that plain data describes; BadInput says which entry is wrong and what it should be."""
     keys(value, "The field", ("name", "length_mm", "width_mm", "regions"),
-         ("title", "line_width_mm", "lines", "arcs", "landmarks", "hat_height_mm", "extras"))
+         ("title", "line_width_mm", "lines", "arcs", "landmarks", "hat_height_mm",
+          "line_sigma_mm", "extras"))
     name = safe_name(value["name"], "name")
     length = number(value["length_mm"], "length_mm", MIN_SIDE_MM, MAX_SIDE_MM)
     width = number(value["width_mm"], "width_mm", MIN_SIDE_MM, MAX_SIDE_MM)
@@ -53,7 +56,8 @@ def field_from_json(value: Any) -> Field:
     _every_name_once(lines, arcs, landmarks)
     return Field(name, text(value.get("title", name), "title", 120), length, width, lines, arcs, landmarks, regions,
                  _extras(value.get("extras", {}), landmarks),
-                 number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, MAX_HAT_MM))
+                 number(value.get("hat_height_mm", HAT_MM), "hat_height_mm", 1, MAX_HAT_MM),
+                 number(value.get("line_sigma_mm", LINE_SIGMA_MM), "line_sigma_mm", 0, MAX_LINE_SIGMA_MM))
 
 
 def _line(value: Any, at: str, far: Point, thick: float) -> Line:

@@ -11,6 +11,7 @@ from app.core.json_values import number
 
 MAX_TEXT = 400  # characters of a sentence; ours have 200
 MAX_NAME = 64
+MAX_OFFSET_MM = 1000.0
 
 
 def text(value: Any, longest: int = MAX_TEXT) -> str | None:
@@ -42,6 +43,14 @@ def _feature(value: Any) -> Any:
     return value if isinstance(value, str) else _pair(value)
 
 
+def _offsets(value: Any) -> Any:
+    """How far lines lie beside their places, mm by name."""
+    if not isinstance(value, Mapping):
+        return None
+    return {name: mm for name, mm in value.items()
+            if isinstance(name, str) and number(mm) is not None and abs(mm) <= MAX_OFFSET_MM}
+
+
 _BORDER = {"before_pct": _number, "after_pct": _number}
 _SIGMA = {"rms": _number, "median": _number}
 _RESIDUAL = {"point": _pair, "px": _number, "mm": _number}
@@ -53,6 +62,7 @@ _FORM: dict[str, Any] = {
                    "per_border": dict.fromkeys(("left", "right", "top", "bottom"), _BORDER)},
     "per_feature": [{"feature": _feature, "kind": _string, "n": _whole, "rms_px": _number, "rms_mm": _number,
                      "max_mm": _number, "residuals": [_RESIDUAL]}],
+    "line_offsets_mm": _offsets,
     "next_click": {"feature": _feature, "point": _pair, "worst_mm": _number, "worst_mm_then": _number,
                    "z_mm": _number},
     "warnings": [{"reason": _string, "text": _string, "fix": _string, "feature": _feature, "index": _whole}],

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from app.core.errors import FitFailed
 from app.core.geometry import Array
+from app.fitting.clicks import first_of_each_place
 from app.models.border_curve import Curve
 
 Degree = int | Literal["auto"]
 
 MAX_AUTO_DEGREE = 6  # beyond it, a border of a dozen clicks follows the clicks' noise
-DUPLICATE_PX = 0.5  # two clicks closer than this are one that would count twice
 CLICK_NOISE_PX = 0.5  # what a careful hand leaves; the prior for the spread of few points
 PRIOR_CLICKS = 3  # how many points that prior weighs
 MIN_OUTLIER_PX = 1.5  # no click nearer than this to the others' curve is an outlier
@@ -64,8 +64,12 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
     """Fit a border; choose the degree by leave-one-out error if it is "auto".
 
     position, value: (n,) px. span: where the positions' axis begins and ends, px; t runs from -1 to 1 over it.
-    label: "the left border", for messages. Raises FitFailed when the points do not determine the curve.
+    label: "the left border", for messages. A second click on one place does not count. Raises FitFailed when the points
+    do not determine the curve.
     """
+    same = first_of_each_place(np.stack([position, value], axis=1))
+    once = np.unique(same)
+    whole, position, value = (position, value), position[once], value[once]
     _check_points(position, value, degree, label)
     centre, scale = (span[0] + span[1]) / 2, (span[1] - span[0]) / 2
     t = (position - centre) / scale
@@ -78,10 +82,10 @@ def fit_curve(position: Array, value: Array, degree: Degree, span: tuple[float, 
     plain = chebyshev.cheb2poly(solved.coefficients)
     plain = np.pad(plain, (0, degree + 1 - len(plain)))  # numpy drops coefficients that are exactly 0
     curve = Curve(tuple(float(c) for c in plain), float(centre), float(scale))
-    residuals = value - curve(position)
-    held_out = residuals.copy()  # an outlier is not in the fit: its residual is held out already
+    held_out = value - curve(position)  # an outlier is not in the fit: its residual is held out already
     held_out[inliers] = _held_out(solved)
-    return CurveFit(curve, inliers, residuals, held_out, reason)
+    twin = np.searchsorted(once, same)
+    return CurveFit(curve, inliers[twin], whole[1] - curve(whole[0]), held_out[twin], reason)
 
 
 def _check_points(position: Array, value: Array, degree: Degree, label: str) -> None:
@@ -93,14 +97,6 @@ def _check_points(position: Array, value: Array, degree: Degree, label: str) -> 
         raise FitFailed(f"{capital} has {position.size} point{'s' * (position.size != 1)}; {what} needs {least}.",
                         f"Click {missing} more point{'s' * (missing != 1)} on {label}.", reason="too-few-points",
                         feature=label)
-    points = np.stack([position, value], axis=1)
-    if position.size <= 2000:  # more come from a detector, whose spacing is its own
-        order = np.lexsort((value, position))
-        close = np.linalg.norm(np.diff(points[order], axis=0), axis=1) < DUPLICATE_PX
-        if close.any():
-            first, second = sorted(int(i) for i in order[np.flatnonzero(close)[0]:][:2])
-            raise FitFailed(f"Points {first + 1} and {second + 1} of {label} are the same place.",
-                            "Remove one of the two.", reason="duplicate-points", index=second, feature=label)
     if np.ptp(position) < 10:
         raise FitFailed(f"The points of {label} do not spread along it.",
                         "Click points along its whole length, near both ends too.", reason="collinear-points",

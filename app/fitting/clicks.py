@@ -6,6 +6,24 @@ from app.core.errors import FitFailed
 from app.core.geometry import Array, ImageSize, inside_picture
 from app.core.records import Observations, Warning
 
+SAME_PLACE_PX = 0.5  # two clicks closer than this are one
+MAX_CLICKED = 1000  # more come from a detector, whose spacing is its own
+
+
+def first_of_each_place(points: Array) -> Array:
+    """Return for each point (n, 2) px the number of the first one at its place, its own in most cases.
+
+    A second click on one place says nothing new: it neither counts in a fit nor harms it.
+    """
+    first = np.arange(len(points))
+    if len(points) > MAX_CLICKED:
+        return first
+    near = np.tril(np.linalg.norm(points[:, None] - points, axis=2) < SAME_PLACE_PX, -1)
+    for k in np.flatnonzero(near.any(axis=1)):
+        firsts = np.flatnonzero(near[k] & (first == np.arange(len(points))))
+        first[k] = firsts[0] if firsts.size else k
+    return first
+
 
 def check_inside_picture(observations: Observations, image_size: ImageSize) -> None:
     """Raise FitFailed for a click that no picture of that size can have."""
@@ -19,11 +37,14 @@ def check_inside_picture(observations: Observations, image_size: ImageSize) -> N
 
 
 def inlier_masks(observations: Observations, owners: Array, inliers: Array) -> tuple[Array, ...]:
-    """Return a mask of the points of each observation; owners (n, 2): observation and point of each of the inliers."""
+    """Return a mask of the points of each observation; owners (n, 2): observation and point of each of the inliers.
+
+    A second click on one place is what the first one is.
+    """
     masks = tuple(np.ones(len(o.points), bool) for o in observations)
     for (i, k), fine in zip(owners, inliers, strict=True):
         masks[i][k] = fine
-    return masks
+    return tuple(mask[first_of_each_place(o.points)] for mask, o in zip(masks, observations, strict=True))
 
 
 def outlier_warnings(observations: Observations, owners: Array, inliers: Array, pixels: Array) -> list[Warning]:

@@ -3,8 +3,8 @@
 from app.core.options import Option
 from app.fitting.corrected_rectangle import RECTANGLE_OPTIONS
 
-LINE_SIGMA = Option("line_sigma_mm", "float", 0.0, "How far the painted lines may be from their places; 0 takes them "
-                    "as exact.", (0, 200), "mm")
+LINE_SIGMA = Option("line_sigma_mm", "float", None, "How far the painted lines may be from their places. Empty: as the "
+                    "picture shows, about what the field says; 0 takes them as exact.", (0, 200), "mm")
 CLICK_SIGMA = Option("click_sigma_px", "float", None, "How well points are clicked. Empty: estimated from the clicks.",
                      (0.01, 20), "px")
 COMMON_OPTIONS: tuple[Option, ...] = (
@@ -20,8 +20,10 @@ RAY_OPTIONS: tuple[Option, ...] = (
            choices=("0", "own")),
     LINE_SIGMA,
     CLICK_SIGMA,
-    Option("centre_sigma_px", "float", 0.0, "How far the lens's centre may be from the picture's; 0 holds it there.",
-           (0, 500), "px"),
+    Option("centre_sigma_px", "float", None, "How far the principal point may be from the picture's middle. Empty: "
+           "1.2 % of the width; 0 holds it there.", (0, 500), "px"),
+    Option("aspect_sigma", "float", None, "How far the pixels' aspect may be from square. Empty: 0.002, or 0 for SSL; "
+           "0 holds it.", (0, 0.2), ""),
     *COMMON_OPTIONS,
 )
 

@@ -6,7 +6,7 @@
     verify(found, lines, field, region)          whether the picture shows what that camera expects
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,7 @@ from app.core.errors import FitFailed
 from app.core.field import BORDERS, Arc, Field, Line, Region
 from app.core.geometry import Array, ImageSize, Points
 from app.core.progress import Progress, no_progress
-from app.core.records import Observation, Observations
+from app.core.records import Fit, Observation, Observations
 from app.evaluate.fit.verification import Verification
 from app.fitting import FITTERS
 from app.fitting.field_lines.line_samples import LineSamples, fine_pattern, sample_lines_evenly
@@ -27,9 +27,8 @@ from app.fitting.field_lines.refinement import FINER_PX, nearest_markings, refin
 from app.fitting.field_lines.search import FINE_STEPS, CameraCandidate, PosePrior, SearchResult, candidate_json, search
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, parameters_json
-from app.models.lens_models import BrownConrady
 from app.models.ray_camera import RayCamera
-from app.vision.lines.profiles import across_lines
+from app.vision.lines.profiles import NO_WIDTHS, across_lines
 from app.vision.lines.ridge_chains import ridge_chains
 from app.vision.lines.ridges import ridges
 from app.workflows import calibration
@@ -46,6 +45,7 @@ LONG = 0.05  # of the diagonal: a line of that length on the carpet wants an exp
 ON_LINE_PX = 5.0
 EVERY = 4  # px along those chains
 MAX_CHAINS_SHOWN = 60
+MIN_HITS_KEPT = 0.9  # of the places where a line was found: fewer in the second measuring, and the first one stands
 TWIN_PX = 12.0  # between the region's corners as two cameras see them, which are then the same
 
 
@@ -71,7 +71,7 @@ class DetectedLines:
 class LineAssignment:
     """observations: points on each marking. state: the camera that named them. hits: where a line was found.
 
-    rms_px: of the points about the field as that camera sees it.
+    rms_px: of the points about the field as that camera sees it. widths: of each marking, as Profiles has them.
     """
 
     observations: Observations
@@ -81,6 +81,7 @@ class LineAssignment:
     hits: NDArray[np.bool_]
     pattern: FieldPattern
     rms_px: float
+    widths: Mapping[int, float]
 
 
 def detect_lines(pixels: NDArray[np.uint8]) -> DetectedLines:
@@ -112,18 +113,20 @@ def assign_lines(seen: DetectedLines, field: Field, region: Region, rough: PoseP
 
 
 def _measured(seen: DetectedLines, state: RayCameraParameters, pattern: FieldPattern, region: Region,
-              searched: SearchResult) -> LineAssignment | None:
+              searched: SearchResult, widths: Mapping[int, float] = NO_WIDTHS) -> LineAssignment | None:
     size = seen.size
     scale = max(size.width / 1280, 0.8)
     places = sample_lines_evenly(state.project, pattern, size, POINTS, APART_PX, CLEAR_PX)
     if not places.clear.any():
         return None
     profiles = across_lines(seen.gray, places.places, places.normals, places.width_px, places.marking,
-                            CAPTURE_PX * scale)
+                            CAPTURE_PX * scale, widths)
     hits = profiles.found & places.clear
     if hits.any():
-        spread = 1.4826 * float(np.median(np.abs(profiles.middle[hits])))
-        hits &= np.abs(profiles.middle) < max(STRAY_SPREADS * spread, STRAY_PX)  # a robot's edge, a shoe
+        # About the middle of its own marking, which may be painted beside its place.
+        aside = profiles.middle - _medians(np.where(hits, profiles.middle, np.nan), places.marking)
+        spread = 1.4826 * float(np.nanmedian(np.abs(aside[hits])))
+        hits &= np.abs(aside) < max(STRAY_SPREADS * spread, STRAY_PX)  # a robot's edge, a shoe
     points = places.places + np.where(hits, profiles.middle, 0.0)[:, None] * places.normals
     observations = []
     for number, marking in enumerate(pattern.markings):
@@ -133,7 +136,17 @@ def _measured(seen: DetectedLines, state: RayCameraParameters, pattern: FieldPat
         else:
             hits = hits & ~of
     rms_px = float(np.sqrt(np.mean(profiles.middle[hits] ** 2))) if hits.any() else np.inf
-    return LineAssignment(tuple(observations), state, searched, places, hits, pattern, rms_px) if observations else None
+    if not observations:
+        return None
+    return LineAssignment(tuple(observations), state, searched, places, hits, pattern, rms_px, profiles.widths)
+
+
+def _medians(values: NDArray, group: NDArray) -> NDArray:
+    """Return for each value (n,) the median of its group's known ones; NaN where there are none."""
+    result = np.full(len(values), np.nan)
+    for name in np.unique(group[np.isfinite(values)]):
+        result[group == name] = np.nanmedian(values[group == name])
+    return result
 
 
 def observed_feature(marking: Line | Arc, region: Region) -> str:
@@ -147,17 +160,46 @@ def observed_feature(marking: Line | Arc, region: Region) -> str:
     return marking.name
 
 
-def calibrate(found: LineAssignment, field: Field, region: Region, size: ImageSize, model: str,
-              options: Mapping[str, Any], progress: Progress = no_progress) -> CalibrationResult:
-    """Fit and evaluate the found points as clicks are. A model with rays starts from the camera that was found."""
+def calibrate(found: LineAssignment, seen: DetectedLines, field: Field, region: Region, models: Sequence[str],
+              options: Mapping[str, Any], progress: Progress = no_progress) -> tuple[CalibrationResult, LineAssignment]:
+    """Fit and evaluate the found points as clicks are; return the calibration, and the points that it rests on.
+
+    Of several models it is the one that the points make most probable; FitFailed where none can be fitted. A model with
+    rays starts from the camera that was found, and measures the lines once more, where itself sees them: the search's
+    own lens may miss those near the picture's edge.
+    """
+    first, begin = _most_probable(found, field, region, seen.size, models, options), {}
+    if isinstance(first.model, RayCamera):
+        again = _measured(seen, RayCameraParameters.of(first.model), found.pattern, region, found.searched,
+                          found.widths)
+        found = again if again is not None and again.hits.sum() >= MIN_HITS_KEPT * found.hits.sum() else found
+        begin = {name: first.notes["choices"][name] for name in ("start", "start_lines_mm")}
+    return calibration.calibrate(found.observations, field, region, seen.size, first.model.NAME, {**options, **begin},
+                                 progress), found
+
+
+def _most_probable(found: LineAssignment, field: Field, region: Region, size: ImageSize, models: Sequence[str],
+                   options: Mapping[str, Any]) -> Fit:
+    fits, refused = [], []
+    for name in models:
+        try:
+            fits.append(_fitted(found, field, region, size, name, options))
+        except FitFailed as refusal:
+            refused.append(refusal)
+    if not fits:
+        raise refused[0]
+    return max(fits, key=lambda fit: fit.notes.get("log_evidence", -np.inf))
+
+
+def _fitted(found: LineAssignment, field: Field, region: Region, size: ImageSize, model: str,
+            options: Mapping[str, Any]) -> Fit:
     begin = _start(found.state, model, region, size)
     if begin is not None:
         try:
-            return calibration.calibrate(found.observations, field, region, size, model, {**options, "start": begin},
-                                         progress)
+            return FITTERS[model].fit(found.observations, field, region, size, {**options, "start": begin})
         except FitFailed:
             pass  # a lens with one term less may not see as far as this picture shows: then it begins as for clicks
-    return calibration.calibrate(found.observations, field, region, size, model, options, progress)
+    return FITTERS[model].fit(found.observations, field, region, size, options)
 
 
 def _start(state: RayCameraParameters, name: str, region: Region, size: ImageSize) -> dict[str, Any] | None:
@@ -165,7 +207,7 @@ def _start(state: RayCameraParameters, name: str, region: Region, size: ImageSiz
     model_class = MODELS[name]
     if not issubclass(model_class, RayCamera):
         return None
-    terms = state.terms if model_class is BrownConrady else FITTERS[name].start_terms(float(state.terms[0]))
+    terms = state.terms if model_class.LENS is state.lens else FITTERS[name].start_terms(float(state.terms[0]))
     given = replace(state, lens=model_class.LENS, terms=np.asarray(terms, float))
     begin = model_class(**given.parameters(), width_px=100.0, height_px=100.0, n_rectangles_x=1, n_rectangles_y=1,
                         region=region, image_size=size)

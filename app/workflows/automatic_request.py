@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as member
+from itertools import chain
 from typing import Any, Self
 
 import numpy as np
@@ -22,7 +23,7 @@ from app.workflows.calibration_request import CalibrationRequest
 from app.workflows.job_pictures import Pictures, job_pictures
 
 AUTO = "auto"
-LADDER = ("brown-conrady", "fisheye", "division")  # the first that can be fitted: very wide lenses need the second
+LADDER = (("brown-conrady", "fisheye"), ("division",))  # of the first that can be fitted, the most probable
 PRIOR_RANGES = {"height_mm": (100.0, 100_000.0), "turn_deg": (-360.0, 360.0)}
 
 
@@ -53,13 +54,13 @@ class AutomaticRequest:
     note: str = ""
 
     def __post_init__(self) -> None:
-        for name in self.models:
+        for name in chain(*self.models):
             MODELS[name]
         pose_prior_from_json(self.rough)
 
     @property
-    def models(self) -> tuple[str, ...]:
-        return LADDER if self.model == AUTO else (self.model,)
+    def models(self) -> tuple[tuple[str, ...], ...]:
+        return LADDER if self.model == AUTO else ((self.model,),)
 
     def to_json(self) -> dict[str, Any]:
         return {"field": self.field.to_json(), "region": self.region.name, "rotate": self.region.rotate_deg,
@@ -89,19 +90,19 @@ class AutomaticRequest:
         if found is None:
             doubts = [automatic.no_match_error(lines, searched).to_json()]
             return {**summary, "doubts": doubts, "verdict": verdict_of(doubts, None, None)}, None
-        summary["observations"] = [o.to_json() for o in found.observations]
-        proof = automatic.verify(found, lines, self.field, self.region)
-        doubts, done, refused = [*proof.doubts()], None, []
-        for name in self.models:
+        done, refused = None, []
+        for names in self.models:
             try:
-                done = automatic.calibrate(found, self.field, self.region, frame.size, name, self.options,
-                                           subprogress(progress, 0.6, 1.0))
-                summary["model"] = name
+                done, found = automatic.calibrate(found, lines, self.field, self.region, names, self.options,
+                                                  subprogress(progress, 0.6, 1.0))
+                summary["model"] = done.model.NAME
                 break
             except FitFailed as refusal:
                 refused.append(refusal.to_json())
         report = None if done is None else done.report
-        doubts += refused[:1] if done is None else []
+        proof = automatic.verify(found, lines, self.field, self.region)
+        summary["observations"] = [o.to_json() for o in found.observations]
+        doubts = [*proof.doubts(), *(refused[:1] if done is None else [])]
         summary |= {"doubts": doubts, "verdict": verdict_of(doubts, proof, report and report["verdict"]),
                     "proof": proof.to_json(), "report": report}
         if done is None or doubts:

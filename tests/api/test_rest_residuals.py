@@ -10,7 +10,8 @@ from app.models import MODELS, RayModel
 from tests.support.operator import REGION, reference_camera
 from tests.support.sim_clicks import border_observations
 
-FIELD = {"name": "round-4x3", "title": "With a circle", "length_mm": 4000, "width_mm": 3000, "lines": [],
+FIELD = {"name": "round-4x3", "title": "With a circle", "length_mm": 4000, "width_mm": 3000, "line_sigma_mm": 0,
+         "lines": [],
          "arcs": [{"name": "circle", "centre": [100, 50], "radius_mm": 600}], "landmarks": {"spot": [-900, 400]},
          "regions": {"full": {"x": [-2000, 2000], "y": [-1500, 1500], "rotate": 0}}}
 SIDES = {"left": (0, -2000), "right": (0, 2000), "top": (1, 1500), "bottom": (1, -1500)}
@@ -109,6 +110,21 @@ def test_the_report_tells_the_same_arrows_and_what_a_pixel_is_worth(standing, ma
     a_pixel = np.median(np.linalg.norm(after - before, axis=1))
     assert found["mm_per_px"] == report["mm_per_px"] == pytest.approx(a_pixel, rel=0.02)
     assert [(a["feature"], a["index"]) for a in found["arrows"] if a["outlier"]] == [("left", 4)]
+
+
+def test_on_a_painted_field_an_arrow_ends_on_the_line_where_the_fit_found_it(standing):
+    assert standing.put("/api/v1/fields/painted-4x3", json={**FIELD, "name": "painted-4x3", "line_sigma_mm": 5}
+                        ).status_code in (200, 201)
+    body = {"field": "painted-4x3", "region": "full", "image_size": [1280, 1024], "model": "brown-conrady",
+            "observations": observations()}
+    made = standing.post("/api/v1/calibrations", json=body).json()
+    offsets = made["report"]["line_offsets_mm"]
+    arrows = standing.get(f"/api/v1/calibrations/{made['id']}/residuals.json").json()["arrows"]
+    assert max(map(abs, offsets.values())) > 0.05
+    for feature in SIDES:
+        clicked = [a["foot"] for a in arrows if a["feature"] == feature]
+        feet = transformed(standing, made["id"], clicked, "image", "field")
+        assert off_its_place(feature, feet) == pytest.approx(abs(offsets[feature]), abs=1e-3)
 
 
 @pytest.mark.parametrize("model", LENSES)

@@ -20,7 +20,8 @@ def plain_field(region: Region = FULL) -> Field:
     marks = [Landmark(f"mark-{i}-{j}", (cx + a * hx, cy + b * hy))
              for i, a in enumerate(ACROSS) for j, b in enumerate(ACROSS)]
     return Field("plain", "A plain field", float(x1 - x0), float(y1 - y0), {line.name: line for line in lines},
-                 {"circle": Arc("circle", (cx, cy), 0.3 * hy)}, {m.name: m for m in marks}, {region.name: region})
+                 {"circle": Arc("circle", (cx, cy), 0.3 * hy)}, {m.name: m for m in marks}, {region.name: region},
+                 line_sigma_mm=0.0)
 
 
 def seen(model: CameraModel, region: Region, per_border: int = 9, *, noise_px: float = 0.0,

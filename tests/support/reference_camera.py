@@ -24,7 +24,7 @@ def reference_field() -> Field:
             "goal-line-left": ((-x, -y), (-x, y)), "goal-line-right": ((x, -y), (x, y))}
     return Field("reference", "Reference, 4 × 3 m", 2 * x, 2 * y,
                  lines={name: Line(name, *ends) for name, ends in ring.items()}, arcs={}, landmarks={},
-                 regions={"full": Region("full", (-x, x), (-y, y))})
+                 regions={"full": Region("full", (-x, x), (-y, y))}, line_sigma_mm=0.0)
 
 
 def reference_camera(lens: str | Lens = "strong", tilt_deg: float = 0.0, height_mm: float = HEIGHT_MM) -> SimCamera:

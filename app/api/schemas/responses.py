@@ -28,7 +28,8 @@ SettingsView = response("SettingsView", version=str, items=list[SettingView], st
 
 # --- what a fit starts from, and what it finds
 PlayingField = response("PlayingField", name=str, title=str, length_mm=float, width_mm=float, lines=list[JsonObject],
-    arcs=list[JsonObject], landmarks=dict[str, Point], hat_height_mm=float, regions=dict[str, JsonObject])
+    arcs=list[JsonObject], landmarks=dict[str, Point], hat_height_mm=float, line_sigma_mm=float,
+    regions=dict[str, JsonObject])
 PlayingFields = page_of("PlayingFields", PlayingField)
 Option = response("Option", name=str, type=str, default=Any, help=str, range=list[float] | None, unit=str | None,
     choices=list[str])

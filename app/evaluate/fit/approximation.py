@@ -79,8 +79,8 @@ def approximate_camera(model: CameraModel, family: type[RayCamera], terms: tuple
     square: with square pixels. Raises Conflict where nothing comes near.
     """
     points, pixels, weights = _samples(model, region, hat_height_mm)
-    starts = _starts(model, family, points, pixels, square)
-    free = np.array([name not in family.LENS.TERMS or name in terms for name in starts[0].names])
+    starts = [start.with_only_terms(terms) for start in _starts(model, family, points, pixels, square)]
+    free = np.array([name in terms if name in family.LENS.TERMS else name != "aspect" for name in starts[0].names])
     prior = np.zeros(len(free)) if isinstance(model, RayCamera) else _guesses(starts[0], len(points))
     known = np.diag(prior)[prior > 0][:, free]
 
@@ -115,7 +115,7 @@ def _guesses(start: RayCameraParameters, samples: int) -> Array:
 
 def _about(state: RayCameraParameters) -> Array:
     """Return the parameters that the prior is about, in the order of names; the pose as zeros."""
-    return np.concatenate([[state.log_focal], state.centre_px, state.terms, np.zeros(6)])
+    return np.concatenate([[state.log_focal, state.aspect], state.centre_px, state.terms, np.zeros(6)])
 
 
 def _samples(model: CameraModel, region: Region, hat_height_mm: float) -> tuple[Array, Points, Array]:

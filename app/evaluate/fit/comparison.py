@@ -3,10 +3,12 @@
     field error² = held-out error² + (distance to the reference, rms over the field)²
 
 A model made of borders predicts borders well and knows nothing between them; its held-out error alone would flatter it.
-So each is also held against the reference: the model of a camera with rays whose held-out error is least. Where no
-such model could be fitted, the second part is missing, and the ranking says so.
+So each is also held against the reference: the camera model that the clicks make most probable (log_evidence of its
+fit) among those that can bend as real lenses do, or the one with rays whose held-out error is least. Where no such
+model could be fitted, the second part is missing, and the ranking says so.
 
-Recommended is the model with the fewest parameters whose field error is within chance of the least.
+Recommended is the reference where its field error is within chance of the least. Where a model without a lens is as
+good, or the reference is not, it is the model with the fewest parameters within chance.
 """
 
 from collections.abc import Mapping
@@ -24,6 +26,8 @@ from app.models.ray_camera import RayCamera
 
 WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about this factor
 SAME_MM = 0.3
+EXPLAINS, EXPLAINS_MM = 3.0, 5.0  # how much worse than the best of all a reference may predict points left out
+MIN_LENS_TERMS = 2  # with one, a lens bends as its formula says and not as glass does
 BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
 
 
@@ -40,8 +44,7 @@ class FittedModel:
 
 def compare(candidates: list[FittedModel], region: Region) -> dict[str, Any]:
     """Ranked rows, best first, the recommended one's name, and why in a sentence; plain JSON."""
-    with_rays = [c for c in candidates if isinstance(c.fit.model, RayModel) and c.report["cv_rms_mm"] is not None]
-    reference = min(with_rays, key=lambda c: c.report["cv_rms_mm"], default=None)
+    reference = _reference(candidates)
     rows = sorted((_row(c, reference, region) for c in candidates),
                   key=lambda row: np.inf if row["field_mm"] is None else row["field_mm"])
     known = [row for row in rows if row["field_mm"] is not None]
@@ -50,8 +53,9 @@ def compare(candidates: list[FittedModel], region: Region) -> dict[str, Any]:
                 "reason": "No model could be checked with points left out; click more points."}
     least = known[0]["field_mm"]
     close = [row for row in known if row["field_mm"] <= WITHIN_CHANCE * least + SAME_MM]
-    chosen = min(close, key=lambda row: (row["parameters"], row["field_mm"]))
     straight = _no_significant_distortion(candidates, known, least)
+    simplest = min(close, key=lambda row: (row["parameters"], row["field_mm"]))
+    chosen = next((row for row in close if not straight and reference and row["model"] == reference.name), simplest)
     return {"ranking": rows, "recommended": chosen["model"], "no_significant_distortion": straight,
             "reason": _sentence(chosen, known, straight, reference)}
 
@@ -64,6 +68,18 @@ def parameter_count(fit: Fit) -> int:
     if degrees is not None:  # four curves and the relation's two scales and bends
         return sum(d["degree"] + 1 for d in degrees.values()) + fit.notes["relation"]["degree"] - 1
     return len(fit.parameter_names)
+
+
+def _reference(candidates: list[FittedModel]) -> FittedModel | None:
+    known = [c for c in candidates if c.report["cv_rms_mm"] is not None]
+    # a camera that cannot be where the points are (a stretched picture) is no reference for those that can
+    most_mm = EXPLAINS * min((c.report["cv_rms_mm"] for c in known), default=0.0) + EXPLAINS_MM
+    with_rays = [c for c in known if isinstance(c.fit.model, RayModel) and c.report["cv_rms_mm"] <= most_mm]
+    lenses = [c for c in with_rays if "log_evidence" in c.fit.notes and isinstance(c.fit.model, RayCamera)
+              and len(c.fit.model.lens_terms) >= MIN_LENS_TERMS]
+    if lenses:
+        return max(lenses, key=lambda c: c.fit.notes["log_evidence"])
+    return min(with_rays, key=lambda c: c.report["cv_rms_mm"], default=None)
 
 
 def _row(candidate: FittedModel, reference: FittedModel | None, region: Region) -> dict[str, Any]:
@@ -100,11 +116,12 @@ def _sentence(chosen: Mapping[str, Any], known: list[dict[str, Any]], straight: 
     words = f"{chosen['title']}: {chosen['field_mm']:.1f} mm inside the field with {chosen['parameters']} parameters"
     better = [row for row in rivals if row["field_mm"] < chosen["field_mm"]]
     if better:
-        words += f"; {better[0]['title']} ({better[0]['field_mm']:.1f} mm) is no better within chance and has more"
+        more = " and has more" if better[0]["parameters"] > chosen["parameters"] else ""
+        words += f"; {better[0]['title']} ({better[0]['field_mm']:.1f} mm) is no better within chance{more}"
     elif rivals:
         words += f"; next is {rivals[0]['title']} with {rivals[0]['field_mm']:.1f} mm"
     if straight:
         words = "No significant distortion. " + words
     if reference is None:
-        words += ". No camera with rays could be fitted, so the inside of the field is not compared"
+        words += ". No camera with rays fits, so the inside of the field is not compared"
     return words + "."

@@ -15,6 +15,7 @@ from app.core.records import Fit, Observations
 from app.evaluate.fit.folds import folds_for
 from app.evaluate.fit.residuals import feature_residuals
 from app.fitting import FITTERS
+from app.fitting.clicks import first_of_each_place
 
 
 def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Region,
@@ -24,9 +25,11 @@ def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Regi
 
     Which points go together: folds.py. The choices of the fit (degrees, terms, strays) are kept, so this is the error
     of the curves, not of choosing them. Strays are not measured; points the others cannot predict, and features the
-    fit does not rest on, are NaN.
+    fit does not rest on, are NaN; so are second clicks on one place, which would be predicted by their twins.
     """
-    clean = tuple(replace(o, points=o.points[fine]) for o, fine in zip(observations, fit.inliers, strict=True))
+    firsts = [first_of_each_place(o.points) == np.arange(len(o.points)) for o in observations]
+    kept = [fine & first for fine, first in zip(fit.inliers, firsts, strict=True)]
+    clean = tuple(replace(o, points=o.points[fine]) for o, fine in zip(observations, kept, strict=True))
     result = tuple(np.full(len(o.points), np.nan) for o in observations)
     fitter = FITTERS[fit.model.NAME]
     folds = folds_for(clean, fit.used, needs_every_border=fitter.NEEDS_EVERY_BORDER)
@@ -38,11 +41,12 @@ def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Regi
             left_out.setdefault(i, []).append(k)
         rest = tuple(replace(o, points=np.delete(o.points, left_out.get(i, []), axis=0)) for i, o in enumerate(clean))
         try:
-            model = fitter.fit(rest, field, region, image_size, choices).model
+            without = fitter.fit(rest, field, region, image_size, choices)
         except FitFailed:
             continue
+        painted = field.with_line_offsets(without.notes.get("line_offsets_mm", {}))
         for i, ks in left_out.items():
-            original = np.flatnonzero(fit.inliers[i])[ks]  # clean counts without the strays
+            original = np.flatnonzero(kept[i])[ks]  # clean counts without the strays
             held_out = replace(clean[i], points=clean[i].points[ks])
-            result[i][original] = feature_residuals(model, held_out, field, region).mm
+            result[i][original] = feature_residuals(without.model, held_out, painted, region).mm
     return result

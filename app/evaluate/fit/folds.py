@@ -22,18 +22,16 @@ Fold = list[tuple[int, int]]  # (observation, point)
 def folds_for(observations: Observations, used: tuple[bool, ...], *, needs_every_border: bool) -> list[Fold]:
     """All folds; together they hold every point the fit rests on."""
     rests = [i for i, u in enumerate(used) if u and len(observations[i].points)]
-    features = {str(observations[i].feature) for i in rests if observations[i].kind == "line"}
+    spared = whole_lines(observations, used, needs_every_border=needs_every_border)
     folds: list[Fold] = []
     border_points: Fold = []
     for i in rests:
         count = len(observations[i].points)
         whole = [(i, k) for k in range(count)]
-        if observations[i].feature not in BORDERS:
+        if i in spared:
             folds.append(whole)
         elif needs_every_border:
             border_points += whole
-        elif len(features) >= WHOLE_FROM:
-            folds.append(whole)
         else:
             about = observations[i].points - observations[i].points.mean(axis=0)
             along = about @ np.linalg.svd(about, full_matrices=False)[2][0]  # the direction in which they spread most
@@ -47,3 +45,11 @@ def folds_for(observations: Observations, used: tuple[bool, ...], *, needs_every
     singles = min(len(border_points), MAX_FOLDS)
     folds += [border_points[k::singles] for k in range(singles)]
     return folds
+
+
+def whole_lines(observations: Observations, used: tuple[bool, ...], *, needs_every_border: bool) -> set[int]:
+    """Return the observations that are left out whole, none of their points left to say where their line lies."""
+    rests = [i for i, u in enumerate(used) if u and len(observations[i].points)]
+    features = {str(observations[i].feature) for i in rests if observations[i].kind == "line"}
+    borders_too = not needs_every_border and len(features) >= WHOLE_FROM
+    return {i for i in rests if borders_too or observations[i].feature not in BORDERS}

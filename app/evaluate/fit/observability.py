@@ -19,8 +19,9 @@ from app.models import RayModel
 WARN_MM = 5.0  # expected error, rms over the field, from which the operator is told
 TAPE_MM = 30.0  # how well a height is taped
 
-GROUPS = {"log_focal": "focal length", "centre_x": "lens centre", "centre_y": "lens centre", "turn_x": "tilt",
-          "turn_y": "tilt", "turn_z": "turn", "x": "position", "y": "position", "height": "height"}
+GROUPS = {"log_focal": "focal length", "aspect": "pixel aspect", "centre_x": "lens centre",
+          "centre_y": "lens centre", "turn_x": "tilt", "turn_y": "tilt", "turn_z": "turn", "x": "position",
+          "y": "position", "height": "height"}
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,15 @@ from typing import Any
 import numpy as np
 
 from app.core.geometry import Array
-from app.fitting import FITTERS
 from app.fitting.board.outlier_rejection import BoardSolution
 from app.models.ray_camera import RayCamera
 
 # Terms of a fraction can hide errors of the board and bend wildly beyond the corners: they must earn a fifth of σ.
 RATIONAL_GAIN = 0.2
+# What a board may not support is left out; a lens without a choice has one set.
+TERM_SETS: Mapping[str, tuple[tuple[str, ...], ...]] = {
+    "brown-conrady": ((), ("k1",), ("k1", "k2"), ("k1", "k2", "k3"), ("k1", "k2", "p1", "p2", "k3")),
+    "fisheye": ((), ("k1",), ("k1", "k2"), ("k1", "k2", "k3", "k4"))}
 
 
 def term_sets_for(model: type[RayCamera], settings: Mapping[str, Any]) -> tuple[tuple[str, ...], ...]:
@@ -19,7 +22,7 @@ def term_sets_for(model: type[RayCamera], settings: Mapping[str, Any]) -> tuple[
     given = settings.get("terms", "auto")
     if given != "auto":
         return (tuple(given),)
-    term_sets = FITTERS[model.NAME].term_sets()
+    term_sets = TERM_SETS.get(model.NAME, (model.LENS.TERMS,))
     return term_sets if term_sets[-1] == model.LENS.TERMS else (*term_sets, model.LENS.TERMS)
 
 

@@ -12,6 +12,7 @@ from app.fitting.field_lines.blind_distortion import UndistortedPlane
 from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.least_squares import minimise
 from app.fitting.linear import pose_from_homography
+from app.fitting.ray_camera.camera_prior import ASPECT_SIGMA, CENTRE_SHARE
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior, curve_of
 from app.fitting.ray_camera.search import RayFitProblem, residual_count
@@ -85,8 +86,7 @@ def refine_camera(start: RayCameraParameters, pattern: FieldPattern, points: Poi
         if taken.sum() < MIN_POINTS:
             return None
         problem = _problem(pattern, points[taken], marking[taken])
-        # all but the centre, which is the picture's, and terms that few lenses need
-        fixed = {"centre_x", "centre_y", *state.lens.TERMS} - set(TERM_SPREAD)
+        fixed = set(state.lens.TERMS) - set(TERM_SPREAD)  # terms that few lenses need
         free = np.array([name not in fixed for name in state.names])
         task = RayFitProblem(problem, _priors(start, size), free, state.names)
         found = _minimise(task, state, 0.15 * capture * scale)
@@ -126,13 +126,16 @@ def _problem(pattern: FieldPattern, points: Points, marking: Array) -> ClickResi
     base, way, radius = (np.array(column)[marking] for column in zip(*map(curve_of, pattern.markings), strict=True))
     count = len(points)
     return ClickResiduals(points, np.stack([np.zeros(count, int), np.arange(count)], axis=1), base, way, radius,
-                          np.full(count, -1), np.empty((0, 3)), ())
+                          np.zeros(count), np.full(count, -1), np.full(count, -1), np.empty((0, 3)), ())
 
 
 def _priors(start: RayCameraParameters, size: ImageSize) -> tuple[ScalarPrior, ...]:
     per_unit = np.exp(start.log_focal) / (np.hypot(size.width, size.height) / 2)
     known = dict(zip(start.lens.TERMS, start.terms, strict=True))
-    return (ScalarPrior("log_focal", start.log_focal, FOCAL_SPREAD),
+    centre_sigma_px = CENTRE_SHARE * size.width
+    return (ScalarPrior("log_focal", start.log_focal, FOCAL_SPREAD), ScalarPrior("aspect", 1.0, ASPECT_SIGMA),
+            ScalarPrior("centre_x", size.centre[0], centre_sigma_px),
+            ScalarPrior("centre_y", size.centre[1], centre_sigma_px),
             *(ScalarPrior(name, float(known[name]), float(spread * per_unit**power))
               for name, (spread, power) in TERM_SPREAD.items() if name in known))
 

@@ -18,8 +18,9 @@ from app.fitting.corrected_rectangle import corrected_rectangle
 from app.fitting.homography.parameters import HomographyParameters
 from app.fitting.linear import MIN_ROWS, Incidences, homography_from_lines, mirrored_error
 from app.fitting.options import CLICK_SIGMA, COMMON_OPTIONS, LINE_SIGMA
-from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior, gather_clicks, line_incidences
+from app.fitting.ray_camera.problem import ClickResiduals, gather_clicks, line_incidences
 from app.fitting.ray_camera.search import MAX_OUTLIER_SHARE, RayFitProblem, RayFitResult, residual_count, solve
+from app.fitting.ray_camera.setup import line_priors, line_sigma_mm
 from app.fitting.sensitivity import ParameterSensitivity
 from app.models import CameraModel, parameters_json
 from app.models.homography import Homography
@@ -48,29 +49,34 @@ class HomographyFitter(Fitter):
             options: Mapping[str, Any] | None = None, progress: Progress = no_progress) -> Fit:
         """Fit to points anywhere along lines and arcs, and to landmarks.
 
-        Options: OPTIONS; "start" (parameters) begins near a known answer."""
+        Options: OPTIONS; "start" (parameters), which begins near a known answer, with its "start_lines_mm" (offset and
+        tilt by line); with "line_sigmas_mm" (σ by line) the noise is known too."""
         given = dict(options or {})
-        start = given.pop("start", None)
+        start, lines = given.pop("start", None), given.pop("start_lines_mm", {})
+        learned = given.pop("line_sigmas_mm", None)
         settings = read_options(cls.OPTIONS, given)
         clicks.check_inside_picture(observations, image_size)
         flat = tuple(o if o.z_mm == 0 else replace(o, points=o.points[:0]) for o in observations)
-        problem = gather_clicks(flat, field, region, with_offsets=settings["line_sigma_mm"] > 0)
+        problem = gather_clicks(flat, field, region, with_offsets=line_sigma_mm(settings, field) > 0)
         width_px, height_px, n_x, n_y = corrected_rectangle(settings, region, image_size)
         progress(0.1, "Looking for a view of the field")
         if start is None:
             begin = _initial_parameters(problem, line_incidences(flat, field, region), region, image_size)
         else:
-            begin = HomographyParameters.of(Homography.from_parameters(start), len(problem.line_names))
+            begin = replace(HomographyParameters.of(Homography.from_parameters(start)),
+                            offsets_mm=problem.line_offsets_mm(lines))
         whole, visible = problem, _visible(problem, begin, settings["robust"])
         problem = whole.only(visible)
         rows = residual_count(problem)
         if rows < MIN_ROWS:
             raise FitFailed(f"There are {rows} measurements; a view of the field has {MIN_ROWS} unknowns.",
                             f"Click at least {MIN_ROWS - rows} more points.", reason="too-few-points")
-        priors = tuple(ScalarPrior(f"line_{i}", 0.0, settings["line_sigma_mm"]) for i in range(len(problem.line_names)))
+        priors, usual_line_mm = line_priors(problem, settings, field, learned)
         names = begin.names
         progress(0.4, "Refining")
-        found = solve(RayFitProblem(problem, priors, np.ones(len(names), bool), names), begin, settings)
+        task = RayFitProblem(problem, priors, np.ones(len(names), bool), names, line_sigma_mm(settings, field),
+                             usual_line_mm=usual_line_mm)
+        found = solve(task, begin, settings, noise_known=learned is not None)
         state = found.minimum.state
         _refuse_impossible(found, region)
         model = Homography(**state.parameters(), width_px=width_px, height_px=height_px, n_rectangles_x=n_x,
@@ -78,9 +84,11 @@ class HomographyFitter(Fitter):
         inlier = visible.copy()
         inlier[visible] = found.inliers
         inliers = clicks.inlier_masks(observations, whole.owners, inlier)
-        notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": len(names),
-                 "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=True)),
-                 "choices": {"start": parameters_json(model), "click_sigma_px": found.sigma_px}}
+        sigmas_mm = dict(zip(problem.line_names, (p.sigma for p in found.task.priors), strict=False))
+        notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": found.parameters,
+                 "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=False)),
+                 "choices": {"start": parameters_json(model), "start_lines_mm": problem.lines_mm(state.offsets_mm),
+                             "click_sigma_px": found.sigma_px, "line_sigmas_mm": sigmas_mm}}
         warnings = (*clicks.outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
                     *(clicks.outlier_warning(observations, i, k, "lies beyond the horizon of the others")
                       for i, k in whole.owners[~visible]),
@@ -125,7 +133,7 @@ def _initial_parameters(problem: ClickResiduals, lines: Incidences, region: Regi
     if not views:
         raise refusal
     best = min(views, key=lambda view: float(np.sum(np.minimum(misses(view), SUSPECT_PX))))
-    return HomographyParameters.seeing(np.linalg.inv(best), region, len(problem.line_names))
+    return HomographyParameters.seeing(np.linalg.inv(best), region, problem.line_unknowns)
 
 
 def _visible(problem: ClickResiduals, state: HomographyParameters, robust: bool) -> Array:

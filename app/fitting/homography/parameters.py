@@ -36,8 +36,8 @@ class HomographyParameters:
         return cls(raw_from_unit / np.linalg.norm(raw_from_unit), unit, np.zeros(lines))
 
     @classmethod
-    def of(cls, model: Homography, lines: int = 0) -> Self:
-        return cls.seeing(model.raw_from_field, model.region, lines)
+    def of(cls, model: Homography) -> Self:
+        return cls.seeing(model.raw_from_field, model.region)
 
     def parameters(self) -> dict[str, Any]:
         """Return the fields of a Homography that a fit finds."""

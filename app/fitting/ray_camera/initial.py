@@ -15,14 +15,16 @@ FOCAL_GUESSES = (0.55, 0.8, 1.1, 1.6)  # of the picture's width: what field came
 PLAUSIBLE_FOCAL = (0.2, 20.0)  # of the picture's width
 
 
-def start_states(lens: type[Lens], start_terms: Callable[[float], Array], problem: ClickResiduals,
+def start_states(lens: type[Lens], start_terms: Callable[[float, float], Array], problem: ClickResiduals,
                  incidences: Incidences, image_size: ImageSize, height_mm: float | None) -> list[RayCameraParameters]:
     """Return candidates for the refinement. Raises FitFailed where no linear method sees a camera."""
-    centre, offsets_mm = np.array(image_size.centre), np.zeros(len(problem.line_names))
+    centre, offsets_mm = np.array(image_size.centre), np.zeros(problem.line_unknowns)
+
+    half_diagonal_px = float(np.hypot(*image_size)) / 2
 
     def state(focal: float, k1: float, rotation: Array, position: Array) -> RayCameraParameters:
-        return RayCameraParameters(lens, float(np.log(focal)), 1.0, centre, start_terms(k1), rotation, position,
-                                   offsets_mm)
+        return RayCameraParameters(lens, float(np.log(focal)), 1.0, centre,
+                                   start_terms(k1, half_diagonal_px / focal), rotation, position, offsets_mm)
 
     found = homography_from_lines(incidences, centre)
     plane_from_field = np.linalg.inv(found.field_from_plane)

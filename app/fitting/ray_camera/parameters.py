@@ -10,6 +10,8 @@ from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
 from app.models.rotation import matrix_from_vector, vector_from_matrix
 
+NO_LINES = np.empty(0)
+
 
 @dataclass(frozen=True, eq=False)
 class RayCameraParameters:
@@ -25,10 +27,10 @@ class RayCameraParameters:
     offsets_mm: Array  # of each line across itself, where the field may err
 
     @classmethod
-    def of(cls, model: RayCamera, lines: int = 0) -> Self:
+    def of(cls, model: RayCamera, offsets_mm: Array = NO_LINES) -> Self:
         return cls(model.LENS, float(np.log(model.focal_px)), model.aspect, np.array(model.centre_px),
                    np.array(model.lens_terms, float), model.camera_from_field, np.array(model.position_mm),
-                   np.zeros(lines))
+                   offsets_mm)
 
     def parameters(self) -> dict[str, Any]:
         """Return the fields of a RayCamera that a fit finds."""
@@ -40,7 +42,7 @@ class RayCameraParameters:
     @property
     def names(self) -> tuple[str, ...]:
         """Return every parameter's name in order: what a free mask refers to."""
-        return ("log_focal", "centre_x", "centre_y", *self.lens.TERMS, "turn_x", "turn_y", "turn_z", "x", "y",
+        return ("log_focal", "aspect", "centre_x", "centre_y", *self.lens.TERMS, "turn_x", "turn_y", "turn_z", "x", "y",
                 "height", *(f"line_{i}" for i in range(len(self.offsets_mm))))
 
     def with_only_terms(self, terms: tuple[str, ...]) -> Self:
@@ -50,14 +52,17 @@ class RayCameraParameters:
     def retract(self, delta: Array, free: Array) -> Self:
         """Apply a step: delta for the free parameters, in the order of names.
 
-        Focal length and height move by factors: straight from above they compensate each other, and a step
-        that adds to one and multiplies the other leaves that valley.
+        Focal length and height move by factors: straight from above they compensate each other, with the lens's terms,
+        and a step that adds to one and multiplies the other leaves that valley.
         """
         full = np.zeros(len(free))
         full[free] = delta
-        n = 3 + len(self.terms)
-        return replace(self, log_focal=float(np.clip(self.log_focal + np.clip(full[0], -1, 1), -5, 20)),
-                       centre_px=self.centre_px + full[1:3], terms=self.terms + full[3:n],
+        n = 4 + len(self.terms)
+        longer = float(np.clip(full[0], -1, 1))
+        terms = self.lens.rescaled(self.terms, full[4:n], longer)
+        return replace(self, log_focal=float(np.clip(self.log_focal + longer, -5, 20)),
+                       aspect=float(np.clip(self.aspect + full[1], 0.5, 2.0)), centre_px=self.centre_px + full[2:4],
+                       terms=np.where(free[4:n], terms, self.terms),
                        camera_from_field=matrix_from_vector(full[n:n + 3]) @ self.camera_from_field,
                        position_mm=self.position_mm + full[n + 3:n + 6] * self._stretch(full[n + 5]),
                        offsets_mm=self.offsets_mm + full[n + 6:])
@@ -74,8 +79,9 @@ class RayCameraParameters:
 
     def values(self) -> dict[str, float]:
         """Return the values by name of the parameters that may have a prior."""
-        return {"log_focal": self.log_focal, "centre_x": self.centre_px[0], "centre_y": self.centre_px[1],
-                "height": self.position_mm[2], **dict(zip(self.lens.TERMS, self.terms, strict=True)),
+        return {"log_focal": self.log_focal, "aspect": self.aspect, "centre_x": self.centre_px[0],
+                "centre_y": self.centre_px[1], "height": self.position_mm[2],
+                **dict(zip(self.lens.TERMS, self.terms, strict=True)),
                 **{f"line_{i}": o for i, o in enumerate(self.offsets_mm)}}
 
     def project(self, points: Array) -> Array:
@@ -90,11 +96,12 @@ class RayCameraParameters:
         focal = self._focal
         by_ray = by_ray * focal[:, None]
         by_point = by_ray @ self.camera_from_field
-        n = 3 + len(self.terms)
+        n = 4 + len(self.terms)
         by = np.empty((len(points), 2, n + 6))
         by[:, :, 0] = plane * focal
-        by[:, :, 1:3] = np.eye(2)
-        by[:, :, 3:n] = by_terms * focal[:, None]
+        by[:, 0, 1], by[:, 1, 1] = 0.0, plane[:, 1] * focal[0]
+        by[:, :, 2:4] = np.eye(2)
+        by[:, :, 4:n] = by_terms * focal[:, None]
         # a turn ω before the rotation moves the ray by ω × ray: d pixel/d ω = ray × (d pixel/d ray), row by row
         x, y, z = (rays[:, i, None] for i in range(3))
         by[:, :, n] = y * by_ray[:, :, 2] - z * by_ray[:, :, 1]

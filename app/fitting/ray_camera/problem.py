@@ -1,10 +1,11 @@
 """Residuals of clicks: how far they lie, in pixels, from the curves and points they were made on.
 
 A click on a line or arc has one residual: its distance, across, from the projected curve at the nearest place. Where
-along the curve it was made is found anew at every evaluation and costs no unknown: at the nearest place, moving along
-the curve changes the distance by nothing (orthogonal distance regression, P. Boggs and J. Rogers 1990).
+along the curve it was made is found by one step at every evaluation and costs no unknown: at the nearest place, moving
+along the curve changes the distance by nothing (orthogonal distance regression, P. Boggs and J. Rogers 1990).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import field as member
 
@@ -13,21 +14,21 @@ import numpy as np
 from app.core.field import Arc, Field, Landmark, Line, Region
 from app.core.geometry import Array
 from app.core.records import Observations
+from app.fitting.clicks import first_of_each_place
 from app.fitting.linear import Incidences, line_through
 from app.fitting.ray_camera.parameters import RayCameraParameters
 
-FOOT_STEPS = 1  # from the last evaluation's place, which was nearly right; the first one takes more
-FIRST_FOOT_STEPS = 12
+FOOT_STEPS, NEAR_ENOUGH = 12, 1e-7  # for the first places; mm or radians
+TILT_SHARE = 0.4  # how far a line's end lies off by its tilt, of how far the line does as a whole: each end is measured
 
 
 @dataclass(frozen=True, eq=False)
 class ScalarPrior:
-    """A parameter by name, its value and σ: one more residual. wide: it only keeps an unknown from diverging."""
+    """A parameter by name, its value and σ: one more residual. log_height is the logarithm of "height"."""
 
     name: str
     value: float
     sigma: float
-    wide: bool = False
 
 
 @dataclass(eq=False)
@@ -39,39 +40,82 @@ class ClickResiduals:
     base: Array  # curves (c, 3): a place on the line, or the arc's centre
     along: Array  # curves (c, 2): the line's direction; an arc's is found from its angle
     radius: Array  # curves (c,): 0 for a line
+    half_mm: Array  # curves (c,): half of the line's length, 0 for an arc
     line_of: Array  # curves (c,): which offset moves it, -1 none
+    tilt_of: Array  # curves (c,): which offset tilts it, -1 none
     marks: Array  # (s, 3) field mm
     line_names: tuple[str, ...]
+    tilted: tuple[str, ...] = ()
     places: Array = member(default_factory=lambda: np.empty(0))  # along each curve: mm or radians
 
     @property
     def curves(self) -> int:
         return len(self.base)
 
+    @property
+    def line_unknowns(self) -> int:
+        """Return how many offsets a state has: first each line's own, then the tilts."""
+        return len(self.line_names) + len(self.tilted)
+
+    def line_offsets_mm(self, lines_mm: Mapping[str, tuple[float, float]]) -> Array:
+        """Return a state's offsets, of each line's offset and tilt by name; 0 where it is not named."""
+        offsets = [lines_mm.get(name, (0.0, 0.0))[0] for name in self.line_names]
+        return np.array([*offsets, *(lines_mm.get(name, (0.0, 0.0))[1] for name in self.tilted)], float)
+
+    def lines_mm(self, offsets_mm: Array) -> dict[str, tuple[float, float]]:
+        """Return each line's offset and tilt by name: the inverse of line_offsets_mm."""
+        tilts = dict(zip(self.tilted, map(float, offsets_mm[len(self.line_names):]), strict=True))
+        return {name: (float(offset), tilts.get(name, 0.0))
+                for name, offset in zip(self.line_names, offsets_mm, strict=False)}
+
+    def aside(self, places: Array, offsets_mm: Array) -> Array:
+        """Return how far each curve lies beside its place there (c,) mm."""
+        known = np.append(offsets_mm, 0.0)  # -1 is none
+        return known[self.line_of] + self._lever(places) * known[self.tilt_of]
+
+    def _lever(self, places: Array) -> Array:
+        """Return what a unit of tilt moves each curve by, there: ± TILT_SHARE at the line's ends."""
+        half_mm = np.where(self.half_mm > 0, self.half_mm, 1.0)
+        return np.where(self.tilt_of >= 0, TILT_SHARE * (places / half_mm - 1), 0.0)
+
+    def _slope(self, offsets_mm: Array) -> Array:
+        """Return how much further aside each curve is for a mm along it."""
+        half_mm = np.where(self.half_mm > 0, self.half_mm, 1.0)
+        return np.where(self.tilt_of >= 0, TILT_SHARE / half_mm * np.append(offsets_mm, 0.0)[self.tilt_of], 0.0)
+
     def only(self, keep: Array) -> "ClickResiduals":
         """Return some of the clicks; keep (n,) bool."""
         curves, spots = keep[:self.curves], keep[self.curves:]
         return ClickResiduals(self.pixels[keep], self.owners[keep], self.base[curves], self.along[curves],
-                          self.radius[curves], self.line_of[curves], self.marks[spots], self.line_names,
+                          self.radius[curves], self.half_mm[curves], self.line_of[curves], self.tilt_of[curves],
+                          self.marks[spots], self.line_names, self.tilted,
                           self.places[curves] if len(self.places) else self.places)
 
     def residuals(self, state: RayCameraParameters) -> tuple[Array, Array]:
-        """Return signed distances (c + 2 s,) px and their derivatives by every parameter of the state."""
+        """Return signed distances (c + 2 s,) px and their derivatives by every parameter of the state.
+
+        They are of the curves' tangents at the places that were nearest for the state before this one, which costs one
+        projection in place of two: a search ends where both are the same.
+        """
         parameters = len(state.names)
         lines = len(state.offsets_mm)
         with np.errstate(all="ignore"):
-            points, tangents, normals = self._nearest(state)
+            places = self.places if len(self.places) == self.curves else self._nearest(state)
+            points, tangents, normals = self._curve(places, state)
             pixel, by_point, by = state.project_jacobian(points)
-            along = np.einsum("nij,nj->ni", by_point, tangents)
-            along /= np.linalg.norm(along, axis=1, keepdims=True)
-            across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-            r = np.einsum("ni,ni->n", across, self.pixels[:self.curves] - pixel)
+            along = (by_point @ tangents[:, :, None])[:, :, 0]
+            self.places = self._nearer(places, pixel, along)
+            across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(along[:, 0], along[:, 1])[:, None]
+            r = ((self.pixels[:self.curves] - pixel) * across).sum(axis=1)
             j = np.zeros((len(r), parameters))
-            j[:, :parameters - lines] = -np.einsum("ni,nik->nk", across, by)
+            j[:, :parameters - lines] = -(across[:, None, :] @ by)[:, 0]
             moved = np.flatnonzero(self.line_of >= 0)
             if lines and moved.size:
-                j[moved, parameters - lines + self.line_of[moved]] = -np.einsum(
-                    "ni,nij,nj->n", across[moved], by_point[moved], normals[moved])
+                aside = -((across[:, None, :] @ by_point)[:, 0] * normals).sum(axis=1)[moved]
+                j[moved, parameters - lines + self.line_of[moved]] = aside
+                tilted = self.tilt_of[moved] >= 0
+                j[moved[tilted], parameters - lines + self.tilt_of[moved[tilted]]] = (
+                    aside * self._lever(places)[moved])[tilted]
             if len(self.marks):
                 pixel, _, by = state.project_jacobian(self.marks)
                 r = np.concatenate([r, (self.pixels[self.curves:] - pixel).ravel()])
@@ -80,23 +124,23 @@ class ClickResiduals:
                 j = np.concatenate([j, spots])
         return r, j
 
-    def _nearest(self, state: RayCameraParameters) -> tuple[Array, Array, Array]:
-        """Return the places on the curves nearest to the clicks: points, unit tangents and normals, (c, 3) each."""
-        first = len(self.places) != self.curves
-        places = begin = self._first_places(state) if first else self.places
-        clicks = self.pixels[:self.curves]
-        for _ in range(FIRST_FOOT_STEPS if first else FOOT_STEPS):
+    def _nearest(self, state: RayCameraParameters) -> Array:
+        """Return the places (c,) on the curves nearest to the clicks."""
+        places = self._first_places(state)
+        for _ in range(FOOT_STEPS):
             points, tangents, _ = self._curve(places, state)
             pixel, by_point, _ = state.project_jacobian(points)
-            along = np.einsum("nij,nj->ni", by_point, tangents)
-            step = np.einsum("ni,ni->n", clicks - pixel, along) / np.einsum("ni,ni->n", along, along)  # mm
-            step = np.where(np.isfinite(step), step, 0.0)
-            places = places + np.where(self.radius > 0, step / np.where(self.radius > 0, self.radius, 1), step)
-            if np.abs(step).max(initial=0.0) < 1e-7:
+            before, places = places, self._nearer(places, pixel, (by_point @ tangents[:, :, None])[:, :, 0])
+            if np.abs(places - before).max(initial=0.0) < NEAR_ENOUGH:
                 break
-        # A state from which a curve cannot be seen must not change the next start.
-        self.places = np.where(np.isfinite(pixel).all(axis=1), places, begin)
-        return self._curve(places, state)
+        return places
+
+    def _nearer(self, places: Array, pixel: Array, along: Array) -> Array:
+        """Return the places after a Newton step. pixel, along (c, 2): of them, and px per mm along the curve there."""
+        mm = ((self.pixels[:self.curves] - pixel) * along).sum(axis=1) / (along**2).sum(axis=1)
+        # a state from which a curve cannot be seen must not change the next start
+        mm = np.where(np.isfinite(mm), mm, 0.0)
+        return places + mm / np.where(self.radius > 0, self.radius, 1.0)
 
     def _first_places(self, state: RayCameraParameters) -> Array:
         """Return where the clicks fall on the carpet, along each curve."""
@@ -109,9 +153,9 @@ class ClickResiduals:
         cos_sin = np.stack([np.cos(places), np.sin(places)], axis=1)
         tangent = np.where(arc, np.stack([-cos_sin[:, 1], cos_sin[:, 0]], axis=1), self.along)
         normal = np.where(arc, cos_sin, np.stack([-self.along[:, 1], self.along[:, 0]], axis=1))
-        offset = np.where(self.line_of >= 0, np.append(state.offsets_mm, 0.0)[self.line_of], 0.0)
-        out = np.where(arc[:, 0], self.radius, 0.0) + offset
+        out = np.where(arc[:, 0], self.radius, 0.0) + self.aside(places, state.offsets_mm)
         xy = self.base[:, :2] + normal * out[:, None] + np.where(arc, 0.0, self.along * places[:, None])
+        tangent = tangent + normal * self._slope(state.offsets_mm)[:, None]
         flat = np.zeros((len(places), 1))
         return (np.concatenate([xy, self.base[:, 2:]], axis=1), np.concatenate([tangent, flat], axis=1),
                 np.concatenate([normal, flat], axis=1))
@@ -126,27 +170,39 @@ def curve_of(feature: Line | Arc, z_mm: float = 0.0) -> tuple[tuple[float, ...],
 
 
 def gather_clicks(observations: Observations, field: Field, region: Region, with_offsets: bool) -> ClickResiduals:
-    """Gather observations into arrays. with_offsets: each line may lie beside its place, by its own unknown."""
+    """Gather observations into arrays. with_offsets: each line may lie beside its place and tilted, both unknown.
+
+    A second click on one place is left out.
+    """
     curves, spots = [], []
     names: list[str] = []
+    straight: list[str] = []
     for i, observation in enumerate(observations):
         feature = field.feature(observation.feature, region)
+        first = first_of_each_place(observation.points)
         for k, pixel in enumerate(observation.points):
+            if first[k] != k:
+                continue
             if isinstance(feature, Landmark):
                 spots.append((pixel, (i, k), (*feature.position, observation.z_mm)))
                 continue
+            half_mm = feature.length_mm / 2 if isinstance(feature, Line) else 0.0
             if with_offsets and feature.name not in names:
                 names.append(feature.name)
+                straight += [feature.name] * isinstance(feature, Line)
             line = names.index(feature.name) if with_offsets else -1
-            curves.append((pixel, (i, k), *curve_of(feature, observation.z_mm), line))
+            tilt = straight.index(feature.name) if with_offsets and half_mm else -1
+            curves.append((pixel, (i, k), *curve_of(feature, observation.z_mm), half_mm, line, tilt))
 
     def column(rows: list, index: int, width: int, kind: type = float) -> Array:
         return np.array([row[index] for row in rows], kind).reshape(len(rows), *([width] if width else []))
 
+    tilt_of = column(curves, 7, 0, int)
     return ClickResiduals(np.concatenate([column(curves, 0, 2), column(spots, 0, 2)]),
-                      np.concatenate([column(curves, 1, 2, int), column(spots, 1, 2, int)]),
-                      column(curves, 2, 3), column(curves, 3, 2), column(curves, 4, 0), column(curves, 5, 0, int),
-                      column(spots, 2, 3), tuple(names))
+                          np.concatenate([column(curves, 1, 2, int), column(spots, 1, 2, int)]),
+                          column(curves, 2, 3), column(curves, 3, 2), column(curves, 4, 0), column(curves, 5, 0),
+                          column(curves, 6, 0, int), np.where(tilt_of >= 0, len(names) + tilt_of, -1),
+                          column(spots, 2, 3), tuple(names), tuple(straight))
 
 
 def line_incidences(observations: Observations, field: Field, region: Region) -> Incidences:

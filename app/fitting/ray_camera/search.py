@@ -10,49 +10,83 @@ from app.core.errors import FitFailed
 from app.core.geometry import Array
 from app.fitting.least_squares import Minimum, minimise
 from app.fitting.ray_camera.lens_prior import GaussianPrior
+from app.fitting.ray_camera.line_offsets import line_sigmas_mm
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.fitting.ray_camera.problem import ClickResiduals, ScalarPrior
 
 CLICK_PX = 0.5  # prior of σ of a click
 START_STEPS = 8
 PRIOR_CLICKS = 1  # how many clicks that prior weighs
-ENTRY_F = 6.0
-ENTRY_F_EACH = 2.0  # more for terms that enter together: one of them alone may be enough
 OUTLIER_SIGMAS = 4.5
 MIN_OUTLIER_PX = 1.5  # nothing nearer is an outlier
 CORE_MEDIANS = 4.0  # 2.7 σ: the first spread is taken from clicks within
-MAX_COUNTED_PX = 3.0  # a click missed by more counts so much when lenses are compared
 MAX_OUTLIER_SHARE = 0.3  # of all clicks
-KNOWN_SHARE = 0.3  # of a wide prior's σ: a parameter known better is determined by the clicks
+NOISE_ROUNDS = 3
+MIN_NEIGHBOURS = 40  # fewer, and their correlation is chance
+MAX_CORRELATION = 0.95
+MIN_HEIGHT_MM = 1.0
+SEARCHING, NEAR, THERE = 1e-2, 1e-4, 1e-7  # how near to its least the cost must be: for outliers, for σ, for the answer
 
 
 @dataclass(frozen=True, eq=False)
 class RayFitProblem:
-    """Residuals, priors and free parameters of one fit."""
+    """Residuals, priors and free parameters of one fit.
+
+    line_sigma_mm: of painted landmarks about their places; lines have offsets, with priors. usual_line_mm: about which
+    the lines' own σ is learned, None where it is given.
+    """
 
     problem: ClickResiduals
     priors: tuple[ScalarPrior, ...]
     free: Array
     names: tuple[str, ...]
+    line_sigma_mm: float = 0.0
     lens_given: bool = False  # by the options; fixed unless it has a prior
     lens_prior: GaussianPrior | None = None
+    usual_line_mm: float | None = None
+
+    @property
+    def known_names(self) -> tuple[str, ...]:
+        """Return the name of each prior's residual."""
+        return (*(p.name for p in self.priors), *(self.lens_prior.names if self.lens_prior else ()))
 
     @property
     def unknowns(self) -> int:
         """Return the number of unknowns that the clicks must determine."""
-        return int(self.free.sum()) - (len(self.lens_prior.names) if self.lens_prior else 0)
+        return max(int(self.free.sum()) - len(self.known_names), 1)
 
     def prior_residuals(self, state: RayCameraParameters) -> tuple[Array, Array]:
         """Return the priors as residuals, in σ, and their Jacobian (rows, all parameters)."""
         values, names = state.values(), list(self.names)
-        known = np.array([(values[p.name] - p.value) / p.sigma for p in self.priors])
+        known = np.empty(len(self.priors))
         by = np.zeros((len(self.priors), len(names)))
         for row, p in enumerate(self.priors):
-            by[row, names.index(p.name)] = 1 / p.sigma
+            if p.name == "log_height":
+                height = max(values["height"], MIN_HEIGHT_MM)
+                known[row] = (np.log(height) - p.value) / p.sigma
+                by[row, names.index("height")] = 1 / (height * p.sigma)
+            else:
+                known[row] = (values[p.name] - p.value) / p.sigma
+                by[row, names.index(p.name)] = 1 / p.sigma
         if self.lens_prior:
             known = np.concatenate([known, self.lens_prior.residuals(values)])
             by = np.concatenate([by, self.lens_prior.jacobian(names, values)])
         return known, by
+
+    def click_weights(self, state: RayCameraParameters, sigma_px: float) -> Array:
+        """Return the weight (n,) of each click's residual: 1, and less for marks, which may lie beside their places."""
+        weights = np.ones(len(self.problem.pixels))
+        if len(self.problem.marks) and self.line_sigma_mm:
+            _, by_point, _ = state.project_jacobian(self.problem.marks)
+            px_per_mm = np.sqrt(np.abs(np.linalg.det(by_point[:, :, :2])))
+            weights[self.problem.curves:] = 1 / np.hypot(1.0, np.nan_to_num(px_per_mm) * self.line_sigma_mm / sigma_px)
+        return weights
+
+    def with_line_sigmas(self, sigmas_mm: Array) -> "RayFitProblem":
+        """Return the same problem with other σ of the lines' offsets."""
+        others = tuple(p for p in self.priors if not p.name.startswith("line_"))
+        return replace(self, priors=(*others, *(ScalarPrior(f"line_{i}", 0.0, float(s))
+                                                for i, s in enumerate(sigmas_mm))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,14 +98,39 @@ class RayFitResult:
     pixels: Array  # residuals, px: signed for curves, distances for spots
     sigma_px: float
     freedom: int
+    correlation: float
 
     @property
     def rms_px(self) -> float:
         return float(np.sqrt(np.mean(self.pixels[self.inliers] ** 2)))
 
     @property
+    def parameters(self) -> int:
+        """Return how many numbers of the camera were estimated; the lines' offsets are none."""
+        free = (name for name, free in zip(self.task.names, self.task.free, strict=True) if free)
+        return sum(not name.startswith("line_") for name in free)
+
+    @property
     def covariance(self) -> Array:
         return covariance_of(self.minimum.jacobian)
+
+    @property
+    def log_evidence(self) -> float:
+        """Return the logarithm of the clicks' probability under this lens, its unknowns integrated out, but a constant.
+
+        By Laplace's approximation at the minimum (D. MacKay 1992). It compares lenses on the same clicks: more terms
+        fit better, and are believed less where the clicks do not need them.
+        """
+        rows = residual_count(self.task.problem)
+        outliers = int((~self.inliers).sum())
+        log_sigma = float(np.log(self.sigma_px)) + 0.5 * float(np.log(self.correlation))
+        _, by = self.task.prior_residuals(self.minimum.state)
+        by = by[:len(self.task.priors), self.task.free]
+        widths = np.linalg.norm(by, axis=1)
+        _, log_information = np.linalg.slogdet(self.minimum.jacobian.T @ self.minimum.jacobian)
+        return float(-(rows + outliers) * log_sigma - 0.5 * np.sum(self.minimum.residuals**2)
+                     - 0.5 * outliers * OUTLIER_SIGMAS**2 + np.sum(np.log(widths[widths > 0]))
+                     - 0.5 * log_information)
 
 
 def best_start(task: RayFitProblem, starts: list[RayCameraParameters]) -> RayCameraParameters:
@@ -79,9 +138,7 @@ def best_start(task: RayFitProblem, starts: list[RayCameraParameters]) -> RayCam
     tried = []
     for start in starts:
         task.problem.places = np.empty(0)
-        terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f)
-        begin = start if task.lens_given else start.with_only_terms(terms)
-        tried.append(_minimise(task, begin, 2 * CLICK_PX, residual_count(task.problem), steps=START_STEPS))
+        tried.append(_minimise(task, start, 2 * CLICK_PX, residual_count(task.problem), steps=START_STEPS))
     best = min(tried, key=lambda m: m.cost)
     if not np.isfinite(best.cost):
         raise no_camera_error()
@@ -93,51 +150,79 @@ def no_camera_error() -> FitFailed:
                      "Check which line each click belongs to, and the region.", reason="no-camera")
 
 
-def solve(task: RayFitProblem, start: RayCameraParameters, settings: Mapping[str, Any]) -> RayFitResult:
-    """Fit robustly from the start, then plainly without the outliers."""
+def solve(task: RayFitProblem, start: RayCameraParameters, settings: Mapping[str, Any], *,
+          noise_known: bool = False) -> RayFitResult:
+    """Fit robustly from the start, then plainly without the outliers; then learn what the noise and the lines are.
+
+    noise_known: by an earlier fit, and its outliers are not among the clicks.
+    """
     sigma = settings["click_sigma_px"] or CLICK_PX
     robust = settings["robust"]
     rows = residual_count(task.problem)
     task.problem.places = np.empty(0)
-    best = _minimise(task, start, sigma, rows if robust else 0)
+    best = _minimise(task, start, sigma, rows if robust else 0, tolerance=SEARCHING if robust else NEAR)
     if not np.isfinite(best.cost):
         raise no_camera_error()
     inliers = np.ones(len(task.problem.pixels), bool)
-    for number in range(4 if robust else 1):
+    spread, correlation = sigma, 1.0
+    for number in range(0 if noise_known else 4 if robust else 1):
         pixels = _click_distances(task.problem, best.state)
         # at first without the furthest, which would hide other outliers
-        trusted = inliers if number else np.abs(pixels) <= CORE_MEDIANS * np.median(np.abs(pixels))
-        spread = settings["click_sigma_px"] or _spread(pixels[trusted], task.unknowns)
-        outliers = np.abs(pixels) > max(OUTLIER_SIGMAS * spread, MIN_OUTLIER_PX) if robust else ~inliers
+        weighted = np.abs(pixels) * task.click_weights(best.state, sigma)
+        trusted = inliers if number else weighted <= CORE_MEDIANS * np.median(weighted)
+        spread = settings["click_sigma_px"] or _spread(weighted[trusted], task.unknowns)
+        outliers = weighted > max(OUTLIER_SIGMAS * spread, MIN_OUTLIER_PX) if robust else ~inliers
         if outliers.sum() > MAX_OUTLIER_SHARE * outliers.size:
             outliers = np.zeros_like(outliers)  # so many: the model is wrong, or the lines are mixed up
         if np.array_equal(~outliers, inliers) and number > 0:
             break
         inliers = ~outliers
-        inlier_problem = replace(task, problem=task.problem.only(inliers))
-        best = _minimise(inlier_problem, best.state, spread, 0)
-    pixels = _click_distances(task.problem, best.state)
-    spread = settings["click_sigma_px"] or _spread(pixels[inliers], task.unknowns)
-    inlier_problem = replace(task, problem=task.problem.only(inliers))
-    best = _minimise(inlier_problem, best.state, spread, 0)
+        best = _minimise(replace(task, problem=task.problem.only(inliers)), best.state, spread, 0, tolerance=NEAR)
+    chosen = replace(task, problem=task.problem.only(inliers))
+    for number in range(0 if noise_known else NOISE_ROUNDS):
+        if not np.isfinite(best.cost):
+            raise no_camera_error()
+        pixels = _click_distances(task.problem, best.state)
+        weighted = pixels * task.click_weights(best.state, spread)
+        spread = settings["click_sigma_px"] or _spread(weighted[inliers], _determined(best, len(chosen.known_names)))
+        if task.usual_line_mm is not None:
+            columns = [k for k, name in enumerate(np.array(task.names)[task.free]) if name.startswith("line_")]
+            before = np.array([p.sigma for p in chosen.priors if p.name.startswith("line_")])
+            chosen = chosen.with_line_sigmas(line_sigmas_mm(best.jacobian, columns, best.state.offsets_mm, before,
+                                                            task.usual_line_mm))
+        correlation = correlation_factor(pixels[:task.problem.curves][inliers[:task.problem.curves]],
+                                         task.problem.owners[:task.problem.curves][inliers[:task.problem.curves]])
+        best = _minimise(chosen, best.state, spread * np.sqrt(correlation), 0,
+                         tolerance=NEAR if number < NOISE_ROUNDS - 1 else THERE)
     if not np.isfinite(best.cost):
         raise no_camera_error()
-    freed = replace(inlier_problem, priors=_still_needed(task, best))
-    if len(freed.priors) < len(task.priors):
-        free = _minimise(freed, best.state, spread, 0)
-        if np.isfinite(free.cost):  # else the fit went out of reach: the priors stay
-            best, inlier_problem = free, freed
     pixels = _click_distances(task.problem, best.state)
-    known = len(task.priors) + (len(task.lens_prior.names) if task.lens_prior else 0)
-    freedom = residual_count(inlier_problem.problem) + known - int(task.free.sum())
+    freedom = residual_count(chosen.problem) + len(chosen.known_names) - int(task.free.sum())
     terms = tuple(n for n, f in zip(task.names, task.free, strict=True) if f and n in best.state.lens_names)
-    return RayFitResult(task, terms, best, inliers, pixels, float(spread), freedom)
+    return RayFitResult(chosen, terms, best, inliers, pixels, float(spread), freedom, float(correlation))
 
 
-def _still_needed(task: RayFitProblem, found: Minimum[RayCameraParameters]) -> tuple[ScalarPrior, ...]:
-    """Return the priors without the wide ones of parameters that the clicks determine: those would only bias them."""
-    sigma = dict(zip(np.array(task.names)[task.free], np.sqrt(np.diag(covariance_of(found.jacobian))), strict=True))
-    return tuple(p for p in task.priors if not p.wide or sigma[p.name] > KNOWN_SHARE * p.sigma)
+def _determined(found: Minimum[RayCameraParameters], priors: int) -> float:
+    """Return how many parameters the clicks determine, and not the priors: the trace of the hat matrix's first rows."""
+    clicks = found.jacobian[:len(found.jacobian) - priors]
+    return float(np.einsum("ij,jk,ik->", clicks, covariance_of(found.jacobian), clicks))
+
+
+def correlation_factor(pixels: Array, owners: Array) -> float:
+    """Return what neighbouring residuals along a line, alike, take from the number of independent ones: ≥ 1.
+
+    pixels (n,) signed; owners (n, 2) observation and point, in order along it. The variance of a mean of a first-order
+    autoregressive series is (1 + ρ) / (1 - ρ) times that of as many independent values (M. Bartlett 1935).
+    """
+    order = np.lexsort((owners[:, 1], owners[:, 0]))
+    r, line = pixels[order], owners[order, 0]
+    neighbours = line[1:] == line[:-1]
+    if neighbours.sum() < MIN_NEIGHBOURS:
+        return 1.0
+    power = float(np.mean(r**2))
+    rho = float(np.mean(r[1:][neighbours] * r[:-1][neighbours])) / power if power else 0.0
+    rho = min(max(rho - 1 / np.sqrt(neighbours.sum()), 0.0), MAX_CORRELATION)
+    return (1 + rho) / (1 - rho)
 
 
 def covariance_of(jacobian: Array) -> Array:
@@ -151,14 +236,18 @@ def covariance_of(jacobian: Array) -> Array:
 
 
 def _minimise(task: RayFitProblem, start: RayCameraParameters, sigma: float, robust_rows: int,
-              steps: int = 60) -> Minimum[RayCameraParameters]:
+              steps: int = 60, tolerance: float = SEARCHING) -> Minimum[RayCameraParameters]:
+    weights = task.click_weights(start, sigma)
+    curves = task.problem.curves
+    per_row = np.concatenate([weights[:curves], np.repeat(weights[curves:], 2)]) / sigma
+
     def evaluate(state: RayCameraParameters) -> tuple[Array, Array]:
         r, j = task.problem.residuals(state)
         known, by = task.prior_residuals(state)
-        return np.concatenate([r / sigma, known]), np.concatenate([j / sigma, by])[:, task.free]
+        return np.concatenate([r * per_row, known]), np.concatenate([j * per_row[:, None], by])[:, task.free]
 
-    return minimise(start, evaluate, lambda state, delta: state.retract(delta, task.free), robust_rows=robust_rows,
-                    max_steps=steps, tolerance=1e-4 if robust_rows else 1e-9)
+    return minimise(start, evaluate, lambda state, delta: state.retract(delta, task.free),
+                    robust_rows=robust_rows, max_steps=steps, tolerance=tolerance)
 
 
 def residual_count(problem: ClickResiduals) -> int:
@@ -172,25 +261,8 @@ def _click_distances(problem: ClickResiduals, state: RayCameraParameters) -> Arr
     return np.concatenate([r[:problem.curves], np.linalg.norm(spots, axis=1) / np.sqrt(2)])
 
 
-def _spread(pixels: Array, parameters: int) -> float:
+def _spread(pixels: Array, parameters: float) -> float:
     """Return σ of a click from residuals and a prior."""
     freedom = max(len(pixels) - parameters, 1)
     variance = float(np.sum(pixels**2))
     return float(np.sqrt((variance + PRIOR_CLICKS * CLICK_PX**2) / (freedom + PRIOR_CLICKS)))
-
-
-def significantly_better(simple: RayFitResult, rich: RayFitResult) -> bool:
-    """Return whether the richer lens explains more than its extra terms would of noise.
-
-    ENTRY_F is tuned for least error, over lenses and tilts, 24 to 48 seeds each: at 3 noise gets in, as k3 mostly
-    (2.3 mm for 1.6 under a mild lens); k2 need not pass, it comes with k1 (setup.py).
-    """
-    extra = int(rich.task.free.sum() - simple.task.free.sum())
-    freedom = len(rich.pixels) - int(rich.task.free.sum())
-    if extra <= 0 or freedom < 3:
-        return False
-    judged = simple.inliers | rich.inliers  # what both call an outlier says nothing of the lens
-    simple_cost, rich_cost = (float(np.sum(np.minimum(f.pixels[judged] ** 2, MAX_COUNTED_PX**2)))
-                              for f in (simple, rich))
-    gain = (simple_cost - rich_cost) / extra
-    return gain > (ENTRY_F + ENTRY_F_EACH * (extra - 1) + 12 / freedom) * max(rich_cost / freedom, 1e-12)

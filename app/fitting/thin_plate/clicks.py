@@ -7,6 +7,7 @@ import numpy as np
 from app.core.field import Arc, Feature, Field, Landmark, Region
 from app.core.geometry import Array, Points
 from app.core.records import Observations
+from app.fitting.clicks import first_of_each_place
 from app.fitting.thin_plate.smoothing import Constraints
 from app.models import CameraModel
 from app.models.thin_plate import spline_frame
@@ -36,7 +37,8 @@ def gather_clicks(observations: Observations, field: Field, region: Region, base
     total = sum(len(o.points) for o in observations)
     every = max(1, -(-total // MAX_CLICKS))
     features = tuple(field.feature(o.feature, region) for o in observations)
-    owners = [(i, k) for i, o in enumerate(observations) for k in range(0, len(o.points), every)]
+    owners = [(i, int(k)) for i, o in enumerate(observations)
+              for k in np.unique(first_of_each_place(o.points))[::every]]
     raw = np.array([observations[i].points[k] for i, k in owners]).reshape(-1, 2)
     steps = HALF_PX * np.eye(2)
     stretch = np.stack([(base.corrected_from_raw(raw + s) - base.corrected_from_raw(raw - s)) / (2 * HALF_PX)

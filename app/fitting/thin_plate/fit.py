@@ -97,7 +97,8 @@ class ThinPlateFitter(Fitter):
         warnings = [_outlier_warning(observations, i, k, pixel, model, clicks.features)
                     for (i, k), ok, pixel in zip(clicks.owners, fine, clicks.raw, strict=True) if not ok]
         warnings += elevated_point_warnings(observations, "a thin-plate spline")
-        base_choices = {k: v for k, v in base_fit.notes.get("choices", {}).items() if k != "click_sigma_px"}
+        noise = ("click_sigma_px", "line_sigmas_mm")
+        base_choices = {k: v for k, v in base_fit.notes.get("choices", {}).items() if k not in noise}
         found = len(base_fit.parameter_names) or int(base_fit.notes.get("parameters", 0))
         notes = {"parameters": found + round(smoother.effective_parameters(smoothing)),
                  "base": {"name": base.NAME, **{k: v for k, v in base_fit.notes.items() if k != "choices"}},

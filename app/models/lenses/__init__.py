@@ -15,6 +15,11 @@ from app.core.geometry import Array
 
 class Lens(Protocol):
     TERMS: ClassVar[tuple[str, ...]]
+    POWERS: ClassVar[tuple[int, ...]]  # of the radius, that each term grows with: 2 for k1 of x (1 + k1 r²)
+
+    @classmethod
+    def rescaled(cls, terms: Array, step: Array, log_scale: float) -> Array:
+        """Return terms + step to first order, for a focal length e^log_scale as long: see PowerTerms."""
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:

@@ -12,14 +12,22 @@ from typing import ClassVar
 import numpy as np
 
 from app.core.geometry import Array, homogeneous
-from app.models.lenses.projection import invert_radius, pinhole, pinhole_jacobian, radial_jacobian, smallest_root
+from app.models.lenses.projection import (
+    PowerTerms,
+    invert_radius,
+    pinhole,
+    pinhole_jacobian,
+    radial_jacobian,
+    smallest_root,
+)
 
 TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 NEWTON_STEPS = 50  # five are usual; near the horizon a few more
 
 
-class BrownConradyLens:
+class BrownConradyLens(PowerTerms):
     TERMS: ClassVar[tuple[str, ...]] = TERMS
+    POWERS: ClassVar[tuple[int, ...]] = (2, 4, 1, 1, 6, 2, 4, 6)
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:

@@ -11,11 +11,12 @@ from typing import ClassVar
 import numpy as np
 
 from app.core.geometry import Array, homogeneous
-from app.models.lenses.projection import pinhole, pinhole_jacobian, radial_jacobian
+from app.models.lenses.projection import PowerTerms, pinhole, pinhole_jacobian, radial_jacobian
 
 
-class DivisionLens:
+class DivisionLens(PowerTerms):
     TERMS: ClassVar[tuple[str, ...]] = ("k",)
+    POWERS: ClassVar[tuple[int, ...]] = (2,)
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:

@@ -15,6 +15,7 @@ import numpy as np
 
 from app.core.geometry import Array, homogeneous
 from app.models.lenses.projection import (
+    PowerTerms,
     invert_radius,
     pinhole,
     pinhole_jacobian,
@@ -24,8 +25,9 @@ from app.models.lenses.projection import (
 )
 
 
-class EvenDivisionLens:
+class EvenDivisionLens(PowerTerms):
     TERMS: ClassVar[tuple[str, ...]] = ("k1", "k2", "k3")
+    POWERS: ClassVar[tuple[int, ...]] = (2, 4, 6)
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:

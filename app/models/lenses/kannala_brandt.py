@@ -11,14 +11,35 @@ from typing import ClassVar
 import numpy as np
 
 from app.core.geometry import Array
-from app.models.lenses.projection import invert_radius, smallest_root
+from app.models.lenses.projection import PowerTerms, invert_radius, smallest_root
 
 TERMS = ("k1", "k2", "k3", "k4")
 SMALL = 1e-7  # of sin θ: nearer to the axis, θ / sin θ is 1 to all digits
 
 
-class KannalaBrandtLens:
+def _powers_of_atan(odd: int) -> Array:
+    """Return the coefficients (odd, odd + 1) of t³, t⁵, … in atan(t)ⁿ, n = 1, 3, …, as columns."""
+    series = np.zeros(2 * odd + 2)
+    series[1::2] = [(-1) ** k / (2 * k + 1) for k in range(odd + 1)]
+    columns, power = [], series
+    for _ in range(odd + 1):
+        columns.append(power[3::2])
+        power = np.convolve(np.convolve(power, series), series)[:len(series)]
+    return np.stack(columns, axis=1)
+
+
+OF_TANGENT = _powers_of_atan(len(TERMS))
+
+
+class KannalaBrandtLens(PowerTerms):
     TERMS: ClassVar[tuple[str, ...]] = TERMS
+    POWERS: ClassVar[tuple[int, ...]] = (2, 4, 6, 8)
+
+    @classmethod
+    def rescaled(cls, terms: Array, step: Array, log_scale: float) -> Array:
+        """As PowerTerms does, by way of r_d's series in the tangent, as far as there are terms."""
+        own, fixed = OF_TANGENT[:, 1:], OF_TANGENT[:, 0]
+        return np.linalg.solve(own, super().rescaled(own @ terms + fixed, own @ step, log_scale) - fixed)
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:

@@ -1,6 +1,7 @@
-"""What lenses share: the pinhole projection, radial scaling, and the inverse of a rising radius."""
+"""What lenses share: the pinhole projection, radial scaling, the inverse of a rising radius, and terms by power."""
 
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 
@@ -8,6 +9,22 @@ from app.core.geometry import Array
 
 UNDISTORT_STEPS = 50  # Newton needs about five; near the horizon a few more
 UNDISTORT_TOLERANCE = 1e-13  # focal lengths: 1e-10 px
+
+
+class PowerTerms:
+    """A lens each of whose terms belongs to a power of the ray's tangent."""
+
+    POWERS: ClassVar[tuple[int, ...]]
+
+    @classmethod
+    def rescaled(cls, terms: Array, step: Array, log_scale: float) -> Array:
+        """Return terms + step to first order, for a focal length e^s as long and tangents e^-s as large.
+
+        A step = POWERS · terms · s leaves the picture exactly as it was, and so it is for all s: longer lenses from
+        further above bend it likewise. A search along terms alone leaves that curve, and creeps.
+        """
+        powers = np.array(cls.POWERS)
+        return (terms + step - powers * terms * log_scale) * np.exp(powers * log_scale)
 
 
 def pinhole(rays: Array) -> Array:

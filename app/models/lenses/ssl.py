@@ -10,11 +10,12 @@ from typing import ClassVar
 import numpy as np
 
 from app.core.geometry import Array, homogeneous
-from app.models.lenses.projection import invert_radius, pinhole, pinhole_jacobian, radial_jacobian
+from app.models.lenses.projection import PowerTerms, invert_radius, pinhole, pinhole_jacobian, radial_jacobian
 
 
-class SslLens:
+class SslLens(PowerTerms):
     TERMS: ClassVar[tuple[str, ...]] = ("a",)
+    POWERS: ClassVar[tuple[int, ...]] = (2,)
 
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:

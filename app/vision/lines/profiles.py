@@ -9,7 +9,10 @@ fitted within a window about the bar by a few Gauss–Newton steps from the best
 line take part, and as T is even, a width that is known badly does not move the middle.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 
 import cv2
 import numpy as np
@@ -17,6 +20,7 @@ from numpy.typing import NDArray
 
 from app.core.geometry import Points
 
+NO_WIDTHS: Mapping[int, float] = MappingProxyType({})
 STEP_PX = 0.5
 ALONG_PX = (-1.5, -0.5, 0.5, 1.5)  # profiles side by side are averaged
 GREY_OF_BGR = (0.114, 0.587, 0.299)
@@ -34,18 +38,26 @@ CLEAN = 0.8  # of what slope and step leave, the share that the bar explains
 
 @dataclass(frozen=True, eq=False)
 class Profiles:
-    """(n,) each. middle: px from the expected place, along the normal; found: whether a bar is there."""
+    """(n,) each. middle: px from the expected place, along the normal; found: whether a bar is there.
+
+    widths: by group, how wide it is painted, of how wide it was expected.
+    """
 
     middle: NDArray[np.float64]
     contrast: NDArray[np.float64]
     found: NDArray[np.bool_]
+    widths: Mapping[int, float]
 
 
 def across_lines(gray: NDArray[np.uint8], places: Points, normals: Points, width_px: NDArray, group: NDArray,
-                 capture_px: float) -> Profiles:
-    """places, normals (n, 2) px; width_px (n,) expected; group (n,): whose paint is of one width."""
+                 capture_px: float, widths: Mapping[int, float] = NO_WIDTHS) -> Profiles:
+    """places, normals (n, 2) px; width_px (n,) expected; group (n,): whose paint is of one width.
+
+    widths: as Profiles has them, where they have been measured before.
+    """
     middle, contrast = np.full(len(places), np.nan), np.zeros(len(places))
     found = np.zeros(len(places), bool)
+    painted = {}
     for name in np.unique(group):
         of = np.flatnonzero(group == name)
         nominal = float(np.median(width_px[of]))
@@ -53,12 +65,28 @@ def across_lines(gray: NDArray[np.uint8], places: Points, normals: Points, width
         away = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
         rows = brightness_across(gray, places[of], normals[of], away)
         least = max(MIN_CONTRAST, CONTRAST_NOISES * _noise(rows))
-        some = rows[np.unique(np.linspace(0, len(rows) - 1, WIDTH_PROFILES).round().astype(int))]
-        widths = _widths(nominal, reach)
-        width = widths[np.argmax([_worth(some, away, w, capture_px, least) for w in widths])]
+        if name in widths:
+            width = widths[name] * nominal
+        else:
+            some = rows[np.unique(np.linspace(0, len(rows) - 1, WIDTH_PROFILES).round().astype(int))]
+            width = _width(some, away, nominal, reach, capture_px, least)
+        painted[int(name)] = width / nominal
         middle[of], contrast[of], explained = _bars(rows, away, width, capture_px)
         found[of] = _good(middle[of], contrast[of], explained, capture_px, least)
-    return Profiles(middle, contrast, found)
+    return Profiles(middle, contrast, found, painted)
+
+
+def _width(rows: NDArray, away: NDArray, nominal: float, reach: float, capture: float, least: float) -> float:
+    """Return the width whose bars explain the profiles best: uphill from the expected one, or of all from nothing."""
+    widths = _widths(nominal, reach)
+    worth = lru_cache(lambda number: _worth(rows, away, widths[number], capture, least))
+    best = int(np.argmin(np.abs(widths - nominal)))
+    while worth(best):
+        better = max((k for k in (best - 1, best, best + 1) if 0 <= k < len(widths)), key=worth)
+        if better == best:
+            return float(widths[best])
+        best = better
+    return float(widths[max(range(len(widths)), key=worth)])
 
 
 def _worth(rows: NDArray, away: NDArray, width: float, capture: float, least: float) -> float:

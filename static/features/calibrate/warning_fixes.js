@@ -21,7 +21,6 @@ const NEAREST = 2; // stage pixels for one of the picture, at least: a place can
 /** @type {Record<string, (trouble: Trouble) => (Fix | null)[]>} */
 const FIXES = {
   "stray-click": (t) => point(t),
-  "duplicate-points": (t) => point(t),
   "border-extrapolated": ({ feature }) => [click(feature)],
   "inside-not-checked": () => [click(insideLine())],
   "height-unknown": () => [enterHeight(), board()],

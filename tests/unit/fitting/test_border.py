@@ -119,11 +119,21 @@ def test_many_detected_points_with_many_strays_are_sorted_out():
     assert fit.rms < 0.35
 
 
+def test_a_second_click_on_one_place_neither_counts_nor_harms():
+    rows = np.linspace(20, 1000, 9)
+    x = 100 + 1e-4 * (rows - 500) ** 2 + np.random.default_rng(2).normal(0, 0.5, 9)
+    x[4] += 30
+    once, twice = fitted(rows, x, 3), fitted([*rows, rows[4], rows[2] + 0.2], [*x, x[4] + 0.3, x[2]], 3)
+    assert twice.curve == once.curve and np.array_equal(twice.held_out[:9], once.held_out)
+    assert twice.inliers.tolist() == [*once.inliers, False, True] and not once.inliers[4]
+    assert twice.residuals[9] == pytest.approx(once.residuals[4] + 0.3)
+
+
 @pytest.mark.parametrize("y, x, degree, reason", [
     ([10, 20], [5, 5], 3, "too-few-points"),
     ([10, 500], [5, 5], "auto", "too-few-points"),
     ([], [], 1, "too-few-points"),
-    ([10, 10.2, 300, 500], [5, 5.1, 6, 7], 2, "duplicate-points"),
+    ([10, 10.2, 300, 300], [5, 5.1, 6, 6], 2, "too-few-points"),
     ([10, 11, 12, 13], [5, 50, 100, 150], 2, "collinear-points"),
     ([10, 10, 500, 500], [5, 50, 5, 50], 3, "collinear-points"),
 ])

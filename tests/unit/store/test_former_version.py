@@ -34,7 +34,7 @@ def test_everything_is_answered_as_the_version_before_answered_it(restored):
     origin, client = restored
     for path, known in KNOWN["answers"].items():
         if path != "/jobs":
-            assert client.get(API + path).json() == known, path
+            assert without_new(client.get(API + path).json(), known) == known, path
     store = client.app.state.services.store
     assert store.damaged == () and store.identities.get(store.calibrations.active("west").id)["serial"] == "A1"
     assert [lens["lens"]["focal_px"] for lens in store.lenses.list().items] == [500.5]
@@ -42,6 +42,15 @@ def test_everything_is_answered_as_the_version_before_answered_it(restored):
         finished = KNOWN["answers"]["/jobs"]["items"][0]
         now = client.get(f"{API}/jobs/{finished['id']}").json()
         assert {**now, "ended_at": finished["ended_at"]} == finished  # its row was dated a moment before its answer
+
+
+def without_new(now, known):
+    """An answer without the members that objects have gained since; nothing may be renamed or lost."""
+    if isinstance(now, dict) and isinstance(known, dict):
+        return {key: without_new(value, known[key]) for key, value in now.items() if key in known}
+    if isinstance(now, list) and isinstance(known, list) and len(now) == len(known):
+        return [without_new(a, b) for a, b in zip(now, known, strict=True)]
+    return now
 
 
 def test_numbers_go_on_where_the_version_before_had_come_to_and_a_deletion_is_taken_back(restored):

@@ -1,0 +1,88 @@
+"""What is known of a camera before it is calibrated: of its lens, of where it hangs, and of how true the field is.
+
+Without these priors a lens's higher terms, its centre and the tilt compensate one another until nothing is left to see
+in the residuals; with the lens's centre held in the picture's middle, they compensate that instead. Each prior is as
+wide as real cameras differ (σ of published calibrations and data sheets), so that it costs nothing where the points
+say better.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from app.core.field import Field
+from app.core.geometry import ImageSize
+from app.core.records import Warning
+from app.fitting.ray_camera.parameters import RayCameraParameters
+from app.fitting.ray_camera.problem import ScalarPrior
+from app.models.lenses import Lens
+
+CENTRE_SHARE = 0.012  # σ of the principal point about the picture's middle, of the picture's width
+ASPECT_SIGMA = 0.002
+FOCAL_SHARE, FOCAL_SIGMA = 0.85, 0.6  # of the picture's width, and σ of the logarithm: 78° webcams to 16-mm lenses
+HEIGHT_SIGMA = 0.45  # of the logarithm
+TERM_SIGMAS = {1: 1e-3, 2: 0.3, 4: 0.15, 6: 0.08, 8: 0.05}  # by power of the radius, at the picture's corner
+MAX_TANGENT = 1.2
+ABSURD_SIGMAS = 2.5
+
+
+def usual_height_mm(field: Field) -> float:
+    """Return the height at which cameras hang over a field: 2.4 m over a table, 5 m over nine metres, 6 m in a hall."""
+    return 1900.0 + 0.35 * field.length_mm
+
+
+def camera_priors(lens: type[Lens], terms: tuple[str, ...], settings: Mapping[str, Any], field: Field,
+                  image_size: ImageSize, focal_px: float, known: tuple[str, ...] = ()) -> tuple[ScalarPrior, ...]:
+    """Return the priors of a lens's parameters. known: those that the options tell otherwise."""
+    # the tangent of the angle off the axis in the corner, or as far out as fields are seen
+    corner = min(float(np.hypot(*image_size)) / 2 / focal_px, MAX_TANGENT)
+    priors = [ScalarPrior("log_focal", float(np.log(FOCAL_SHARE * image_size.width)), FOCAL_SIGMA)]
+    if settings["aspect_sigma"] > 0:
+        priors.append(ScalarPrior("aspect", 1.0, settings["aspect_sigma"]))
+    sigma_px = centre_sigma_px(settings, image_size)
+    if sigma_px > 0:
+        priors += [ScalarPrior(name, c, sigma_px) for name, c in zip(("centre_x", "centre_y"), image_size.centre,
+                                                                     strict=True)]
+    for name in terms:
+        power = lens.POWERS[lens.TERMS.index(name)]
+        priors.append(ScalarPrior(name, 0.0, TERM_SIGMAS[power] / corner**power))
+    if settings["height_mm"]:
+        priors.append(ScalarPrior("height", settings["height_mm"]["value"], settings["height_mm"]["sigma"]))
+    else:
+        priors.append(ScalarPrior("log_height", float(np.log(usual_height_mm(field))), HEIGHT_SIGMA))
+    return tuple(p for p in priors if p.name not in known)
+
+
+def unusual_camera_warnings(state: RayCameraParameters, priors: Sequence[ScalarPrior], image_size: ImageSize,
+                            field: Field) -> list[Warning]:
+    """Warn of each unknown that ended where hardly a camera's is: ABSURD_SIGMAS or more from its prior."""
+    values = {**state.values(), "log_height": float(np.log(max(state.position_mm[2], 1.0)))}
+    away = {p.name: (values[p.name] - p.value) / p.sigma for p in priors if p.name in values}
+    warnings = []
+    if abs(away.get("log_height", 0.0)) > ABSURD_SIGMAS:
+        warnings.append(Warning(
+            "unusual-height", f"The camera would hang {state.position_mm[2] / 1000:.1f} m above the carpet, where "
+            f"{usual_height_mm(field) / 1000:.1f} m are usual over such a field.",
+            "Check the field and the region; or tape the height and give it."))
+    if abs(away.get("log_focal", 0.0)) > ABSURD_SIGMAS:
+        angle = 2 * np.degrees(np.arctan(image_size.width / 2 / np.exp(state.log_focal)))
+        warnings.append(Warning(
+            "unusual-focal-length", f"The lens would see {angle:.0f}° across the picture, where 40° to 90° are usual.",
+            "Check the field and the region; or calibrate the lens with a board."))
+    off_px = float(np.hypot(*(state.centre_px - np.array(image_size.centre))))
+    if np.hypot(away.get("centre_x", 0.0), away.get("centre_y", 0.0)) > ABSURD_SIGMAS:
+        warnings.append(Warning(
+            "unusual-principal-point", f"The principal point would lie {off_px:.0f} px off the picture's middle.",
+            "Was the picture cropped? Then give centre_sigma_px as much as was cut off. Otherwise check which line "
+            "each click belongs to."))
+    if abs(away.get("aspect", 0.0)) > ABSURD_SIGMAS:
+        warnings.append(Warning(
+            "unusual-aspect", f"The pixels would be {state.aspect:.3f} times as high as wide.",
+            "Was the picture stretched? Then give aspect_sigma more room. Otherwise check the field's size."))
+    return warnings
+
+
+def centre_sigma_px(settings: Mapping[str, Any], image_size: ImageSize) -> float:
+    given = settings["centre_sigma_px"]
+    return CENTRE_SHARE * image_size.width if given is None else given
