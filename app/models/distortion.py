@@ -20,10 +20,10 @@ from app.models.lenses.brown_conrady import BrownConradyLens
 from app.models.lenses.division import DivisionLens
 from app.models.lenses.even_division import EvenDivisionLens
 
-LINE_LENSES = {  # name: the lens, and its terms that straight lines can tell, with the power of r each belongs to
-    "division": (DivisionLens, {"k": 2}),
-    "division-even": (EvenDivisionLens, {"k1": 2, "k2": 4, "k3": 6}),
-    "brown-conrady": (BrownConradyLens, {"k1": 2, "k2": 4, "k3": 6}),
+LINE_LENSES = {  # name: the lens, and its terms that straight lines can tell
+    "division": (DivisionLens, ("k",)),
+    "division-even": (EvenDivisionLens, ("k1", "k2", "k3")),
+    "brown-conrady": (BrownConradyLens, ("k1", "k2", "k3")),
 }
 
 
@@ -57,8 +57,8 @@ class Distortion:
     def terms_for(self, focal_px: float) -> dict[str, float]:
         """Return the terms in units of that focal length."""
         scale = focal_px / self.unit_px
-        return {name: float(self.terms[self.lens.TERMS.index(name)] * scale**power)
-                for name, power in LINE_LENSES[self.name][1].items()}
+        return {name: float(self.terms[self.lens.TERMS.index(name)] * scale**self.lens.power(name))
+                for name in LINE_LENSES[self.name][1]}
 
     def to_json(self) -> dict[str, Any]:
         return {"name": self.name, "terms": dict(zip(self.lens.TERMS, self.terms, strict=True)),

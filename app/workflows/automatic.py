@@ -23,7 +23,13 @@ from app.evaluate.fit.verification import Verification
 from app.fitting import FITTERS
 from app.fitting.field_lines.line_samples import LineSamples, fine_pattern, sample_lines_evenly
 from app.fitting.field_lines.pattern import FieldPattern
-from app.fitting.field_lines.refinement import FINER_PX, nearest_markings, refine_camera, with_brown_conrady
+from app.fitting.field_lines.refinement import (
+    FINER_POINTS,
+    FINER_PX,
+    nearest_markings,
+    refine_camera,
+    with_brown_conrady,
+)
 from app.fitting.field_lines.search import FINE_STEPS, CameraCandidate, PosePrior, SearchResult, candidate_json, search
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, parameters_json
@@ -31,6 +37,7 @@ from app.models.ray_camera import RayCamera
 from app.vision.lines.profiles import NO_WIDTHS, across_lines
 from app.vision.lines.ridge_chains import ridge_chains
 from app.vision.lines.ridges import ridges
+from app.vision.lines.strays import strays
 from app.workflows import calibration
 from app.workflows.calibration import CalibrationResult, subprogress
 
@@ -39,7 +46,6 @@ POINTS = 240  # in all: more cost time and tell nothing new
 APART_PX = 6.0  # at least, from one to the next
 CAPTURE_PX = 4.0  # about the expected place, in a picture of 1280 px
 CLEAR_PX = 4.0  # of other paint
-STRAY_SPREADS, STRAY_PX = 4.5, 1.5
 MIN_MARKING_POINTS = 3  # points of a marking that are worth naming it
 LONG = 0.05  # of the diagonal: a line of that length on the carpet wants an explanation
 ON_LINE_PX = 5.0
@@ -105,7 +111,7 @@ def assign_lines(seen: DetectedLines, field: Field, region: Region, rough: PoseP
     state = searched.candidates[0].refined.state
     coarse = FieldPattern.of(field, field.length_mm / FINE_STEPS)
     finer = refine_camera(with_brown_conrady(state, coarse, size), coarse, np.concatenate(seen.chains),
-                          np.concatenate(seen.along), size, FINER_PX)
+                          np.concatenate(seen.along), size, FINER_PX, FINER_POINTS)
     if finer is not None:
         state = finer.state
     pattern = fine_pattern(field)
@@ -122,11 +128,7 @@ def _measured(seen: DetectedLines, state: RayCameraParameters, pattern: FieldPat
     profiles = across_lines(seen.gray, places.places, places.normals, places.width_px, places.marking,
                             CAPTURE_PX * scale, widths)
     hits = profiles.found & places.clear
-    if hits.any():
-        # About the middle of its own marking, which may be painted beside its place.
-        aside = profiles.middle - _medians(np.where(hits, profiles.middle, np.nan), places.marking)
-        spread = 1.4826 * float(np.nanmedian(np.abs(aside[hits])))
-        hits &= np.abs(aside) < max(STRAY_SPREADS * spread, STRAY_PX)  # a robot's edge, a shoe
+    hits &= ~strays(profiles.middle, hits, places.marking)
     points = places.places + np.where(hits, profiles.middle, 0.0)[:, None] * places.normals
     observations = []
     for number, marking in enumerate(pattern.markings):
@@ -139,14 +141,6 @@ def _measured(seen: DetectedLines, state: RayCameraParameters, pattern: FieldPat
     if not observations:
         return None
     return LineAssignment(tuple(observations), state, searched, places, hits, pattern, rms_px, profiles.widths)
-
-
-def _medians(values: NDArray, group: NDArray) -> NDArray:
-    """Return for each value (n,) the median of its group's known ones; NaN where there are none."""
-    result = np.full(len(values), np.nan)
-    for name in np.unique(group[np.isfinite(values)]):
-        result[group == name] = np.nanmedian(values[group == name])
-    return result
 
 
 def observed_feature(marking: Line | Arc, region: Region) -> str:
@@ -170,12 +164,22 @@ def calibrate(found: LineAssignment, seen: DetectedLines, field: Field, region: 
     """
     first, begin = _most_probable(found, field, region, seen.size, models, options), {}
     if isinstance(first.model, RayCamera):
-        again = _measured(seen, RayCameraParameters.of(first.model), found.pattern, region, found.searched,
-                          found.widths)
+        painted = field.with_line_offsets(first.notes["line_offsets_mm"])
+        pattern = _as_painted(found.pattern, painted, region)
+        again = _measured(seen, RayCameraParameters.of(first.model), pattern, region, found.searched, found.widths)
         found = again if again is not None and again.hits.sum() >= MIN_HITS_KEPT * found.hits.sum() else found
         begin = {name: first.notes["choices"][name] for name in ("start", "start_lines_mm")}
     return calibration.calibrate(found.observations, field, region, seen.size, first.model.NAME, {**options, **begin},
                                  progress), found
+
+
+def _as_painted(pattern: FieldPattern, field: Field, region: Region) -> FieldPattern:
+    """Return the pattern's samples where the field's lines were found, under the names that they have."""
+    points = pattern.points.copy()
+    for number, marking in enumerate(pattern.markings):
+        of = pattern.marking == number
+        points[of] = field.feature(observed_feature(marking, region), region).nearest(points[of])
+    return replace(pattern, points=points)
 
 
 def _most_probable(found: LineAssignment, field: Field, region: Region, size: ImageSize, models: Sequence[str],

@@ -1,8 +1,10 @@
 """Accuracy on the second simulator. Command: python tests/bench/bench_real_cameras.py auto|clicks FROM TO [OPTIONS]
 
 auto: no clicks, on rendered scenes by seed. clicks: nine on each border that is in sight, σ 0.4 px, the height by tape
-to 30 mm, off the same cameras, for each model with a lens. OPTIONS is JSON: options of the fit, and "scene" (members
-of SceneSpec that are not drawn), "exact" (lines as the rules say), "verbose".
+to 30 mm, off the same cameras, for each model with a lens; "recommended" is the one that the clicks make most probable.
+"bound" is a fit that knows the kind of the true lens, and the true σ of clicks and lines.
+OPTIONS is JSON: options of the fit, and "scene" (members of SceneSpec that are not drawn), "exact" (lines as the rules
+say), "inside" (so many clicks on lines inside the field), "tape" (auto: the height by tape as for clicks), "verbose".
 The true error is the rms over a grid of the region in sight, on the carpet and at robot height; beside it stands the
 error that Touchline expected there. Seconds are by the processor.
 """
@@ -32,6 +34,8 @@ from tests.support.second_simulator.paint import PaintErrors
 from tests.support.second_simulator.scene_spec import camera_of, fields, region_of
 
 CLICK_MODELS = ("brown-conrady", "fisheye", "division", "ssl")
+RECOMMENDED_OF = ("brown-conrady", "fisheye", "ssl")
+NEAR_BEST = 1.2
 CLICKS, CLICK_PX, TAPE_MM = 9, 0.4, 30.0
 LIMIT_MM = 7.5
 UNREACHED_MM = 1e5
@@ -62,9 +66,11 @@ def spec_of(seed: int, scene: Mapping[str, Any], exact: bool) -> SceneSpec:
     return replace(spec, paint=straight) if exact else spec
 
 
-def auto_row(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], exact: bool) -> dict[str, Any]:
+def auto_row(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], exact: bool, tape: bool,
+             ) -> dict[str, Any]:
     spec = spec_of(seed, scene, exact)
     made = render(spec)
+    options = {**(by_tape(made.camera, np.random.default_rng([seed, 3])) if tape else {}), **options}
     row: dict[str, Any] = {"seed": seed, "scene": f"{spec.field} {spec.region} {spec.lens} {spec.tilt_deg:.0f}°"}
     begin = time.process_time()
     lines = automatic.detect_lines(Frame(made.pixels).pixels)
@@ -88,24 +94,37 @@ def auto_row(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], ex
             **true_and_expected(done.fit, made.camera, made.field, made.region)}
 
 
-def click_rows(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], exact: bool) -> list[dict[str, Any]]:
+def click_rows(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], exact: bool, inside: int,
+               ) -> list[dict[str, Any]]:
     spec, rng = spec_of(seed, scene, exact), np.random.default_rng([seed, 3])
     camera, region, field = camera_of(spec), region_of(spec), fields()[spec.field]
-    observations = clicks(spec.paint, camera, region, rng)
-    height = {"height_mm": {"value": float(camera.position_mm[2] + rng.normal(0, TAPE_MM)), "sigma": TAPE_MM}}
+    observations = (*clicks(spec.paint, camera, region, rng), *clicks_inside(spec.paint, camera, field, inside, rng))
+    known = {"click_sigma_px": CLICK_PX, "line_sigma_mm": spec.paint.line_sigma_mm}
+    tried = [(model, model, {}) for model in CLICK_MODELS]
+    tried.append(("bound", "fisheye" if camera.fisheye else "brown-conrady", known))
+    height = by_tape(camera, rng)
     rows = []
-    for model in CLICK_MODELS:
+    for title, model, more in tried:
         row: dict[str, Any] = {"seed": seed, "scene": f"{spec.field} {spec.region} {spec.lens} {spec.tilt_deg:.0f}°",
-                               "model": model}
+                               "model": title}
         begin = time.process_time()
         try:
-            fit = FITTERS[model].fit(observations, field, region, ImageSize(*spec.size), {**height, **options})
+            fit = FITTERS[model].fit(observations, field, region, ImageSize(*spec.size), {**height, **options, **more})
         except TouchlineError as refused:
             rows.append({**row, "state": "no fit", "refused": refused.what, "seconds": time.process_time() - begin})
             continue
         seconds = time.process_time() - begin
-        rows.append({**row, "state": "found", "seconds": seconds, **true_and_expected(fit, camera, field, region)})
+        rows.append({**row, "state": "found", "seconds": seconds, "log_evidence": fit.notes["log_evidence"],
+                     **true_and_expected(fit, camera, field, region)})
+    lenses = [row for row in rows if row["state"] == "found" and row["model"] in RECOMMENDED_OF]
+    if lenses:
+        chosen = max(lenses, key=lambda row: row["log_evidence"])
+        rows.append({**chosen, "model": "recommended", "of": chosen["model"]})
     return rows
+
+
+def by_tape(camera: OpenCvCamera, rng: np.random.Generator) -> dict[str, Any]:
+    return {"height_mm": {"value": float(camera.position_mm[2] + rng.normal(0, TAPE_MM)), "sigma": TAPE_MM}}
 
 
 def clicks(paint: PaintErrors, camera: OpenCvCamera, region: Region, rng: np.random.Generator,
@@ -122,6 +141,38 @@ def clicks(paint: PaintErrors, camera: OpenCvCamera, region: Region, rng: np.ran
             noisy = pixels[chosen] + rng.normal(0, CLICK_PX, (CLICKS, 2))
             observations.append(Observation(name, "line", np.clip(noisy, 0, np.array(camera.size) - 1.0)))
     return tuple(observations)
+
+
+def clicks_inside(paint: PaintErrors, camera: OpenCvCamera, field: Field, count: int, rng: np.random.Generator,
+                  ) -> tuple[Observation, ...]:
+    """Click so many points on lines inside the field, three on each that is in sight."""
+    observations: list[Observation] = []
+    names = [name for name, line in field.lines.items() if max(
+        np.ptp([line.start[0], line.end[0]]), np.ptp([line.start[1], line.end[1]])) < field.length_mm - 1
+        and abs(line.start[0]) < field.length_mm / 2 - 1 and abs(line.start[1]) < field.width_mm / 2 + 1]
+    for name in rng.permutation(names):
+        line = field.lines[str(name)].shifted(float(rng.normal(0, paint.line_sigma_mm)))
+        along = line.sample(100)[5:-5]
+        pixels = camera.project(np.column_stack([along, np.zeros(len(along))]))
+        pixels = pixels[camera.inside(pixels, 3)]
+        if len(pixels) >= 3 and 3 * len(observations) < count:
+            noisy = pixels[rng.choice(len(pixels), 3, replace=False)] + rng.normal(0, CLICK_PX, (3, 2))
+            observations.append(Observation(str(name), "line", np.clip(noisy, 0, np.array(camera.size) - 1.0)))
+    return tuple(observations)
+
+
+def compare_clicks(rows: list[dict[str, Any]]) -> None:
+    """Print how the recommended fits stand to the best of all, and to the bound."""
+    of = {(row["seed"], row["model"]): row for row in rows if row["state"] == "found"}
+    chosen = [(row, of[row["seed"], "bound"]) for row in rows if row["model"] == "recommended"
+              and (row["seed"], "bound") in of]
+    best = {row["seed"]: min(of[row["seed"], m]["carpet"] for m in CLICK_MODELS if (row["seed"], m) in of)
+            for row, _ in chosen}
+    near = {name: np.mean([pair[k]["carpet"] <= NEAR_BEST * best[pair[k]["seed"]] for pair in chosen])
+            for k, name in enumerate(("recommended", "bound"))}
+    print(f"median recommended {np.median([row['carpet'] for row, _ in chosen]):.2f} mm, of the bound "
+          f"{np.median([bound['carpet'] for _, bound in chosen]):.2f} mm; within {NEAR_BEST} of the best of all: " +
+          ", ".join(f"{name} {share:.1%}" for name, share in near.items()))
 
 
 def summarise(title: str, rows: list[dict[str, Any]]) -> None:
@@ -151,11 +202,15 @@ if __name__ == "__main__":
     kind, seeds = sys.argv[1], range(int(sys.argv[2]), int(sys.argv[3]))
     given = json.loads(sys.argv[4]) if len(sys.argv) > 4 else {}
     scene, exact, verbose = given.pop("scene", {}), given.pop("exact", False), given.pop("verbose", False)
+    inside, tape = given.pop("inside", 0), given.pop("tape", False)
     every: list[dict[str, Any]] = []
     for seed in seeds:
-        new = [auto_row(seed, given, scene, exact)] if kind == "auto" else click_rows(seed, given, scene, exact)
+        new = [auto_row(seed, given, scene, exact, tape)] if kind == "auto" else click_rows(
+            seed, given, scene, exact, inside)
         every += new
         for row in new if verbose else ():
             print(json.dumps(row, default=float), flush=True)
-    for title in ("auto",) if kind == "auto" else CLICK_MODELS:
+    for title in ("auto",) if kind == "auto" else (*CLICK_MODELS, "recommended", "bound"):
         summarise(title, every if kind == "auto" else [row for row in every if row["model"] == title])
+    if kind == "clicks":
+        compare_clicks(every)

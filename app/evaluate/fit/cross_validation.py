@@ -13,7 +13,7 @@ from app.core.geometry import ImageSize
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observations
 from app.evaluate.fit.folds import folds_for
-from app.evaluate.fit.residuals import feature_residuals
+from app.evaluate.fit.residuals import feature_residuals_mm
 from app.fitting import FITTERS
 from app.fitting.clicks import first_of_each_place
 
@@ -48,5 +48,5 @@ def held_out_mm(fit: Fit, observations: Observations, field: Field, region: Regi
         for i, ks in left_out.items():
             original = np.flatnonzero(kept[i])[ks]  # clean counts without the strays
             held_out = replace(clean[i], points=clean[i].points[ks])
-            result[i][original] = feature_residuals(without.model, held_out, painted, region).mm
+            result[i][original] = feature_residuals_mm(without.model, held_out, painted, region)
     return result

@@ -43,6 +43,18 @@ def feature_residuals(model: CameraModel, observation: Observation, field: Field
     Per point, not per axis: OpenCV's convention, √2 times what tools report that count x and y apart. Points
     above the carpet cannot be judged by a model without rays: NaN.
     """
+    place, nearest = _carried(model, observation, field, region)
+    return FeatureResiduals(observation, _seen(model, nearest, observation.z_mm), nearest - place, place)
+
+
+def feature_residuals_mm(model: CameraModel, observation: Observation, field: Field, region: Region) -> Array:
+    """Return only how far (n,) mm the points are from the feature, on the field."""
+    place, nearest = _carried(model, observation, field, region)
+    return np.linalg.norm(nearest - place, axis=-1)
+
+
+def _carried(model: CameraModel, observation: Observation, field: Field, region: Region) -> tuple[Points, Points]:
+    """Return the points' places (n, 2) mm on the field, and the feature's places nearest to them."""
     feature, z_mm = field.feature(observation.feature, region), observation.z_mm
     if z_mm == 0:
         place = field_from_raw(model, observation.points)
@@ -50,8 +62,7 @@ def feature_residuals(model: CameraModel, observation: Observation, field: Field
         place = model.unproject(observation.points, z_mm)
     else:
         place = np.full(observation.points.shape, np.nan)
-    nearest = feature.nearest(place)
-    return FeatureResiduals(observation, _seen(model, nearest, z_mm), nearest - place, place)
+    return place, feature.nearest(place)
 
 
 def _seen(model: CameraModel, places: Points, z_mm: float) -> Points:

@@ -44,7 +44,8 @@ class UndistortedPlane:
         """Map the plane (..., 2) to raw pixels; NaN where the picture would fold."""
         rr = np.sum(points * points, axis=-1, keepdims=True)
         with np.errstate(all="ignore"):
-            return points * (2 / (1 + np.sqrt(1 - 4 * self.bend * rr))) * self.unit_px + np.array(self.centre)
+            scale = 2 * self.unit_px / (1 + np.sqrt(1 - 4 * self.bend * rr))
+        return points * scale + np.array(self.centre, points.dtype)
 
 
 def estimate_bend(chains: Sequence[Points], size: ImageSize) -> float:

@@ -80,9 +80,11 @@ def _spaced(marking: Array, length: Array, apart: float) -> Array:
 def _clear(places: Points, width: Array, marking: Array, here: Array, index: Array, clear_px: float) -> Array:
     """Return (k,) whether no place of another marking is nearer than clear_px and both paints' half widths."""
     result = np.ones(len(index), bool)
+    x, y = np.float32(places).T
+    half = np.float32(width) / 2
     for start in range(0, len(index), 256):
         part = index[start:start + 256]
-        gap = np.linalg.norm(places[part][:, None] - places[here], axis=-1)
-        near = gap < clear_px + (width[part][:, None] + width[here]) / 2
-        result[start:start + 256] = ~(near & (marking[part][:, None] != marking[here])).any(axis=1)
+        gap = np.hypot(x[part, None] - x[here], y[part, None] - y[here])
+        near = gap < half[part, None] + (half[here] + np.float32(clear_px))
+        result[start:start + 256] = ~(near & (marking[part, None] != marking[here])).any(axis=1)
     return result

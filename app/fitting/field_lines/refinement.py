@@ -20,13 +20,13 @@ from app.models.lens_models import BrownConrady, Division
 
 CAPTURE_PX = (24.0, 14.0, 10.0, 6.0, 3.5, 2.0)  # in a picture of 1280 px, on the way in
 MIN_COSINE = np.cos(np.radians(12))
-MAX_POINTS = 500
+MAX_POINTS, FINER_POINTS = 320, 600
 MIN_POINTS = 40
-STEPS = 6
+STEPS = 3  # for each capture: its matches change with the next
 FINER_PX = (7.0, 4.0, 2.5, 1.5)  # once the camera is known, and only its lens is to be known better
 FOCAL_SPREAD = 0.7  # σ of the focal length's logarithm about the first guess
-# σ of the lens' terms about the first guess at a radius of half a diagonal, and the power of the radius they go with.
-TERM_SPREAD = {"k": (0.3, 2), "k1": (0.3, 2), "k2": (0.3, 4), "k3": (0.15, 6), "p1": (0.01, 1), "p2": (0.01, 1)}
+# σ of the lens' terms about the first guess at a radius of half a diagonal
+TERM_SPREAD = {"k": 0.3, "k1": 0.3, "k2": 0.3, "k3": 0.15, "p1": 0.01, "p2": 0.01}
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +74,9 @@ def with_brown_conrady(state: RayCameraParameters, pattern: FieldPattern, size: 
 
 
 def refine_camera(start: RayCameraParameters, pattern: FieldPattern, points: Points, along: Array, size: ImageSize,
-            captures_px: tuple[float, ...] = CAPTURE_PX) -> RefinedCamera | None:
-    """Refine start on ridges, points (n, 2) raw px along (n, 2); None where it matches too few."""
-    picked = np.random.default_rng(0).permutation(len(points))[:MAX_POINTS]
+            captures_px: tuple[float, ...] = CAPTURE_PX, most: int = MAX_POINTS) -> RefinedCamera | None:
+    """Refine start on ridges, points (n, 2) raw px along (n, 2), `most` of them; None where it matches too few."""
+    picked = np.random.default_rng(0).permutation(len(points))[:most]
     points, along = points[picked], along[picked]
     scale = max(size.width / 1280, 0.5)
     state, rms, share = start, np.inf, 0.0
@@ -85,7 +85,7 @@ def refine_camera(start: RayCameraParameters, pattern: FieldPattern, points: Poi
         taken = marking >= 0
         if taken.sum() < MIN_POINTS:
             return None
-        problem = _problem(pattern, points[taken], marking[taken])
+        problem = _problem(state, pattern, points[taken], marking[taken])
         fixed = set(state.lens.TERMS) - set(TERM_SPREAD)  # terms that few lenses need
         free = np.array([name not in fixed for name in state.names])
         task = RayFitProblem(problem, _priors(start, size), free, state.names)
@@ -110,23 +110,25 @@ def nearest_markings(state: RayCameraParameters, pattern: FieldPattern, points: 
         inside = ((projected > -50) & (projected < np.array(tuple(size)) + 50)).all(axis=1) & (length > 0)
     if not inside.any():
         return np.full(len(points), -1)
-    projected, ahead, length = projected[inside], ahead[inside], length[inside]
-    tangent = ahead / length[:, None]
-    aside = points[:, None] - projected
-    across = np.abs(aside[..., 0] * tangent[:, 1] - aside[..., 1] * tangent[:, 0])
-    further = np.abs(np.einsum("nmi,mi->nm", aside, tangent)) - 1.1 * length  # half a step either way
-    alike = np.abs(along @ tangent.T) > MIN_COSINE
+    projected, ahead, length = projected[inside], ahead[inside], length[inside].astype(np.float32)
+    tangent = (ahead / length[:, None]).astype(np.float32)  # each with each: half the bytes, half the time
+    x, y = np.float32(points).T[..., None] - np.float32(projected).T[:, None]
+    across = np.abs(x * tangent[:, 1] - y * tangent[:, 0])
+    further = np.abs(x * tangent[:, 0] + y * tangent[:, 1]) - 1.1 * length  # half a step either way
+    alike = np.abs(np.float32(along) @ tangent.T) > MIN_COSINE
     off = np.where(alike & (further < capture_px), across + np.maximum(further, 0), np.inf)
     best = off.argmin(axis=1)
     near = np.take_along_axis(off, best[:, None], axis=1)[:, 0] < capture_px
     return np.where(near, pattern.marking[inside][best], -1)
 
 
-def _problem(pattern: FieldPattern, points: Points, marking: Array) -> ClickResiduals:
+def _problem(state: RayCameraParameters, pattern: FieldPattern, points: Points, marking: Array) -> ClickResiduals:
     base, way, radius = (np.array(column)[marking] for column in zip(*map(curve_of, pattern.markings), strict=True))
     count = len(points)
-    return ClickResiduals(points, np.stack([np.zeros(count, int), np.arange(count)], axis=1), base, way, radius,
-                          np.zeros(count), np.full(count, -1), np.full(count, -1), np.empty((0, 3)), ())
+    problem = ClickResiduals(points, np.stack([np.zeros(count, int), np.arange(count)], axis=1), base, way, radius,
+                             np.zeros(count), np.full(count, -1), np.full(count, -1), np.empty((0, 3)), ())
+    problem.places = problem.first_places(state)  # near enough: they were matched by this camera
+    return problem
 
 
 def _priors(start: RayCameraParameters, size: ImageSize) -> tuple[ScalarPrior, ...]:
@@ -136,8 +138,8 @@ def _priors(start: RayCameraParameters, size: ImageSize) -> tuple[ScalarPrior, .
     return (ScalarPrior("log_focal", start.log_focal, FOCAL_SPREAD), ScalarPrior("aspect", 1.0, ASPECT_SIGMA),
             ScalarPrior("centre_x", size.centre[0], centre_sigma_px),
             ScalarPrior("centre_y", size.centre[1], centre_sigma_px),
-            *(ScalarPrior(name, float(known[name]), float(spread * per_unit**power))
-              for name, (spread, power) in TERM_SPREAD.items() if name in known))
+            *(ScalarPrior(name, float(known[name]), float(spread * per_unit ** start.lens.power(name)))
+              for name, spread in TERM_SPREAD.items() if name in known))
 
 
 def _minimise(task: RayFitProblem, start: RayCameraParameters, sigma: float) -> RayCameraParameters | None:

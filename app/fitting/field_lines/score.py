@@ -81,7 +81,8 @@ def _score_batch(maps: Array, plane: UndistortedPlane, pattern: FieldPattern, ri
 
 
 def project(maps: Array, points: Points, plane: UndistortedPlane) -> Array:
-    mapped = homogeneous(points) @ maps.transpose(0, 2, 1)
+    """Map field mm (k, 2) to raw px (n, k, 2) by each of (n, 3, 3), to a hundredth of a pixel."""
+    mapped = homogeneous(points).astype(np.float32) @ maps.transpose(0, 2, 1).astype(np.float32)
     with np.errstate(all="ignore"):
         depth = np.where(mapped[..., 2:] > 0, mapped[..., 2:], np.nan)
         return plane.raw_from_undistorted(mapped[..., :2] / depth)

@@ -16,12 +16,11 @@ MAX_LINES = 5
 
 def three_line_hypotheses(lines: list[Array], levels_x: Array, levels_y: Array) -> Hypotheses:
     """Return cameras from two lines at different levels of one axis and one line at a level of the other."""
-    squares = _squares(lines[:MAX_LINES])
+    maps, focal = _squares(lines[:MAX_LINES])
     rectangles = [_square_from_rectangle(corners) for corners in _field_squares(levels_x, levels_y)]
     rectangles += [_square_from_rectangle(corners[:, ::-1]) for corners in _field_squares(levels_y, levels_x)]
-    if not squares or not rectangles:
+    if not len(maps) or not rectangles:
         return Hypotheses(np.empty((0, 3, 3)), np.empty(0))
-    maps, focal = np.array([s for s, _ in squares]), np.array([f for _, f in squares])
     from_field = np.array(rectangles)
     from_above = np.linalg.det(maps)[:, None] * np.linalg.det(from_field) < 0
     square, rectangle = np.nonzero(from_above)
@@ -44,32 +43,32 @@ def _square_from_rectangle(corners: Array) -> Array:
     return result
 
 
-def _squares(lines: list[Array]) -> list[tuple[Array, float]]:
-    """Return each (3, 3) from the unit square to the picture, with its focal length."""
-    found = [(_square(lines[i], lines[j], lines[k], f), float(f)) for i, j in parallel_pairs(lines)
-             for k in range(len(lines)) if k not in (i, j) for f in FOCALS]
-    return [(square, f) for square, f in found if square is not None]
+def _squares(lines: list[Array]) -> tuple[Array, Array]:
+    """Return maps (n, 3, 3) from the unit square to the picture, with their focal lengths (n,)."""
+    found = [_squares_of(lines[i], lines[j], lines[k]) for i, j in parallel_pairs(lines)
+             for k in range(len(lines)) if k not in (i, j)]
+    return (np.concatenate([np.empty((0, 3, 3)), *(maps for maps, _ in found)]),
+            np.concatenate([np.empty(0), *(focal for _, focal in found)]))
 
 
-def _square(one: Array, two: Array, third: Array, focal: float) -> Array | None:
-    camera = np.array([1 / focal, 1 / focal, 1.0])
-    first = np.cross(one, two) * camera
-    first = first / np.linalg.norm(first)
-    normal = third / camera
-    second = np.cross(normal / np.linalg.norm(normal), first)
-    if np.linalg.norm(second) < 0.5:
-        return None
-    second = second / np.linalg.norm(second)
+def _squares_of(one: Array, two: Array, third: Array) -> tuple[Array, Array]:
     starts = [np.cross(line, third) for line in (one, two)]
     if min(abs(s[2]) for s in starts) < 0.05:
-        return None
-    rays = [s / s[2] * camera for s in starts]  # depth 1
-    # b ray₁ - a ray₀ = second: how deep the two corners lie, for a distance of one between them.
-    depth = np.linalg.lstsq(np.stack([-rays[0], rays[1]], axis=1), second, rcond=None)[0]
-    if depth[0] < 0:
-        depth, second = -depth, -second
-    if min(depth) <= 0.02:
-        return None
-    corners = np.array([depth[0] * rays[0], depth[1] * rays[1]])
-    plane = np.array([second, first, corners[0]]).T / camera[:, None]  # from the unit square to the picture
-    return plane if min(corners[:, 2]) > 0 else None
+        return np.empty((0, 3, 3)), np.empty(0)
+    camera = np.stack([1 / FOCALS, 1 / FOCALS, np.ones(len(FOCALS))], axis=1)
+    first = _unit(np.cross(one, two) * camera)
+    second = np.cross(_unit(third / camera), first)
+    square = np.linalg.norm(second, axis=1) >= 0.5
+    second = _unit(second)
+    near, far = (s / s[2] * camera for s in starts)  # rays, at depth 1
+    # b far - a near = second: how deep the two corners lie, for a distance of one between them.
+    depth = (np.linalg.pinv(np.stack([-near, far], axis=2)) @ second[..., None])[..., 0]
+    ahead = np.where(depth[:, :1] < 0, -1.0, 1.0)
+    depth, second = depth * ahead, second * ahead
+    fine = square & (depth.min(axis=1) > 0.02)
+    maps = np.stack([second, first, depth[:, :1] * near], axis=2) / camera[..., None]
+    return maps[fine], FOCALS[fine]
+
+
+def _unit(vectors: Array) -> Array:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)

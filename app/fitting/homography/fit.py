@@ -85,9 +85,10 @@ class HomographyFitter(Fitter):
         inlier[visible] = found.inliers
         inliers = clicks.inlier_masks(observations, whole.owners, inlier)
         sigmas_mm = dict(zip(problem.line_names, (p.sigma for p in found.task.priors), strict=False))
+        lines = problem.lines_mm(state.offsets_mm)
         notes = {"click_sigma_px": found.sigma_px, "degrees_of_freedom": found.freedom, "parameters": found.parameters,
-                 "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=False)),
-                 "choices": {"start": parameters_json(model), "start_lines_mm": problem.lines_mm(state.offsets_mm),
+                 "line_offsets_mm": {name: offset for name, (offset, _) in lines.items()},
+                 "choices": {"start": parameters_json(model), "start_lines_mm": lines,
                              "click_sigma_px": found.sigma_px, "line_sigmas_mm": sigmas_mm}}
         warnings = (*clicks.outlier_warnings(observations, problem.owners, found.inliers, found.pixels),
                     *(clicks.outlier_warning(observations, i, k, "lies beyond the horizon of the others")

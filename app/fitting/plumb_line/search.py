@@ -32,7 +32,7 @@ class PlumbLineProblem:
         if lens not in LINE_LENSES:
             raise BadInput(f"Straight lines know no lens {lens!r}.", f"Use one of: {', '.join(LINE_LENSES)}.",
                            reason="unknown-lens")
-        known = tuple(LINE_LENSES[lens][1])
+        known = LINE_LENSES[lens][1]
         names = known[:2] if terms is None else tuple(t for t in known if t in terms)
         if not names or names != known[:len(names)]:
             raise BadInput("The terms of a lens are freed in order.", f"Free the first or more of {', '.join(known)}.",
@@ -55,7 +55,7 @@ class PlumbLineProblem:
         """Return the same with one more term."""
         if self.lens == "division":
             return replace(self, lens="division-even", names=("k1", "k2"))
-        terms = tuple(LINE_LENSES[self.lens][1])
+        terms = LINE_LENSES[self.lens][1]
         return replace(self, names=terms[:len(self.names) + 1]) if len(self.names) < len(terms) else None
 
 

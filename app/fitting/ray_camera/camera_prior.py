@@ -22,7 +22,7 @@ CENTRE_SHARE = 0.012  # σ of the principal point about the picture's middle, of
 ASPECT_SIGMA = 0.002
 FOCAL_SHARE, FOCAL_SIGMA = 0.85, 0.6  # of the picture's width, and σ of the logarithm: 78° webcams to 16-mm lenses
 HEIGHT_SIGMA = 0.45  # of the logarithm
-TERM_SIGMAS = {1: 1e-3, 2: 0.3, 4: 0.15, 6: 0.08, 8: 0.05}  # by power of the radius, at the picture's corner
+TERM_SIGMAS = {1: 1.5e-3, 2: 0.3, 4: 0.2, 6: 0.12, 8: 0.06}  # by power of the radius, at the picture's corner
 MAX_TANGENT = 1.2
 ABSURD_SIGMAS = 2.5
 
@@ -45,7 +45,7 @@ def camera_priors(lens: type[Lens], terms: tuple[str, ...], settings: Mapping[st
         priors += [ScalarPrior(name, c, sigma_px) for name, c in zip(("centre_x", "centre_y"), image_size.centre,
                                                                      strict=True)]
     for name in terms:
-        power = lens.POWERS[lens.TERMS.index(name)]
+        power = lens.power(name)
         priors.append(ScalarPrior(name, 0.0, TERM_SIGMAS[power] / corner**power))
     if settings["height_mm"]:
         priors.append(ScalarPrior("height", settings["height_mm"]["value"], settings["height_mm"]["sigma"]))

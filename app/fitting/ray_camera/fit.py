@@ -82,13 +82,14 @@ class RayFitter(Fitter):
             starts = [with_distortion(state, distortion) for state in starts]
         chosen = settings.get("terms", "auto")
         terms = cls.TERMS if chosen == "auto" else tuple(chosen)
+        if distortion is not None:  # what straight lines told stays, whatever the options name
+            terms = tuple(t for t in cls.MODEL.LENS.TERMS if t in terms or t in distortion.terms)
         if intrinsics is None:
             starts = [state.with_only_terms(terms) for state in starts]
         progress(0.1, "Fitting")
         setup = (problem, terms, settings, field, image_size, intrinsics, distortion, learned)
-        task = fit_problem(starts[0], *setup)
         # a known answer is only spoilt by a rough search
-        begin = starts[0] if start is not None else best_start(task, starts)
+        begin = starts[0] if start is not None else best_start(fit_problem(starts[0], *setup), starts)
         task = fit_problem(begin, *setup)
         best = solve(task, begin, settings, noise_known=learned is not None)
         state = best.minimum.state
@@ -102,16 +103,17 @@ class RayFitter(Fitter):
                             reason="implausible-camera")
         inliers = inlier_masks(observations, problem.owners, best.inliers)
         sigmas_mm = [p.sigma for p in best.task.priors if p.name.startswith("line_")]
-        lines_mm = dict(zip(problem.line_names, sigmas_mm, strict=False))
-        choices = {"start": parameters_json(model), "start_lines_mm": problem.lines_mm(state.offsets_mm),
-                   "click_sigma_px": best.sigma_px, "line_sigmas_mm": lines_mm}
+        sigma_of_line = dict(zip(problem.line_names, sigmas_mm, strict=False))
+        lines = problem.lines_mm(state.offsets_mm)
+        choices = {"start": parameters_json(model), "start_lines_mm": lines, "click_sigma_px": best.sigma_px,
+                   "line_sigmas_mm": sigma_of_line}
         notes = {  # of the lines, their tilts follow their offsets and are left out
             "terms": {"chosen": best.terms, "tried": {" ".join(best.terms): {
                 "rms_px": best.rms_px, "parameters": best.parameters}}},
             "click_sigma_px": best.sigma_px, "degrees_of_freedom": best.freedom,
             "parameters": best.parameters, "log_evidence": best.log_evidence,
-            "line_offsets_mm": dict(zip(problem.line_names, map(float, state.offsets_mm), strict=False)),
-            "line_sigmas_mm": lines_mm,
+            "line_offsets_mm": {name: offset for name, (offset, _) in lines.items()},
+            "line_sigmas_mm": sigma_of_line,
             "choices": choices,
         }
         warnings = (*outlier_warnings(observations, problem.owners, best.inliers, best.pixels),

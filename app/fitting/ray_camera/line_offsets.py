@@ -22,11 +22,12 @@ ROUNDS = 4
 
 
 def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, prior_sigmas_mm: Array,
-                   usual_mm: float) -> Array:
+                   usual_mm: float, kind: Array) -> Array:
     """Return σ (n,) mm of each line's offset.
 
     jacobian: (rows, parameters) of whitened residuals at their minimum, with the offsets' priors in it; columns: those
-    of the offsets. offsets_mm, prior_sigmas_mm (n,): at that minimum.
+    of the offsets. offsets_mm, prior_sigmas_mm (n,): at that minimum. kind (n,): which share one σ. Lines that are
+    straight may well lie beside their places: tilts must not speak for offsets.
     """
     lines = np.asarray(columns)
     others = np.setdiff1d(np.arange(jacobian.shape[1]), lines)
@@ -40,23 +41,24 @@ def line_sigmas_mm(jacobian: Array, columns: Sequence[int], offsets_mm: Array, p
     values, vectors = np.linalg.eigh((schur + schur.T) / 2)
     schur = (vectors * np.maximum(values, 0)) @ vectors.T  # rounding must not make information negative
     pull = schur @ offsets_mm + offsets_mm / prior_sigmas_mm**2
-    weights = np.ones(len(lines))
-    sigma = usual_mm
+    weights, sigma = np.ones(len(lines)), np.full(len(lines), usual_mm)
     for _ in range(ROUNDS):
-        sigma = _posterior_sigma(schur, pull, weights, usual_mm)
+        for one in np.unique(kind):
+            sigma[kind == one] = _posterior_sigma(schur, pull, weights / sigma**2, weights, kind == one, usual_mm)
         posterior = np.linalg.inv(schur + np.diag(weights / sigma**2))
         second_moment = (posterior @ pull) ** 2 + np.diag(posterior)
         weights = (TAIL + 1) / (TAIL + second_moment / sigma**2)
     return sigma / np.sqrt(weights)
 
 
-def _posterior_sigma(schur: Array, pull: Array, weights: Array, usual_mm: float) -> float:
-    log_p = []
-    for sigma in SIGMAS_MM:
-        precision = weights / sigma**2
-        total = schur + np.diag(precision)
-        log_p.append(0.5 * np.sum(np.log(precision)) - 0.5 * np.linalg.slogdet(total)[1]
-                     + 0.5 * pull @ np.linalg.solve(total, pull)
-                     - 0.5 * (np.log(sigma / usual_mm) / SIGMA_SPREAD + SIGMA_SPREAD) ** 2)
-    p = np.exp(np.array(log_p) - max(log_p))
+def _posterior_sigma(schur: Array, pull: Array, precision: Array, weights: Array, own: Array, usual_mm: float,
+                     ) -> float:
+    """Return the σ that is shared by `own`, with the precision of the others as it is."""
+    precisions = np.where(own, weights / SIGMAS_MM[:, None] ** 2, precision)
+    total = schur + precisions[:, :, None] * np.eye(len(weights))
+    _, log_information = np.linalg.slogdet(total)
+    log_p = (0.5 * np.sum(np.log(precisions), axis=1) - 0.5 * log_information
+             + 0.5 * np.linalg.solve(total, np.broadcast_to(pull[:, None], (*precisions.shape, 1)))[..., 0] @ pull
+             - 0.5 * (np.log(SIGMAS_MM / usual_mm) / SIGMA_SPREAD + SIGMA_SPREAD) ** 2)
+    p = np.exp(log_p - log_p.max())
     return float(np.sqrt(p @ SIGMAS_MM**2 / p.sum()))

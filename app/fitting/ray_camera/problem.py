@@ -18,7 +18,7 @@ from app.fitting.clicks import first_of_each_place
 from app.fitting.linear import Incidences, line_through
 from app.fitting.ray_camera.parameters import RayCameraParameters
 
-FOOT_STEPS, NEAR_ENOUGH = 12, 1e-7  # for the first places; mm or radians
+FOOT_STEPS, NEAR_ENOUGH = 12, 1e-3  # for the first places; mm or radians
 TILT_SHARE = 0.4  # how far a line's end lies off by its tilt, of how far the line does as a whole: each end is measured
 
 
@@ -126,7 +126,7 @@ class ClickResiduals:
 
     def _nearest(self, state: RayCameraParameters) -> Array:
         """Return the places (c,) on the curves nearest to the clicks."""
-        places = self._first_places(state)
+        places = self.first_places(state)
         for _ in range(FOOT_STEPS):
             points, tangents, _ = self._curve(places, state)
             pixel, by_point, _ = state.project_jacobian(points)
@@ -142,7 +142,7 @@ class ClickResiduals:
         mm = np.where(np.isfinite(mm), mm, 0.0)
         return places + mm / np.where(self.radius > 0, self.radius, 1.0)
 
-    def _first_places(self, state: RayCameraParameters) -> Array:
+    def first_places(self, state: RayCameraParameters) -> Array:
         """Return where the clicks fall on the carpet, along each curve."""
         arm = state.unproject(self.pixels[:self.curves], self.base[:, 2]) - self.base[:, :2]
         places = np.where(self.radius > 0, np.arctan2(arm[:, 1], arm[:, 0]), np.einsum("ni,ni->n", arm, self.along))
@@ -180,19 +180,18 @@ def gather_clicks(observations: Observations, field: Field, region: Region, with
     for i, observation in enumerate(observations):
         feature = field.feature(observation.feature, region)
         first = first_of_each_place(observation.points)
-        for k, pixel in enumerate(observation.points):
-            if first[k] != k:
-                continue
-            if isinstance(feature, Landmark):
-                spots.append((pixel, (i, k), (*feature.position, observation.z_mm)))
-                continue
-            half_mm = feature.length_mm / 2 if isinstance(feature, Line) else 0.0
-            if with_offsets and feature.name not in names:
-                names.append(feature.name)
-                straight += [feature.name] * isinstance(feature, Line)
-            line = names.index(feature.name) if with_offsets else -1
-            tilt = straight.index(feature.name) if with_offsets and half_mm else -1
-            curves.append((pixel, (i, k), *curve_of(feature, observation.z_mm), half_mm, line, tilt))
+        taken = np.flatnonzero(first == np.arange(len(first)))
+        if isinstance(feature, Landmark):
+            spots += [(observation.points[k], (i, k), (*feature.position, observation.z_mm)) for k in taken]
+            continue
+        if with_offsets and taken.size and feature.name not in names:
+            names.append(feature.name)
+            straight += [feature.name] * isinstance(feature, Line)
+        half_mm = feature.length_mm / 2 if isinstance(feature, Line) else 0.0
+        line = names.index(feature.name) if with_offsets and taken.size else -1
+        tilt = straight.index(feature.name) if with_offsets and taken.size and half_mm else -1
+        curve = (*curve_of(feature, observation.z_mm), half_mm, line, tilt)
+        curves += [(observation.points[k], (i, k), *curve) for k in taken]
 
     def column(rows: list, index: int, width: int, kind: type = float) -> Array:
         return np.array([row[index] for row in rows], kind).reshape(len(rows), *([width] if width else []))

@@ -41,7 +41,6 @@ class RayFitProblem:
     free: Array
     names: tuple[str, ...]
     line_sigma_mm: float = 0.0
-    lens_given: bool = False  # by the options; fixed unless it has a prior
     lens_prior: GaussianPrior | None = None
     usual_line_mm: float | None = None
 
@@ -189,7 +188,8 @@ def solve(task: RayFitProblem, start: RayCameraParameters, settings: Mapping[str
             columns = [k for k, name in enumerate(np.array(task.names)[task.free]) if name.startswith("line_")]
             before = np.array([p.sigma for p in chosen.priors if p.name.startswith("line_")])
             chosen = chosen.with_line_sigmas(line_sigmas_mm(best.jacobian, columns, best.state.offsets_mm, before,
-                                                            task.usual_line_mm))
+                                                            task.usual_line_mm,
+                                                            np.arange(len(before)) >= len(task.problem.line_names)))
         correlation = correlation_factor(pixels[:task.problem.curves][inliers[:task.problem.curves]],
                                          task.problem.owners[:task.problem.curves][inliers[:task.problem.curves]])
         best = _minimise(chosen, best.state, spread * np.sqrt(correlation), 0,

@@ -44,8 +44,7 @@ def fit_problem(state: RayCameraParameters, problem: ClickResiduals, terms: tupl
         raise FitFailed(f"There are {rows} measurements for {int(free.sum())} unknowns.",
                         f"Click at least {int(free.sum()) - rows} more points, or choose fewer lens terms.",
                         reason="too-few-points")
-    return RayFitProblem(problem, priors, free, names, line_sigma_mm(settings, field), intrinsics is not None, gaussian,
-                         usual_line_mm)
+    return RayFitProblem(problem, priors, free, names, line_sigma_mm(settings, field), gaussian, usual_line_mm)
 
 
 def line_sigma_mm(settings: Mapping[str, Any], field: Field) -> float:

@@ -18,6 +18,10 @@ class Lens(Protocol):
     POWERS: ClassVar[tuple[int, ...]]  # of the radius, that each term grows with: 2 for k1 of x (1 + k1 r²)
 
     @classmethod
+    def power(cls, name: str) -> int:
+        """Return a term's power by its name; 0 for what is no term, such as the centre."""
+
+    @classmethod
     def rescaled(cls, terms: Array, step: Array, log_scale: float) -> Array:
         """Return terms + step to first order, for a focal length e^log_scale as long: see PowerTerms."""
 

@@ -52,7 +52,7 @@ class KannalaBrandtLens(PowerTerms):
         gain, theta, rho = _gain(terms, rays)
         x, y, z = rays[..., 0], rays[..., 1], rays[..., 2]
         length2 = rho**2 + z**2
-        slope = 1 + sum((2 * k + 3) * t * theta ** (2 * k + 2) for k, t in enumerate(terms))  # d r_d / d θ
+        _, slope = _radius(terms, theta)
         near = np.abs(rho) < SMALL * np.abs(z)
         with np.errstate(all="ignore"):
             rho2 = np.where(near, 1, rho**2)
@@ -65,7 +65,9 @@ class KannalaBrandtLens(PowerTerms):
         by_ray[..., 0, 2], by_ray[..., 1, 2] = x * by_z, y * by_z
         with np.errstate(all="ignore"):
             per_rho = np.where(near, 0, 1 / np.where(near, 1, rho))
-        by_terms = np.stack([rays[..., :2] * (theta ** (2 * k + 3) * per_rho)[..., None] for k in range(4)], axis=-1)
+        squared = (theta * theta)[..., None]
+        powers = np.cumprod(np.concatenate([(theta * per_rho)[..., None] * squared, *[squared] * 3], axis=-1), axis=-1)
+        by_terms = rays[..., :2, None] * powers[..., None, :]
         return rays[..., :2] * gain[..., None], by_ray, by_terms
 
     @staticmethod
@@ -73,15 +75,19 @@ class KannalaBrandtLens(PowerTerms):
         """Return rays of unit length: past 90° there is no unit depth."""
         with np.errstate(all="ignore"):
             rd = np.linalg.norm(plane, axis=-1)
-
-            def distorted(theta: Array) -> tuple[Array, Array]:
-                r = theta * (1 + sum(t * theta ** (2 * k + 2) for k, t in enumerate(terms)))
-                return r, 1 + sum((2 * k + 3) * t * theta ** (2 * k + 2) for k, t in enumerate(terms))
-
-            theta = invert_radius(rd, distorted, _end(tuple(terms)))
+            theta = invert_radius(rd, lambda theta: _radius(terms, theta), _end(tuple(terms)))
             side = np.where(rd > 0, np.sin(theta) / np.where(rd > 0, rd, 1), 1.0)
             rays = np.concatenate([plane * side[..., None], np.cos(theta)[..., None]], axis=-1)
         return np.where(np.isfinite(rays).all(axis=-1, keepdims=True), rays, np.nan)
+
+
+def _radius(terms: Array, theta: Array) -> tuple[Array, Array]:
+    """Return r_d(θ) and its derivative."""
+    squared = theta * theta
+    value = slope = 0.0
+    for k in range(len(terms) - 1, -1, -1):  # by Horner's rule: powers cost ten times as much
+        value, slope = squared * (terms[k] + value), squared * ((2 * k + 3) * terms[k] + slope)
+    return theta * (1 + value), 1 + slope
 
 
 def _gain(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
@@ -91,7 +97,7 @@ def _gain(terms: Array, rays: Array) -> tuple[Array, Array, Array]:
         z = rays[..., 2]
         theta = _angle(rho, z)
         near = (np.abs(rho) < SMALL * np.abs(z)) & (z.real > 0)
-        rd = theta * (1 + sum(t * theta ** (2 * k + 2) for k, t in enumerate(terms)))
+        rd, _ = _radius(terms, theta)
         gain = np.where(near, 1 / z, rd / np.where(near, 1, rho))
         return np.where(theta.real <= _end(tuple(np.real(terms))), gain, np.nan), theta, rho
 

@@ -14,7 +14,13 @@ UNDISTORT_TOLERANCE = 1e-13  # focal lengths: 1e-10 px
 class PowerTerms:
     """A lens each of whose terms belongs to a power of the ray's tangent."""
 
+    TERMS: ClassVar[tuple[str, ...]]
     POWERS: ClassVar[tuple[int, ...]]
+
+    @classmethod
+    def power(cls, name: str) -> int:
+        """Return a term's power by its name; 0 for what is no term, such as the centre."""
+        return cls.POWERS[cls.TERMS.index(name)] if name in cls.TERMS else 0
 
     @classmethod
     def rescaled(cls, terms: Array, step: Array, log_scale: float) -> Array:

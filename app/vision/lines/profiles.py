@@ -9,7 +9,7 @@ fitted within a window about the bar by a few Gauss–Newton steps from the best
 line take part, and as T is even, a width that is known badly does not move the middle.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -29,6 +29,8 @@ WIDTHS_PX = np.geomspace(0.8, 28.0, 12)
 GROUND_PX = 3.0  # bare ground on either side of the bar that takes part
 FADE_PX = 0.7  # the window's edge is soft, so that nothing jumps as it moves
 STEPS = 3
+ALMOST_ALL, CLEARLY = 0.94, 1.01  # of the profiles explained: then no other is tried; how much better it must be
+WIDER = (2.0, 4.0)
 WIDTH_PROFILES = 12  # profiles of a marking that tell how wide it is painted
 ENOUGH = 16  # profiles of one marking, for a step that they share
 MIN_CONTRAST = 4.0  # grey levels
@@ -61,47 +63,73 @@ def across_lines(gray: NDArray[np.uint8], places: Points, normals: Points, width
     for name in np.unique(group):
         of = np.flatnonzero(group == name)
         nominal = float(np.median(width_px[of]))
-        reach = capture_px + 2 * max(nominal, 2.0) + GROUND_PX
-        away = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
-        rows = brightness_across(gray, places[of], normals[of], away)
-        least = max(MIN_CONTRAST, CONTRAST_NOISES * _noise(rows))
         if name in widths:
             width = widths[name] * nominal
         else:
-            some = rows[np.unique(np.linspace(0, len(rows) - 1, WIDTH_PROFILES).round().astype(int))]
-            width = _width(some, away, nominal, reach, capture_px, least)
+            some = of[np.unique(np.linspace(0, len(of) - 1, WIDTH_PROFILES).round().astype(int))]
+            possible = _widths(nominal)
+            rows, away = _profiles(gray, places[some], normals[some], possible[-1], capture_px)
+            width = _width(rows, away, nominal, possible, capture_px)
         painted[int(name)] = width / nominal
-        middle[of], contrast[of], explained = _bars(rows, away, width, capture_px)
-        found[of] = _good(middle[of], contrast[of], explained, capture_px, least)
+        rows, away = _profiles(gray, places[of], normals[of], width, capture_px)
+        middle[of], contrast[of], explained, _ = _bars(rows, away, width, capture_px)
+        found[of] = _good(rows, middle[of], contrast[of], explained, width, capture_px)
     return Profiles(middle, contrast, found, painted)
 
 
-def _width(rows: NDArray, away: NDArray, nominal: float, reach: float, capture: float, least: float) -> float:
-    """Return the width whose bars explain the profiles best: uphill from the expected one, or of all from nothing."""
-    widths = _widths(nominal, reach)
-    worth = lru_cache(lambda number: _worth(rows, away, widths[number], capture, least))
-    best = int(np.argmin(np.abs(widths - nominal)))
-    while worth(best):
-        better = max((k for k in (best - 1, best, best + 1) if 0 <= k < len(widths)), key=worth)
-        if better == best:
-            return float(widths[best])
-        best = better
-    return float(widths[max(range(len(widths)), key=worth)])
+def _profiles(gray: NDArray[np.uint8], places: Points, normals: Points, width: float, capture_px: float,
+              ) -> tuple[NDArray, NDArray]:
+    """Return grey levels (n, k) across the places, and where: as far as a bar of that width is looked for."""
+    reach = _capture(capture_px, width) + width / 2 + GROUND_PX + 2 * BLUR_PX
+    away = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
+    return brightness_across(gray, places, normals, away), away
 
 
-def _worth(rows: NDArray, away: NDArray, width: float, capture: float, least: float) -> float:
-    middle, contrast, explained = _bars(rows, away, width, capture)
-    return float(np.sum(np.where(_good(middle, contrast, explained, capture, least), explained, 0.0)))
+def _capture(capture_px: float, width: float) -> float:
+    """Return how far off the middle may be: the expected place may lie on the edge of a wide line."""
+    return max(capture_px, width / 2 + 1)
 
 
-def _good(middle: NDArray, contrast: NDArray, explained: NDArray, capture: float, least: float) -> NDArray[np.bool_]:
-    return (explained > CLEAN) & (contrast > least) & (np.abs(middle) < capture)
+def _width(rows: NDArray, away: NDArray, nominal: float, widths: NDArray, capture_px: float) -> float:
+    """Return the width whose bars explain the profiles best, and need the least of a step for it.
+
+    It is looked for uphill from the expected one; where that does not explain them almost fully, from wider ones too,
+    as an edge of wide paint is a narrow line on a step, and where nothing is found, among all.
+    """
+    worth = lru_cache(lambda number: _worth(rows, away, widths[number], capture_px))
+    found = _uphill(worth, int(np.argmin(np.abs(widths - nominal))), len(widths))
+    if worth(found) < ALMOST_ALL * len(rows):
+        others = {_uphill(worth, int(np.argmin(np.abs(widths - factor * nominal))), len(widths))
+                  for factor in WIDER} if worth(found) else range(len(widths))
+        best = max(others, key=worth)
+        found = best if worth(best) > CLEARLY * worth(found) else found
+    return float(widths[found])
 
 
-def _widths(nominal: float, reach: float) -> NDArray:
+def _uphill(worth: Callable[[int], float], start: int, count: int) -> int:
+    while True:
+        better = max((start, *(k for k in (start - 1, start + 1) if 0 <= k < count)), key=worth)
+        if better == start:
+            return start
+        start = better
+
+
+def _worth(rows: NDArray, away: NDArray, width: float, capture_px: float) -> float:
+    middle, contrast, explained, step = _bars(rows, away, width, capture_px)
+    good = _good(rows, middle, contrast, explained, width, capture_px)
+    return float(np.sum(np.where(good, explained / (1 + step), 0.0)))
+
+
+def _good(rows: NDArray, middle: NDArray, contrast: NDArray, explained: NDArray, width: float, capture_px: float,
+          ) -> NDArray[np.bool_]:
+    least = max(MIN_CONTRAST, CONTRAST_NOISES * _noise(rows))
+    return (explained > CLEAN) & (contrast > least) & (np.abs(middle) < _capture(capture_px, width))
+
+
+def _widths(nominal: float) -> NDArray:
     """The expected width and others: paint is not always as the rules want it."""
     factor = WIDTHS_PX / nominal
-    near = WIDTHS_PX[(factor > 0.4) & (factor < 6.0) & (reach > 1.4 * WIDTHS_PX)]
+    near = WIDTHS_PX[(factor > 0.4) & (factor < 6.0)]
     return np.unique(np.concatenate([[max(nominal, WIDTHS_PX[0])], near]))
 
 
@@ -126,19 +154,20 @@ def _noise(rows: NDArray) -> float:
     return float(np.median(np.abs(second)) * 1.4826 / np.sqrt(6)) if second.size else 0.0
 
 
-def _bars(rows: NDArray, away: NDArray, width: float, capture: float) -> tuple[NDArray, NDArray, NDArray]:
-    """Middle, contrast and explained share (n,) of the best bar of this width in each profile."""
+def _bars(rows: NDArray, away: NDArray, width: float, capture_px: float) -> tuple[NDArray, ...]:
+    """Middle, contrast, explained share and step over contrast (n,) of the best bar of this width in each profile."""
+    capture = _capture(capture_px, width)
     starts = np.arange(-capture, capture + 0.4, max(1.0, width / 3))
-    gain, middle, contrast = np.full(len(rows), -np.inf), np.zeros(len(rows)), np.zeros(len(rows))
-    for m in starts:
-        weight = _window(away - m, width)
-        ground, bar, _ = _columns(away - m, width)
-        basis, _ = np.linalg.qr(ground * weight[:, None])
-        own = bar * weight - basis @ (basis.T @ (bar * weight))
-        height = (rows * weight) @ own / max(float(own @ own), 1e-9)
-        better = (height > 0) & (height**2 * (own @ own) > gain)
-        gain = np.where(better, height**2 * (own @ own), gain)
-        middle, contrast = np.where(better, m, middle), np.where(better, height, contrast)
+    about = away - starts[:, None]
+    weight = _window(about, width)
+    ground, bar, _ = _columns(about, width)
+    basis, _ = np.linalg.qr(ground * weight[..., None])
+    own = bar * weight
+    own = own - (basis @ (basis.transpose(0, 2, 1) @ own[..., None]))[..., 0]
+    power = np.sum(own**2, axis=1)
+    height = np.maximum(rows @ (weight * own).T / np.maximum(power, 1e-9), 0)
+    best = np.argmax(height**2 * power, axis=1)
+    middle, contrast = starts[best], height[np.arange(len(rows)), best]
     middle, contrast, step = _refined(rows, away, width, middle, contrast, None)
     beside = _shared(step / np.maximum(contrast, 1.0))
     middle, contrast, _ = _refined(rows, away, width, middle, contrast, beside)
@@ -147,7 +176,8 @@ def _bars(rows: NDArray, away: NDArray, width: float, capture: float) -> tuple[N
     weight = _window(about, width)
     solved, left = _solved(np.concatenate([ground, bar[..., None]], axis=2), rows, weight)
     _, without = _solved(ground, rows, weight)
-    return middle, solved[:, 3], 1 - left / np.maximum(without, 1e-9)
+    return (middle, solved[:, 3], 1 - left / np.maximum(without, 1e-9),
+            np.abs(solved[:, 2]) / np.maximum(np.abs(solved[:, 3]), 1.0))
 
 
 def _refined(rows: NDArray, away: NDArray, width: float, middle: NDArray, contrast: NDArray, beside: float | None,

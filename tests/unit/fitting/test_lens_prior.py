@@ -9,8 +9,10 @@ import pytest
 from app.core.errors import BadInput
 from app.evaluate.fit.uncertainty import HAT_MM, expected_error, grid_over
 from app.fitting.board.fit import fit_board
+from app.fitting.ray_camera.distortion_prior import DistortionEstimate
 from app.fitting.ray_camera.lens_prior import camera_intrinsics, lens_prior, read_lens
 from app.models import MODELS, parameters_json
+from app.models.distortion import Distortion, half_diagonal_px
 from app.models.intrinsics import Intrinsics
 from tests.support.board_views import SIZE as BOARD_SIZE
 from tests.support.board_views import TRUTH, views_of
@@ -52,6 +54,17 @@ def test_a_lens_held_fast_stays_and_one_with_sigma_moves_within_it(board_lens):
     # what the board tells costs the clicks nothing: their spread is judged as if the lens were held
     assert own.notes["click_sigma_px"] == pytest.approx(fitted_fast.notes["click_sigma_px"], rel=0.05)
     assert "log_focal" in own.parameter_names and own.model.aspect == board_lens.aspect
+
+
+def test_terms_that_straight_lines_told_stay_where_the_options_name_fewer():
+    true = true_camera(CAMERA)
+    scale = half_diagonal_px(SIZE) / true.focal_px
+    terms = tuple(t * scale**p for t, p in zip(true.lens_terms, true.LENS.POWERS, strict=True))
+    bend = Distortion("brown-conrady", terms, true.centre_px, SIZE)
+    known = DistortionEstimate(bend, ("k1", "k2"), np.diag([1e-3, 1e-3]) ** 2)
+    fit = fitted(CAMERA, 0, terms=["k1"], lens={"name": bend.name, "lens": known.to_json()})
+    at = true.LENS.TERMS.index("k2")
+    assert fit.model.lens_terms[at] == pytest.approx(true.lens_terms[at], abs=0.01) and true.lens_terms[at]
 
 
 def test_the_lenss_own_error_is_in_the_expected_one(board_lens):
