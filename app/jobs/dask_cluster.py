@@ -20,6 +20,7 @@ from app.jobs.runner import JobStopped
 
 ADDRESS = re.compile(r"dask(?P<tls>\+tls)?://(?P<host>[^/:\[\]]+):(?P<port>\d{1,5})")
 CONNECT_S = 10.0  # a scheduler that is started anew is back by then
+HANDSHAKE_S = 30.0  # one that answers may be busy
 POLL_S = 0.2
 CLOSE_S = 2.0
 
@@ -106,7 +107,7 @@ class DaskCluster:
             try:
                 socket.create_connection((self._host, self._port), timeout=1.0).close()
                 return self._new_client()
-            except (OSError, AssertionError):  # asserted by Dask's handshake with a busy scheduler, two messages in one
+            except (OSError, AssertionError):  # Dask's handshake raises both where a busy scheduler answers late
                 if time.monotonic() > until:
                     raise self._unreachable() from None
                 time.sleep(POLL_S)
@@ -115,10 +116,8 @@ class DaskCluster:
         from distributed import Client, Security
         try:
             security = Security(require_encryption=True) if self._tls else None
-            return Client(f"{'tls' if self._tls else 'tcp'}://{self._host}:{self._port}", timeout=CONNECT_S,
+            return Client(f"{'tls' if self._tls else 'tcp'}://{self._host}:{self._port}", timeout=HANDSHAKE_S,
                           security=security, set_as_default=False, name="touchline")
-        except OSError:  # TimeoutError and Dask's own are such
-            raise self._unreachable() from None
         except (RuntimeError, TypeError, ValueError) as error:
             raise Unavailable(f"Dask refuses to connect to {self._host}:{self._port}: {str(error)[:200]}",
                               "Correct Dask's settings for TLS: the files of certificates and key.",

@@ -25,12 +25,12 @@ STEP_PX = 0.5
 ALONG_PX = (-1.5, -0.5, 0.5, 1.5)  # profiles side by side are averaged
 GREY_OF_BGR = (0.114, 0.587, 0.299)
 BLUR_PX = 0.9
-WIDTHS_PX = np.geomspace(0.8, 28.0, 12)
+WIDTHS_PX, WIDTH_RATIO, WIDTH_STEPS = (0.8, 28.0), 1.17, (-5, 12)  # least and most; 0.46 to 5.6 times the expected
 GROUND_PX = 3.0  # bare ground on either side of the bar that takes part
 FADE_PX = 0.7  # the window's edge is soft, so that nothing jumps as it moves
 STEPS = 3
 ALMOST_ALL, CLEARLY = 0.94, 1.01  # of the profiles explained: then no other is tried; how much better it must be
-WIDER = (2.0, 4.0)
+WIDER, STRIDES = (2.0, 4.0), (2, 1)  # where else to begin, in expected widths; and by how many steps to go on
 WIDTH_PROFILES = 12  # profiles of a marking that tell how wide it is painted
 ENOUGH = 16  # profiles of one marking, for a step that they share
 MIN_CONTRAST = 4.0  # grey levels
@@ -107,11 +107,13 @@ def _width(rows: NDArray, away: NDArray, nominal: float, widths: NDArray, captur
 
 
 def _uphill(worth: Callable[[int], float], start: int, count: int) -> int:
-    while True:
-        better = max((start, *(k for k in (start - 1, start + 1) if 0 <= k < count)), key=worth)
-        if better == start:
-            return start
-        start = better
+    for stride in STRIDES:
+        while True:
+            better = max((start, *(k for k in (start - stride, start + stride) if 0 <= k < count)), key=worth)
+            if better == start:
+                break
+            start = better
+    return start
 
 
 def _worth(rows: NDArray, away: NDArray, width: float, capture_px: float) -> float:
@@ -128,9 +130,10 @@ def _good(rows: NDArray, middle: NDArray, contrast: NDArray, explained: NDArray,
 
 def _widths(nominal: float) -> NDArray:
     """The expected width and others: paint is not always as the rules want it."""
-    factor = WIDTHS_PX / nominal
-    near = WIDTHS_PX[(factor > 0.4) & (factor < 6.0)]
-    return np.unique(np.concatenate([[max(nominal, WIDTHS_PX[0])], near]))
+    least, most = WIDTHS_PX
+    nominal = max(nominal, least)
+    widths = nominal * WIDTH_RATIO ** np.arange(*WIDTH_STEPS)
+    return widths[(widths >= least) & (widths <= max(nominal, most))]
 
 
 def brightness_across(picture: NDArray[np.uint8], places: Points, normals: Points, away: NDArray) -> NDArray:

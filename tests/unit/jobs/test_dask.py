@@ -268,13 +268,15 @@ def test_without_a_worker_a_job_fails_in_the_end_and_says_how_to_start_one(tmp_p
         assert failed.problem["reason"] == "no-free-worker" and "dask worker" in failed.problem["fix"]
 
 
-def test_a_handshake_of_dasks_own_that_fails_is_made_again(tmp_path, monkeypatch):
+@pytest.mark.parametrize("error", [AssertionError,  # two messages in one
+                                   TimeoutError, OSError])
+def test_a_handshake_with_a_busy_scheduler_that_fails_is_made_again(tmp_path, monkeypatch, error):
     connect, tries = distributed.Client, []
 
     def fails_first(*arguments, **named):
         tries.append(arguments)
         if len(tries) == 1:
-            raise AssertionError  # as distributed does where a busy scheduler sends two messages in one
+            raise error
         return connect(*arguments, **named)
 
     with dask_cluster(tmp_path) as cluster, JobEngine(engine=cluster.address) as jobs:
