@@ -26,7 +26,8 @@ from app.models.ray_camera import RayCamera
 
 WITHIN_CHANCE = 1.15  # held-out errors of a few dozen clicks are known to about this factor
 SAME_MM = 0.3
-EXPLAINS, EXPLAINS_MM = 3.0, 5.0  # how much worse than the best of all a reference may predict points left out
+EXPLAINS, EXPLAINS_PX = 3.0, 1.0  # how much worse than the best of all a reference may fit the points
+UNKNOWN = "weakly-determined"  # the warning of a fit whose inside is a guess
 MIN_LENS_TERMS = 2  # with one, a lens bends as its formula says and not as glass does
 BENDS = {"homography": False, "fisheye": True}  # a fisheye bends lines without any terms
 
@@ -72,9 +73,10 @@ def parameter_count(fit: Fit) -> int:
 
 def _reference(candidates: list[FittedModel]) -> FittedModel | None:
     known = [c for c in candidates if c.report["cv_rms_mm"] is not None]
-    # a camera that cannot be where the points are (a stretched picture) is no reference for those that can
-    most_mm = EXPLAINS * min((c.report["cv_rms_mm"] for c in known), default=0.0) + EXPLAINS_MM
-    with_rays = [c for c in known if isinstance(c.fit.model, RayModel) and c.report["cv_rms_mm"] <= most_mm]
+    # Where no camera can be where the points are (a stretched picture), none is a reference.
+    most_px = EXPLAINS * min((c.report["rms_px"] for c in known), default=0.0) + EXPLAINS_PX
+    with_rays = [c for c in known if isinstance(c.fit.model, RayModel) and c.report["rms_px"] <= most_px
+                 and all(warning["reason"] != UNKNOWN for warning in c.report["warnings"])]
     lenses = [c for c in with_rays if "log_evidence" in c.fit.notes and isinstance(c.fit.model, RayCamera)
               and len(c.fit.model.lens_terms) >= MIN_LENS_TERMS]
     if lenses:
