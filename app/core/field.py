@@ -214,9 +214,32 @@ class Field:
     line_sigma_mm: float = LINE_SIGMA_MM
     line_offsets_mm: Mapping[str, float] = member(default_factory=dict)
 
-    def with_line_offsets(self, offsets_mm: Mapping[str, float]) -> Self:
-        """Return the same field with its lines where a fit found them."""
-        return replace(self, line_offsets_mm=offsets_mm)
+    def with_line_offsets(self, offsets_mm: Mapping[str, float], region: Region) -> Self:
+        """Return the same field with its lines where a fit found them, and those along the borders with these."""
+        every = dict(offsets_mm)
+        for name, line in self.lines.items():
+            border = self.observed_name(name, region)
+            if name not in every and border in every:
+                at = np.zeros(2)
+                side = float(line.normals(at) @ region.border(border).normals(at))
+                every[name] = every[border] * np.sign(side)
+        return replace(self, line_offsets_mm=every)
+
+    @property
+    def markings(self) -> tuple[Line | Arc, ...]:
+        """All lines and arcs, where they lie."""
+        return tuple(marking.shifted(self.line_offsets_mm.get(marking.name, 0.0))
+                     for marking in (*self.lines.values(), *self.arcs.values()))
+
+    def observed_name(self, marking: str, region: Region) -> str:
+        """Return the marking's name, or that of the region's border along it, which every model accepts."""
+        line = self.lines.get(marking)
+        for name in BORDERS if line is not None else ():
+            ends = np.array([region.border(name).start, region.border(name).end])
+            low, high = np.minimum(line.start, line.end), np.maximum(line.start, line.end)
+            if np.abs(line.nearest(ends) - ends).max() < 1 and (ends >= low - 1).all() and (ends <= high + 1).all():
+                return name
+        return marking
 
     def region(self, name: str, rotate_deg: int | None = None) -> Region:
         """A region by name, turned otherwise if rotate_deg is given."""

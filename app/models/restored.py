@@ -23,5 +23,7 @@ class Restored(NamedTuple):
     @classmethod
     def of(cls, calibration: Calibration) -> Self:
         """Read them from the record; the field's lines lie where the fit found them."""
-        field = field_from_json(calibration.field).with_line_offsets(calibration.report.get("line_offsets_mm") or {})
-        return cls(model_of(calibration), field, field.region(calibration.region, calibration.rotate))
+        field = field_from_json(calibration.field)
+        region = field.region(calibration.region, calibration.rotate)
+        offsets_mm = calibration.report.get("line_offsets_mm") or {}
+        return cls(model_of(calibration), field.with_line_offsets(offsets_mm, region), region)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from app.core import opencv
 from app.core.errors import FitFailed
-from app.core.field import BORDERS, Arc, Field, Line, Region
+from app.core.field import Field, Region
 from app.core.geometry import Array, ImageSize, Points
 from app.core.progress import Progress, no_progress
 from app.core.records import Fit, Observation, Observations
@@ -114,14 +114,14 @@ def assign_lines(seen: DetectedLines, field: Field, region: Region, rough: PoseP
                           np.concatenate(seen.along), size, FINER_PX, FINER_POINTS)
     if finer is not None:
         state = finer.state
-    pattern = fine_pattern(field)
-    return _measured(seen, state, pattern, region, searched), searched
+    return _measured(seen, state, field, region, searched), searched
 
 
-def _measured(seen: DetectedLines, state: RayCameraParameters, pattern: FieldPattern, region: Region,
+def _measured(seen: DetectedLines, state: RayCameraParameters, field: Field, region: Region,
               searched: SearchResult, widths: Mapping[int, float] = NO_WIDTHS) -> LineAssignment | None:
     size = seen.size
     scale = max(size.width / 1280, 0.8)
+    pattern = fine_pattern(field)
     places = sample_lines_evenly(state.project, pattern, size, POINTS, APART_PX, CLEAR_PX)
     if not places.clear.any():
         return None
@@ -134,24 +134,13 @@ def _measured(seen: DetectedLines, state: RayCameraParameters, pattern: FieldPat
     for number, marking in enumerate(pattern.markings):
         of = hits & (places.marking == number)
         if of.sum() >= MIN_MARKING_POINTS:
-            observations.append(Observation(observed_feature(marking, region), "line", points[of]))
+            observations.append(Observation(field.observed_name(marking.name, region), "line", points[of]))
         else:
             hits = hits & ~of
     rms_px = float(np.sqrt(np.mean(profiles.middle[hits] ** 2))) if hits.any() else np.inf
     if not observations:
         return None
     return LineAssignment(tuple(observations), state, searched, places, hits, pattern, rms_px, profiles.widths)
-
-
-def observed_feature(marking: Line | Arc, region: Region) -> str:
-    """Return the marking's name, or that of the region's border along it, which every model accepts."""
-    if isinstance(marking, Line):
-        for name in BORDERS:
-            ends = np.array([region.border(name).start, region.border(name).end])
-            low, high = np.minimum(marking.start, marking.end), np.maximum(marking.start, marking.end)
-            if np.abs(marking.nearest(ends) - ends).max() < 1 and (ends >= low - 1).all() and (ends <= high + 1).all():
-                return name
-    return marking.name
 
 
 def calibrate(found: LineAssignment, seen: DetectedLines, field: Field, region: Region, models: Sequence[str],
@@ -164,22 +153,12 @@ def calibrate(found: LineAssignment, seen: DetectedLines, field: Field, region: 
     """
     first, begin = _most_probable(found, field, region, seen.size, models, options), {}
     if isinstance(first.model, RayCamera):
-        painted = field.with_line_offsets(first.notes["line_offsets_mm"])
-        pattern = _as_painted(found.pattern, painted, region)
-        again = _measured(seen, RayCameraParameters.of(first.model), pattern, region, found.searched, found.widths)
+        painted = field.with_line_offsets(first.notes["line_offsets_mm"], region)
+        again = _measured(seen, RayCameraParameters.of(first.model), painted, region, found.searched, found.widths)
         found = again if again is not None and again.hits.sum() >= MIN_HITS_KEPT * found.hits.sum() else found
         begin = {name: first.notes["choices"][name] for name in ("start", "start_lines_mm")}
     return calibration.calibrate(found.observations, field, region, seen.size, first.model.NAME, {**options, **begin},
                                  progress), found
-
-
-def _as_painted(pattern: FieldPattern, field: Field, region: Region) -> FieldPattern:
-    """Return the pattern's samples where the field's lines were found, under the names that they have."""
-    points = pattern.points.copy()
-    for number, marking in enumerate(pattern.markings):
-        of = pattern.marking == number
-        points[of] = field.feature(observed_feature(marking, region), region).nearest(points[of])
-    return replace(pattern, points=points)
 
 
 def _most_probable(found: LineAssignment, field: Field, region: Region, size: ImageSize, models: Sequence[str],

@@ -2,8 +2,8 @@
 
     summary, made = reregister(calibration, frame)     a new version, child of the one before, not yet stored
 
-A model with rays keeps its lens and gets a pose. One without rays has no separate lens: the points that it rests on
-are moved along with the picture, and fitted again.
+A model with rays keeps its lens, as well as that was known, and gets a pose. One without rays has no separate lens:
+the points that it rests on are moved along with the picture, and fitted again.
 """
 
 from contextlib import suppress
@@ -13,18 +13,20 @@ import numpy as np
 
 from app.core import opencv
 from app.core.errors import Conflict, FitFailed, TouchlineError
-from app.core.field import Region
+from app.core.field import Field, Region
+from app.core.field_json import field_from_json
 from app.core.geometry import Array, ImageSize, Points
 from app.core.progress import Progress, no_progress
 from app.core.records import Calibration, Frame, Observation, Observations, observations_from_json
 from app.evaluate.drift.line_tracking import SIGMA_PX, TrackedLines, track_lines
 from app.fitting.image_motion import estimate_motion
+from app.fitting.ray_camera.lens_prior import camera_intrinsics
 from app.images import ImageDecoder
 from app.models import CameraModel, RayModel, field_from_raw, parameters_json, raw_from_field
+from app.models.ray_camera import RayCamera
 from app.models.restored import Restored
 from app.store.snapshots import read_checked
 from app.workflows import calibration as workflow
-from app.workflows.automatic import observed_feature
 from app.workflows.calibration import CalibrationResult, subprogress
 from app.workflows.calibration_request import CalibrationRequest
 
@@ -48,21 +50,23 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
     progress(0.0, "Looking for the field's lines")
     found = track_lines(opencv.to_grey(frame.pixels), model, field,
                         None if before is None else opencv.to_grey(before.pixels))
-    observations = None if found is None else _observed(found, region)
+    observations = None if found is None else _observed(found, field, region)
     if found is None or len(observations) < MIN_LINES:
         raise FitFailed("Too few of the field's lines are where this camera could have been moved to.",
                         f"Clear the lines and switch the lamps on, then try again. {AFRESH}", reason="lines-not-found")
     size, part = frame.size, subprogress(progress, 0.3, 1.0)
+    field = field_from_json(calibration.field)  # where its lines lie is found again
     options = {name: value for name, value in calibration.options.items() if name not in OWN_OPTIONS}
     if isinstance(model, RayModel):
-        options |= {"lens": calibration.lens_option(), "lens_sigma": "0"}
+        known = isinstance(model, RayCamera) and camera_intrinsics(model, calibration.covariance).estimated
+        options |= {"lens": calibration.lens_option(), "lens_sigma": "own" if known else "0"}
         done = workflow.calibrate(observations, field, region, size, calibration.model_name,
                                   {**options, "start": parameters_json(model)}, part)
     else:
         options = dict(calibration.options)
         observations = _moved_along(calibration, found, size)
         done = workflow.calibrate(observations, field, region, size, calibration.model_name, options, part)
-    off_px = _off_px(done.model, found)
+    off_px = _off_px(done.model, found, field.with_line_offsets(done.report.get("line_offsets_mm") or {}, region))
     before_px = float(calibration.report.get("rms_px") or 0.0)
     if off_px > max(WORSE * before_px, WORSE_PX * max(size.width / 1280, 0.5)):
         if isinstance(model, RayModel):
@@ -76,12 +80,12 @@ def reregister(calibration: Calibration, frame: Frame, progress: Progress = no_p
     return _summary(calibration, model, done, found, off_px), request.record(done, parent=calibration.id)
 
 
-def _observed(found: TrackedLines, region: Region) -> Observations:
+def _observed(found: TrackedLines, field: Field, region: Region) -> Observations:
     observations = []
     for number, marking in enumerate(found.pattern.markings):
         of = found.marking == number
         if of.sum() >= MIN_MARKING_POINTS:
-            observations.append(Observation(observed_feature(marking, region), "line", found.points[of]))
+            observations.append(Observation(field.observed_name(marking.name, region), "line", found.points[of]))
     return tuple(observations)
 
 
@@ -111,9 +115,9 @@ def _bending(places: Points, size: ImageSize) -> Array:
                      np.stack([none, one, none, none, x, y, x * y, y * y], axis=-1)], axis=1)
 
 
-def _off_px(model: CameraModel, found: TrackedLines) -> float:
+def _off_px(model: CameraModel, found: TrackedLines, field: Field) -> float:
     """How far the lines lie from where the model has them, px: rms without the furthest tenth."""
-    markings = [found.pattern.markings[int(number)] for number in found.marking]
+    markings = [field.markings[int(number)] for number in found.marking]
     on_field = field_from_raw(model, found.points)
     feet = np.stack([marking.nearest(point) for marking, point in zip(markings, on_field, strict=True)])
     off = np.linalg.norm(raw_from_field(model, feet) - found.points, axis=1)

@@ -1,8 +1,10 @@
-"""Accuracy on the second simulator. Command: python tests/bench/bench_real_cameras.py auto|clicks FROM TO [OPTIONS]
+"""Accuracy on the second simulator. Command: python tests/bench/bench_real_cameras.py KIND FROM TO [OPTIONS]
 
-auto: no clicks, on rendered scenes by seed. clicks: nine on each border that is in sight, σ 0.4 px, the height by tape
-to 30 mm, off the same cameras, for each model with a lens; "recommended" is the one that the clicks make most probable.
-"bound" is a fit that knows the kind of the true lens, and the true σ of clicks and lines.
+KIND auto: no clicks, on rendered scenes by seed. moved: the same, then a knock, and registered again. clicks: nine on
+each border that is in sight, σ 0.4 px, the height by tape to 30 mm, off the same cameras, for each model with a lens;
+"recommended" is the one that the clicks make most probable.
+"bound" is a fit that knows the kind of the true lens, and the true σ of clicks and lines; without clicks, to the same
+points.
 OPTIONS is JSON: options of the fit, and "scene" (members of SceneSpec that are not drawn), "exact" (lines as the rules
 say), "inside" (so many clicks on lines inside the field), "tape" (auto: the height by tape as for clicks), "verbose".
 The true error is the rms over a grid of the region in sight, on the carpet and at robot height; beside it stands the
@@ -17,17 +19,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from app.core.errors import TouchlineError
 from app.core.field import BORDERS, Field, Region
 from app.core.geometry import ImageSize
-from app.core.records import Fit, Frame, Observation
+from app.core.records import Calibration, Fit, Frame, Observation
 from app.evaluate.fit.uncertainty import expected_error, grid_over
 from app.fitting import FITTERS
 from app.workflows import automatic
 from app.workflows.automatic_request import LADDER
+from app.workflows.calibration import CalibrationResult, calibrate
+from app.workflows.calibration_request import CalibrationRequest
+from app.workflows.reregister import reregister
 from tests.support.second_simulator import SceneSpec, render, scene_spec
 from tests.support.second_simulator.opencv_camera import OpenCvCamera
 from tests.support.second_simulator.paint import PaintErrors
@@ -37,6 +43,7 @@ CLICK_MODELS = ("brown-conrady", "fisheye", "division", "ssl")
 RECOMMENDED_OF = ("brown-conrady", "fisheye", "ssl")
 NEAR_BEST = 1.2
 CLICKS, CLICK_PX, TAPE_MM = 9, 0.4, 30.0
+KNOCK_DEG, KNOCK_MM = 0.3, 10.0
 LIMIT_MM = 7.5
 UNREACHED_MM = 1e5
 
@@ -67,7 +74,7 @@ def spec_of(seed: int, scene: Mapping[str, Any], exact: bool) -> SceneSpec:
 
 
 def auto_row(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], exact: bool, tape: bool,
-             ) -> dict[str, Any]:
+             moved: bool) -> dict[str, Any]:
     spec = spec_of(seed, scene, exact)
     made = render(spec)
     options = {**(by_tape(made.camera, np.random.default_rng([seed, 3])) if tape else {}), **options}
@@ -89,9 +96,53 @@ def auto_row(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], ex
     if done is None:
         return {**row, "state": "no fit"}
     doubts = [doubt["reason"] for doubt in proof.doubts()]
-    return {**row, "state": "doubt" if doubts else "found", "doubts": doubts, "model": done.model.NAME,
-            "level": done.report["verdict"]["level"],
-            **true_and_expected(done.fit, made.camera, made.field, made.region)}
+    row |= {"state": "doubt" if doubts else "found", "doubts": doubts, "model": done.model.NAME}
+    observations, camera = found.observations, made.camera
+    if moved:
+        request = CalibrationRequest(observations, made.field, made.region, lines.size, done.model.NAME, options)
+        camera = knocked(made.camera, np.random.default_rng([seed, 5]))
+        begin = time.process_time()
+        try:
+            done, observations = registered_again(request.record(done), Frame(render(spec, camera).pixels),
+                                                  Frame(made.pixels))
+        except TouchlineError as refused:
+            return {**row, "state": "refused", "refused": refused.what}
+        row["seconds"] = time.process_time() - begin
+    row |= {"level": done.report["verdict"]["level"],
+            **true_and_expected(done.fit, camera, made.field, made.region)}
+    return row | bound(observations, spec, camera, options)
+
+
+def knocked(camera: OpenCvCamera, rng: np.random.Generator) -> OpenCvCamera:
+    """Return the camera turned by some tenths of a degree and shifted by centimetres."""
+    turn = cv2.Rodrigues(rng.normal(0, np.radians(KNOCK_DEG), 3))[0]
+    rotation = turn @ camera.camera_from_field
+    position = camera.position_mm + rng.normal(0, KNOCK_MM, 3)
+    return replace(camera, rotation=tuple(cv2.Rodrigues(rotation)[0].ravel().tolist()),
+                   translation_mm=tuple((-rotation @ position).tolist()))
+
+
+def registered_again(calibration: Calibration, frame: Frame, before: Frame,
+                     ) -> tuple[CalibrationResult, tuple[Observation, ...]]:
+    """Return the new calibration, and the points that it rests on."""
+    made = reregister(calibration, frame, before=before)[1]
+    request = CalibrationRequest.of(made, made.options, "")
+    return calibrate(request.observations, request.field, request.region, request.image_size, request.model,
+                     request.options), request.observations
+
+
+def bound(observations: tuple[Observation, ...], spec: SceneSpec, camera: OpenCvCamera, options: Mapping[str, Any],
+          ) -> dict[str, float]:
+    """Return the errors of a fit to these points that knows the kind of the true lens, and the σ of the lines."""
+    field, region = fields()[spec.field], region_of(spec)
+    known = {"line_sigma_mm": spec.paint.line_sigma_mm} if spec.paint.line_sigma_mm else {}
+    try:
+        fit = FITTERS["fisheye" if camera.fisheye else "brown-conrady"].fit(
+            observations, field, region, ImageSize(*spec.size), {**options, **known})
+    except TouchlineError:
+        return {}
+    true = true_and_expected(fit, camera, field, region)
+    return {"carpet_bound": true["carpet"], "hat_bound": true["hat"]}
 
 
 def click_rows(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], exact: bool, inside: int,
@@ -189,6 +240,9 @@ def summarise(title: str, rows: list[dict[str, Any]]) -> None:
         print(f"  {name}: median {np.median(true):.2f}, p90 {p90:.1f}, p95 {p95:.1f}, worst {true.max():.0f} mm; "
               f"expected {np.median(expected):.2f}; true over expected {np.median(ratio):.2f}, over 2 in "
               f"{np.mean(ratio > 2):.1%}")
+        known = np.array([(row[name], row[f"{name}_bound"]) for row in found if f"{name}_bound" in row])
+        if len(known):
+            print(f"    the bound's median {np.median(known[:, 1]):.2f} mm, where this is {np.median(known[:, 0]):.2f}")
     if "level" in found[0]:
         worst = [max(row["carpet"], row["hat"]) for row in found]
         good = [row["level"] == "good" for row in found]
@@ -205,12 +259,14 @@ if __name__ == "__main__":
     inside, tape = given.pop("inside", 0), given.pop("tape", False)
     every: list[dict[str, Any]] = []
     for seed in seeds:
-        new = [auto_row(seed, given, scene, exact, tape)] if kind == "auto" else click_rows(
+        new = [auto_row(seed, given, scene, exact, tape, kind == "moved")] if kind != "clicks" else click_rows(
             seed, given, scene, exact, inside)
         every += new
         for row in new if verbose else ():
             print(json.dumps(row, default=float), flush=True)
-    for title in ("auto",) if kind == "auto" else (*CLICK_MODELS, "recommended", "bound"):
-        summarise(title, every if kind == "auto" else [row for row in every if row["model"] == title])
     if kind == "clicks":
+        for title in (*CLICK_MODELS, "recommended", "bound"):
+            summarise(title, [row for row in every if row["model"] == title])
         compare_clicks(every)
+    else:
+        summarise(kind, every)

@@ -21,13 +21,13 @@ from app.fitting.field_lines.line_samples import LineSamples, fine_pattern
 from app.fitting.field_lines.pattern import FieldPattern
 from app.models import CameraModel, field_from_raw
 from app.vision.lines.profiles import across_lines
+from app.vision.lines.strays import strays
 
 CAPTURES_PX = (4.0, 12.0, 32.0)  # in a picture of 1280 px, each about three times the last
 PLACES = 360  # in all
 APART_PX = 6.0
 CLEAR_PX = 4.0
 BETTER = 0.04  # of the expected length: less gained by a wider search is chance
-STRAY_SPREADS, STRAY_PX = 5.0, 1.0
 PLENTY = 0.85  # of the expected length, found near by: nothing is looked for further off
 MIN_MARKING_POINTS = 3
 MIN_MOTION_POINTS = 12  # measures that tell how a picture has moved
@@ -118,9 +118,7 @@ class _Search:
         start = at.places if moved is None else at.places + np.nan_to_num(moved.at(at.places)[0])
         profiles = across_lines(self.gray, start, at.normals, at.width_px, at.marking, capture)
         hits = profiles.found & at.clear & inside_picture(start, self.size, 2)
-        if hits.any() and (moved is not None or capture_px == CAPTURES_PX[0]):
-            spread = 1.4826 * float(np.median(np.abs(profiles.middle[hits] - np.median(profiles.middle[hits]))))
-            hits &= np.abs(profiles.middle - np.median(profiles.middle[hits])) < max(STRAY_SPREADS * spread, STRAY_PX)
+        hits &= ~strays(profiles.middle, hits, at.marking)
         for number in range(len(pattern.markings)):
             if (hits & (at.marking == number)).sum() < MIN_MARKING_POINTS:
                 hits &= at.marking != number

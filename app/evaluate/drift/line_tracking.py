@@ -15,6 +15,7 @@ from app.fitting.image_motion import MotionField, estimate_motion
 from app.models import CameraModel
 from app.vision.lines.patches import LinePatches
 from app.vision.lines.profiles import across_lines
+from app.vision.lines.strays import strays
 
 PLACES = 240
 APART_PX, CLEAR_PX = 6.0, 5.0
@@ -22,7 +23,6 @@ CAPTURE_PX = 6.0  # in a picture of 1280 px: a model may be off by so much
 SIGMA_PX = 0.1  # of a line's middle
 LOOKS = 4
 MIN_POINTS, MIN_SHARE = 20, 0.25
-STRAY_SPREADS, STRAY_PX = 4.5, 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +84,7 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
     found, points, middle = look(q)
     if found.sum() < MIN_POINTS:
         return None
-    spread = 1.4826 * float(np.median(np.abs(middle[found])))
-    found &= np.abs(np.nan_to_num(middle)) < max(STRAY_SPREADS * spread, STRAY_PX)  # a robot's edge, a shoe
+    found &= ~strays(middle, found, marking)
     shift = np.linalg.norm(flow.shifts(at[found], q), axis=1)
     return TrackedLines(points[found], at[found], normals[found], marking[found], float(found.mean()), pattern,
                         float(np.nanpercentile(shift, 95)))

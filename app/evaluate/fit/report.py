@@ -28,7 +28,7 @@ SURE = 1.5  # an expected error's level is that of what it keeps in 95 of 100 fi
 def report(fit: Fit, observations: Observations, field: Field, region: Region,
            held_out: tuple[np.ndarray, ...] | None) -> dict[str, Any]:
     """Put the figures together. held_out: mm per point from cross-validation, or None while dragging."""
-    painted = field.with_line_offsets(fit.notes.get("line_offsets_mm", {}))
+    painted = field.with_line_offsets(fit.notes.get("line_offsets_mm", {}), region)
     residuals = [feature_residuals(fit.model, o, painted, region) for o in observations]
     inside = [r.px[fine] for r, fine in zip(residuals, fit.inliers, strict=True)]
     inside_mm = [r.mm[fine] for r, fine in zip(residuals, fit.inliers, strict=True)]

@@ -24,7 +24,7 @@ class FieldPattern:
     @classmethod
     def of(cls, field: Field, step_mm: float, min_samples: int = 3) -> Self:
         """Sample markings about every step_mm, but for corners that are cut off."""
-        markings = (*field.lines.values(), *field.arcs.values())
+        markings = field.markings
         points, along, owner, step = [], [], [], []
         for number, marking in enumerate(markings):
             count = max(min_samples, round(marking.length_mm / step_mm))

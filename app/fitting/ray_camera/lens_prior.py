@@ -14,7 +14,7 @@ import numpy as np
 from app.core.errors import BadInput
 from app.core.geometry import Array, ImageSize
 from app.fitting.ray_camera.parameters import RayCameraParameters
-from app.models import model_from_json
+from app.models import MODELS, model_from_json
 from app.models.intrinsics import PINHOLE_PARAMETERS, Intrinsics
 from app.models.ray_camera import RayCamera
 
@@ -114,10 +114,18 @@ def with_lens(state: RayCameraParameters, lens: Intrinsics) -> RayCameraParamete
 
 
 def lens_prior(lens: Intrinsics, settings: Mapping[str, Any]) -> GaussianPrior | None:
-    """Return the joint prior of a lens that is not fixed; the aspect is always fixed."""
+    """Return the joint prior of a lens that is not fixed; the aspect is always fixed.
+
+    Where its focal length is known badly, terms go with its powers, and not along the tangent.
+    """
     if settings.get("lens_sigma") != "own":
         return None
     chosen = [i for i, name in enumerate(lens.estimated) if name != "aspect"]
     names = tuple(lens.estimated[i] for i in chosen)
-    return GaussianPrior.of(names, np.array([lens.values[name] for name in names]),
-                            np.array(lens.covariance)[np.ix_(chosen, chosen)], np.zeros(len(names)))
+    values = np.array([lens.values[name] for name in names])
+    powers = np.array([MODELS[lens.model].LENS.power(name) for name in names], float)
+    by = np.eye(len(names))
+    if "log_focal" in names:
+        by[:, names.index("log_focal")] -= powers * values
+    covariance = by @ np.array(lens.covariance)[np.ix_(chosen, chosen)] @ by.T
+    return GaussianPrior.of(names, values, covariance, powers, lens.focal_px)

@@ -30,6 +30,8 @@ def fit_problem(state: RayCameraParameters, problem: ClickResiduals, terms: tupl
         gaussian = lens_prior(intrinsics, settings)
         free[:pinhole] = [gaussian is not None and n in gaussian.names for n in names[:pinhole]]
         known = names[:pinhole]
+        if gaussian is not None and "lens" not in settings["lens"]:
+            known = (*known, "log_height")  # the other calibration has counted it already
     else:
         known = distortion.names if distortion is not None else ()
         gaussian = distortion_prior(distortion, settings) if distortion is not None else None

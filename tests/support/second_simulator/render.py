@@ -34,10 +34,10 @@ class Scene:
         return {"spec": self.spec.as_json(), "camera": self.camera.as_json(), "paint": self.paint.as_json()}
 
 
-def render(spec: SceneSpec) -> Scene:
-    """Draw a scene; the same for the same spec."""
+def render(spec: SceneSpec, camera: OpenCvCamera | None = None) -> Scene:
+    """Draw a scene; the same for the same spec. camera: another than the spec's, such as it after a knock."""
     rng = np.random.default_rng([spec.seed, 11])
-    field, region, camera = fields()[spec.field], region_of(spec), camera_of(spec)
+    field, region, camera = fields()[spec.field], region_of(spec), camera or camera_of(spec)
     straight = OpenCvCamera(camera.size, camera.matrix, camera.distortion, camera.rotation, camera.translation_mm,
                             camera.fisheye)
     paint = painted(field, spec.paint, rng)

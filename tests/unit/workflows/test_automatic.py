@@ -7,7 +7,6 @@ from app.core.errors import BadInput, Conflict
 from app.core.records import Frame, observations_from_json
 from app.models import field_from_raw, model_from_json
 from app.models.restored import Restored
-from app.workflows import automatic
 from app.workflows.automatic_request import AutomaticRequest, median_frame
 from tests.support.auto_scenes import SceneSpec, SeenScene, carpet_error_mm, fields, scene_of
 
@@ -210,6 +209,6 @@ def test_a_real_field_without_lines_is_declined(real_data):
 def test_markings_along_the_regions_borders_are_named_as_borders():
     field = fields()["ssl-2008"]
     half = field.region("half")
-    assert automatic.observed_feature(field.lines["goal-line-right"], half) == "top"
-    assert automatic.observed_feature(field.lines["halfway-line"], half) == "bottom"
-    assert automatic.observed_feature(field.lines["goal-line-left"], half) == "goal-line-left"
+    assert field.observed_name("goal-line-right", half) == "top"
+    assert field.observed_name("halfway-line", half) == "bottom"
+    assert field.observed_name("goal-line-left", half) == "goal-line-left"
