@@ -253,3 +253,32 @@ def test_a_missing_folder_or_file_says_so(tmp_path):
         load_fields(tmp_path / "none")
     with pytest.raises(NotFound):
         load_field(tmp_path / "none.yaml")
+
+
+def test_markings_along_the_regions_borders_are_named_as_borders():
+    field = load_fields()["ssl-2008"]
+    half = field.region("half")
+    assert field.observed_name("goal-line-right", half) == "top"
+    assert field.observed_name("halfway-line", half) == "bottom"
+    assert field.observed_name("goal-line-left", half) == "goal-line-left"
+    assert field.observed_name("centre-circle", half) == "centre-circle"
+
+
+@pytest.mark.parametrize("name", ["full", "half"])
+def test_lines_lie_where_a_fit_found_them_whichever_way_their_border_runs(name):
+    field = load_fields()["ssl-2008"]
+    region = field.region(name)
+    offsets = {"left": 3.0, "right": -4.0, "top": 5.0, "bottom": 6.0, "centre-circle": 2.0}
+    painted = field.with_line_offsets(offsets, region)
+    found = {marking.name: marking for marking in painted.markings}
+    along = [line for line in field.lines if field.observed_name(line, region) != line]
+    assert len(along) == 4
+    for line in along:
+        border = painted.feature(field.observed_name(line, region), region)
+        middle = np.asarray(border.sample(3)[1])
+        assert found[line].nearest(middle) == pytest.approx(middle, abs=1e-9)
+        assert painted.feature(line, region).nearest(middle) == pytest.approx(middle, abs=1e-9)
+        assert np.linalg.norm(field.lines[line].nearest(middle) - middle) == pytest.approx(abs(offsets[
+            field.observed_name(line, region)]))
+    assert found["centre-circle"].radius_mm == field.arcs["centre-circle"].radius_mm + 2.0
+    assert painted.lines == field.lines  # the rules' field, as it is published

@@ -204,11 +204,3 @@ def test_a_real_field_without_lines_is_declined(real_data):
     told, made = AutomaticRequest(field, field.region("full")).answer(
         Frame(_read(real_data("fields/agh_mirosot/img/wc_empty_nowindows_allLights.png"))))
     assert made is None and told["doubts"]
-
-
-def test_markings_along_the_regions_borders_are_named_as_borders():
-    field = fields()["ssl-2008"]
-    half = field.region("half")
-    assert field.observed_name("goal-line-right", half) == "top"
-    assert field.observed_name("halfway-line", half) == "bottom"
-    assert field.observed_name("goal-line-left", half) == "goal-line-left"
