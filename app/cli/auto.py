@@ -9,6 +9,9 @@ import typer
 from app.cli import files, requests
 from app.cli.progress import progress_bar
 from app.core.errors import BadInput, FitFailed
+from app.core.records import Calibration
+from app.models import RayModel
+from app.models.restored import model_of
 from app.workflows.automatic_request import AutomaticRequest, median_frame
 from app.workflows.calibration import subprogress
 
@@ -51,23 +54,35 @@ def auto(
     if as_json:
         print(json.dumps(found, allow_nan=False))
     elif calibration is not None:
-        print(_summary(found, output))
+        print(_summary(found, calibration, output))
     if calibration is None:
         verdict = found["verdict"]
         raise FitFailed(verdict["sentence"], verdict["fix"], reason=verdict["reason"])
 
 
-def _summary(found: dict[str, Any], output: Path | None) -> str:
+def _summary(found: dict[str, Any], calibration: Calibration, output: Path | None) -> str:
     report, proof = found["report"], found["proof"]
     count = sum(len(o["points"]) for o in found["observations"])
     best = found["candidates"][0]
     lines = [found["verdict"]["sentence"],
              f"{count} points on {len(found['observations'])} markings; {100 * proof['unexplained_share']:.0f} % of "
              "the lines seen on the carpet belong to none.",
-             f"Camera {best['height_mm'] / 1000:.2f} m above the carpet as first found, the region turned by "
-             f"{best['turn_deg']:.0f}° in the picture."]
+             f"Camera {_height(best, report, calibration)} above the carpet, the region turned by "
+             f"{round(best['turn_deg'])}° in the picture."]
     lines += [f"Not seen: {', '.join(proof['missing'])}."] if proof["missing"] else []
     lines += ["The field turned by 180° would be seen alike; it is taken to stand as the region does."
               ] if any(c["turned"] for c in found["candidates"]) else []
     lines += [f"Warning: {warning['text']} {warning['fix']}" for warning in report["warnings"]]
     return "\n".join([*lines, *([f"Written to {output}."] if output is not None else [])])
+
+
+def _height(first: dict[str, Any], report: dict[str, Any], calibration: Calibration) -> str:
+    """Say how high the camera hangs, with the 95 % that are known of it; as first found for a model without rays."""
+    model = model_of(calibration)
+    if not isinstance(model, RayModel):
+        return f"about {first['height_mm'] / 1000:.1f} m"
+    known = report.get("covariance") or {"names": ()}
+    if "height" not in known["names"]:
+        return f"{model.position_mm[2] / 1000:.2f} m"
+    at = known["names"].index("height")
+    return f"{model.position_mm[2] / 1000:.2f} ± {1.96 * known['matrix'][at][at] ** 0.5 / 1000:.2f} m"

@@ -1,6 +1,7 @@
 """The shell without clicks: a calibration where the lines prove it; else the points, a sentence and exit code 3."""
 
 import json
+import re
 
 import cv2
 import numpy as np
@@ -21,6 +22,8 @@ def test_auto_writes_a_calibration_and_its_points_which_calibrate_takes(touchlin
     code, out, err = touchline("auto", "frame.png", "--field", "ssl-div-b", "-o", "cal.json", "--points", "points.json")
     assert (code, err) == (0, "") and "of the lines that should be in the picture were found" in out
     assert "Written to cal.json." in out
+    height_m, reach_m = map(float, re.search(r"Camera (\S+) ± (\S+) m above the carpet", out).groups())
+    assert abs(height_m - SPEC.height_mm / 1000) < 1.5 * reach_m < 1.5  # ± what holds in 95 of 100
     points = json.loads((tmp_path / "points.json").read_text())
     assert len(points["observations"]) >= 10 and points["field"] == "ssl-div-b"
     assert touchline("calibrate", "frame.png", "--points", "points.json", "-o", "again.json")[0] == 0
