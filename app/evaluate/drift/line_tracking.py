@@ -14,7 +14,7 @@ from app.fitting.field_lines.pattern import FieldPattern
 from app.fitting.image_motion import MotionField, estimate_motion
 from app.models import CameraModel
 from app.vision.lines.patches import LinePatches
-from app.vision.lines.profiles import across_lines
+from app.vision.lines.profiles import NO_WIDTHS, across_lines
 from app.vision.lines.strays import strays
 
 PLACES = 240
@@ -56,20 +56,24 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
         return None
     at, normals, width, marking = (a[some] for a in (places.places, places.normals, places.width_px, places.marking))
     capture = CAPTURE_PX * max(size.width / 1280, 0.7)
+    widths, patches = NO_WIDTHS, LinePatches.painted(at, normals, width)
     if before is not None and before.shape == gray.shape:
         then = across_lines(before, at, normals, width, marking, capture)
         if then.found.sum() >= MIN_POINTS:
             at = at + np.where(then.found, then.middle, 0.0)[:, None] * normals
             at, normals, width, marking = (a[then.found] for a in (at, normals, width, marking))
+            widths = then.widths
+            as_painted = width * [widths[int(name)] for name in marking]
+            patches = LinePatches.of([before], at, normals, as_painted)
     across = np.einsum("ni,nik->nk", normals, flow.at(at))
 
     def look(q: Array) -> tuple[Array, Points, Array]:
         moved = at + np.nan_to_num(flow.shifts(at, q))
-        profiles = across_lines(gray, moved, normals, width, marking, capture)
+        profiles = across_lines(gray, moved, normals, width, marking, capture, widths)
         points = moved + np.where(profiles.found, profiles.middle, 0.0)[:, None] * normals
         return profiles.found & inside_picture(points, size, 1), points, profiles.middle
     guesses = [np.zeros(4)]
-    elsewhere = best_motion(LinePatches.painted(at, normals, width), across, gray)
+    elsewhere = best_motion(patches, across, gray)
     guesses += [] if elsewhere is None else [elsewhere]
     q = max(guesses, key=lambda guess: int(look(guess)[0].sum()))
     for _ in range(LOOKS):
