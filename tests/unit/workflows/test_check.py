@@ -12,6 +12,7 @@ from app.core.records import Frame
 from app.models import field_from_raw, model_from_json
 from app.workflows.automatic_request import AutomaticRequest
 from app.workflows.check import check
+from tests.support import second_simulator
 from tests.support.auto_scenes import SceneSpec, scene_of
 
 SPEC = SceneSpec(3, "ssl-div-b", "full", "mild", (816, 682), 5500.0, 12.0, 0.0, 3.0, 0.7, 2.0, 0.1, 6, 0)
@@ -128,3 +129,12 @@ def test_a_picture_of_another_size_is_refused(calibration, scene):
     with pytest.raises(Conflict) as refused:
         check(calibration, scene.pixels[:-2])
     assert refused.value.reason == "size-mismatch" and refused.value.fix
+
+
+@pytest.mark.parametrize("seed", [0, 17])
+def test_paint_beside_its_place_is_no_moved_camera(seed):
+    """Of the simulator that is not ours, whose lines lie 3 mm off: checked in its own picture, nothing has changed."""
+    scene = second_simulator.render(second_simulator.scene_spec(seed))
+    found = check(_found(scene, "fisheye"), scene.pixels)
+    assert found["rms_mm"] < 0.5 and found["p95_mm"] < 1.0
+    assert found["verdict"]["level"] == "good"
