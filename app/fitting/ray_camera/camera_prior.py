@@ -22,7 +22,9 @@ CENTRE_SHARE = 0.012  # σ of the principal point about the picture's middle, of
 ASPECT_SIGMA = 0.002
 FOCAL_SHARE, FOCAL_SIGMA = 0.85, 0.6  # of the picture's width, and σ of the logarithm: 78° webcams to 16-mm lenses
 HEIGHT_SIGMA = 0.45  # of the logarithm
-TERM_SIGMAS = {1: 1.5e-3, 2: 0.3, 4: 0.2, 6: 0.12, 8: 0.06}  # by power of the radius, at the picture's corner
+# by power of the radius, at the picture's corner: twice the rms of published calibrations, so that the strangest of
+# them is no stranger than 2 σ
+TERM_SIGMAS = {1: 2e-3, 2: 0.4, 4: 0.3, 6: 0.2, 8: 0.1}
 MAX_TANGENT = 1.2
 ABSURD_SIGMAS = 2.5
 
