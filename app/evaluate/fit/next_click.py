@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from app.core.field import BORDERS, Field, Region
-from app.core.geometry import ImageSize, inside_picture, with_z
+from app.core.geometry import Array, ImageSize, Points, inside_picture, with_z
 from app.core.records import Fit
 from app.evaluate.fit.uncertainty import expected_error, grid_over, knows_its_error
 from app.fitting import sensitivity_of
@@ -21,21 +21,23 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
     "worst_mm_then", "z_mm"}, or None for a model that does not know its error.
 
     A click adds one row j to the information: Σ' = Σ - Σ jᵀ j Σ / (σ² + j Σ jᵀ), so each candidate costs one product.
+    Where lines may lie beside their places, j has its line's offset in, or σ² that of a line without clicks.
     """
     if not knows_its_error(fit):
         return None
-    names, points, rows = _candidates(fit, field, region, image_size)
-    known = np.isfinite(rows).all(axis=1) if len(rows) else np.zeros(0, bool)
+    names, points, rows, line_px = _candidates(fit, field, region, image_size)
+    known = np.isfinite(rows).all(axis=1) & np.isfinite(line_px) if len(rows) else np.zeros(0, bool)
     if not known.any():
         return None
-    names, points, rows = [n for n, k in zip(names, known, strict=True) if k], points[known], rows[known]
+    names, points = [n for n, k in zip(names, known, strict=True) if k], points[known]
+    rows, line_px = rows[known], line_px[known]
     z = field.hat_height_mm if isinstance(fit.model, RayModel) else 0.0
     by = sensitivity_of(fit.model).field_jacobian(with_z(grid_over(region).reshape(-1, 2), z), fit.parameter_names)
     before = expected_error(fit, region, z).sigma_mm.ravel() ** 2
     finite = np.isfinite(before)
     by, before = by[finite], before[finite]
     spread = rows @ fit.covariance  # (c, p)
-    own = np.einsum("cp,cp->c", spread, rows) + click_sigma_px**2
+    own = np.einsum("cp,cp->c", spread, rows) + click_sigma_px**2 + line_px**2
     gain = np.einsum("nip,cp->nic", by, spread) ** 2
     then = before[:, None] - gain.sum(axis=1) / own
     worst = then.max(axis=0)
@@ -45,17 +47,40 @@ def next_best_click(fit: Fit, field: Field, region: Region, image_size: ImageSiz
 
 
 def _candidates(fit: Fit, field: Field, region: Region, image_size: ImageSize):
-    names, points, rows = [], [], []
+    """Names, places (c, 2) px, rows (c, p), and σ px by which the lines of these may lie beside their places (c,)."""
+    names, points, rows, line_px = [], [], [], []
     shapes = [(name, region.border(name)) for name in BORDERS]
     shapes += [(s.name, s) for s in (*field.lines.values(), *field.arcs.values())]
     sensitivity = sensitivity_of(fit.model)
+    offsets = [f"line_{i}" for i in range(len(fit.notes.get("line_offsets_mm", ())))]
+    offset_of = dict(zip(fit.notes.get("line_offsets_mm", ()), offsets, strict=True))
+    learned_mm = list(fit.notes.get("line_sigmas_mm", {}).values())
     for name, shape in shapes:
         samples = shape.sample(2 * CANDIDATES_PER_FEATURE + 1)
         places, ahead = samples[1::2], samples[2::2] - samples[1::2]
-        pixels = fit.model.raw_from_corrected(fit.model.corrected_from_field(places))
+        pixels = _pixels(fit, places)
         visible = inside_picture(pixels, image_size, MARGIN_PX)
         if visible.any():
-            names += [name] * int(visible.sum())
+            places, ahead = places[visible], ahead[visible]
+            row = sensitivity.click_jacobian(places, ahead, fit.parameter_names)
+            px_per_mm = _across(_pixels(fit, places + ahead) - pixels[visible],
+                                _pixels(fit, places + shape.normals(places)) - pixels[visible])
+            offset = offset_of.get(field.observed_name(name, region))
+            if offset in fit.parameter_names:
+                row[:, fit.parameter_names.index(offset)] = px_per_mm
+            names += [name] * len(places)
             points.append(pixels[visible])
-            rows.append(sensitivity.click_jacobian(places[visible], ahead[visible], fit.parameter_names))
-    return (names, np.concatenate(points), np.concatenate(rows)) if names else ([], np.empty((0, 2)), np.empty((0, 0)))
+            rows.append(row)
+            line_px.append(px_per_mm * (float(np.median(learned_mm)) if learned_mm and offset is None else 0.0))
+    if not names:
+        return [], np.empty((0, 2)), np.empty((0, 0)), np.empty(0)
+    return names, np.concatenate(points), np.concatenate(rows), np.concatenate(line_px)
+
+
+def _pixels(fit: Fit, places: Points) -> Points:
+    return fit.model.raw_from_corrected(fit.model.corrected_from_field(places))
+
+
+def _across(ahead: Points, moved: Points) -> Array:
+    """How far (n,) something moves across a line that runs ahead (n, 2)."""
+    return (ahead[:, 0] * moved[:, 1] - ahead[:, 1] * moved[:, 0]) / np.linalg.norm(ahead, axis=1)
