@@ -180,5 +180,5 @@ def test_two_clicks_at_one_place_are_one_click(model):
     twice = tuple(replace(o, points=np.concatenate([o.points, o.points[::3] + 0.1])) for o in clicks)
     plain, doubled = (calibration.calibrate(o, field, region, SIZE, model) for o in (clicks, twice))
     places = grid_over(region, 9, 7)
-    np.testing.assert_allclose(field_from_raw(doubled.model, raw_from_field(plain.model, places)), places, atol=0.02)
+    np.testing.assert_allclose(field_from_raw(doubled.model, raw_from_field(plain.model, places)), places, atol=0.05)
     assert doubled.report["verdict"]["mm"] == pytest.approx(plain.report["verdict"]["mm"], abs=0.02)

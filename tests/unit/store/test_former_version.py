@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+from math import isclose
 
 import pytest
 from fastapi.testclient import TestClient
@@ -45,12 +46,13 @@ def test_everything_is_answered_as_the_version_before_answered_it(restored):
 
 
 def without_new(now, known):
-    """An answer without the members that objects have gained since; nothing may be renamed or lost."""
+    """An answer without the members that objects have gained since, and numbers as they were but for a processor's
+    rounding; nothing may be renamed or lost."""
     if isinstance(now, dict) and isinstance(known, dict):
         return {key: without_new(value, known[key]) for key, value in now.items() if key in known}
     if isinstance(now, list) and isinstance(known, list) and len(now) == len(known):
         return [without_new(a, b) for a, b in zip(now, known, strict=True)]
-    return now
+    return known if isinstance(now, float) and isinstance(known, float) and isclose(now, known, rel_tol=1e-6) else now
 
 
 def test_numbers_go_on_where_the_version_before_had_come_to_and_a_deletion_is_taken_back(restored):
@@ -67,4 +69,5 @@ def test_a_job_that_waited_is_done(restored):
     assert ended["state"] == "done", ended
     made, before = (client.get(f"{API}/calibrations/{job['result']['calibration']}").json()
                     for job in (ended, KNOWN["answers"]["/jobs"]["items"][0]))
-    assert made["model"] == before["model"] and made["observations"] == before["observations"]
+    assert without_new(made["model"], before["model"]) == before["model"]
+    assert made["observations"] == before["observations"]

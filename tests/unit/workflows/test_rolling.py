@@ -261,7 +261,7 @@ def test_rolls_tell_the_lens_within_three_sigma_and_a_fit_that_holds_it_needs_fe
         model = model_from_json(calibration.model_name, calibration.model_parameters)
         return rms_mm(field_from_raw(model, raw), field)
     better = refine(made, kept)
-    assert 12 > off_mm(made) > 1.5 * off_mm(better)  # these four clicks a border tell the lens badly
+    assert 20 > off_mm(made) > 1.5 * off_mm(better)  # these four clicks a border tell the lens badly
     assert better.parent == made.id and "refined by" in better.note and better.options["lens_sigma"] == "own"
 
 
