@@ -79,7 +79,7 @@ def test_a_rig_is_made_seen_and_checked_and_the_knocked_camera_is_named(page, se
     expect(page.get_by_test_id("rig-worst")).to_contain_text("worst:")
     mean, most = (float(page.get_by_test_id(id).inner_text().split(" ")[0]) for id in ("pair-mean", "pair-max"))
     assert mean == pytest.approx(KNOCK_MM, rel=0.1)
-    assert mean < most < 1.5 * KNOCK_MM  # at the worst place the clicked lens is wrong as well
+    assert mean <= most < 1.5 * KNOCK_MM  # at the worst place the clicked lens may be wrong as well
     expect(page.locator("[data-testid=cells] rect").nth(20)).to_be_attached()
     page.screenshot(path=tmp_path / "rig.png")
     page.get_by_test_id("plane-hat").press("Enter")
