@@ -56,7 +56,7 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
         return None
     at, normals, width, marking = (a[some] for a in (places.places, places.normals, places.width_px, places.marking))
     capture = CAPTURE_PX * max(size.width / 1280, 0.7)
-    widths, patches = NO_WIDTHS, LinePatches.painted(at, normals, width)
+    widths, seen = NO_WIDTHS, None
     if before is not None and before.shape == gray.shape:
         then = across_lines(before, at, normals, width, marking, capture)
         if then.found.sum() >= MIN_POINTS:
@@ -64,7 +64,7 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
             at, normals, width, marking = (a[then.found] for a in (at, normals, width, marking))
             widths = then.widths
             as_painted = width * [widths[int(name)] for name in marking]
-            patches = LinePatches.of([before], at, normals, as_painted)
+            seen = LinePatches.of([before], at, normals, as_painted)
     across = np.einsum("ni,nik->nk", normals, flow.at(at))
 
     def look(q: Array) -> tuple[Array, Points, Array]:
@@ -72,9 +72,10 @@ def track_lines(gray: NDArray[np.uint8], model: CameraModel, field: Field,
         profiles = across_lines(gray, moved, normals, width, marking, capture, widths)
         points = moved + np.where(profiles.found, profiles.middle, 0.0)[:, None] * normals
         return profiles.found & inside_picture(points, size, 1), points, profiles.middle
-    guesses = [np.zeros(4)]
-    elsewhere = best_motion(patches, across, gray)
-    guesses += [] if elsewhere is None else [elsewhere]
+    # As paint should look, and as it looked: where many lines are alike either may be led astray.
+    likenesses = (LinePatches.painted(at, normals, width), *([] if seen is None else [seen]))
+    elsewhere = [best_motion(patches, across, gray) for patches in likenesses]
+    guesses = [np.zeros(4), *(motion for motion in elsewhere if motion is not None)]
     q = max(guesses, key=lambda guess: int(look(guess)[0].sum()))
     for _ in range(LOOKS):
         found, points, middle = look(q)
