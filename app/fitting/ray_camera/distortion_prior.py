@@ -71,9 +71,8 @@ def distortion_prior(lens: DistortionEstimate, settings: Mapping[str, Any]) -> G
     """Return the prior of an estimate: fixed, or with its covariance."""
     own = dict(zip(lens.distortion.lens.TERMS, lens.distortion.terms, strict=True)) | dict(
         zip(CENTRE, lens.distortion.centre_px, strict=True))
-    powers = np.array([lens.distortion.lens.power(name) for name in lens.names], float)
-    prior = GaussianPrior.of(lens.names, np.array([own[name] for name in lens.names]), lens.covariance, powers,
-                             lens.distortion.unit_px)
+    prior = GaussianPrior.of(lens.names, np.array([own[name] for name in lens.names]), lens.covariance,
+                             lens.distortion.lens, lens.distortion.unit_px)
     return prior if settings.get("lens_sigma") == "own" else replace(prior, rows=prior.rows / FIXED_SIGMA)
 
 

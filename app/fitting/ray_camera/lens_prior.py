@@ -16,6 +16,7 @@ from app.core.geometry import Array, ImageSize
 from app.fitting.ray_camera.parameters import RayCameraParameters
 from app.models import MODELS, model_from_json
 from app.models.intrinsics import PINHOLE_PARAMETERS, Intrinsics
+from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
 
 MIN_VARIANCE = 1e-9  # of its scale: a lower bound of the variance in every direction
@@ -25,34 +26,44 @@ MIN_VARIANCE = 1e-9  # of its scale: a lower bound of the variance in every dire
 class GaussianPrior:
     """Parameters by name, their mean, and the whitening of their errors: rows (k, k), rows @ (x - values) has σ 1.
 
-    powers (k,): values are of x · (unit_px / focal length)^power.
+    Values of terms are those that bend the picture likewise at the focal length unit_px: where that is known badly,
+    what is known of a lens is how it bends, and its terms go along with the focal length.
     """
 
     names: tuple[str, ...]
     values: Array
     rows: Array
-    powers: Array
-    unit_px: float = 1.0
+    lens: type[Lens]
+    unit_px: float
 
     @classmethod
-    def of(cls, names: tuple[str, ...], values: Array, covariance: Array, powers: Array, unit_px: float = 1.0) -> Self:
+    def of(cls, names: tuple[str, ...], values: Array, covariance: Array, lens: type[Lens], unit_px: float) -> Self:
         # unit diagonal first: focal lengths and k3 are known to very different digits
         scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
         variances, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-        return cls(names, values, (vectors / np.sqrt(np.maximum(variances, MIN_VARIANCE))).T / scale, powers, unit_px)
+        return cls(names, values, (vectors / np.sqrt(np.maximum(variances, MIN_VARIANCE))).T / scale, lens, unit_px)
 
     def residuals(self, found: Mapping[str, float]) -> Array:
-        return self.rows @ (np.array([found[name] for name in self.names]) * self._scale(found) - self.values)
+        terms, _, _ = self._terms(found)
+        now = {**found, **dict(zip(self.lens.TERMS, terms, strict=True))}
+        return self.rows @ (np.array([now[name] for name in self.names]) - self.values)
 
     def jacobian(self, names: list[str], found: Mapping[str, float]) -> Array:
-        scale = self._scale(found)
+        _, by_terms, by_scale = self._terms(found)
         by = np.zeros((len(self.names), len(names)))
-        by[np.arange(len(self.names)), [names.index(name) for name in self.names]] = scale
-        by[:, names.index("log_focal")] -= self.powers * scale * np.array([found[name] for name in self.names])
+        columns = [names.index(term) for term in self.lens.TERMS]
+        for row, name in enumerate(self.names):
+            if name in self.lens.TERMS:
+                term = self.lens.TERMS.index(name)
+                by[row, columns] = by_terms[term]
+                by[row, names.index("log_focal")] = -by_scale[term]
+            else:
+                by[row, names.index(name)] = 1.0
         return self.rows @ by
 
-    def _scale(self, found: Mapping[str, float]) -> Array:
-        return (self.unit_px / np.exp(found["log_focal"])) ** self.powers
+    def _terms(self, found: Mapping[str, float]) -> tuple[Array, Array, Array]:
+        terms = np.array([found[term] for term in self.lens.TERMS])
+        return self.lens.at_scale(terms, float(np.log(self.unit_px) - found["log_focal"]))
 
 
 def refuse_other_camera(held: str, size: ImageSize, model: str, image_size: ImageSize, made: str) -> None:
@@ -114,18 +125,15 @@ def with_lens(state: RayCameraParameters, lens: Intrinsics) -> RayCameraParamete
 
 
 def lens_prior(lens: Intrinsics, settings: Mapping[str, Any]) -> GaussianPrior | None:
-    """Return the joint prior of a lens that is not fixed; the aspect is always fixed.
-
-    Where its focal length is known badly, terms go with its powers, and not along the tangent.
-    """
+    """Return the joint prior of a lens that is not fixed; the aspect is always fixed."""
     if settings.get("lens_sigma") != "own":
         return None
+    model = MODELS[lens.model].LENS
     chosen = [i for i, name in enumerate(lens.estimated) if name != "aspect"]
     names = tuple(lens.estimated[i] for i in chosen)
-    values = np.array([lens.values[name] for name in names])
-    powers = np.array([MODELS[lens.model].LENS.power(name) for name in names], float)
     by = np.eye(len(names))
     if "log_focal" in names:
-        by[:, names.index("log_focal")] -= powers * values
+        _, _, by_scale = model.at_scale(np.array(lens.terms), 0.0)
+        by[:, names.index("log_focal")] -= [by_scale[model.TERMS.index(n)] if n in model.TERMS else 0.0 for n in names]
     covariance = by @ np.array(lens.covariance)[np.ix_(chosen, chosen)] @ by.T
-    return GaussianPrior.of(names, values, covariance, powers, lens.focal_px)
+    return GaussianPrior.of(names, np.array([lens.values[name] for name in names]), covariance, model, lens.focal_px)

@@ -22,6 +22,10 @@ class Lens(Protocol):
         """Return a term's power by its name; 0 for what is no term, such as the centre."""
 
     @classmethod
+    def at_scale(cls, terms: Array, log_scale: float) -> tuple[Array, Array, Array]:
+        """Return the terms that bend a picture likewise at a focal length e^s as long, and d/d terms (k, k), d/d s."""
+
+    @classmethod
     def rescaled(cls, terms: Array, step: Array, log_scale: float) -> Array:
         """Return terms + step to first order, for a focal length e^log_scale as long: see PowerTerms."""
 

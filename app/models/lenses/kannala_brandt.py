@@ -41,6 +41,14 @@ class KannalaBrandtLens(PowerTerms):
         own, fixed = OF_TANGENT[:, 1:], OF_TANGENT[:, 0]
         return np.linalg.solve(own, super().rescaled(own @ terms + fixed, own @ step, log_scale) - fixed)
 
+    @classmethod
+    def at_scale(cls, terms: Array, log_scale: float) -> tuple[Array, Array, Array]:
+        """As PowerTerms does, by way of the same series."""
+        own, fixed = OF_TANGENT[:, 1:], OF_TANGENT[:, 0]
+        scaled, by_terms, by_scale = super().at_scale(own @ terms + fixed, log_scale)
+        return (np.linalg.solve(own, scaled - fixed), np.linalg.solve(own, by_terms @ own),
+                np.linalg.solve(own, by_scale))
+
     @staticmethod
     def distort(terms: Array, rays: Array) -> Array:
         gain, _, _ = _gain(terms, rays)

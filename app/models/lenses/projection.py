@@ -33,6 +33,14 @@ class PowerTerms:
         return (terms + step - powers * terms * log_scale) * np.exp(powers * log_scale)
 
 
+    @classmethod
+    def at_scale(cls, terms: Array, log_scale: float) -> tuple[Array, Array, Array]:
+        """Return the terms that bend a picture likewise at a focal length e^s as long, and d/d terms (k, k), d/d s."""
+        powers = np.array(cls.POWERS)
+        scale = np.exp(powers * log_scale)
+        return terms * scale, np.diag(scale), powers * terms * scale
+
+
 def pinhole(rays: Array) -> Array:
     """Return (X/Z, Y/Z); NaN behind the camera."""
     with np.errstate(all="ignore"):

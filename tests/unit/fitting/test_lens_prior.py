@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import BadInput
+from app.core.geometry import ImageSize
 from app.evaluate.fit.uncertainty import HAT_MM, expected_error, grid_over
 from app.fitting.board.fit import fit_board
 from app.fitting.ray_camera.distortion_prior import DistortionEstimate
@@ -14,6 +15,9 @@ from app.fitting.ray_camera.lens_prior import camera_intrinsics, lens_prior, rea
 from app.models import MODELS, parameters_json
 from app.models.distortion import Distortion, half_diagonal_px
 from app.models.intrinsics import Intrinsics
+from app.models.lenses.brown_conrady import BrownConradyLens
+from app.models.lenses.division import DivisionLens
+from app.models.lenses.kannala_brandt import KannalaBrandtLens
 from tests.support.board_views import SIZE as BOARD_SIZE
 from tests.support.board_views import TRUTH, views_of
 from tests.support.operator import REGION, SIZE, carpet_and_hat_mm, fitted, reference_camera, true_camera
@@ -88,9 +92,42 @@ def test_the_joint_prior_is_the_covariances_square(board_lens):
     chosen = [board_lens.estimated.index(name) for name in prior.names]
     covariance = np.array(board_lens.covariance)[np.ix_(chosen, chosen)]
     step = np.linalg.cholesky(covariance) @ np.random.default_rng(0).normal(0, 1, len(chosen))
-    found = dict(zip(prior.names, prior.values + step, strict=True))
+    found = board_lens.values | dict(zip(prior.names, prior.values + step, strict=True))
     assert np.sum(prior.residuals(found) ** 2) == pytest.approx(step @ np.linalg.solve(covariance, step), rel=1e-4)
     assert "aspect" not in prior.names
+
+
+@pytest.mark.parametrize(("lens", "terms"), [(BrownConradyLens, (-0.2, 0.05, 0.001, 0.0, -0.02, 0.0, 0.0, 0.0)),
+                                             (KannalaBrandtLens, (0.29, 0.1, 0.06, 0.02)), (DivisionLens, (-0.2,))])
+def test_terms_at_another_focal_length_bend_alike(lens, terms):
+    terms, s = np.array(terms), 0.1
+    there, by_terms, by_scale = lens.at_scale(terms, s)
+    plane = np.stack(np.meshgrid(np.linspace(-0.3, 0.3, 5), np.linspace(-0.2, 0.2, 4)), axis=-1).reshape(-1, 2)
+    one = np.ones((len(plane), 1))
+    here = lens.distort(terms, np.concatenate([plane, one], axis=1))
+    longer = lens.distort(there, np.concatenate([plane * np.exp(-s), one], axis=1)) * np.exp(s)
+    assert longer == pytest.approx(here, abs=2e-6)
+    for k, step in enumerate(1e-6 * np.eye(len(terms))):
+        assert (lens.at_scale(terms + step, s)[0] - there) / 1e-6 == pytest.approx(by_terms[:, k], abs=1e-4)
+    assert (lens.at_scale(terms, s + 1e-6)[0] - there) / 1e-6 == pytest.approx(by_scale, abs=1e-4)
+
+
+@pytest.mark.parametrize("model", ["fisheye", "brown-conrady"])
+def test_a_lens_whose_focal_length_is_hardly_known_may_be_another_one_that_bends_alike(model):
+    lens = MODELS[model].LENS
+    terms = np.array((0.3, 0.1, 0.05, 0.02) if model == "fisheye" else (-0.2, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    names = ("log_focal", "k1")
+    slope = lens.at_scale(terms, 0.0)[2][0]
+    covariance = np.array([[0.3**2, 0.3**2 * slope], [0.3**2 * slope, (0.3 * slope) ** 2 + 1e-3**2]])
+    known = Intrinsics(model, tuple(terms), 1000.0, 1.0, (500.0, 400.0), ImageSize(1001, 801), names,
+                       tuple(map(tuple, covariance)))
+    prior = lens_prior(known, {"lens_sigma": "own"})
+    alike = dict(zip(lens.TERMS, lens.at_scale(terms, 0.3)[0], strict=True))
+    assert np.linalg.norm(prior.residuals({"log_focal": np.log(1000) + 0.3, **alike})) == pytest.approx(1.0, abs=0.05)
+    found = known.values | {"log_focal": np.log(1100.0)}
+    names = list(found)
+    numeric = [(prior.residuals(found | {n: found[n] + 1e-6}) - prior.residuals(found)) / 1e-6 for n in names]
+    np.testing.assert_allclose(prior.jacobian(names, found), np.transpose(numeric), rtol=1e-3, atol=1e-2)
 
 
 def taken_over(fit) -> dict:
