@@ -20,6 +20,7 @@ from app.models.lenses import Lens
 from app.models.ray_camera import RayCamera
 
 MIN_VARIANCE = 1e-9  # of its scale: a lower bound of the variance in every direction
+BENDS_ALIKE = 1.0  # and so much of the focal length's: lenses that bend alike lie on a curve, which is a line nearby
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +38,12 @@ class GaussianPrior:
     unit_px: float
 
     @classmethod
-    def of(cls, names: tuple[str, ...], values: Array, covariance: Array, lens: type[Lens], unit_px: float) -> Self:
+    def of(cls, names: tuple[str, ...], values: Array, covariance: Array, lens: type[Lens], unit_px: float,
+           least: float = MIN_VARIANCE) -> Self:
         # unit diagonal first: focal lengths and k3 are known to very different digits
         scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
         variances, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-        return cls(names, values, (vectors / np.sqrt(np.maximum(variances, MIN_VARIANCE))).T / scale, lens, unit_px)
+        return cls(names, values, (vectors / np.sqrt(np.maximum(variances, least))).T / scale, lens, unit_px)
 
     def residuals(self, found: Mapping[str, float]) -> Array:
         terms, _, _ = self._terms(found)
@@ -136,4 +138,8 @@ def lens_prior(lens: Intrinsics, settings: Mapping[str, Any]) -> GaussianPrior |
         _, _, by_scale = model.at_scale(np.array(lens.terms), 0.0)
         by[:, names.index("log_focal")] -= [by_scale[model.TERMS.index(n)] if n in model.TERMS else 0.0 for n in names]
     covariance = by @ np.array(lens.covariance)[np.ix_(chosen, chosen)] @ by.T
-    return GaussianPrior.of(names, np.array([lens.values[name] for name in names]), covariance, model, lens.focal_px)
+    least = MIN_VARIANCE
+    if "log_focal" in names:
+        least = max(least, BENDS_ALIKE * covariance[names.index("log_focal"), names.index("log_focal")])
+    return GaussianPrior.of(names, np.array([lens.values[name] for name in names]), covariance, model, lens.focal_px,
+                            least)
