@@ -8,6 +8,7 @@ the region's left and right borders run down the picture and its top and bottom 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as member
+from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -218,11 +219,9 @@ class Field:
         """Return the same field with its lines where a fit found them, and those along the borders with these."""
         every = dict(offsets_mm)
         for name, line in self.lines.items():
-            border = self.observed_name(name, region)
+            border, side = _border_along(line, region)
             if name not in every and border in every:
-                at = np.zeros(2)
-                side = float(line.normals(at) @ region.border(border).normals(at))
-                every[name] = every[border] * np.sign(side)
+                every[name] = side * every[border]
         return replace(self, line_offsets_mm=every)
 
     @property
@@ -233,13 +232,7 @@ class Field:
 
     def observed_name(self, marking: str, region: Region) -> str:
         """Return the marking's name, or that of the region's border along it, which every model accepts."""
-        line = self.lines.get(marking)
-        for name in BORDERS if line is not None else ():
-            ends = np.array([region.border(name).start, region.border(name).end])
-            low, high = np.minimum(line.start, line.end), np.maximum(line.start, line.end)
-            if np.abs(line.nearest(ends) - ends).max() < 1 and (ends >= low - 1).all() and (ends <= high + 1).all():
-                return name
-        return marking
+        return (marking in self.lines and _border_along(self.lines[marking], region)[0]) or marking
 
     def region(self, name: str, rotate_deg: int | None = None) -> Region:
         """A region by name, turned otherwise if rotate_deg is given."""
@@ -275,3 +268,15 @@ class Field:
                 "regions": {r.name: r.to_json() for r in self.regions.values()},
                 "hat_height_mm": self.hat_height_mm, "line_sigma_mm": self.line_sigma_mm,
                 "extras": dict(self.extras)}
+
+
+@lru_cache(maxsize=1024)
+def _border_along(line: Line, region: Region) -> tuple[str | None, float]:
+    """Return the region's border that lies on the line, and 1 or -1 where it runs as the line does, or against it."""
+    low, high = np.minimum(line.start, line.end), np.maximum(line.start, line.end)
+    for name in BORDERS:
+        border = region.border(name)
+        ends = np.array([border.start, border.end])
+        if np.abs(line.nearest(ends) - ends).max() < 1 and (ends >= low - 1).all() and (ends <= high + 1).all():
+            return name, float(np.sign(line.tangents(ends)[0] @ border.tangents(ends)[0]))
+    return None, 0.0
